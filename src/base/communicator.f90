@@ -1,0 +1,91 @@
+!> The ranks of a run, and the one way in which they agree that something failed.
+module m_communicator
+   use mpi_f08
+   use m_kinds, only: wp, i8
+   use m_errors, only: error_t
+   implicit none
+   private
+   public :: communicator_t
+
+   !> A group of ranks. Made once by the application and passed down.
+   type :: communicator_t
+      type(MPI_Comm) :: comm = MPI_COMM_NULL
+      integer :: rank = 0
+      integer :: ranks = 1
+   contains
+      procedure :: start
+      procedure :: finish
+      procedure :: is_root
+      procedure :: agree
+      procedure :: broadcast_text
+      procedure :: sum_count
+      procedure :: maximum
+   end type communicator_t
+
+contains
+
+   !> Initialise MPI and take a communicator of our own.
+   subroutine start(self)
+      class(communicator_t), intent(out) :: self
+      call MPI_Init()
+      call MPI_Comm_dup(MPI_COMM_WORLD, self%comm)
+      call MPI_Comm_rank(self%comm, self%rank)
+      call MPI_Comm_size(self%comm, self%ranks)
+   end subroutine start
+
+   !> Free the communicator and finalise MPI.
+   subroutine finish(self)
+      class(communicator_t), intent(inout) :: self
+      call MPI_Comm_free(self%comm)
+      call MPI_Finalize()
+   end subroutine finish
+
+   pure logical function is_root(self)
+      class(communicator_t), intent(in) :: self
+      is_root = self%rank == 0
+   end function is_root
+
+   !> Collective: if any rank holds an error, every rank leaves with that of the lowest such rank.
+   subroutine agree(self, error)
+      class(communicator_t), intent(in) :: self
+      type(error_t), intent(inout) :: error
+      integer :: first
+      first = self%ranks
+      if (error%happened()) first = self%rank
+      call MPI_Allreduce(MPI_IN_PLACE, first, 1, MPI_INTEGER, MPI_MIN, self%comm)
+      if (first == self%ranks) return
+      call MPI_Bcast(error%status, 1, MPI_INTEGER, first, self%comm)
+      call self%broadcast_text(error%message, first)
+   end subroutine agree
+
+   !> Collective: give every rank the text that rank `root` holds.
+   subroutine broadcast_text(self, text, root)
+      class(communicator_t), intent(in) :: self
+      character(len=:), allocatable, intent(inout) :: text
+      integer, intent(in) :: root
+      character(len=:), allocatable :: buffer
+      integer :: length
+      length = 0
+      if (self%rank == root .and. allocated(text)) length = len(text)
+      call MPI_Bcast(length, 1, MPI_INTEGER, root, self%comm)
+      allocate (character(len=length) :: buffer)
+      if (self%rank == root .and. allocated(text)) buffer(:) = text
+      call MPI_Bcast(buffer, length, MPI_CHARACTER, root, self%comm)
+      text = buffer
+   end subroutine broadcast_text
+
+   !> Collective: sum of a count over all ranks.
+   integer(i8) function sum_count(self, count) result(total)
+      class(communicator_t), intent(in) :: self
+      integer(i8), intent(in) :: count
+      call MPI_Allreduce(count, total, 1, MPI_INTEGER8, MPI_SUM, self%comm)
+   end function sum_count
+
+   !> Collective: the largest of a value over all ranks.
+   real(wp) function maximum(self, value) result(largest)
+      class(communicator_t), intent(in) :: self
+      real(wp), intent(in) :: value
+      call MPI_Allreduce(value, largest, 1, MPI_DOUBLE_PRECISION, MPI_MAX, self%comm)
+   end function maximum
+
+end module m_communicator

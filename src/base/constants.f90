@@ -1,0 +1,15 @@
+!> Numbers that are the same everywhere: mathematical constants, block geometry, exit statuses.
+module m_constants
+   use m_kinds, only: wp
+   implicit none
+   private
+   real(wp), parameter, public :: pi = 3.14159265358979323846_wp
+
+   integer, parameter, public :: exit_finished = 0  !< the scene ran to its end
+   integer, parameter, public :: exit_input = 2     !< the scene is not valid; nothing was written
+   integer, parameter, public :: exit_numerical = 3 !< the run cannot go on
+   integer, parameter, public :: exit_files = 4     !< a file cannot be read or written
+   integer, parameter, public :: exit_stopped = 5   !< wall limit or signal, after a checkpoint
+
+   integer, parameter, public :: block_size = 8     !< nodes (and node-centred bins) of a block along each axis
+end module m_constants

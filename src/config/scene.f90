@@ -1,0 +1,106 @@
+!> What a scene says, after reading and checking: one type a namelist group, values in SI units (angles in radians).
+!> doc/input.md is the table of all names.
+module m_scene
+   use m_kinds, only: wp
+   implicit none
+   private
+
+   integer, parameter, public :: boundary_free = 0, boundary_symmetry = 1, boundary_roller = 2, boundary_fixed = 3
+   integer, parameter, public :: update_usl = 1, update_usf = 2, update_musl = 3
+   integer, parameter, public :: shape_box = 1, shape_sphere = 2, shape_cylinder = 3
+   integer, parameter, public :: tool_sphere = 1, tool_cone = 2, tool_flat = 3
+
+   !> &grid: the background grid. Sides in the order x- x+ y- y+ z- z+.
+   type, public :: grid_spec_t
+      real(wp) :: lower(3) = 0.0_wp      !< m
+      real(wp) :: upper(3) = 0.0_wp      !< m
+      real(wp) :: cell_size = 0.0_wp     !< m
+      integer :: cells(3) = 0            !< from the three above
+      integer :: boundary(6) = boundary_free
+   end type grid_spec_t
+
+   !> &time: how the scene is stepped.
+   type, public :: time_spec_t
+      real(wp) :: safety = 0.5_wp        !< share of cell / (c + |v|)
+      real(wp) :: time_step = 0.0_wp     !< s; 0 means automatic
+      integer :: stress_update = update_usl
+      real(wp) :: flip_fraction = 1.0_wp !< 1 is FLIP, 0 is PIC
+      logical :: affine = .true.         !< transfer: affine or plain
+   end type time_spec_t
+
+   !> &material
+   type, public :: material_spec_t
+      character(len=:), allocatable :: name
+      character(len=:), allocatable :: model !< elastic, neo_hookean
+      real(wp) :: density = 0.0_wp       !< kg/m3
+      real(wp) :: young = 0.0_wp         !< Pa
+      real(wp) :: poisson = 0.0_wp
+   end type material_spec_t
+
+   !> &body
+   type, public :: body_spec_t
+      character(len=:), allocatable :: name
+      integer :: material = 0            !< index into scene_t%materials
+      integer :: shape = shape_box
+      real(wp) :: lower(3) = 0.0_wp      !< box, m
+      real(wp) :: upper(3) = 0.0_wp      !< box, m
+      real(wp) :: center(3) = 0.0_wp     !< sphere: its centre; cylinder: centre of its base, m
+      real(wp) :: radius = 0.0_wp        !< sphere, cylinder, m
+      real(wp) :: height = 0.0_wp        !< cylinder, m
+      real(wp) :: axis(3) = [0.0_wp, 0.0_wp, 1.0_wp] !< cylinder, unit vector from base to top
+      integer :: particles_per_cell = 8  !< 1, 8, 27
+      real(wp) :: velocity(3) = 0.0_wp   !< m/s
+      real(wp) :: angular_velocity(3) = 0.0_wp !< rad/s about the body's own centre
+   end type body_spec_t
+
+   !> &tool
+   type, public :: tool_spec_t
+      character(len=:), allocatable :: name
+      integer :: shape = tool_sphere
+      real(wp) :: radius = 0.0_wp        !< sphere, flat, m
+      real(wp) :: half_angle = 0.0_wp    !< cone, between axis and surface, rad
+      real(wp) :: tip(3) = 0.0_wp        !< the foremost point at the start, m
+      real(wp) :: axis(3) = [0.0_wp, 0.0_wp, -1.0_wp] !< unit vector, the direction in which the tool points and moves
+      real(wp), allocatable :: times(:)  !< s, rising; before the first and after the last the speed is held
+      real(wp), allocatable :: speeds(:) !< m/s along the axis, linear in between
+      real(wp) :: penetration_factor = 0.4_wp
+      real(wp) :: friction = 0.0_wp
+   end type tool_spec_t
+
+   !> &probe
+   type, public :: probe_spec_t
+      character(len=:), allocatable :: name
+      real(wp) :: position(3) = 0.0_wp   !< m
+   end type probe_spec_t
+
+   !> &contact
+   type, public :: contact_spec_t
+      real(wp) :: tolerance = 1.0e-8_wp  !< residual of the contact problem relative to its right-hand side
+      integer :: max_iterations = 200
+   end type contact_spec_t
+
+   !> &output
+   type, public :: output_spec_t
+      logical :: present = .false.       !< no &output group: nothing is written but the console
+      character(len=:), allocatable :: directory
+      real(wp) :: every = 0.0_wp         !< s between snapshots of the particles; 0 means first and last only
+      real(wp) :: history_every = 0.0_wp !< s between lines of the histories; 0 means end_time/1000
+      logical :: hdf5 = .true.
+      logical :: tecplot = .false.
+   end type output_spec_t
+
+   !> A whole scene.
+   type, public :: scene_t
+      character(len=:), allocatable :: title
+      real(wp) :: end_time = 0.0_wp      !< s
+      type(grid_spec_t) :: grid
+      type(time_spec_t) :: time
+      type(contact_spec_t) :: contact
+      type(output_spec_t) :: output
+      type(material_spec_t), allocatable :: materials(:)
+      type(body_spec_t), allocatable :: bodies(:)
+      type(tool_spec_t), allocatable :: tools(:)
+      type(probe_spec_t), allocatable :: probes(:)
+   end type scene_t
+
+end module m_scene
