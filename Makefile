@@ -1,0 +1,200 @@
+# gimp3d. `make help` lists the targets. Local settings go into config.mk (not tracked); every variable set here with ?= can be
+# given there, in the environment or on the command line.
+
+-include config.mk
+
+BUILD ?= opt
+build := build/$(BUILD)
+.DEFAULT_GOAL := gimp3d
+
+# ---- compiler and flags -------------------------------------------------------------------------------------------------------
+
+ifeq ($(origin FC),default)
+FC := mpifort
+endif
+vectors := $(if $(filter x86_64,$(shell uname -m)),-mprefer-vector-width=512)
+
+FLAGS_opt ?= -std=f2008 -O3 -march=native -fopenmp-simd $(vectors) -g
+FLAGS_profile ?= $(FLAGS_opt) -fno-omit-frame-pointer -fno-optimize-sibling-calls
+FLAGS_debug ?= -std=f2008 -g -Og -fcheck=all -fsanitize=address,undefined -ffpe-trap=invalid,zero,overflow -fbacktrace \
+               -Wall -Wextra -Wno-c-binding-type
+FLAGS_EXTRA ?=
+ifndef FLAGS_$(BUILD)
+$(error BUILD=$(BUILD): the builds are opt, debug, profile)
+endif
+flags = $(strip $(FLAGS_$(BUILD)) $(FLAGS_EXTRA))
+
+# ---- libraries: asked for once, and only when something is compiled -------------------------------------------------------------
+
+once = $(eval $(1) := $(2))$($(1))
+multiarch = $(call once,multiarch,$(shell gcc -print-multiarch))
+PKG_CONFIG ?= pkg-config
+PETSC_FLAGS ?= $(call once,PETSC_FLAGS,$(shell $(PKG_CONFIG) --cflags-only-I PETSc))
+PETSC_LIBS ?= $(call once,PETSC_LIBS,$(shell $(PKG_CONFIG) --libs PETSc))
+HDF5_INC ?= /usr/include/hdf5/openmpi
+HDF5_LIB ?= /usr/lib/$(multiarch)/hdf5/openmpi
+METIS_INC ?= /usr/include
+METIS_LIB ?=
+libraries = -L$(HDF5_LIB) -lhdf5_fortran -lhdf5 $(METIS_LIB:%=-L%) -lmetis $(PETSC_LIBS)
+compile = $(FC) $(flags) -I$(HDF5_INC) -J$(build)/mod
+petsc_compile = $(compile) -ffree-line-length-none $(PETSC_FLAGS)
+
+# ---- sources --------------------------------------------------------------------------------------------------------------------
+
+main := src/app/gimp3d.f90
+sources := $(sort $(shell find src -name '*.f90' -o -name '*.F90'))
+test_sources := $(sort $(shell find test -name '*.f90' 2>/dev/null))
+library_objects := $(patsubst src/%,$(build)/obj/src/%.o,$(basename $(filter-out $(main),$(sources))))
+program := $(if $(filter $(main),$(sources)),$(build)/gimp3d)
+
+# Goals that compile nothing need no list of what depends on what.
+plain_goals := help clean clean-all deps venv demo test test-all plots
+ifneq ($(filter-out $(plain_goals),$(or $(MAKECMDGOALS),gimp3d)),)
+include $(build)/depends.mk
+stale_modules := $(filter-out $(modules:%=$(build)/mod/%.mod),$(wildcard $(build)/mod/*.mod))
+$(if $(stale_modules),$(shell rm -f $(stale_modules)))
+endif
+test_binaries := $(patsubst test/%.f90,$(build)/test/%,$(test_programs))
+# TESTS="unit input/run ...": only these suites or tests (all when empty)
+TESTS ?=
+chosen_binaries := $(if $(TESTS),$(filter $(TESTS:%=$(build)/test/%) $(TESTS:%=$(build)/test/%/%),$(test_binaries)),$(test_binaries))
+
+# ---- build ----------------------------------------------------------------------------------------------------------------------
+
+.PHONY: gimp3d library tests FORCE
+.DELETE_ON_ERROR:
+.SUFFIXES:
+
+## gimp3d      build the program (the default); BUILD=opt (default), debug or profile
+gimp3d: library $(program)
+ifeq ($(program),)
+	@echo "$(main) is not there yet: built $(build)/libgimp3d.a only"
+else
+	@[ "$$(readlink $@)" = $(program) ] || ln -sfn $(program) $@
+endif
+
+library: $(build)/libgimp3d.a
+
+## tests       build the test programs without running them
+tests: gimp3d $(chosen_binaries)
+
+$(build)/gimp3d: $(build)/obj/$(main:.f90=.o) $(build)/libgimp3d.a
+	@echo "  link     $@"
+	@$(FC) $(flags) -o $@ $^ $(libraries)
+
+$(build)/libgimp3d.a: $(library_objects)
+	@echo "  archive  $@"
+	@rm -f $@ && ar rcs $@ $^
+
+$(build)/test/libtest.a: $(test_objects)
+	@mkdir -p $(@D)
+	@rm -f $@ && ar rcs $@ $^
+
+$(test_binaries): $(build)/test/%: $(build)/obj/test/%.o $(build)/test/libtest.a $(build)/libgimp3d.a
+	@mkdir -p $(@D)
+	@$(FC) $(flags) -o $@ $^ $(libraries)
+
+$(build)/obj/%.o: %.f90 $(build)/flags
+	@mkdir -p $(@D) $(build)/mod
+	@echo "  compile  $<"
+	@$(compile) -c -o $@ $<
+
+$(build)/obj/%.o: %.F90 $(build)/flags
+	@mkdir -p $(@D) $(build)/mod
+	@echo "  compile  $<"
+	@$(petsc_compile) -c -o $@ $<
+
+# A module file that the compiler left alone (its interface is as it was) is older than its object; then nothing that uses it is
+# compiled again.
+$(build)/mod/%.mod:
+	@[ -f $@ ] || { rm -f $<; echo "$@ was missing: type make once more"; exit 1; }
+
+# Written anew when they change, so that what depends on them is built again.
+write_if_changed = { cmp -s $(1).new $(1) && rm -f $(1).new || mv $(1).new $(1); }
+
+$(build)/flags: FORCE
+	@mkdir -p $(@D)
+	@{ echo '$(petsc_compile)'; echo '$(libraries)'; $(FC) --version | head -n 1; } > $@.new && $(call write_if_changed,$@)
+
+$(build)/depends.mk: FORCE
+	@mkdir -p $(@D)
+	@awk -v build=$(build) -f tools/depends.awk $(sources) $(test_sources) > $@.new && $(call write_if_changed,$@)
+
+# ---- set-up ---------------------------------------------------------------------------------------------------------------------
+
+.PHONY: deps venv help clean clean-all
+
+## deps        see that compiler and libraries are there; install them where apt may be used, else say what to type
+deps:
+	@HDF5_INC='$(HDF5_INC)' METIS_INC='$(METIS_INC)' PYTHON='$(PYTHON)' sh tools/deps
+
+# PYTHON=path takes a Python that already has what post/requirements.txt lists; without it, one is set up under build/venv.
+ifeq ($(PYTHON),)
+python := build/venv/bin/python
+venv: build/venv/complete
+else
+python := $(PYTHON)
+venv:
+endif
+
+## venv        the Python packages of post/requirements.txt, in build/venv
+build/venv/complete: post/requirements.txt
+	@echo "  venv     build/venv (numpy, h5py, matplotlib, vtk)"
+	@mkdir -p build && rm -rf build/venv
+	@python3 -m venv build/venv && build/venv/bin/python -m pip install --quiet --disable-pip-version-check -r $< || { \
+	   rm -rf build/venv; \
+	   echo "The Python packages could not be installed. With a Python that has them ($<), type: make PYTHON=/path/to/python ..."; \
+	   exit 1; }
+	@touch $@
+
+## help        this list
+help:
+	@echo "make [BUILD=opt|debug|profile] [TARGET]"
+	@sed -n 's/^## /  /p' Makefile
+
+## clean       remove what was compiled
+clean:
+	rm -rf build/opt build/debug build/profile gimp3d
+
+## clean-all   clean, and the Python packages too (results under out/ stay)
+clean-all: clean
+	rm -rf build
+
+# ---- use ------------------------------------------------------------------------------------------------------------------------
+
+.PHONY: demo test test-all plots
+
+# What mpirun needs in a container, as root, or with more ranks than cores; harmless elsewhere. test/harness/env.sh says the same.
+export OMPI_ALLOW_RUN_AS_ROOT ?= 1
+export OMPI_ALLOW_RUN_AS_ROOT_CONFIRM ?= 1
+export OMPI_MCA_rmaps_base_oversubscribe ?= 1
+export OMPI_MCA_hwloc_base_binding_policy ?= none
+export OMPI_MCA_btl_vader_single_copy_mechanism ?= none
+export ASAN_OPTIONS ?= detect_leaks=0
+
+jobs = $(if $(filter -j% --jobserver%,$(MAKEFLAGS)),,-j$(shell nproc 2>/dev/null || echo 1))
+set_up = @$(MAKE) --no-print-directory deps && $(MAKE) --no-print-directory venv
+
+## demo        everything from nothing: set up, build, press a sphere into a cylinder on 2 ranks, draw the results
+demo:
+	$(set_up)
+	@$(MAKE) --no-print-directory $(jobs) gimp3d
+	@mkdir -p out
+	mpirun -n 2 ./gimp3d < input/demo.nml
+	@$(MAKE) --no-print-directory plots RUN=out/demo PLOT_OPTIONS="--finite-elements test/references/fem/sphere_hypo_h0.1.csv --theory"
+
+## test        set up, build, run the tests; TESTS="unit input/run ..." runs these suites or tests only
+test:
+	$(set_up)
+	@$(MAKE) --no-print-directory -k $(jobs) tests
+	@BUILD=$(BUILD) PYTHON='$(abspath $(python))' test/run $(TEST_OPTIONS) $(TESTS)
+
+## test-all    the same with the long tests
+test-all:
+	@$(MAKE) --no-print-directory test TEST_OPTIONS=--all
+
+## plots       RUN=directory: draw load_depth.png, section.png, energy.png from what a run wrote there
+plots:
+	@[ -n "$(RUN)" ] || { echo "Say which run: make plots RUN=out/cone"; exit 1; }
+	@$(MAKE) --no-print-directory venv
+	@$(python) post/plots.py $(PLOT_OPTIONS) $(RUN)
