@@ -1,0 +1,249 @@
+!> What a snapshot is made of, as plain arrays: the state of all particles at one moment, spread over the ranks.
+module m_snapshot
+   use m_kinds, only: wp, i8
+   use m_constants, only: exit_numerical
+   use m_errors, only: error_t, fail
+   use m_communicator, only: communicator_t
+   use m_text, only: to_text
+   implicit none
+   private
+   public :: snapshot_file_name
+
+   integer, parameter, public :: component_name_length = 16
+
+   !> One quantity of the particles. Every rank states the same fields in the same order, a rank without particles too.
+   type, public :: snapshot_field_t
+      character(len=:), allocatable :: name !< for instance `stress`
+      character(len=:), allocatable :: unit !< for instance `Pa`; empty for a pure number
+      integer :: components = 1
+      character(len=component_name_length), allocatable :: component_names(:) !< for instance xx yy zz xy yz xz
+      real(wp), allocatable :: values(:, :) !< (n_local, components)
+   contains
+      procedure :: full_name
+   end type snapshot_field_t
+
+   !> Where the particles of this rank go in a file: file positions `offset(r)` to `offset(r) + count(r) - 1` (0-based),
+   !> ascending and apart, take the local particles `order(1), order(2), ...` one after the other.
+   type, public :: file_layout_t
+      integer(i8), allocatable :: offset(:)
+      integer, allocatable :: count(:)
+      integer, allocatable :: order(:)
+   contains
+      procedure :: position_sum
+   end type file_layout_t
+
+   !> The particles at one moment. Run r holds `run_count(r)` local particles, one after the other in memory, that belong at
+   !> file position `run_offset(r)` (0-based), so that a file is in the same order on any number of ranks.
+   type, public :: snapshot_t
+      real(wp) :: time = 0.0_wp             !< physical time, s
+      integer :: step = 0                   !< steps of the coarsest level done
+      character(len=:), allocatable :: title
+      integer :: n_local = 0                !< particles of this rank; 0 is allowed
+      integer(i8) :: n_total = 0_i8         !< particles of all ranks; 0 is allowed
+      real(wp), allocatable :: position(:, :) !< (n_local, 3), m
+      integer(i8), allocatable :: id(:)     !< (n_local)
+      type(snapshot_field_t), allocatable :: fields(:)
+      integer(i8), allocatable :: run_offset(:) !< (runs)
+      integer, allocatable :: run_count(:)  !< (runs)
+   contains
+      procedure :: check
+      procedure :: layout
+   end type snapshot_t
+
+contains
+
+   !> `particles_<step>` with the step in 8 digits (more when it needs them).
+   pure function snapshot_file_name(step, extension) result(name)
+      integer, intent(in) :: step
+      character(len=*), intent(in) :: extension !< without the point
+      character(len=:), allocatable :: name
+      character(len=16) :: digits
+      write (digits, '(i0.8)') step
+      name = 'particles_'//trim(digits)//'.'//extension
+   end function snapshot_file_name
+
+   !> Name of one component: `stress_xx`; the field's own name when it has but one.
+   pure function full_name(self, component) result(name)
+      class(snapshot_field_t), intent(in) :: self
+      integer, intent(in) :: component
+      character(len=:), allocatable :: name
+      character(len=1), parameter :: axes(3) = ['x', 'y', 'z']
+      name = self%name
+      if (self%components == 1) return
+      if (allocated(self%component_names)) then
+         name = name//'_'//trim(self%component_names(component))
+      else if (self%components == 3) then
+         name = name//'_'//axes(component)
+      else
+         name = name//'_'//to_text(component)
+      end if
+   end function full_name
+
+   !> Collective: fail when the arrays do not fit each other or the runs do not cover the file exactly.
+   subroutine check(self, communicator, error)
+      class(snapshot_t), intent(in) :: self
+      type(communicator_t), intent(in) :: communicator
+      type(error_t), intent(inout) :: error
+      type(file_layout_t) :: where_to
+      integer(i8) :: given, positions
+      call check_arrays(self, error)
+      call communicator%agree(error)
+      if (error%happened()) return
+      where_to = self%layout()
+      given = communicator%sum_count(int(self%n_local, i8))
+      positions = communicator%sum_count(where_to%position_sum())
+      if (given /= self%n_total) then
+         call fail(error, exit_numerical, 'snapshot of step '//to_text(self%step)//': the ranks hold '//to_text(given)// &
+                   ' particles and not '//to_text(self%n_total))
+      else if (overlaps(where_to) .or. positions /= (self%n_total*(self%n_total - 1))/2) then
+         call fail(error, exit_numerical, 'snapshot of step '//to_text(self%step)//': the runs of particles overlap')
+      end if
+      call communicator%agree(error)
+   end subroutine check
+
+   !> Shapes on this rank.
+   subroutine check_arrays(self, error)
+      class(snapshot_t), intent(in) :: self
+      type(error_t), intent(inout) :: error
+      logical :: good
+      integer :: f
+      good = allocated(self%position) .and. allocated(self%id) .and. allocated(self%fields) .and. allocated(self%title) &
+             .and. allocated(self%run_offset) .and. allocated(self%run_count)
+      if (good) good = size(self%position, 1) == self%n_local .and. size(self%position, 2) == 3 &
+                       .and. size(self%id) == self%n_local .and. size(self%run_offset) == size(self%run_count)
+      if (good) good = sum(self%run_count) == self%n_local .and. all(self%run_count >= 0)
+      if (good) good = all(self%run_offset >= 0 .and. self%run_offset + self%run_count <= self%n_total)
+      if (good) then
+         do f = 1, size(self%fields)
+            good = good .and. good_field(self%fields(f), self%n_local)
+         end do
+      end if
+      if (.not. good) call fail(error, exit_numerical, 'snapshot of step '//to_text(self%step)// &
+                                ': its arrays do not fit each other')
+   end subroutine check_arrays
+
+   logical function good_field(field, n_local) result(good)
+      type(snapshot_field_t), intent(in) :: field
+      integer, intent(in) :: n_local
+      good = allocated(field%name) .and. allocated(field%unit) .and. allocated(field%values)
+      if (good) good = all(shape(field%values) == [n_local, field%components]) .and. field%components > 0
+      if (good .and. allocated(field%component_names)) good = size(field%component_names) == field%components
+   end function good_field
+
+   !> The runs in file order, empty ones left out and neighbours joined.
+   function layout(self) result(where_to)
+      class(snapshot_t), intent(in) :: self
+      type(file_layout_t) :: where_to
+      integer, allocatable :: by_offset(:), first(:)
+      integer :: r, s, n, p, runs
+      runs = size(self%run_offset)
+      allocate (by_offset(runs), first(runs), where_to%offset(runs), where_to%count(runs), where_to%order(self%n_local))
+      p = 1
+      do r = 1, runs
+         first(r) = p
+         p = p + self%run_count(r)
+      end do
+      call sort(self%run_offset, by_offset)
+      n = 0
+      p = 0
+      do s = 1, runs
+         r = by_offset(s)
+         if (self%run_count(r) == 0) cycle
+         if (follows(where_to, n, self%run_offset(r))) then
+            where_to%count(n) = where_to%count(n) + self%run_count(r)
+         else
+            n = n + 1
+            where_to%offset(n) = self%run_offset(r)
+            where_to%count(n) = self%run_count(r)
+         end if
+         call take(where_to%order, p, first(r), self%run_count(r))
+      end do
+      where_to%offset = where_to%offset(1:n)
+      where_to%count = where_to%count(1:n)
+   end function layout
+
+   !> Append local particles first, first + 1, ... to an order that holds p.
+   pure subroutine take(order, p, first, count)
+      integer, intent(inout) :: order(:), p
+      integer, intent(in) :: first, count
+      integer :: i
+      do i = 0, count - 1
+         order(p + 1 + i) = first + i
+      end do
+      p = p + count
+   end subroutine take
+
+   !> True when a run at this offset goes on where the n-th ended.
+   pure logical function follows(where_to, n, offset)
+      type(file_layout_t), intent(in) :: where_to
+      integer, intent(in) :: n
+      integer(i8), intent(in) :: offset
+      follows = .false.
+      if (n > 0) follows = where_to%offset(n) + where_to%count(n) == offset
+   end function follows
+
+   pure logical function overlaps(where_to)
+      type(file_layout_t), intent(in) :: where_to
+      integer :: n
+      n = size(where_to%offset)
+      overlaps = .false.
+      if (n > 1) overlaps = any(where_to%offset(1:n - 1) + where_to%count(1:n - 1) > where_to%offset(2:n))
+   end function overlaps
+
+   !> Sum of the file positions of this rank: over all ranks n (n - 1) / 2 when each position is taken once.
+   pure integer(i8) function position_sum(self)
+      class(file_layout_t), intent(in) :: self
+      position_sum = sum(self%count*self%offset + (int(self%count, i8)*(self%count - 1_i8))/2)
+   end function position_sum
+
+   !> Indices that put the keys in ascending order, equal ones as they came (merge sort from the bottom up).
+   pure subroutine sort(keys, order)
+      integer(i8), intent(in) :: keys(:)
+      integer, intent(out) :: order(:)
+      integer, allocatable :: merged(:)
+      integer :: i, n, width, low, middle, high
+      n = size(keys)
+      allocate (merged(n))
+      do i = 1, n
+         order(i) = i
+      end do
+      width = 1
+      do while (width < n)
+         do low = 1, n, 2*width
+            middle = min(low + width, n + 1)
+            high = min(low + 2*width, n + 1)
+            call merge_two(keys, order(low:high - 1), middle - low, merged(low:high - 1))
+         end do
+         order = merged
+         width = 2*width
+      end do
+   end subroutine sort
+
+   !> Merge the two ascending halves of `order`, the first of them `half` long.
+   pure subroutine merge_two(keys, order, half, merged)
+      integer(i8), intent(in) :: keys(:)
+      integer, intent(in) :: order(:), half
+      integer, intent(inout) :: merged(:)
+      integer :: a, b, k
+      logical :: take_first
+      a = 1
+      b = half + 1
+      do k = 1, size(order)
+         if (a > half) then
+            take_first = .false.
+         else if (b > size(order)) then
+            take_first = .true.
+         else
+            take_first = keys(order(a)) <= keys(order(b))
+         end if
+         if (take_first) then
+            merged(k) = order(a)
+            a = a + 1
+         else
+            merged(k) = order(b)
+            b = b + 1
+         end if
+      end do
+   end subroutine merge_two
+
+end module m_snapshot
