@@ -1,0 +1,59 @@
+#!/bin/bash
+#test: limit 120
+# The tools of the tests must notice what is wrong: every failure planted here has to be caught.
+. "$(dirname "$0")/../harness/env.sh"
+
+planted=$BUILD_DIR/test/harness/planted
+caught=0
+
+must_pass() { # must_pass WHAT COMMAND...
+   what=$1
+   shift
+   "$@" >out.log 2>&1 || { cat out.log; fail "$what does not pass"; }
+}
+
+must_fail() { # must_fail WHAT EXPECTED-TEXT COMMAND...
+   what=$1 text=$2
+   shift 2
+   if "$@" >out.log 2>&1; then fail "not noticed: $what"; fi
+   grep -qF -- "$text" out.log || { cat out.log; fail "$what: nothing says '$text'"; }
+   caught=$((caught + 1))
+}
+
+# ---- assertions ----
+must_pass 'a sound test program' mpirun -n 1 "$planted" none
+must_pass 'a sound test program on 2 ranks' mpirun -n 2 "$planted" none
+for plant in condition value nan nan-expected array length count; do
+   must_fail "$plant in an assertion" ', 1 failed' mpirun -n 1 "$planted" $plant
+done
+must_fail 'a failure on the last rank' 'rank 1' mpirun -n 2 "$planted" last-rank
+grep -q 'planted: 5 cases, 10 checks on 2 ranks, 1 failed' out.log || fail 'a case counts more than once'
+must_fail 'a program that checks nothing' 'nothing was checked' mpirun -n 1 "$planted" nothing
+
+# ---- compare.py ----
+"$PYTHON" "$ROOT/test/harness/planted.py" >compare.log 2>&1 || { cat compare.log; fail 'compare.py'; }
+cat compare.log
+
+# ---- the driver: a copy of it runs a suite with a sound, a failing, a hanging and a missing test ----
+mkdir -p driver/test/unit "driver/build/$BUILD"
+cp "$ROOT/test/run" driver/test/run
+echo 'exit 0' >driver/test/unit/sound.sh
+driver() { env -u WORK PYTHON="$PYTHON" BUILD=opt driver/test/run "$@"; }
+must_pass 'a suite of one sound test' driver
+[ "$(tail -n 1 out.log)" = '1 passed, 0 failed' ] || fail 'the last line of the driver'
+printf '#test: long\nexit 1\n' >driver/test/unit/later.sh
+must_pass 'a long test left out' driver
+must_fail 'a long test that fails' '1 passed, 1 failed' driver --all
+rm driver/test/unit/later.sh
+echo 'exit 3' >driver/test/unit/failing.sh
+must_fail 'a failing test' '1 passed, 1 failed' driver
+rm driver/test/unit/failing.sh
+printf '#test: limit 1\nsleep 30\n' >driver/test/unit/hanging.sh
+must_fail 'a hanging test' 'stopped at its limit' driver
+rm driver/test/unit/hanging.sh
+printf '!test: ranks 1 2\nprogram absent\nend program\n' >driver/test/unit/absent.f90
+must_fail 'programs that were not built' '1 passed, 2 failed' driver
+must_fail 'a suite that does not exist' 'no suite' driver units
+must_fail 'a test that does not exist' 'No test was run' driver unit/soundly
+
+echo "assertions and driver: $caught planted failures caught"
