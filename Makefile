@@ -164,7 +164,7 @@ clean-all: clean
 
 .PHONY: demo test test-all plots
 
-# What mpirun needs in a container, as root, or with more ranks than cores; harmless elsewhere. test/harness/env.sh says the same.
+# What mpirun needs in a container, as root, or with more ranks than cores; harmless elsewhere. The tests have theirs in test/harness/mpi.sh.
 export OMPI_ALLOW_RUN_AS_ROOT ?= 1
 export OMPI_ALLOW_RUN_AS_ROOT_CONFIRM ?= 1
 export OMPI_MCA_rmaps_base_oversubscribe ?= 1
