@@ -1,0 +1,210 @@
+!> Directories and files, through the C library: make, test, rename, remove, and read whole.
+module m_filesystem
+   use, intrinsic :: iso_c_binding, only: c_char, c_int, c_size_t, c_ptr, c_null_char, c_associated
+   implicit none
+   private
+   public :: make_directory, can_make_directory, is_directory, is_writable, rename_file, remove_file
+   public :: read_file, read_standard_input
+
+   integer(c_int), parameter :: may_search = 1, may_write = 2, permissions = 511 ! rwxrwxrwx, less the umask
+   integer, parameter :: piece = 65536
+
+   interface
+      integer(c_int) function c_access(path, mode) bind(c, name='access')
+         import :: c_char, c_int
+         character(kind=c_char), intent(in) :: path(*)
+         integer(c_int), value :: mode
+      end function c_access
+      integer(c_int) function c_mkdir(path, mode) bind(c, name='mkdir')
+         import :: c_char, c_int
+         character(kind=c_char), intent(in) :: path(*)
+         integer(c_int), value :: mode
+      end function c_mkdir
+      integer(c_int) function c_rmdir(path) bind(c, name='rmdir')
+         import :: c_char, c_int
+         character(kind=c_char), intent(in) :: path(*)
+      end function c_rmdir
+      integer(c_int) function c_unlink(path) bind(c, name='unlink')
+         import :: c_char, c_int
+         character(kind=c_char), intent(in) :: path(*)
+      end function c_unlink
+      integer(c_int) function c_rename(old, new) bind(c, name='rename')
+         import :: c_char, c_int
+         character(kind=c_char), intent(in) :: old(*), new(*)
+      end function c_rename
+      integer(c_int) function c_isatty(descriptor) bind(c, name='isatty')
+         import :: c_int
+         integer(c_int), value :: descriptor
+      end function c_isatty
+      type(c_ptr) function c_fopen(path, mode) bind(c, name='fopen')
+         import :: c_char, c_ptr
+         character(kind=c_char), intent(in) :: path(*), mode(*)
+      end function c_fopen
+      type(c_ptr) function c_fdopen(descriptor, mode) bind(c, name='fdopen')
+         import :: c_char, c_int, c_ptr
+         integer(c_int), value :: descriptor
+         character(kind=c_char), intent(in) :: mode(*)
+      end function c_fdopen
+      integer(c_size_t) function c_fread(buffer, size, count, stream) bind(c, name='fread')
+         import :: c_char, c_size_t, c_ptr
+         character(kind=c_char), intent(out) :: buffer(*)
+         integer(c_size_t), value :: size, count
+         type(c_ptr), value :: stream
+      end function c_fread
+      integer(c_int) function c_ferror(stream) bind(c, name='ferror')
+         import :: c_int, c_ptr
+         type(c_ptr), value :: stream
+      end function c_ferror
+      integer(c_int) function c_fclose(stream) bind(c, name='fclose')
+         import :: c_int, c_ptr
+         type(c_ptr), value :: stream
+      end function c_fclose
+   end interface
+
+contains
+
+   !> Make a directory and those above it that are missing. `ok` is false when it is not there afterwards.
+   recursive subroutine make_directory(path, ok)
+      character(len=*), intent(in) :: path
+      logical, intent(out) :: ok
+      character(len=:), allocatable :: above
+      ok = is_directory(path)
+      if (ok) return
+      above = parent(path)
+      if (above == path) return
+      call make_directory(above, ok)
+      if (.not. ok) return
+      if (c_mkdir(path//c_null_char, permissions) /= 0) ok = is_directory(path)
+   end subroutine make_directory
+
+   !> Whether a directory is there and can be written to, or could be made. Leaves nothing behind: what it makes it removes.
+   recursive logical function can_make_directory(path) result(ok)
+      character(len=*), intent(in) :: path
+      character(len=:), allocatable :: first
+      logical :: made
+      if (is_directory(path)) then
+         ok = is_writable(path)
+         return
+      end if
+      first = first_missing(path)
+      call make_directory(path, made)
+      ok = made
+      if (ok) ok = is_writable(path)
+      call remove_empty(path, first)
+   end function can_make_directory
+
+   !> Remove the empty directories from `path` up to `first`.
+   recursive subroutine remove_empty(path, first)
+      character(len=*), intent(in) :: path, first
+      integer :: status
+      status = c_rmdir(path//c_null_char)
+      if (path /= first) call remove_empty(parent(path), first)
+   end subroutine remove_empty
+
+   !> The topmost directory of `path` that is not there.
+   recursive function first_missing(path) result(first)
+      character(len=*), intent(in) :: path
+      character(len=:), allocatable :: first
+      character(len=:), allocatable :: above
+      above = parent(path)
+      first = path
+      if (above == path) return
+      if (.not. is_directory(above)) first = first_missing(above)
+   end function first_missing
+
+   !> What stands before the last / of a path; '.' when there is none.
+   pure function parent(path) result(above)
+      character(len=*), intent(in) :: path
+      character(len=:), allocatable :: above
+      integer :: last
+      last = len(path)
+      do while (last > 1)
+         if (path(last:last) /= '/') exit
+         last = last - 1
+      end do
+      last = index(path(:last), '/', back=.true.)
+      do while (last > 1)
+         if (path(last:last) /= '/') exit
+         last = last - 1
+      end do
+      if (last == 0) then
+         above = '.'
+      else if (last == 1) then
+         above = '/'
+      else
+         above = path(:last)
+      end if
+   end function parent
+
+   logical function is_directory(path)
+      character(len=*), intent(in) :: path
+      is_directory = c_access(path//'/.'//c_null_char, 0_c_int) == 0
+   end function is_directory
+
+   !> Whether new files can be put into this directory.
+   logical function is_writable(path)
+      character(len=*), intent(in) :: path
+      is_writable = c_access(path//'/.'//c_null_char, may_write + may_search) == 0
+   end function is_writable
+
+   !> Give a file another name, replacing what had it, in one step.
+   subroutine rename_file(old, new, ok)
+      character(len=*), intent(in) :: old, new
+      logical, intent(out) :: ok
+      ok = c_rename(old//c_null_char, new//c_null_char) == 0
+   end subroutine rename_file
+
+   subroutine remove_file(path, ok)
+      character(len=*), intent(in) :: path
+      logical, intent(out) :: ok
+      ok = c_unlink(path//c_null_char) == 0
+   end subroutine remove_file
+
+   !> All bytes of a file, or its first `limit` + 1 when it is longer than that.
+   subroutine read_file(path, limit, text, ok)
+      character(len=*), intent(in) :: path
+      integer, intent(in) :: limit
+      character(len=:), allocatable, intent(out) :: text
+      logical, intent(out) :: ok
+      call read_stream(c_fopen(path//c_null_char, 'rb'//c_null_char), limit, text, ok)
+   end subroutine read_file
+
+   !> All bytes of standard input, as read_file. A terminal counts as empty: nobody types a scene.
+   subroutine read_standard_input(limit, text, ok)
+      integer, intent(in) :: limit
+      character(len=:), allocatable, intent(out) :: text
+      logical, intent(out) :: ok
+      ok = .true.
+      text = ''
+      if (c_isatty(0_c_int) == 1) return
+      call read_stream(c_fdopen(0_c_int, 'rb'//c_null_char), limit, text, ok)
+   end subroutine read_standard_input
+
+   subroutine read_stream(stream, limit, text, ok)
+      type(c_ptr), intent(in) :: stream
+      integer, intent(in) :: limit
+      character(len=:), allocatable, intent(out) :: text
+      logical, intent(out) :: ok
+      character(len=:), allocatable :: buffer, larger
+      integer :: length, count, status
+      text = ''
+      ok = c_associated(stream)
+      if (.not. ok) return
+      allocate (character(len=piece) :: buffer)
+      length = 0
+      do
+         if (length + piece > len(buffer)) then
+            allocate (character(len=2*len(buffer) + piece) :: larger)
+            larger(:length) = buffer(:length)
+            call move_alloc(larger, buffer)
+         end if
+         count = int(c_fread(buffer(length + 1:length + piece), 1_c_size_t, int(piece, c_size_t), stream))
+         length = length + count
+         if (count < piece .or. length > limit) exit
+      end do
+      ok = c_ferror(stream) == 0
+      status = c_fclose(stream)
+      text = buffer(:min(length, limit + 1))
+   end subroutine read_stream
+
+end module m_filesystem

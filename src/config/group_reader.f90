@@ -1,0 +1,389 @@
+!> Typed access to the variables of one group: each is asked for once, by one call that says what is allowed.
+!> Reading goes on after a fault; `finish` reports the one that matters most: an unknown variable (also the cause of
+!> a missing one), then one that does not belong to the choice made, then the first wrong value.
+module m_group_reader
+   use m_kinds, only: wp
+   use m_constants, only: exit_input
+   use m_errors, only: error_t, fail
+   use m_namelist_group, only: group_t
+   use m_number_text, only: read_real, read_integer, integer_text, number_good, number_infinite, number_size
+   use m_value_range, only: range_t
+   use m_words, only: lower_case, advice, joined
+   implicit none
+   private
+
+   integer, parameter, public :: name_length = 64 !< characters of a name that becomes part of a file name
+   integer, parameter :: most_known = 40          !< variables of a group
+
+   !> A variable that was asked for.
+   type :: known_t
+      character(len=name_length) :: name = ''
+      logical :: used = .true.                    !< it belongs to the choice made
+      character(len=name_length) :: choice = ''   !< that choice, as shape='box'
+   end type known_t
+
+   !> A group while it is read.
+   type, public :: group_reader_t
+      private
+      type(group_t) :: group
+      type(known_t) :: known(most_known)
+      integer :: count = 0
+      character(len=name_length) :: choice = ''
+      type(error_t) :: first_fault
+   contains
+      procedure :: begin
+      procedure :: finish
+      procedure :: names
+      procedure :: is_given
+      procedure :: refuse
+      generic :: get => get_real, get_reals, get_integer
+      procedure :: get_list
+      procedure :: get_text
+      procedure :: get_set
+      procedure :: get_name
+      procedure :: get_choice
+      procedure :: get_choices
+      procedure :: get_option
+      procedure, private :: get_real, get_reals, get_integer
+      procedure, private :: look_up
+      procedure, private :: check_count
+      procedure, private :: number
+      procedure, private :: word_index
+   end type group_reader_t
+
+contains
+
+   !> Take up a group. Without one, a group without variables: asking then tells only which are known.
+   subroutine begin(self, group)
+      class(group_reader_t), intent(out) :: self
+      type(group_t), intent(in), optional :: group
+      self%group%name = ''
+      allocate (self%group%entries(0))
+      if (present(group)) self%group = group
+   end subroutine begin
+
+   !> All variables asked for: report the fault that matters most, if any.
+   subroutine finish(self, error)
+      class(group_reader_t), intent(in) :: self
+      type(error_t), intent(inout) :: error
+      character(len=name_length), allocatable :: used(:)
+      integer :: i, k
+      used = pack(self%known(:self%count)%name, self%known(:self%count)%used)
+      do i = 1, size(self%group%entries)
+         associate (entry => self%group%entries(i))
+            if (any(self%known(:self%count)%name == entry%name)) cycle
+            call fail(error, exit_input, 'line '//integer_text(entry%line)//', &'//self%group%name//' '//entry%name// &
+                      ': unknown variable'//advice(entry%name, used))
+         end associate
+      end do
+      do i = 1, size(self%group%entries)
+         do k = 1, self%count
+            if (self%known(k)%used .or. self%known(k)%name /= self%group%entries(i)%name) cycle
+            call fail(error, exit_input, self%group%entry_place(self%group%entries(i)%name)//': not used with '// &
+                      trim(self%known(k)%choice)//'; allowed: '//joined(used))
+         end do
+      end do
+      if (self%first_fault%happened()) call fail(error, self%first_fault%status, self%first_fault%message)
+   end subroutine finish
+
+   !> The variables asked for so far.
+   function names(self) result(list)
+      class(group_reader_t), intent(in) :: self
+      character(len=name_length), allocatable :: list(:)
+      list = self%known(:self%count)%name
+   end function names
+
+   pure logical function is_given(self, name)
+      class(group_reader_t), intent(in) :: self
+      character(len=*), intent(in) :: name
+      is_given = self%group%find_entry(name) > 0
+   end function is_given
+
+   !> Record that the value of a variable is wrong; the sentence begins with its place.
+   subroutine refuse(self, name, sentence)
+      class(group_reader_t), intent(inout) :: self
+      character(len=*), intent(in) :: name, sentence
+      call fail(self%first_fault, exit_input, self%group%entry_place(name)//': '//sentence)
+   end subroutine refuse
+
+   !> Note that a variable exists; its index in the group, or 0 when it is not given (refused when it is required).
+   integer function look_up(self, name, expected, required, used) result(found)
+      class(group_reader_t), intent(inout) :: self
+      character(len=*), intent(in) :: name, expected
+      logical, intent(in), optional :: required, used
+      self%count = self%count + 1
+      self%known(self%count)%name = name
+      found = self%group%find_entry(name)
+      if (present(used)) then
+         self%known(self%count)%used = used
+         self%known(self%count)%choice = self%choice
+         if (.not. used) found = 0
+         if (.not. used) return
+      end if
+      if (.not. present(required)) return
+      if (required .and. found == 0) call self%refuse(name, 'missing; '//expected)
+   end function look_up
+
+   !> Refuse another number of values than `wanted`.
+   subroutine check_count(self, found, wanted, expected, good)
+      class(group_reader_t), intent(inout) :: self
+      integer, intent(in) :: found, wanted
+      character(len=*), intent(in) :: expected
+      logical, intent(out) :: good
+      integer :: given
+      good = .false.
+      if (found == 0) return
+      given = size(self%group%entries(found)%values)
+      good = given == wanted
+      if (.not. good) call self%refuse(self%group%entries(found)%name, expected//'; '//integer_text(given)//' given')
+   end subroutine check_count
+
+   !> One number of a variable, checked.
+   subroutine number(self, found, i, range, value, expected)
+      class(group_reader_t), intent(inout) :: self
+      integer, intent(in) :: found, i
+      type(range_t), intent(in) :: range
+      real(wp), intent(inout) :: value
+      character(len=*), intent(in) :: expected
+      real(wp) :: new
+      integer :: fault
+      associate (entry => self%group%entries(found))
+         call read_real(entry%value_text(i), new, fault)
+         if (entry%values(i)%quoted .or. .not. any(fault == [number_good, number_infinite, number_size])) then
+            call self%refuse(entry%name, expected)
+         else if (fault == number_infinite) then
+            call self%refuse(entry%name, spliced(expected, 'finite'))
+         else if (fault == number_size) then
+            call self%refuse(entry%name, expected//'; in size from 1e-100 to 1e100, or 0')
+         else if (.not. range%holds(new)) then
+            call self%refuse(entry%name, 'must be '//range%limits())
+         else
+            value = new
+         end if
+      end associate
+   end subroutine number
+
+   !> `must be a number ...` as `must be a finite number ...`.
+   function spliced(expected, word) result(text)
+      character(len=*), intent(in) :: expected, word
+      character(len=:), allocatable :: text
+      integer :: at
+      at = index(expected, 'number')
+      text = expected(:at - 1)//word//' '//expected(at:)
+   end function spliced
+
+   subroutine get_real(self, name, value, range, required, used)
+      class(group_reader_t), intent(inout) :: self
+      character(len=*), intent(in) :: name
+      real(wp), intent(inout) :: value
+      type(range_t), intent(in) :: range
+      logical, intent(in), optional :: required, used
+      character(len=:), allocatable :: expected
+      integer :: found
+      logical :: good
+      expected = trim('must be a number '//range%limits())
+      found = self%look_up(name, expected, required, used)
+      call self%check_count(found, 1, expected, good)
+      if (good) call self%number(found, 1, range, value, expected)
+   end subroutine get_real
+
+   !> As many numbers as `values` holds.
+   subroutine get_reals(self, name, values, range, required, used)
+      class(group_reader_t), intent(inout) :: self
+      character(len=*), intent(in) :: name
+      real(wp), intent(inout) :: values(:)
+      type(range_t), intent(in) :: range
+      logical, intent(in), optional :: required, used
+      character(len=:), allocatable :: expected
+      integer :: found, i
+      logical :: good
+      expected = trim('must be '//integer_text(size(values))//' numbers '//range%limits())
+      found = self%look_up(name, expected, required, used)
+      call self%check_count(found, size(values), expected, good)
+      if (.not. good) return
+      do i = 1, size(values)
+         call self%number(found, i, range, values(i), expected)
+      end do
+   end subroutine get_reals
+
+   !> As many numbers as are given, one at least when required.
+   subroutine get_list(self, name, values, range, required, used)
+      class(group_reader_t), intent(inout) :: self
+      character(len=*), intent(in) :: name
+      real(wp), allocatable, intent(inout) :: values(:)
+      type(range_t), intent(in) :: range
+      logical, intent(in), optional :: required, used
+      character(len=:), allocatable :: expected
+      integer :: found, i
+      expected = trim('must be numbers '//range%limits())
+      found = self%look_up(name, expected, required, used)
+      if (found == 0) return
+      values = [(0.0_wp, i=1, size(self%group%entries(found)%values))]
+      do i = 1, size(values)
+         call self%number(found, i, range, values(i), expected)
+      end do
+   end subroutine get_list
+
+   !> A whole number, `least` or more.
+   subroutine get_integer(self, name, value, least, required, used)
+      class(group_reader_t), intent(inout) :: self
+      character(len=*), intent(in) :: name
+      integer, intent(inout) :: value
+      integer, intent(in) :: least
+      logical, intent(in), optional :: required, used
+      character(len=:), allocatable :: expected
+      integer :: found, new
+      logical :: good
+      expected = 'must be a whole number, at least '//integer_text(least)
+      found = self%look_up(name, expected, required, used)
+      call self%check_count(found, 1, expected, good)
+      if (.not. good) return
+      call read_integer(self%group%entries(found)%value_text(1), new, good)
+      if (.not. good .or. self%group%entries(found)%values(1)%quoted .or. new < least) then
+         call self%refuse(name, expected)
+      else
+         value = new
+      end if
+   end subroutine get_integer
+
+   !> One of a few whole numbers.
+   subroutine get_option(self, name, value, options)
+      class(group_reader_t), intent(inout) :: self
+      character(len=*), intent(in) :: name
+      integer, intent(inout) :: value
+      integer, intent(in) :: options(:)
+      character(len=:), allocatable :: expected
+      integer :: found, new, i
+      logical :: good
+      expected = 'must be one of '//integer_text(options(1))
+      do i = 2, size(options)
+         expected = expected//', '//integer_text(options(i))
+      end do
+      found = self%look_up(name, expected)
+      call self%check_count(found, 1, expected, good)
+      if (.not. good) return
+      call read_integer(self%group%entries(found)%value_text(1), new, good)
+      if (.not. good .or. self%group%entries(found)%values(1)%quoted .or. .not. any(options == new)) then
+         call self%refuse(name, expected)
+      else
+         value = new
+      end if
+   end subroutine get_option
+
+   !> A text of 1 to `longest` characters.
+   subroutine get_text(self, name, value, longest, required)
+      class(group_reader_t), intent(inout) :: self
+      character(len=*), intent(in) :: name
+      character(len=:), allocatable, intent(inout) :: value
+      integer, intent(in) :: longest
+      logical, intent(in), optional :: required
+      character(len=:), allocatable :: expected, text
+      integer :: found
+      logical :: good
+      expected = 'must be a text in quotes, of 1 to '//integer_text(longest)//' characters'
+      found = self%look_up(name, expected, required)
+      call self%check_count(found, 1, expected, good)
+      if (.not. good) return
+      text = trim(self%group%entries(found)%value_text(1))
+      good = self%group%entries(found)%values(1)%quoted .and. len(text) > 0 .and. len(text) <= longest
+      if (good) value = text
+      if (.not. good) call self%refuse(name, expected)
+   end subroutine get_text
+
+   !> A name, fit to be part of a file name; `value` comes in as the default.
+   subroutine get_name(self, name, value, required)
+      class(group_reader_t), intent(inout) :: self
+      character(len=*), intent(in) :: name
+      character(len=:), allocatable, intent(inout) :: value
+      logical, intent(in), optional :: required
+      character(len=*), parameter :: allowed = 'abcdefghijklmnopqrstuvwxyz0123456789_-'
+      character(len=:), allocatable :: expected, text
+      integer :: found
+      logical :: good
+      expected = 'must be in quotes, of 1 to '//integer_text(name_length)//' letters, digits, _ or -'
+      found = self%look_up(name, expected, required)
+      call self%check_count(found, 1, expected, good)
+      if (.not. good) return
+      text = self%group%entries(found)%value_text(1)
+      good = self%group%entries(found)%values(1)%quoted .and. len(text) > 0 .and. len(text) <= name_length .and. &
+             verify(lower_case(text), allowed) == 0
+      if (good) value = text
+      if (.not. good) call self%refuse(name, expected)
+   end subroutine get_name
+
+   !> One of the words: its index. Stays as it is when not given, 0 when the word is unknown.
+   subroutine get_choice(self, name, value, words, required)
+      class(group_reader_t), intent(inout) :: self
+      character(len=*), intent(in) :: name
+      integer, intent(inout) :: value
+      character(len=*), intent(in) :: words(:)
+      logical, intent(in), optional :: required
+      integer :: values(1)
+      values = value
+      call self%get_choices(name, values, words, required)
+      value = values(1)
+   end subroutine get_choice
+
+   !> As get_choice, for as many words as `values` holds.
+   subroutine get_choices(self, name, values, words, required)
+      class(group_reader_t), intent(inout) :: self
+      character(len=*), intent(in) :: name
+      integer, intent(inout) :: values(:)
+      character(len=*), intent(in) :: words(:)
+      logical, intent(in), optional :: required
+      character(len=:), allocatable :: expected
+      integer :: found, i
+      logical :: good
+      expected = 'must be in quotes, one of '//joined(words)
+      if (size(values) > 1) expected = 'must be '//integer_text(size(values))//' words in quotes, each one of '//joined(words)
+      found = self%look_up(name, expected, required)
+      if (found == 0 .and. present(required)) then
+         if (required) values = 0
+      end if
+      call self%check_count(found, size(values), expected, good)
+      if (found > 0) self%choice = name//'='//self%group%entries(found)%shown
+      if (found > 0 .and. .not. good) values = 0
+      if (.not. good) return
+      do i = 1, size(values)
+         values(i) = self%word_index(found, i, words, expected)
+      end do
+   end subroutine get_choices
+
+   !> Index of the i-th value among the words; 0 and refused when it is none of them.
+   integer function word_index(self, found, i, words, expected)
+      class(group_reader_t), intent(inout) :: self
+      integer, intent(in) :: found, i
+      character(len=*), intent(in) :: words(:)
+      character(len=*), intent(in) :: expected
+      character(len=:), allocatable :: word
+      associate (entry => self%group%entries(found))
+         word = lower_case(entry%value_text(i))
+         do word_index = size(words), 1, -1
+            if (word == lower_case(trim(words(word_index))) .and. entry%values(i)%quoted) return
+         end do
+         if (entry%values(i)%quoted) call self%refuse(entry%name, 'unknown '//entry%name//advice(word, words))
+         call self%refuse(entry%name, expected)
+      end associate
+   end function word_index
+
+   !> As get_choices, for 1 to as many words as there are, each once.
+   subroutine get_set(self, name, chosen, words)
+      class(group_reader_t), intent(inout) :: self
+      character(len=*), intent(in) :: name
+      logical, intent(inout) :: chosen(:)
+      character(len=*), intent(in) :: words(:)
+      character(len=:), allocatable :: expected
+      integer :: found, i, k
+      expected = 'must be words in quotes, each one of '//joined(words)
+      found = self%look_up(name, expected)
+      if (found == 0) return
+      chosen = .false.
+      do i = 1, size(self%group%entries(found)%values)
+         k = self%word_index(found, i, words, expected)
+         if (k == 0) return
+         if (chosen(k)) call self%refuse(name, expected//'; '//trim(words(k))//' given twice')
+         chosen(k) = .true.
+      end do
+   end subroutine get_set
+
+end module m_group_reader

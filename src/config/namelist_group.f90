@@ -1,0 +1,94 @@
+!> One group of a scene's text: its variables, their raw values, and where they stand.
+module m_namelist_group
+   use m_number_text, only: integer_text
+   implicit none
+   private
+   public :: abbreviated
+
+   integer, parameter :: longest_shown = 60     !< characters of a value that a sentence repeats
+
+   !> Where a value stands in the source of its entry, without its quotes.
+   type, public :: value_t
+      integer :: first = 1, last = 0
+      logical :: quoted = .false.
+   end type value_t
+
+   !> One variable of a group and its raw values.
+   type, public :: entry_t
+      character(len=:), allocatable :: name      !< lower case
+      integer :: line = 0
+      character(len=:), allocatable :: source    !< of all its values
+      type(value_t), allocatable :: values(:)    !< repeats written out
+      character(len=:), allocatable :: shown     !< values as a sentence repeats them
+   contains
+      procedure :: value_text
+   end type entry_t
+
+   !> One group.
+   type, public :: group_t
+      character(len=:), allocatable :: name      !< lower case
+      integer :: line = 0
+      type(entry_t), allocatable :: entries(:)
+   contains
+      procedure :: find_entry
+      procedure :: entry_place
+   end type group_t
+
+contains
+
+   !> At most `longest_shown` characters of a text, so that a sentence stays one line.
+   pure function abbreviated(text) result(short)
+      character(len=*), intent(in) :: text
+      character(len=:), allocatable :: short
+      integer :: last
+      short = text
+      if (len(text) <= longest_shown) return
+      last = longest_shown - 3
+      do while (last > 1 .and. ichar(text(last + 1:last + 1)) >= 128 .and. ichar(text(last + 1:last + 1)) < 192)
+         last = last - 1 ! not within a UTF-8 letter
+      end do
+      short = text(:last)//'...'
+   end function abbreviated
+
+   !> A value without its quotes, doubled quotes inside made single.
+   function value_text(self, i) result(text)
+      class(entry_t), intent(in) :: self
+      integer, intent(in) :: i
+      character(len=:), allocatable :: text
+      character(len=1) :: quote
+      integer :: at
+      text = self%source(self%values(i)%first:self%values(i)%last)
+      if (.not. self%values(i)%quoted) return
+      quote = self%source(self%values(i)%first - 1:self%values(i)%first - 1)
+      at = 1
+      do while (at < len(text))
+         if (text(at:at) == quote) text = text(:at)//text(at + 2:)
+         at = at + 1
+      end do
+   end function value_text
+
+   !> Index of a variable in the group; 0 when it is not given.
+   pure integer function find_entry(self, name) result(found)
+      class(group_t), intent(in) :: self
+      character(len=*), intent(in) :: name
+      do found = size(self%entries), 1, -1
+         if (self%entries(found)%name == name) exit
+      end do
+   end function find_entry
+
+   !> `line 7, &material young=-70e9`; without its value when the variable is not given, where the group begins.
+   function entry_place(self, name) result(text)
+      class(group_t), intent(in) :: self
+      character(len=*), intent(in) :: name
+      character(len=:), allocatable :: text
+      integer :: found
+      found = self%find_entry(name)
+      if (found > 0) then
+         text = 'line '//integer_text(self%entries(found)%line)//', &'//self%name//' '//abbreviated(name)//'='// &
+                self%entries(found)%shown
+      else
+         text = 'line '//integer_text(self%line)//', &'//self%name//' '//name
+      end if
+   end function entry_place
+
+end module m_namelist_group

@@ -1,0 +1,437 @@
+!> The text of a scene as groups, variables and raw values, each with its place. What they mean is not decided here.
+!>
+!> `&group name = value, value ... /` with ! comments, texts in single or double quotes (a quote inside is doubled), repeat counts
+!> (3*0.0), commas or blanks between values, a group over several lines or several on one. &end ends a group too.
+module m_namelist_text
+   use m_constants, only: exit_input
+   use m_errors, only: error_t, fail
+   use m_number_text, only: read_integer, integer_text
+   use m_namelist_group, only: group_t, entry_t, value_t, abbreviated
+   use m_words, only: lower_case
+   implicit none
+   private
+
+   integer, parameter :: most_entries = 1000    !< variables in a group
+   integer, parameter :: most_values = 100000   !< of one variable, repeats counted
+   character(len=*), parameter :: quotes = '''"'
+   character(len=*), parameter :: brackets = '()%'
+   character(len=*), parameter :: index_sentence = ': an index is not allowed; give all values at once, as name=value,value,value'
+   character(len=*), parameter :: blanks = ' '//achar(9)//achar(10)//achar(13)
+   character(len=*), parameter :: word_ends = blanks//quotes//',=/!&'
+
+   !> All groups of a text, in its order.
+   type, public :: namelist_text_t
+      type(group_t), allocatable :: groups(:)
+   contains
+      procedure :: parse
+      procedure :: count_groups
+      procedure :: find_group
+      procedure :: place
+      procedure :: line_of
+   end type namelist_text_t
+
+   !> Where the parsing stands.
+   type :: cursor_t
+      character(len=:), allocatable :: text
+      integer :: at = 1
+      integer :: line = 1
+   contains
+      procedure :: next
+      procedure :: skip
+      procedure :: read_word
+   end type cursor_t
+
+contains
+
+   !> The groups of a text. An error names the line, and the group and variable where there is one.
+   subroutine parse(self, text, error)
+      class(namelist_text_t), intent(out) :: self
+      character(len=*), intent(in) :: text
+      type(error_t), intent(inout) :: error
+      type(cursor_t) :: cursor
+      type(group_t), allocatable :: larger(:)
+      integer :: count
+      allocate (self%groups(0))
+      call refuse_control_characters(text, error)
+      if (error%happened()) return
+      cursor%text = text
+      if (index(text, char(239)//char(187)//char(191)) == 1) cursor%at = 4 ! the byte order mark of some editors
+      count = 0
+      deallocate (self%groups)
+      allocate (self%groups(8))
+      do
+         call cursor%skip()
+         if (cursor%at > len(text)) exit
+         if (count == size(self%groups)) then
+            allocate (larger(2*count))
+            larger(:count) = self%groups
+            call move_alloc(larger, self%groups)
+         end if
+         count = count + 1
+         call parse_group(cursor, self%groups(count), error)
+         if (error%happened()) exit
+      end do
+      self%groups = self%groups(:count)
+   end subroutine parse
+
+   !> Only blanks, tabs and line ends may stand beside what can be seen.
+   subroutine refuse_control_characters(text, error)
+      character(len=*), intent(in) :: text
+      type(error_t), intent(inout) :: error
+      integer :: i, line, code
+      line = 1
+      do i = 1, len(text)
+         code = ichar(text(i:i))
+         if (code == 10) line = line + 1
+         if ((code >= 32 .and. code /= 127) .or. code == 9 .or. code == 10) cycle
+         if (code == 13 .and. i < len(text)) then
+            if (text(i + 1:i + 1) == achar(10)) cycle
+         end if
+         call fail(error, exit_input, 'line '//integer_text(line)//': byte '//integer_text(code)// &
+                   ' is not text; a scene is a plain text file')
+         return
+      end do
+   end subroutine refuse_control_characters
+
+   !> The group that begins at the cursor.
+   subroutine parse_group(cursor, group, error)
+      type(cursor_t), intent(inout) :: cursor
+      type(group_t), intent(out) :: group
+      type(error_t), intent(inout) :: error
+      character(len=:), allocatable :: word
+      type(entry_t), allocatable :: entries(:)
+      integer :: count
+      group%line = cursor%line
+      group%name = ''
+      allocate (group%entries(0))
+      if (cursor%next() /= '&') then
+         word = text_to_line_end(cursor)
+         call fail(error, exit_input, 'line '//integer_text(cursor%line)//': text outside a group: '//abbreviated(word)// &
+                   '; allowed: comments behind !')
+         return
+      end if
+      cursor%at = cursor%at + 1
+      call cursor%read_word(word)
+      group%name = lower_case(word)
+      if (.not. is_name(group%name)) then
+         call fail(error, exit_input, 'line '//integer_text(cursor%line)//': & must be followed by the name of a group')
+         return
+      end if
+      allocate (entries(most_entries))
+      count = 0
+      do
+         call cursor%skip()
+         if (group_ends(cursor, group, error)) exit
+         if (count == most_entries) call fail(error, exit_input, 'line '//integer_text(cursor%line)//', &'//group%name// &
+                                              ': more than '//integer_text(most_entries)//' variables')
+         if (error%happened()) exit
+         call parse_entry(cursor, group, entries(count + 1), error)
+         if (error%happened()) exit
+         call refuse_twice(group, entries(:count), entries(count + 1), error)
+         if (error%happened()) exit
+         count = count + 1
+      end do
+      group%entries = entries(:count)
+   end subroutine parse_group
+
+   !> Whether the group ends here; steps over its end.
+   logical function group_ends(cursor, group, error)
+      type(cursor_t), intent(inout) :: cursor
+      type(group_t), intent(in) :: group
+      type(error_t), intent(inout) :: error
+      character(len=:), allocatable :: word
+      group_ends = .true.
+      select case (cursor%next())
+      case ('/')
+         cursor%at = cursor%at + 1
+      case ('&')
+         cursor%at = cursor%at + 1
+         call cursor%read_word(word)
+         if (lower_case(word) == 'end') return
+         call fail(error, exit_input, 'line '//integer_text(group%line)//', &'//group%name//': not closed before line '// &
+                   integer_text(cursor%line)//'; a group ends with /')
+      case ('')
+         call fail(error, exit_input, 'line '//integer_text(group%line)//', &'//group%name// &
+                   ': not closed; a group ends with /')
+      case default
+         group_ends = .false.
+      end select
+   end function group_ends
+
+   subroutine refuse_twice(group, entries, new, error)
+      type(group_t), intent(in) :: group
+      type(entry_t), intent(in) :: entries(:), new
+      type(error_t), intent(inout) :: error
+      integer :: i
+      do i = 1, size(entries)
+         if (entries(i)%name /= new%name) cycle
+         call fail(error, exit_input, 'line '//integer_text(new%line)//', &'//group%name//' '//new%name//'='//new%shown// &
+                   ': given twice; first on line '//integer_text(entries(i)%line))
+      end do
+   end subroutine refuse_twice
+
+   !> `name = values` at the cursor.
+   subroutine parse_entry(cursor, group, new, error)
+      type(cursor_t), intent(inout) :: cursor
+      type(group_t), intent(in) :: group
+      type(entry_t), intent(out) :: new
+      type(error_t), intent(inout) :: error
+      character(len=:), allocatable :: word, start
+      integer :: first
+      new%line = cursor%line
+      new%shown = ''
+      allocate (new%values(0))
+      start = 'line '//integer_text(cursor%line)//', &'//group%name
+      if (scan(cursor%next(), word_ends) > 0) then
+         call fail(error, exit_input, start//': unexpected '//cursor%next()//'; a group holds name=value')
+         return
+      end if
+      call cursor%read_word(word)
+      new%name = lower_case(word)
+      if (scan(word, brackets) > 0) call fail(error, exit_input, start//' '//abbreviated(word)//index_sentence)
+      if (.not. is_plain(word)) call fail(error, exit_input, start//': only plain letters may stand outside quotes')
+      if (.not. is_name(new%name)) then
+         call fail(error, exit_input, start//': '//abbreviated(word)//' is not the name of a variable; a group holds name=value')
+      end if
+      if (error%happened()) return
+      call cursor%skip()
+      if (cursor%next() /= '=') then
+         call fail(error, exit_input, start//' '//abbreviated(word)//': no = follows; a group holds name=value')
+         return
+      end if
+      cursor%at = cursor%at + 1
+      first = cursor%at
+      call parse_values(cursor, new, start//' '//abbreviated(new%name), error)
+      new%source = cursor%text(first:cursor%at - 1)
+   end subroutine parse_entry
+
+   !> The values behind an =, up to the next name or the end of the group. Positions count from the = on.
+   subroutine parse_values(cursor, new, start, error)
+      type(cursor_t), intent(inout) :: cursor
+      type(entry_t), intent(inout) :: new
+      character(len=*), intent(in) :: start
+      type(error_t), intent(inout) :: error
+      type(value_t), allocatable :: values(:)
+      integer :: count, origin, stop_at, stop_line
+      logical :: wanted
+      allocate (values(4))
+      count = 0
+      origin = cursor%at - 1
+      wanted = .true.
+      do
+         stop_at = cursor%at
+         stop_line = cursor%line
+         call cursor%skip()
+         select case (cursor%next())
+         case ('/', '&', '')
+            exit
+         case (',')
+            if (wanted) call fail(error, exit_input, start//': a value is missing before a comma')
+            wanted = .true.
+            cursor%at = cursor%at + 1
+         case ('=')
+            call fail(error, exit_input, start//': unexpected =')
+         case default
+            if (name_follows(cursor)) exit
+            call parse_value(cursor, values, count, origin, start, new%shown, error)
+            wanted = .false.
+         end select
+         if (error%happened()) return
+      end do
+      cursor%at = stop_at
+      cursor%line = stop_line
+      if (count == 0) call fail(error, exit_input, start//': no value; write name=value')
+      new%values = values(:count)
+   end subroutine parse_values
+
+   !> One value with its repeat count, if any.
+   subroutine parse_value(cursor, values, count, origin, start, shown, error)
+      type(cursor_t), intent(inout) :: cursor
+      type(value_t), allocatable, intent(inout) :: values(:)
+      integer, intent(inout) :: count
+      integer, intent(in) :: origin
+      character(len=*), intent(in) :: start
+      character(len=:), allocatable, intent(inout) :: shown
+      type(error_t), intent(inout) :: error
+      type(value_t), allocatable :: larger(:)
+      type(value_t) :: new
+      character(len=:), allocatable :: word
+      integer :: repeats, star, begin
+      logical :: good
+      begin = cursor%at
+      repeats = 1
+      call cursor%read_word(word)
+      if (scan(word, brackets) > 0) call fail(error, exit_input, start//'='//abbreviated(word)//index_sentence)
+      if (.not. is_plain(word)) call fail(error, exit_input, start//': only plain letters may stand outside quotes')
+      star = index(word, '*')
+      if (star > 1) then
+         call read_integer(word(:star - 1), repeats, good)
+         if (.not. good .or. repeats < 1 .or. repeats > most_values) then
+            call fail(error, exit_input, start//'='//abbreviated(word)//': the repeat count must be between 1 and '// &
+                      integer_text(most_values))
+         end if
+      end if
+      new%first = begin + star - origin
+      new%last = cursor%at - 1 - origin
+      if (len(word) == star) then
+         new%quoted = scan(cursor%next(), quotes) > 0 .and. cursor%next() /= ''
+         if (new%quoted) call read_quoted(cursor, origin, new, start, error)
+         if (.not. new%quoted) call fail(error, exit_input, start//'='//word//': a value is missing after the repeat count')
+      end if
+      if (error%happened()) return
+      if (len(shown) > 0) shown = shown//','
+      shown = abbreviated(shown//cursor%text(begin:cursor%at - 1))
+      if (count + repeats > size(values)) then
+         allocate (larger(2*(count + repeats)))
+         larger(:count) = values(:count)
+         call move_alloc(larger, values)
+      end if
+      values(count + 1:count + repeats) = new
+      count = count + repeats
+      if (count > most_values) call fail(error, exit_input, start//': more than '//integer_text(most_values)//' values')
+   end subroutine parse_value
+
+   !> A text in quotes at the cursor, a quote inside doubled.
+   subroutine read_quoted(cursor, origin, new, start, error)
+      type(cursor_t), intent(inout) :: cursor
+      integer, intent(in) :: origin
+      type(value_t), intent(inout) :: new
+      character(len=*), intent(in) :: start
+      type(error_t), intent(inout) :: error
+      character(len=1) :: quote
+      quote = cursor%text(cursor%at:cursor%at)
+      new%first = cursor%at + 1 - origin
+      do
+         cursor%at = cursor%at + 1
+         if (cursor%at > len(cursor%text)) exit
+         if (cursor%text(cursor%at:cursor%at) == achar(10)) exit
+         if (cursor%text(cursor%at:cursor%at) /= quote) cycle
+         cursor%at = cursor%at + 1
+         if (cursor%next() == quote) cycle
+         new%last = cursor%at - 2 - origin
+         return
+      end do
+      call fail(error, exit_input, start//': quote not closed on line '//integer_text(cursor%line))
+   end subroutine read_quoted
+
+   !> Whether the word at the cursor is the name of the next variable: an = comes behind it.
+   logical function name_follows(cursor)
+      type(cursor_t), intent(in) :: cursor
+      integer :: at
+      name_follows = .false.
+      at = cursor%at + scan(cursor%text(cursor%at:), word_ends) - 1
+      if (at <= cursor%at) return
+      at = at + verify(cursor%text(at:), blanks) - 1
+      name_follows = cursor%text(at:at) == '='
+   end function name_follows
+
+   !> Whether all characters are ASCII.
+   pure logical function is_plain(word)
+      character(len=*), intent(in) :: word
+      integer :: i
+      is_plain = all([(ichar(word(i:i)) < 128, i=1, len(word))])
+   end function is_plain
+
+   !> Letters, digits and _, beginning with a letter.
+   pure logical function is_name(word)
+      character(len=*), intent(in) :: word
+      is_name = .false.
+      if (len(word) == 0 .or. len(word) > 64) return
+      is_name = verify(word, 'abcdefghijklmnopqrstuvwxyz0123456789_') == 0 .and. verify(word(1:1), '0123456789_') == 1
+   end function is_name
+
+   function text_to_line_end(cursor) result(text)
+      type(cursor_t), intent(in) :: cursor
+      character(len=:), allocatable :: text
+      integer :: length
+      length = scan(cursor%text(cursor%at:), achar(10)//achar(13)) - 1
+      if (length < 0) length = len(cursor%text) - cursor%at + 1
+      text = trim(cursor%text(cursor%at:cursor%at + length - 1))
+   end function text_to_line_end
+
+   !> The character at the cursor; none at the end.
+   pure function next(self)
+      class(cursor_t), intent(in) :: self
+      character(len=:), allocatable :: next
+      next = ''
+      if (self%at <= len(self%text)) next = self%text(self%at:self%at)
+   end function next
+
+   !> Step over blanks, line ends and comments.
+   subroutine skip(self)
+      class(cursor_t), intent(inout) :: self
+      do while (self%at <= len(self%text))
+         select case (self%text(self%at:self%at))
+         case (achar(10))
+            self%line = self%line + 1
+         case (' ', achar(9), achar(13))
+            continue
+         case ('!')
+            do while (self%at < len(self%text))
+               if (self%text(self%at + 1:self%at + 1) == achar(10)) exit
+               self%at = self%at + 1
+            end do
+         case default
+            return
+         end select
+         self%at = self%at + 1
+      end do
+   end subroutine skip
+
+   !> What stands at the cursor up to a blank or sign; may be empty.
+   subroutine read_word(self, word)
+      class(cursor_t), intent(inout) :: self
+      character(len=:), allocatable, intent(out) :: word
+      integer :: length
+      length = 0
+      if (self%at <= len(self%text)) then
+         length = scan(self%text(self%at:), word_ends) - 1
+         if (length < 0) length = len(self%text) - self%at + 1
+      end if
+      word = self%text(self%at:self%at + length - 1)
+      self%at = self%at + length
+   end subroutine read_word
+
+   pure integer function count_groups(self, name) result(count)
+      class(namelist_text_t), intent(in) :: self
+      character(len=*), intent(in) :: name
+      integer :: i
+      count = 0
+      do i = 1, size(self%groups)
+         if (self%groups(i)%name == name) count = count + 1
+      end do
+   end function count_groups
+
+   !> Index of the n-th group of a name; 0 when there is none.
+   pure integer function find_group(self, name, number) result(found)
+      class(namelist_text_t), intent(in) :: self
+      character(len=*), intent(in) :: name
+      integer, intent(in) :: number
+      integer :: count
+      count = 0
+      do found = 1, size(self%groups)
+         if (self%groups(found)%name == name) count = count + 1
+         if (count == number) return
+      end do
+      found = 0
+   end function find_group
+
+   !> As entry_place, of the n-th group of a name.
+   function place(self, name, number, variable) result(text)
+      class(namelist_text_t), intent(in) :: self
+      character(len=*), intent(in) :: name, variable
+      integer, intent(in) :: number
+      character(len=:), allocatable :: text
+      text = self%groups(self%find_group(name, number))%entry_place(variable)
+   end function place
+
+   !> `line 7`, where the n-th group of a name begins.
+   function line_of(self, name, number) result(text)
+      class(namelist_text_t), intent(in) :: self
+      character(len=*), intent(in) :: name
+      integer, intent(in) :: number
+      character(len=:), allocatable :: text
+      text = 'line '//integer_text(self%groups(self%find_group(name, number))%line)
+   end function line_of
+
+end module m_namelist_text
