@@ -1,0 +1,396 @@
+!> Contact of the bodies with rigid tools: candidates, contact forces, their effect on the nodes (theory.md, eqs contact-*).
+module m_contact
+   use mpi_f08
+   use m_kinds, only: wp, i4, i8
+   use m_constants, only: exit_numerical, block_size
+   use m_errors, only: error_t, fail
+   use m_text, only: to_text
+   use m_scene, only: tool_spec_t, contact_spec_t
+   use m_tool, only: tool_t, make_tool
+   use m_communicator, only: communicator_t
+   use m_level, only: level_t, tile_last
+   use m_boundary, only: held_components, constrain_nodes
+   use m_stencil, only: stencil_t, set_stencil, frame_t
+   use m_node_exchange, only: node_exchange_t, sum_tiles
+   use m_contact_system, only: contact_system_t
+   use m_petsc_solver, only: petsc_solver_t
+   implicit none
+   private
+   public :: contact_t, tool_state_t
+
+   !> What one tool felt in the last step, over all ranks.
+   type :: tool_state_t
+      real(wp) :: load(3) = 0.0_wp      !< on the tool, N, for the modelled part of the body
+      real(wp) :: area = 0.0_wp         !< of the particles in contact, m2
+      real(wp) :: overlap = 0.0_wp      !< deepest place of a contact point inside the tool at the start of the step, m
+      real(wp) :: work = 0.0_wp         !< done by the tool since the start, J
+   end type tool_state_t
+
+   !> A particle that would end the step inside a tool.
+   type :: candidate_t
+      integer :: block = 0, particle = 0, tool = 0
+      integer :: bin(3) = 0
+      real(wp) :: normal(3) = 0.0_wp
+      real(wp) :: gap = 0.0_wp   !< of its contact point now, m
+      real(wp) :: area = 0.0_wp  !< m2
+      real(wp) :: force = 0.0_wp !< N
+   end type candidate_t
+
+   type :: contact_t
+      type(tool_t), allocatable :: tools(:)
+      type(tool_state_t), allocatable :: states(:)
+      type(contact_spec_t) :: spec
+      type(contact_system_t) :: system
+      type(petsc_solver_t) :: solver
+      type(candidate_t), allocatable :: candidates(:)
+      integer :: count = 0
+      integer :: pressure = 0               !< column of the contact pressure
+      integer(i8) :: solves = 0, iterations = 0, unsolved = 0
+      integer(i8) :: largest = 0            !< most candidates in a step, over all ranks
+      real(wp) :: worst_residual = 0.0_wp   !< relative
+      real(wp) :: worst_overlap = 0.0_wp    !< m
+      real(wp) :: worst_complementarity = 0.0_wp !< largest force times gap velocity over the largest of each
+   contains
+      procedure :: build
+      procedure :: active
+      procedure :: push
+      procedure :: release
+      procedure, private :: find
+      procedure, private :: assemble
+      procedure, private :: solve
+      procedure, private :: move_nodes
+      procedure, private :: sum_up
+   end type contact_t
+
+   real(wp), parameter :: margin = 0.05_wp        !< candidates come in this far before they touch, in particle edges
+   real(wp), parameter :: hopeless = 1.0e-3_wp    !< a relative residual above this stops the run
+
+contains
+
+   !> Tools at their start.
+   subroutine build(self, tools, spec)
+      class(contact_t), intent(inout) :: self
+      type(tool_spec_t), intent(in) :: tools(:)
+      type(contact_spec_t), intent(in) :: spec
+      integer :: t
+      self%tools = [(make_tool(tools(t)), t=1, size(tools))]
+      allocate (self%states(size(tools)), self%candidates(64))
+      self%spec = spec
+   end subroutine build
+
+   !> True when the scene has tools.
+   pure logical function active(self)
+      class(contact_t), intent(in) :: self
+      active = size(self%tools) > 0
+   end function active
+
+   !> Collective: add the contact forces of one step to the solved nodes. On entry `solved` holds what the nodes would do
+   !> without contact; tools stand where they are at `time`, and on return where they are at time + time_step.
+   subroutine push(self, communicator, level, exchange, time, time_step, error)
+      class(contact_t), intent(inout) :: self
+      type(communicator_t), intent(in) :: communicator
+      type(level_t), intent(inout) :: level
+      type(node_exchange_t), intent(inout) :: exchange
+      real(wp), intent(in) :: time, time_step !< s
+      type(error_t), intent(inout) :: error
+      integer :: t, needs(2)
+      self%pressure = level%table%column('contact_pressure')
+      do t = 1, size(self%tools)
+         self%tools(t)%speed = self%tools(t)%travel_between(time, time + time_step)/time_step
+      end do
+      call self%find(level, time_step)
+      needs = [self%count, merge(1, 0, self%count > self%solver%capacity)]
+      call MPI_Allreduce(MPI_IN_PLACE, needs, 2, MPI_INTEGER, MPI_SUM, communicator%comm)
+      if (needs(1) > 0) then
+         self%largest = max(self%largest, int(needs(1), i8))
+         if (needs(2) > 0) call self%solver%fit(communicator%comm%MPI_VAL, 64*((3*self%count/2)/64 + 1))
+         call self%assemble(communicator, level, exchange%ranks, time_step)
+         call self%solve(level, time_step, error)
+         call self%move_nodes(communicator, level, exchange, time_step)
+      end if
+      call self%sum_up(communicator, time_step)
+      do t = 1, size(self%tools)
+         self%tools(t)%travel = self%tools(t)%travel_between(0.0_wp, time + time_step)
+      end do
+   end subroutine push
+
+   !> Candidates: contact points (centres moved towards the tool by penetration_factor edges) that the free motion would
+   !> carry into a tool, or almost. Their last pressures become the start of the solve.
+   subroutine find(self, level, time_step)
+      class(contact_t), intent(inout) :: self
+      type(level_t), intent(inout) :: level
+      real(wp), intent(in) :: time_step
+      type(candidate_t) :: c
+      real(wp) :: edge, free_speed
+      integer :: b, p, t
+      self%count = 0
+      self%states%overlap = 0.0_wp
+      do b = 1, size(level%blocks)
+         if (.not. near_tool(self%tools, level, level%blocks(b)%place)) cycle
+         associate (block => level%blocks(b), column => level%blocks(b)%particles%column, at => level%layout)
+            do t = 1, size(self%tools)
+               do p = 1, block%particles%count
+                  call self%tools(t)%gap_and_normal(column(p, at%position:at%position + 2), c%gap, c%normal)
+                  edge = 2.0_wp*column(p, at%half_size)
+                  c%gap = c%gap - self%tools(t)%spec%penetration_factor*edge
+                  if (c%gap > 0.5_wp*level%grid%cell) cycle
+                  self%states(t)%overlap = max(self%states(t)%overlap, -c%gap)
+                  c%block = b
+                  c%particle = p
+                  c%tool = t
+                  c%bin = [mod(block%cells%bin(p) - 1, block_size), mod((block%cells%bin(p) - 1)/block_size, block_size), &
+                           (block%cells%bin(p) - 1)/block_size**2]
+                  free_speed = normal_speed(level, c)
+                  if (c%gap + time_step*(free_speed - dot_product(c%normal, self%tools(t)%velocity())) > margin*edge) cycle
+                  c%area = edge**2
+                  c%force = column(p, self%pressure)*c%area
+                  call keep(self, c)
+               end do
+            end do
+            column(:block%particles%count, self%pressure) = 0.0_wp
+         end associate
+      end do
+   end subroutine find
+
+   !> Append a candidate to the list.
+   subroutine keep(self, candidate)
+      class(contact_t), intent(inout) :: self
+      type(candidate_t), intent(in) :: candidate
+      type(candidate_t), allocatable :: more(:)
+      if (self%count == size(self%candidates)) then
+         allocate (more(2*self%count))
+         more(:self%count) = self%candidates
+         call move_alloc(more, self%candidates)
+      end if
+      self%count = self%count + 1
+      self%candidates(self%count) = candidate
+   end subroutine keep
+
+   !> True when a tile of the block at a place can hold nodes of a candidate. The same on every rank.
+   pure logical function near_tool(tools, level, place)
+      type(tool_t), intent(in) :: tools(:)
+      type(level_t), intent(in) :: level
+      integer, intent(in) :: place(3)
+      real(wp) :: centre(3), gap, normal(3), reach
+      integer :: t
+      near_tool = .false.
+      centre = level%grid%block_origin(place) + 0.5_wp*(block_size - 1)*level%grid%cell
+      reach = (0.5_wp*block_size*sqrt(3.0_wp) + 1.5_wp)*level%grid%cell
+      do t = 1, size(tools)
+         call tools(t)%gap_and_normal(centre, gap, normal)
+         if (gap < reach) near_tool = .true.
+      end do
+   end function near_tool
+
+   !> Speed along the normal that a particle's place gets from the solved nodes, m/s.
+   pure real(wp) function normal_speed(level, c) result(speed)
+      type(level_t), intent(in) :: level
+      type(candidate_t), intent(in) :: c
+      type(stencil_t) :: stencil
+      real(wp) :: weight
+      integer :: i, j, k
+      call candidate_stencil(level, c, stencil)
+      speed = 0.0_wp
+         do k = -1, 1
+            do j = -1, 1
+               do i = -1, 1
+                  weight = stencil%weight(1, i, 1)*stencil%weight(1, j, 2)*stencil%weight(1, k, 3)
+                  speed = speed + weight*dot_product(c%normal, level%solved(2:4, c%bin(1) + 1 + i, c%bin(2) + 1 + j, &
+                                                                            c%bin(3) + 1 + k, c%block))
+               end do
+            end do
+         end do
+   end function normal_speed
+
+   !> Weights of a candidate on its 27 nodes.
+   pure subroutine candidate_stencil(level, c, stencil)
+      type(level_t), intent(in) :: level
+      type(candidate_t), intent(in) :: c
+      type(stencil_t), intent(inout) :: stencil
+      associate (block => level%blocks(c%block), at => level%layout)
+         call set_stencil(stencil, [int(c%particle, i4)], block%particles%column(:, at%position:at%position + 2), &
+                          block%particles%column(:, at%half_size), &
+                          frame_t(block%origin, level%grid%cell, level%grid%per_cell), c%bin)
+      end associate
+   end subroutine candidate_stencil
+
+   !> The operator of this step's candidates.
+   subroutine assemble(self, communicator, level, neighbours, time_step)
+      class(contact_t), intent(inout) :: self
+      type(communicator_t), intent(in) :: communicator
+      type(level_t), intent(in) :: level
+      integer, intent(in) :: neighbours(:)
+      real(wp), intent(in) :: time_step
+      type(stencil_t) :: stencil
+      integer :: c, i, j, k, s, node(27), at(3)
+      real(wp) :: direction(3, 27), weight
+      logical :: held(3), turned(3)
+      call self%system%begin(communicator)
+      do c = 1, self%count
+         call candidate_stencil(level, self%candidates(c), stencil)
+         s = 0
+         do k = -1, 1
+            do j = -1, 1
+               do i = -1, 1
+                  s = s + 1
+                  call image_node(level, self%candidates(c), [i, j, k], node(s), at, held, turned)
+                  weight = stencil%weight(1, i, 1)*stencil%weight(1, j, 2)*stencil%weight(1, k, 3)
+                  direction(:, s) = weight*merge(-self%candidates(c)%normal, self%candidates(c)%normal, turned)
+               end do
+            end do
+         end do
+         call self%system%add_candidate(node, direction)
+      end do
+      call self%system%number_nodes()
+      do c = 1, self%count
+         s = 0
+         do k = -1, 1
+            do j = -1, 1
+               do i = -1, 1
+                  s = s + 1
+                  call image_node(level, self%candidates(c), [i, j, k], node(s), at, held, turned)
+                  weight = level%solved(1, at(1), at(2), at(3), self%candidates(c)%block)
+                  self%system%mobility(:, self%system%node(s, c)) = 0.0_wp
+                  if (weight > 0.0_wp) self%system%mobility(:, self%system%node(s, c)) = merge(0.0_wp, time_step/weight, held)
+               end do
+            end do
+         end do
+      end do
+      call self%system%connect(neighbours)
+      call self%system%set_scale()
+   end subroutine assemble
+
+   !> The node that stands for a candidate's node: itself, or its mirror inside a symmetry plane. `node` is its number in the
+   !> grid (nodes from -1 to cells + 1), `at` its place in the block's tile.
+   pure subroutine image_node(level, c, offset, node, at, held, turned)
+      type(level_t), intent(in) :: level
+      type(candidate_t), intent(in) :: c
+      integer, intent(in) :: offset(3)
+      integer, intent(out) :: node, at(3)
+      logical, intent(out) :: held(3), turned(3)
+      integer :: place(3), image(3)
+      place = block_size*level%blocks(c%block)%place + c%bin + offset
+      call held_components(level%grid, place, held, turned, image)
+      at = image - block_size*level%blocks(c%block)%place + 1
+      associate (n => level%grid%cells + 3)
+         node = image(1) + 2 + n(1)*(image(2) + 1 + n(2)*(image(3) + 1))
+      end associate
+   end subroutine image_node
+
+   !> Forces of the candidates: no tension, no pressure across a gap, no way into the tool.
+   subroutine solve(self, level, time_step, error)
+      class(contact_t), intent(inout) :: self
+      type(level_t), intent(inout) :: level
+      real(wp), intent(in) :: time_step
+      type(error_t), intent(inout) :: error
+      real(wp) :: b(self%count), x(self%count), residual
+      integer :: c, iterations
+      do c = 1, self%count
+         associate (it => self%candidates(c))
+            b(c) = dot_product(it%normal, self%tools(it%tool)%velocity()) - normal_speed(level, it) - max(it%gap, 0.0_wp)/time_step
+            b(c) = b(c)*self%system%scale(c)
+            x(c) = 0.0_wp
+            if (self%system%scale(c) > 0.0_wp) x(c) = it%force/self%system%scale(c)
+         end associate
+      end do
+      call self%solver%solve(self%system, b, x, self%spec%tolerance, self%spec%max_iterations, iterations, residual)
+      self%solves = self%solves + 1
+      self%iterations = self%iterations + iterations
+      self%worst_residual = max(self%worst_residual, residual)
+      if (residual > self%spec%tolerance) self%unsolved = self%unsolved + 1
+      if (.not. residual <= hopeless) call fail(error, exit_numerical, 'the contact problem was not solved: relative residual '// &
+                to_text(residual)//' after '//to_text(iterations)//' iterations; try a larger max_iterations or a smaller safety')
+      do c = 1, self%count
+         associate (it => self%candidates(c))
+            it%force = x(c)*self%system%scale(c)
+            level%blocks(it%block)%particles%column(it%particle, self%pressure) = it%force/it%area
+         end associate
+      end do
+   end subroutine solve
+
+   !> Collective: hand the contact forces to all nodes that they act on, and change velocity and acceleration there.
+   !> The sums run as those of the step do, through the tiles; only blocks near a tool take part.
+   subroutine move_nodes(self, communicator, level, exchange, time_step)
+      class(contact_t), intent(inout) :: self
+      type(communicator_t), intent(in) :: communicator
+      type(level_t), intent(inout) :: level
+      type(node_exchange_t), intent(inout) :: exchange
+      real(wp), intent(in) :: time_step
+      real(wp) :: total(8, 0:tile_last, 0:tile_last, 0:tile_last)
+      logical :: near(size(level%gathered, 5)), held(3), turned(3)
+      integer :: b, c, i, j, k, m, s, node, at(3), neighbour(27)
+      do b = 1, size(level%blocks)
+         near(b) = near_tool(self%tools, level, level%blocks(b)%place)
+         if (near(b)) level%gathered(:, :, :, :, b) = 0.0_wp
+      end do
+      do m = 1, size(level%mirror_index)
+         near(size(level%blocks) + m) = near_tool(self%tools, level, level%grid%block_place(level%mirror_index(m)))
+      end do
+      do c = 1, self%count
+         b = self%candidates(c)%block
+         do s = 1, 27
+            call image_node(level, self%candidates(c), [mod(s - 1, 3), mod((s - 1)/3, 3), (s - 1)/9] - 1, node, at, held, turned)
+            level%gathered(5:7, at(1), at(2), at(3), b) = level%gathered(5:7, at(1), at(2), at(3), b) &
+                                                          + self%candidates(c)%force*self%system%direction(:, s, c)
+         end do
+      end do
+      call exchange%start(communicator, level%gathered)
+      call exchange%wait(level%gathered)
+      do b = 1, size(level%blocks)
+         neighbour = level%blocks(b)%neighbour
+         do m = 1, 27
+            if (neighbour(m) > 0) then
+               if (.not. near(neighbour(m))) neighbour(m) = 0
+            end if
+         end do
+         if (all(neighbour == 0)) cycle
+         call sum_tiles(neighbour, level%gathered, total)
+            do k = 0, tile_last
+               do j = 0, tile_last
+                  do i = 0, tile_last
+                     if (level%solved(1, i, j, k, b) <= 0.0_wp) cycle
+                     total(5:7, i, j, k) = total(5:7, i, j, k)/level%solved(1, i, j, k, b)
+                     level%solved(5:7, i, j, k, b) = level%solved(5:7, i, j, k, b) + total(5:7, i, j, k)
+                     level%solved(2:4, i, j, k, b) = level%solved(2:4, i, j, k, b) + time_step*total(5:7, i, j, k)
+                  end do
+               end do
+            end do
+         call constrain_nodes(level%grid, level%blocks(b)%place, level%solved(:, :, :, :, b))
+      end do
+   end subroutine move_nodes
+
+   !> Collective: loads, areas, overlaps and work of the tools.
+   subroutine sum_up(self, communicator, time_step)
+      class(contact_t), intent(inout) :: self
+      type(communicator_t), intent(in) :: communicator
+      real(wp), intent(in) :: time_step
+      real(wp) :: sums(4, size(self%tools)), deepest(size(self%tools))
+      integer :: c, t
+      sums = 0.0_wp
+      do c = 1, self%count
+         associate (it => self%candidates(c))
+            sums(1:3, it%tool) = sums(1:3, it%tool) - it%force*it%normal
+            if (it%force > 0.0_wp) sums(4, it%tool) = sums(4, it%tool) + it%area
+         end associate
+      end do
+      deepest = self%states%overlap
+      call MPI_Allreduce(MPI_IN_PLACE, sums, size(sums), MPI_DOUBLE_PRECISION, MPI_SUM, communicator%comm)
+      call MPI_Allreduce(MPI_IN_PLACE, deepest, size(deepest), MPI_DOUBLE_PRECISION, MPI_MAX, communicator%comm)
+      do t = 1, size(self%tools)
+         associate (state => self%states(t))
+            state%load = sums(1:3, t)
+            state%area = sums(4, t)
+            state%overlap = deepest(t)
+            state%work = state%work - time_step*dot_product(state%load, self%tools(t)%velocity())
+         end associate
+      end do
+      self%worst_overlap = max(self%worst_overlap, maxval(deepest))
+   end subroutine sum_up
+
+   !> Collective: free what PETSc holds.
+   subroutine release(self)
+      class(contact_t), intent(inout) :: self
+      call self%solver%release()
+   end subroutine release
+
+end module m_contact

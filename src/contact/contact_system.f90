@@ -1,0 +1,251 @@
+!> The contact problem of one step: candidates, the nodes they touch, and the operator that turns contact forces into
+!> normal velocities through those nodes (theory.md, eq. contact-operator). No rank holds the whole of it.
+module m_contact_system
+   use mpi_f08
+   use m_kinds, only: wp
+   use m_communicator, only: communicator_t
+   use m_petsc_operator, only: petsc_operator_t
+   implicit none
+   private
+   public :: contact_system_t
+
+   integer, parameter :: stencil_nodes = 27
+
+   !> Nodes that this rank's candidates touch and that candidates of another rank touch too.
+   type :: shared_nodes_t
+      integer :: rank = -1
+      integer, allocatable :: nodes(:) !< local numbers, in the order of the grid
+      real(wp), allocatable :: given(:, :), taken(:, :)
+   end type shared_nodes_t
+
+   type, extends(petsc_operator_t) :: contact_system_t
+      type(communicator_t) :: communicator
+      integer :: candidates = 0
+      integer :: nodes = 0
+      integer, allocatable :: node(:, :)         !< (27, candidates): node in the grid, counted from 1; then its local number
+      real(wp), allocatable :: direction(:, :, :) !< (3, 27, candidates): weight times normal, as that node sees it
+      real(wp), allocatable :: mobility(:, :)    !< (3, nodes): dt/m, 0 for held components, s/kg
+      real(wp), allocatable :: force(:, :)       !< (3, nodes): work
+      real(wp), allocatable :: scale(:)          !< (candidates): makes the diagonal 1
+      integer, allocatable :: grid_node(:)       !< (nodes): node in the grid
+      type(shared_nodes_t), allocatable :: shared(:)
+   contains
+      procedure :: begin
+      procedure :: add_candidate
+      procedure :: number_nodes
+      procedure :: connect
+      procedure :: multiply
+      procedure :: set_scale
+      procedure, private :: spread
+      procedure, private :: exchange
+      procedure, private :: collect
+   end type contact_system_t
+
+contains
+
+   !> Start an empty system.
+   subroutine begin(self, communicator)
+      class(contact_system_t), intent(inout) :: self
+      type(communicator_t), intent(in) :: communicator
+      self%communicator = communicator
+      self%candidates = 0
+      self%nodes = 0
+      if (.not. allocated(self%node)) allocate (self%node(stencil_nodes, 64), self%direction(3, stencil_nodes, 64))
+   end subroutine begin
+
+   !> Add a candidate: its nodes in the grid and the vectors that go with them.
+   subroutine add_candidate(self, node, direction)
+      class(contact_system_t), intent(inout) :: self
+      integer, intent(in) :: node(stencil_nodes)
+      real(wp), intent(in) :: direction(3, stencil_nodes)
+      integer, allocatable :: more_nodes(:, :)
+      real(wp), allocatable :: more_directions(:, :, :)
+      integer :: n
+      n = self%candidates
+      if (n == size(self%node, 2)) then
+         allocate (more_nodes(stencil_nodes, 2*n), more_directions(3, stencil_nodes, 2*n))
+         more_nodes(:, :n) = self%node
+         more_directions(:, :, :n) = self%direction
+         call move_alloc(more_nodes, self%node)
+         call move_alloc(more_directions, self%direction)
+      end if
+      self%candidates = n + 1
+      self%node(:, n + 1) = node
+      self%direction(:, :, n + 1) = direction
+   end subroutine add_candidate
+
+   !> Number the nodes that candidates touch, in the order of the grid, over the box around them.
+   subroutine number_nodes(self)
+      class(contact_system_t), intent(inout) :: self
+      integer, allocatable :: number(:)
+      integer :: c, first, last, n
+      n = self%candidates
+      if (allocated(self%grid_node)) deallocate (self%grid_node)
+      if (n == 0) then
+         allocate (self%grid_node(0))
+      else
+         first = minval(self%node(:, :n))
+         last = maxval(self%node(:, :n))
+         allocate (number(first:last), source=0)
+         do c = 1, n
+            number(self%node(:, c)) = 1
+         end do
+         self%nodes = 0
+         do c = first, last
+            if (number(c) == 0) cycle
+            self%nodes = self%nodes + 1
+            number(c) = self%nodes
+         end do
+         allocate (self%grid_node(self%nodes))
+         do c = first, last
+            if (number(c) > 0) self%grid_node(number(c)) = c
+         end do
+         do c = 1, n
+            self%node(:, c) = number(self%node(:, c))
+         end do
+      end if
+      if (allocated(self%force)) then
+         if (size(self%force, 2) >= self%nodes) return
+         deallocate (self%force, self%mobility)
+      end if
+      allocate (self%force(3, self%nodes + self%nodes/2), self%mobility(3, self%nodes + self%nodes/2))
+   end subroutine number_nodes
+
+   !> Learn which nodes the neighbour ranks' candidates touch too. Collective among neighbours.
+   subroutine connect(self, neighbours)
+      class(contact_system_t), intent(inout) :: self
+      integer, intent(in) :: neighbours(:)
+      type(MPI_Request) :: requests(size(neighbours))
+      type(MPI_Status) :: status
+      type(MPI_Message) :: message
+      integer, allocatable :: theirs(:)
+      integer :: count, n
+      if (allocated(self%shared)) deallocate (self%shared)
+      allocate (self%shared(size(neighbours)))
+      do n = 1, size(neighbours)
+         call MPI_Isend(self%grid_node, self%nodes, MPI_INTEGER, neighbours(n), 3, self%communicator%comm, requests(n))
+      end do
+      do n = 1, size(neighbours)
+         call MPI_Mprobe(neighbours(n), 3, self%communicator%comm, message, status)
+         call MPI_Get_count(status, MPI_INTEGER, count)
+         allocate (theirs(count))
+         call MPI_Mrecv(theirs, count, MPI_INTEGER, message, MPI_STATUS_IGNORE)
+         self%shared(n)%rank = neighbours(n)
+         self%shared(n)%nodes = common(self%grid_node, theirs)
+         count = size(self%shared(n)%nodes)
+         allocate (self%shared(n)%given(3, count), self%shared(n)%taken(3, count))
+         deallocate (theirs)
+      end do
+      call MPI_Waitall(size(neighbours), requests, MPI_STATUSES_IGNORE)
+   end subroutine connect
+
+   !> Places in `ours` of the values that stand in `theirs` too; both rise.
+   pure function common(ours, theirs) result(places)
+      integer, intent(in) :: ours(:), theirs(:)
+      integer, allocatable :: places(:)
+      integer :: found(min(size(ours), size(theirs))), n, a, b
+      n = 0
+      b = 1
+      do a = 1, size(ours)
+         do while (b <= size(theirs))
+            if (theirs(b) >= ours(a)) exit
+            b = b + 1
+         end do
+         if (b > size(theirs)) exit
+         if (theirs(b) /= ours(a)) cycle
+         n = n + 1
+         found(n) = a
+      end do
+      places = found(:n)
+   end function common
+
+   !> to = M from: normal velocities of the candidates under contact forces, both scaled so that the diagonal of M is 1.
+   !> Values beyond the candidates are idle and copied.
+   subroutine multiply(self, from, to)
+      class(contact_system_t), intent(inout) :: self
+      real(wp), intent(in) :: from(:)
+      real(wp), intent(out) :: to(:)
+      call self%spread(from)
+      call self%exchange()
+      call self%collect(to)
+      to(self%candidates + 1:) = from(self%candidates + 1:)
+   end subroutine multiply
+
+   !> Contact forces of this rank's candidates to their nodes.
+   subroutine spread(self, x)
+      class(contact_system_t), intent(inout) :: self
+      real(wp), intent(in) :: x(:)
+      real(wp) :: f
+      integer :: c, s
+      self%force(:, :self%nodes) = 0.0_wp
+      do c = 1, self%candidates
+         f = x(c)*self%scale(c)
+         do s = 1, stencil_nodes
+            self%force(:, self%node(s, c)) = self%force(:, self%node(s, c)) + f*self%direction(:, s, c)
+         end do
+      end do
+   end subroutine spread
+
+   !> Add what other ranks' candidates give to the nodes that are shared with them.
+   subroutine exchange(self)
+      class(contact_system_t), intent(inout) :: self
+      type(MPI_Request) :: requests(2*size(self%shared))
+      integer :: i, n, count
+      n = 0
+      do i = 1, size(self%shared)
+         associate (shared => self%shared(i))
+            count = size(shared%nodes)
+            if (count == 0) cycle
+            shared%given = self%force(:, shared%nodes)
+            call MPI_Irecv(shared%taken, 3*count, MPI_DOUBLE_PRECISION, shared%rank, 4, self%communicator%comm, requests(n + 1))
+            call MPI_Isend(shared%given, 3*count, MPI_DOUBLE_PRECISION, shared%rank, 4, self%communicator%comm, requests(n + 2))
+            n = n + 2
+         end associate
+      end do
+      if (n == 0) return
+      call MPI_Waitall(n, requests, MPI_STATUSES_IGNORE)
+      do i = 1, size(self%shared)
+         associate (shared => self%shared(i))
+            if (size(shared%nodes) > 0) self%force(:, shared%nodes) = self%force(:, shared%nodes) + shared%taken
+         end associate
+      end do
+   end subroutine exchange
+
+   !> Normal velocities of the candidates from the forces on their nodes.
+   subroutine collect(self, y)
+      class(contact_system_t), intent(inout) :: self
+      real(wp), intent(out) :: y(:)
+      real(wp) :: total
+      integer :: c, s
+      self%force(:, :self%nodes) = self%force(:, :self%nodes)*self%mobility(:, :self%nodes)
+      do c = 1, self%candidates
+         total = 0.0_wp
+         do s = 1, stencil_nodes
+            total = total + self%direction(1, s, c)*self%force(1, self%node(s, c)) &
+                    + self%direction(2, s, c)*self%force(2, self%node(s, c)) &
+                    + self%direction(3, s, c)*self%force(3, self%node(s, c))
+         end do
+         y(c) = total*self%scale(c)
+      end do
+   end subroutine collect
+
+   !> Scale unknowns so that the diagonal is 1; needs numbers and mobilities.
+   subroutine set_scale(self)
+      class(contact_system_t), intent(inout) :: self
+      real(wp) :: diagonal
+      integer :: c, s
+      if (allocated(self%scale)) then
+         if (size(self%scale) < self%candidates) deallocate (self%scale)
+      end if
+      if (.not. allocated(self%scale)) allocate (self%scale(2*self%candidates + 8))
+      do c = 1, self%candidates
+         diagonal = 0.0_wp
+         do s = 1, stencil_nodes
+            diagonal = diagonal + sum(self%direction(:, s, c)**2*self%mobility(:, self%node(s, c)))
+         end do
+         self%scale(c) = 0.0_wp
+         if (diagonal > 0.0_wp) self%scale(c) = 1.0_wp/sqrt(diagonal)
+      end do
+   end subroutine set_scale
+
+end module m_contact_system

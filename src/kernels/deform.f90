@@ -1,0 +1,53 @@
+!> Volume change of particles, and the bounds that the next time step and the guards need.
+module m_deform
+   use m_kinds, only: wp
+   implicit none
+   private
+   public :: advance_volume, fastest
+
+contains
+
+   !> V <- V det(I + dt L) for the first `count` particles; `smallest` is the smallest of the determinants.
+   pure subroutine advance_volume(count, gradient, time_step, volume, smallest)
+      integer, intent(in) :: count
+      real(wp), intent(in), contiguous :: gradient(:, :) !< (:, 9), d v_i / d x_j at 3 (j-1) + i, 1/s
+      real(wp), intent(in) :: time_step                  !< s
+      real(wp), intent(inout), contiguous :: volume(:)   !< m3
+      real(wp), intent(out) :: smallest
+      real(wp) :: f11, f22, f33, f12, f21, f13, f31, f23, f32, jacobian
+      integer :: p
+      smallest = huge(smallest)
+      !$omp simd reduction(min: smallest) private(f11, f22, f33, f12, f21, f13, f31, f23, f32, jacobian)
+      do p = 1, count
+         f11 = 1.0_wp + time_step*gradient(p, 1)
+         f21 = time_step*gradient(p, 2)
+         f31 = time_step*gradient(p, 3)
+         f12 = time_step*gradient(p, 4)
+         f22 = 1.0_wp + time_step*gradient(p, 5)
+         f32 = time_step*gradient(p, 6)
+         f13 = time_step*gradient(p, 7)
+         f23 = time_step*gradient(p, 8)
+         f33 = 1.0_wp + time_step*gradient(p, 9)
+         jacobian = f11*(f22*f33 - f23*f32) - f12*(f21*f33 - f23*f31) + f13*(f21*f32 - f22*f31)
+         volume(p) = volume(p)*jacobian
+         smallest = min(smallest, jacobian)
+      end do
+   end subroutine advance_volume
+
+   !> Largest squared speed (m2/s2) and largest specific volume (m3/kg) of particles first..last.
+   pure subroutine fastest(velocity, mass, volume, first, last, speed_squared, specific_volume)
+      real(wp), intent(in), contiguous :: velocity(:, :) !< (:, 3), m/s
+      real(wp), intent(in), contiguous :: mass(:), volume(:)
+      integer, intent(in) :: first, last
+      real(wp), intent(out) :: speed_squared, specific_volume
+      integer :: p
+      speed_squared = 0.0_wp
+      specific_volume = 0.0_wp
+      !$omp simd reduction(max: speed_squared, specific_volume)
+      do p = first, last
+         speed_squared = max(speed_squared, velocity(p, 1)**2 + velocity(p, 2)**2 + velocity(p, 3)**2)
+         specific_volume = max(specific_volume, volume(p)/mass(p))
+      end do
+   end subroutine fastest
+
+end module m_deform

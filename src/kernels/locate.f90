@@ -1,0 +1,66 @@
+!> Which bin of its block each particle lies in after it moved, and which particles left the block.
+module m_locate
+   use m_kinds, only: wp, i4
+   use m_constants, only: block_size
+   use m_stencil, only: frame_t
+   implicit none
+   private
+   public :: locate_particles, bin_of
+
+contains
+
+   !> Set the bins of the first `count` particles; those outside the block are listed, rising, and keep bin 0.
+   !> `lowest` and `highest` bound the centres, so that the caller sees at once whether one has left the grid.
+   pure subroutine locate_particles(count, position, frame, bin, leavers, leaver_count, moved, lowest, highest)
+      integer, intent(in) :: count
+      real(wp), intent(in), contiguous :: position(:, :)   !< (:, 3), m
+      type(frame_t), intent(in) :: frame
+      integer(i4), intent(inout), contiguous :: bin(:)
+      integer(i4), allocatable, intent(inout) :: leavers(:)
+      integer, intent(out) :: leaver_count
+      logical, intent(out) :: moved                        !< some particle is in another bin than before
+      real(wp), intent(out) :: lowest(3), highest(3)       !< m
+      integer :: axis, changes, outside, p
+      integer(i4) :: i, j, k, now
+      changes = 0
+      outside = 0
+      do axis = 1, 3
+         lowest(axis) = minval(position(:count, axis))
+         highest(axis) = maxval(position(:count, axis))
+      end do
+      !$omp simd reduction(+: changes, outside) private(i, j, k, now)
+      do p = 1, count
+         i = floor((position(p, 1) - frame%origin(1))*frame%per_cell + 0.5_wp)
+         j = floor((position(p, 2) - frame%origin(2))*frame%per_cell + 0.5_wp)
+         k = floor((position(p, 3) - frame%origin(3))*frame%per_cell + 0.5_wp)
+         now = merge(1 + i + block_size*(j + block_size*k), 0, iand(ior(ior(i, j), k), not(block_size - 1)) == 0)
+         changes = changes + merge(1, 0, now /= bin(p))
+         outside = outside + merge(1, 0, now == 0)
+         bin(p) = now
+      end do
+      moved = changes > 0
+      leaver_count = outside
+      if (outside == 0) return
+      if (size(leavers) < outside) then
+         deallocate (leavers)
+         allocate (leavers(2*outside))
+      end if
+      outside = 0
+      do p = 1, count
+         if (bin(p) /= 0) cycle
+         outside = outside + 1
+         leavers(outside) = p
+      end do
+   end subroutine locate_particles
+
+   !> Bin of one place in a block that it is known to belong to; round-off at the block's faces does no harm.
+   pure integer(i4) function bin_of(position, frame)
+      real(wp), intent(in) :: position(3) !< m
+      type(frame_t), intent(in) :: frame
+      integer :: node(3)
+      node = floor((position - frame%origin)*frame%per_cell + 0.5_wp)
+      node = min(max(node, 0), block_size - 1)
+      bin_of = 1 + node(1) + block_size*(node(2) + block_size*node(3))
+   end function bin_of
+
+end module m_locate

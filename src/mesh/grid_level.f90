@@ -1,0 +1,91 @@
+!> One uniform grid: cubic cells, nodes at their corners, nodes grouped into blocks.
+!>
+!> Node (i,j,k), counted from 0, stands at lower + (i,j,k) cell. A particle belongs to the bin of its nearest node, so that
+!> it touches the 27 nodes around that one. Block (a,b,c) holds the nodes and bins 8a..8a+7, 8b..8b+7, 8c..8c+7.
+module m_grid_level
+   use m_kinds, only: wp
+   use m_constants, only: block_size
+   use m_scene, only: grid_spec_t, boundary_free
+   implicit none
+   private
+   public :: grid_level_t, make_grid_level
+
+   type :: grid_level_t
+      real(wp) :: lower(3)        !< place of node (0,0,0), m
+      real(wp) :: upper(3)        !< m
+      real(wp) :: cell            !< cell size, m
+      real(wp) :: per_cell        !< 1/cell, 1/m
+      integer :: cells(3)         !< cells along each axis
+      integer :: blocks(3)        !< blocks along each axis, numbered from 0
+      integer :: boundary(2, 3)   !< condition on the lower and upper side of each axis
+   contains
+      procedure :: nearest_node
+      procedure :: block_origin
+      procedure :: block_index
+      procedure :: block_place
+      procedure :: plane
+   end type grid_level_t
+
+contains
+
+   !> The grid that a scene asks for.
+   pure function make_grid_level(spec) result(grid)
+      type(grid_spec_t), intent(in) :: spec
+      type(grid_level_t) :: grid
+      grid%lower = spec%lower
+      grid%upper = spec%upper
+      grid%cell = spec%cell_size
+      grid%per_cell = 1.0_wp/spec%cell_size
+      grid%cells = spec%cells
+      grid%blocks = spec%cells/block_size + 1
+      grid%boundary = reshape(spec%boundary, [2, 3])
+   end function make_grid_level
+
+   !> Index of the node nearest to a place; the place must be finite and near the grid.
+   pure function nearest_node(self, position) result(node)
+      class(grid_level_t), intent(in) :: self
+      real(wp), intent(in) :: position(3) !< m
+      integer :: node(3)
+      node = floor((position - self%lower)*self%per_cell + 0.5_wp)
+   end function nearest_node
+
+   !> Place (m) of the first node of a block.
+   pure function block_origin(self, place) result(origin)
+      class(grid_level_t), intent(in) :: self
+      integer, intent(in) :: place(3)
+      real(wp) :: origin(3)
+      origin = self%lower + real(block_size*place, wp)*self%cell
+   end function block_origin
+
+   !> Number of a block, from 1, x running fastest: the order in which sums over blocks run.
+   pure integer function block_index(self, place)
+      class(grid_level_t), intent(in) :: self
+      integer, intent(in) :: place(3)
+      block_index = 1 + place(1) + self%blocks(1)*(place(2) + self%blocks(2)*place(3))
+   end function block_index
+
+   !> Inverse of block_index.
+   pure function block_place(self, index) result(place)
+      class(grid_level_t), intent(in) :: self
+      integer, intent(in) :: index
+      integer :: place(3)
+      place(1) = mod(index - 1, self%blocks(1))
+      place(2) = mod((index - 1)/self%blocks(1), self%blocks(2))
+      place(3) = (index - 1)/(self%blocks(1)*self%blocks(2))
+   end function block_place
+
+   !> Node tile index (0 to 9) of the lower (side 1) or upper (side 2) boundary plane of an axis in a block,
+   !> or -1 where the plane does not cross the tile or the side is free.
+   pure integer function plane(self, place, side, axis)
+      class(grid_level_t), intent(in) :: self
+      integer, intent(in) :: place(3), side, axis
+      integer :: node
+      plane = -1
+      if (self%boundary(side, axis) == boundary_free) return
+      node = 0
+      if (side == 2) node = self%cells(axis)
+      node = node - block_size*place(axis) + 1
+      if (node >= 0 .and. node <= block_size + 1) plane = node
+   end function plane
+
+end module m_grid_level

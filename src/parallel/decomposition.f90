@@ -1,0 +1,200 @@
+!> Which rank owns which block: METIS on the graph of blocks, weighted by particles and by the nodes that neighbours share.
+module m_decomposition
+   use mpi_f08
+   use m_kinds, only: wp, i8
+   use m_constants, only: exit_numerical
+   use m_errors, only: error_t, fail
+   use m_communicator, only: communicator_t
+   use m_level, only: level_t, tile_last, node_values
+   use m_block, only: block_t
+   use m_grid_level, only: grid_level_t
+   use m_metis, only: partition_graph
+   implicit none
+   private
+   public :: choose_owners, settle_blocks
+
+   integer, parameter :: block_cost = 64 !< cost of a block's node tile, in particles
+
+contains
+
+   !> Collective: an owner for every block that exists (counts >= 0), the same on every rank; -1 elsewhere.
+   subroutine choose_owners(communicator, grid, counts, owner, error)
+      type(communicator_t), intent(in) :: communicator
+      type(grid_level_t), intent(in) :: grid
+      integer, intent(in) :: counts(:) !< particles of each block by index; -1 where there is no block; the same on every rank
+      integer, intent(out) :: owner(0:, 0:, 0:)
+      type(error_t), intent(inout) :: error
+      integer, allocatable :: vertex(:), part(:)
+      integer :: index, n, place(3)
+      logical :: failed
+      allocate (vertex(size(counts)), source=0)
+      n = 0
+      do index = 1, size(counts)
+         if (counts(index) < 0) cycle
+         n = n + 1
+         vertex(index) = n
+      end do
+      allocate (part(n))
+      failed = .false.
+      if (communicator%is_root()) call partition(grid, counts, vertex, communicator%ranks, part, failed)
+      call MPI_Bcast(failed, 1, MPI_LOGICAL, 0, communicator%comm)
+      if (failed) then
+         call fail(error, exit_numerical, 'METIS could not place the blocks on the ranks; try another number of ranks')
+         return
+      end if
+      call MPI_Bcast(part, n, MPI_INTEGER, 0, communicator%comm)
+      owner = -1
+      do index = 1, size(counts)
+         if (vertex(index) == 0) cycle
+         place = grid%block_place(index)
+         owner(place(1), place(2), place(3)) = part(vertex(index))
+      end do
+   end subroutine choose_owners
+
+   !> Part of every block. With no more blocks than ranks, one block a rank.
+   subroutine partition(grid, counts, vertex, ranks, part, failed)
+      type(grid_level_t), intent(in) :: grid
+      integer, intent(in) :: counts(:), vertex(:), ranks
+      integer, intent(out) :: part(:)
+      logical, intent(out) :: failed
+      integer, allocatable :: offsets(:), adjacent(:), edge_weights(:), weights(:)
+      integer :: index, n, v, edges, place(3), other(3), d(3)
+      failed = .false.
+      part = 0
+      if (ranks == 1) return
+      if (size(part) <= ranks) then
+         part = [(v - 1, v=1, size(part))]
+         return
+      end if
+      allocate (offsets(size(part) + 1), adjacent(26*size(part)), edge_weights(26*size(part)), weights(size(part)))
+      edges = 0
+      offsets(1) = 0
+      do index = 1, size(counts)
+         v = vertex(index)
+         if (v == 0) cycle
+         weights(v) = counts(index) + block_cost
+         place = grid%block_place(index)
+         do n = 1, 27
+            d = [mod(n - 1, 3), mod((n - 1)/3, 3), (n - 1)/9] - 1
+            other = place + d
+            if (n == 14 .or. any(other < 0) .or. any(other >= grid%blocks)) cycle
+            if (vertex(grid%block_index(other)) == 0) cycle
+            edges = edges + 1
+            adjacent(edges) = vertex(grid%block_index(other)) - 1
+            edge_weights(edges) = product(merge(2, tile_last + 1, d /= 0))
+         end do
+         offsets(v + 1) = edges
+      end do
+      call partition_graph(offsets, adjacent(:edges), weights, edge_weights(:edges), ranks, part, failed)
+   end subroutine partition
+
+   !> Make this rank's blocks, mirrors, slots and pools fit the owners. Blocks that stay keep their particles; blocks that
+   !> are new here are empty; the particles of blocks that went elsewhere must have been taken out before.
+   subroutine settle_blocks(level, rank)
+      type(level_t), intent(inout) :: level
+      integer, intent(in) :: rank
+      type(block_t), allocatable :: blocks(:)
+      integer :: b, old, slots
+      call find_own(level, rank, blocks)
+      if (allocated(level%blocks)) then
+         old = 1
+         do b = 1, size(blocks)
+            do while (old <= size(level%blocks))
+               if (level%blocks(old)%index >= blocks(b)%index) exit
+               old = old + 1
+            end do
+            if (old > size(level%blocks)) exit
+            if (level%blocks(old)%index == blocks(b)%index) call take_over(level%blocks(old), blocks(b))
+         end do
+      end if
+      call move_alloc(blocks, level%blocks)
+      call find_mirrors(level, rank)
+      slots = size(level%blocks) + size(level%mirror_index)
+      if (allocated(level%gathered)) deallocate (level%gathered, level%solved)
+      allocate (level%gathered(node_values, 0:tile_last, 0:tile_last, 0:tile_last, slots), source=0.0_wp)
+      allocate (level%solved(node_values, 0:tile_last, 0:tile_last, 0:tile_last, size(level%blocks)), source=0.0_wp)
+      do b = 1, size(level%blocks)
+         call level%blocks(b)%reserve(1, level%table%columns)
+      end do
+      call level%size_work()
+   end subroutine settle_blocks
+
+   !> The blocks that this rank owns, by rising index.
+   subroutine find_own(level, rank, blocks)
+      type(level_t), intent(in) :: level
+      integer, intent(in) :: rank
+      type(block_t), allocatable, intent(out) :: blocks(:)
+      integer :: b, index, place(3)
+      allocate (blocks(count(level%owner == rank)))
+      b = 0
+      do index = 1, size(level%owner)
+         place = level%grid%block_place(index)
+         if (level%owner_at(place) /= rank) cycle
+         b = b + 1
+         blocks(b)%place = place
+         blocks(b)%index = index
+         blocks(b)%origin = level%grid%block_origin(place)
+      end do
+   end subroutine find_own
+
+   !> Move particles and lists from a block to its successor.
+   subroutine take_over(old, new)
+      type(block_t), intent(inout) :: old, new
+      new%particles%count = old%particles%count
+      call move_alloc(old%particles%column, new%particles%column)
+      call move_alloc(old%particles%id, new%particles%id)
+      call move_alloc(old%particles%body, new%particles%body)
+      new%cells%first = old%cells%first
+      call move_alloc(old%cells%order, new%cells%order)
+      call move_alloc(old%cells%bin, new%cells%bin)
+      new%cells%current = old%cells%current
+      new%cells%jumps = old%cells%jumps
+      call move_alloc(old%leavers, new%leavers)
+      new%leaver_count = old%leaver_count
+   end subroutine take_over
+
+   !> Mirrors of the remote neighbours, slots of all, and each block's table of neighbours.
+   subroutine find_mirrors(level, rank)
+      type(level_t), intent(inout) :: level
+      integer, intent(in) :: rank
+      integer :: b, index, m, n, place(3), other(3)
+      if (.not. allocated(level%slot)) allocate (level%slot(0:level%grid%blocks(1) - 1, 0:level%grid%blocks(2) - 1, &
+                                                      0:level%grid%blocks(3) - 1))
+      level%slot = 0
+      do b = 1, size(level%blocks)
+         place = level%blocks(b)%place
+         level%slot(place(1), place(2), place(3)) = b
+      end do
+      if (allocated(level%mirror_index)) deallocate (level%mirror_index)
+      allocate (level%mirror_index(0))
+      m = size(level%blocks)
+      do index = 1, size(level%owner)
+         place = level%grid%block_place(index)
+         if (level%owner_at(place) < 0 .or. level%owner_at(place) == rank) cycle
+         if (.not. touches(place)) cycle
+         m = m + 1
+         level%slot(place(1), place(2), place(3)) = m
+         level%mirror_index = [level%mirror_index, index]
+      end do
+      do b = 1, size(level%blocks)
+         level%blocks(b)%shared = .false.
+         do n = 1, 27
+            other = level%blocks(b)%place + [mod(n - 1, 3), mod((n - 1)/3, 3), (n - 1)/9] - 1
+            level%blocks(b)%neighbour(n) = 0
+            if (level%owner_at(other) < 0) cycle
+            level%blocks(b)%neighbour(n) = level%slot(other(1), other(2), other(3))
+            if (level%owner_at(other) /= rank) level%blocks(b)%shared = .true.
+         end do
+      end do
+   contains
+      !> True when one of this rank's blocks is next to a place.
+      pure logical function touches(place)
+         integer, intent(in) :: place(3)
+         integer :: a(3), z(3)
+         a = max(place - 1, 0)
+         z = min(place + 1, level%grid%blocks - 1)
+         touches = any(level%owner(a(1):z(1), a(2):z(2), a(3):z(3)) == rank)
+      end function touches
+   end subroutine find_mirrors
+
+end module m_decomposition

@@ -1,0 +1,255 @@
+!> Particles that change block move house; blocks that change rank move with all their particles.
+module m_migration
+   use mpi_f08
+   use m_kinds, only: wp, i4, i8
+   use m_constants, only: block_size
+   use m_sorting, only: sorted_order
+   use m_communicator, only: communicator_t
+   use m_level, only: level_t
+   use m_block, only: block_t
+   use m_stencil, only: frame_t
+   use m_locate, only: bin_of
+   implicit none
+   private
+   public :: migration_t, frame_of, entered
+
+   integer, parameter :: extra = 4 !< after a particle's columns a record holds: id, body, block index, bin (0: not known)
+
+   !> Records of particles under way: one column a particle.
+   type :: parcel_t
+      integer :: count = 0
+      real(wp), allocatable :: records(:, :)
+   contains
+      procedure :: add
+   end type parcel_t
+
+   type :: migration_t
+      type(parcel_t), allocatable :: outgoing(:) !< one a neighbour rank
+      type(parcel_t) :: incoming
+      type(MPI_Datatype) :: record = MPI_DATATYPE_NULL
+      integer(i8) :: moved = 0      !< particles that changed block on this rank
+      integer(i8) :: sent = 0       !< of those, to other ranks
+   contains
+      procedure :: move_leavers
+      procedure :: move_blocks
+      procedure :: unload
+      procedure :: release
+      procedure, private :: prepare
+   end type migration_t
+
+contains
+
+   !> Where a block stands, for the kernels.
+   pure type(frame_t) function frame_of(level, block)
+      type(level_t), intent(in) :: level
+      type(block_t), intent(in) :: block
+      frame_of = frame_t(block%origin, level%grid%cell, level%grid%per_cell)
+   end function frame_of
+
+   !> The particles listed as leavers go to the blocks that they have entered, which must exist; one message a neighbour
+   !> rank. Arrivals are stored in the order of their ids, so that the order does not depend on the ranks.
+   subroutine move_leavers(self, communicator, level, neighbours)
+      class(migration_t), intent(inout) :: self
+      type(communicator_t), intent(in) :: communicator
+      type(level_t), intent(inout) :: level
+      integer, intent(in) :: neighbours(:) !< neighbour ranks, rising
+      integer :: b, l, n, p, place(3), rank
+      call self%prepare(level, size(neighbours))
+      do b = 1, size(level%blocks)
+         if (level%blocks(b)%leaver_count == 0) cycle
+         associate (block => level%blocks(b))
+            do l = 1, block%leaver_count
+               p = block%leavers(l)
+               place = entered(level, block, p)
+               rank = level%owner_at(place)
+               if (rank == communicator%rank) then
+                  call self%incoming%add(block, p, level%grid%block_index(place))
+               else
+                  n = findloc(neighbours, rank, dim=1)
+                  call self%outgoing(n)%add(block, p, level%grid%block_index(place))
+                  self%sent = self%sent + 1
+               end if
+            end do
+            self%moved = self%moved + block%leaver_count
+            call take_out(block)
+         end associate
+      end do
+      call exchange(self, communicator, neighbours)
+      call settle(self%incoming, level)
+   end subroutine move_leavers
+
+   !> The block that a leaver has entered.
+   pure function entered(level, block, p) result(place)
+      type(level_t), intent(in) :: level
+      type(block_t), intent(in) :: block
+      integer, intent(in) :: p
+      integer :: place(3), node(3)
+      associate (x => level%layout%position)
+         node = floor((block%particles%column(p, x:x + 2) - block%origin)*level%grid%per_cell + 0.5_wp)
+      end associate
+      place = block%place + merge(-1, merge(1, 0, node >= block_size), node < 0)
+   end function entered
+
+   !> Remove the leavers from their block.
+   subroutine take_out(block)
+      type(block_t), intent(inout) :: block
+      integer :: l, last
+      last = block%particles%count
+      do l = block%leaver_count, 1, -1
+         block%cells%bin(block%leavers(l)) = block%cells%bin(last)
+         last = last - 1
+      end do
+      call block%particles%remove(block%leavers(:block%leaver_count))
+      block%leaver_count = 0
+      block%cells%current = .false.
+   end subroutine take_out
+
+   !> One message to and from each neighbour; what comes in is added to `incoming`.
+   subroutine exchange(self, communicator, neighbours)
+      class(migration_t), intent(inout) :: self
+      type(communicator_t), intent(in) :: communicator
+      integer, intent(in) :: neighbours(:)
+      type(MPI_Request) :: requests(size(neighbours))
+      type(MPI_Status) :: status
+      type(MPI_Message) :: message
+      integer :: n, count
+      do n = 1, size(neighbours)
+         call MPI_Isend(self%outgoing(n)%records, self%outgoing(n)%count, self%record, neighbours(n), 2, communicator%comm, &
+                        requests(n))
+      end do
+      do n = 1, size(neighbours)
+         call MPI_Mprobe(neighbours(n), 2, communicator%comm, message, status)
+         call MPI_Get_count(status, self%record, count)
+         call make_room(self%incoming, count)
+         call MPI_Mrecv(self%incoming%records(:, self%incoming%count + 1:self%incoming%count + count), count, self%record, &
+                        message, MPI_STATUS_IGNORE)
+         self%incoming%count = self%incoming%count + count
+      end do
+      call MPI_Waitall(size(neighbours), requests, MPI_STATUSES_IGNORE)
+   end subroutine exchange
+
+   !> Store what has come in, sorted by block and id.
+   subroutine settle(incoming, level)
+      type(parcel_t), intent(in) :: incoming
+      type(level_t), intent(inout) :: level
+      integer :: order(incoming%count), columns, r, place(3)
+      columns = level%table%columns
+      associate (records => incoming%records)
+         order = sorted_order(int(records(columns + 3, :incoming%count), i8), int(records(columns + 1, :incoming%count), i8))
+         do r = 1, incoming%count
+            place = level%grid%block_place(int(records(columns + 3, order(r))))
+            call store(records(:, order(r)), level, level%blocks(level%slot(place(1), place(2), place(3))))
+         end do
+      end associate
+      if (incoming%count > 0) call level%size_work()
+   end subroutine settle
+
+   !> Append one record to its block.
+   subroutine store(record, level, block)
+      real(wp), intent(in) :: record(:)
+      type(level_t), intent(in) :: level
+      type(block_t), intent(inout) :: block
+      integer :: n
+      n = level%table%columns
+      call block%reserve(block%particles%count + 1, n)
+      call block%particles%append(record(:n), int(record(n + 1), i8), int(record(n + 2), i4))
+      associate (x => level%layout%position)
+         block%cells%bin(block%particles%count) = bin_of(record(x:x + 2), frame_of(level, block))
+      end associate
+      if (record(n + 4) > 0.0_wp) block%cells%bin(block%particles%count) = int(record(n + 4), i4)
+      block%cells%current = .false.
+   end subroutine store
+
+   !> Collective: take the particles of the blocks whose owner changes out of this rank and send them; returns when all
+   !> records are here. Then the level settles into its new owners, and `unload` puts the records into their blocks.
+   subroutine move_blocks(self, communicator, level, new_owner)
+      class(migration_t), intent(inout) :: self
+      type(communicator_t), intent(in) :: communicator
+      type(level_t), intent(inout) :: level
+      integer, intent(in) :: new_owner(0:, 0:, 0:)
+      integer :: b, p, r, rank
+      integer, allocatable :: others(:)
+      others = pack([(r, r=0, communicator%ranks - 1)], [(r /= communicator%rank, r=0, communicator%ranks - 1)])
+      call self%prepare(level, size(others))
+      do b = 1, size(level%blocks)
+         associate (block => level%blocks(b))
+            rank = new_owner(block%place(1), block%place(2), block%place(3))
+            if (rank == communicator%rank) cycle
+            do p = 1, block%particles%count
+               call self%outgoing(findloc(others, rank, dim=1))%add(block, p, block%index)
+            end do
+            block%particles%count = 0
+         end associate
+      end do
+      call exchange(self, communicator, others)
+   end subroutine move_blocks
+
+   !> Store the blocks that have come in, their particles in the order in which they were stored before.
+   subroutine unload(self, level)
+      class(migration_t), intent(inout) :: self
+      type(level_t), intent(inout) :: level
+      integer :: r, place(3)
+      do r = 1, self%incoming%count
+         place = level%grid%block_place(int(self%incoming%records(level%table%columns + 3, r)))
+         call store(self%incoming%records(:, r), level, level%blocks(level%slot(place(1), place(2), place(3))))
+      end do
+      call level%size_work()
+   end subroutine unload
+
+   !> Forget what was under way, and know the shape of a record.
+   subroutine prepare(self, level, neighbours)
+      class(migration_t), intent(inout) :: self
+      type(level_t), intent(in) :: level
+      integer, intent(in) :: neighbours
+      integer :: n, width
+      width = level%table%columns + extra
+      if (self%record == MPI_DATATYPE_NULL) then
+         call MPI_Type_contiguous(width, MPI_DOUBLE_PRECISION, self%record)
+         call MPI_Type_commit(self%record)
+         allocate (self%incoming%records(width, 64))
+      end if
+      if (allocated(self%outgoing)) then
+         if (size(self%outgoing) /= neighbours) deallocate (self%outgoing)
+      end if
+      if (.not. allocated(self%outgoing)) then
+         allocate (self%outgoing(neighbours))
+         do n = 1, neighbours
+            allocate (self%outgoing(n)%records(width, 64))
+         end do
+      end if
+      self%outgoing%count = 0
+      self%incoming%count = 0
+   end subroutine prepare
+
+   !> Append particle p of a block, bound for the block `index`.
+   subroutine add(self, block, p, index)
+      class(parcel_t), intent(inout) :: self
+      type(block_t), intent(in) :: block
+      integer, intent(in) :: p, index
+      integer :: columns
+      columns = size(block%particles%column, 2)
+      call make_room(self, 1)
+      self%count = self%count + 1
+      self%records(:columns, self%count) = block%particles%column(p, :)
+      self%records(columns + 1:, self%count) = [real(block%particles%id(p), wp), real(block%particles%body(p), wp), &
+                                                real(index, wp), real(block%cells%bin(p), wp)]
+   end subroutine add
+
+   !> Room for `more` records; grows by half.
+   subroutine make_room(parcel, more)
+      type(parcel_t), intent(inout) :: parcel
+      integer, intent(in) :: more
+      real(wp), allocatable :: larger(:, :)
+      if (parcel%count + more <= size(parcel%records, 2)) return
+      allocate (larger(size(parcel%records, 1), (3*(parcel%count + more))/2))
+      larger(:, :parcel%count) = parcel%records(:, :parcel%count)
+      call move_alloc(larger, parcel%records)
+   end subroutine make_room
+
+   !> Free the datatype.
+   subroutine release(self)
+      class(migration_t), intent(inout) :: self
+      if (self%record /= MPI_DATATYPE_NULL) call MPI_Type_free(self%record)
+   end subroutine release
+
+end module m_migration

@@ -1,0 +1,58 @@
+!> A block: 8 x 8 x 8 bins, their particles and lists. Its node tiles lie in the level's pools, at its slot.
+module m_block
+   use m_kinds, only: wp, i4, i8
+   use m_particle_store, only: particle_store_t
+   use m_cell_list, only: cell_list_t
+   implicit none
+   private
+   public :: block_t
+
+   type :: block_t
+      integer :: place(3) = 0            !< which block of the level, from 0
+      integer :: index = 0               !< its number in the level (grid_level%block_index)
+      real(wp) :: origin(3) = 0.0_wp     !< place of its first node, m
+      type(particle_store_t) :: particles
+      type(cell_list_t) :: cells
+      integer :: neighbour(27) = 0       !< slots of the blocks around, x fastest, 14 is this one; 0 where there is none
+      logical :: shared = .false.        !< a neighbour lives on another rank
+      integer(i4), allocatable :: leavers(:) !< particles that left during this step, rising
+      integer :: leaver_count = 0
+   contains
+      procedure :: reserve
+      procedure :: refresh_lists
+      procedure :: bytes
+   end type block_t
+
+   real(wp), parameter :: sort_share = 0.25_wp !< sort when this share of the list's steps jump in memory
+
+contains
+
+   !> Make room for a number of particles.
+   subroutine reserve(self, capacity, columns)
+      class(block_t), intent(inout) :: self
+      integer, intent(in) :: capacity, columns
+      call self%particles%reserve(capacity, columns)
+      call self%cells%reserve(size(self%particles%id))
+      if (.not. allocated(self%leavers)) allocate (self%leavers(0))
+   end subroutine reserve
+
+   !> Bring the lists up to date, and the particles into list order when the lists jump about in memory too much.
+   subroutine refresh_lists(self, work)
+      class(block_t), intent(inout) :: self
+      real(wp), intent(inout), contiguous :: work(:) !< at least the number of particles
+      if (self%cells%current) return
+      call self%cells%build(self%particles%count)
+      if (self%cells%jumps > sort_share*self%particles%count) then
+         call self%particles%permute(self%cells%order, work)
+         call self%cells%set_in_order(self%particles%count)
+      end if
+   end subroutine refresh_lists
+
+   !> Memory held by particles and lists (bytes).
+   pure integer(i8) function bytes(self)
+      class(block_t), intent(in) :: self
+      bytes = self%particles%bytes() + self%cells%bytes()
+      if (allocated(self%leavers)) bytes = bytes + 4_i8*size(self%leavers, kind=i8)
+   end function bytes
+
+end module m_block

@@ -1,0 +1,97 @@
+!> Which particles of a block lie in which of its 8 x 8 x 8 node-centred bins.
+module m_cell_list
+   use m_kinds, only: i4, i8
+   use m_constants, only: block_size
+   implicit none
+   private
+   public :: cell_list_t
+
+   integer, parameter, public :: bins = block_size**3
+
+   !> The particles of bin b (1 to 512, x fastest) are order(first(b):first(b+1)-1), in the order in which they are stored.
+   type :: cell_list_t
+      integer(i4) :: first(bins + 1) = 1
+      integer(i4), allocatable :: order(:)
+      integer(i4), allocatable :: bin(:) !< bin of each particle; set by whoever locates the particles
+      logical :: current = .false.       !< the lists match `bin`
+      integer :: jumps = 0               !< places where the next particle in order is not the next one in memory
+   contains
+      procedure :: reserve
+      procedure :: build
+      procedure :: set_in_order
+      procedure :: bytes
+   end type cell_list_t
+
+contains
+
+   !> Make room for a number of particles; keeps `bin`.
+   subroutine reserve(self, capacity)
+      class(cell_list_t), intent(inout) :: self
+      integer, intent(in) :: capacity
+      integer(i4), allocatable :: larger(:)
+      integer :: held
+      if (allocated(self%bin)) then
+         if (size(self%bin) >= capacity) return
+      end if
+      allocate (larger(capacity))
+      if (allocated(self%bin)) then
+         held = size(self%bin)
+         larger(:held) = self%bin
+         larger(held + 1:) = 0
+         deallocate (self%order)
+      else
+         larger = 0
+      end if
+      call move_alloc(larger, self%bin)
+      allocate (self%order(capacity))
+   end subroutine reserve
+
+   !> Build the lists of the first `count` particles from `bin`.
+   pure subroutine build(self, count)
+      class(cell_list_t), intent(inout) :: self
+      integer, intent(in) :: count
+      integer(i4) :: next(bins)
+      integer :: b, p
+      next = 0
+      do p = 1, count
+         next(self%bin(p)) = next(self%bin(p)) + 1
+      end do
+      self%first(1) = 1
+      do b = 1, bins
+         self%first(b + 1) = self%first(b) + next(b)
+      end do
+      next = self%first(:bins)
+      do p = 1, count
+         b = self%bin(p)
+         self%order(next(b)) = p
+         next(b) = next(b) + 1
+      end do
+      self%jumps = 0
+      do p = 2, count
+         if (self%order(p) /= self%order(p - 1) + 1) self%jumps = self%jumps + 1
+      end do
+      self%current = .true.
+   end subroutine build
+
+   !> After the particles were put into list order: the lists are runs.
+   pure subroutine set_in_order(self, count)
+      class(cell_list_t), intent(inout) :: self
+      integer, intent(in) :: count
+      integer :: b, p
+      do b = 1, bins
+         self%bin(self%first(b):self%first(b + 1) - 1) = b
+      end do
+      do p = 1, count
+         self%order(p) = p
+      end do
+      self%jumps = 0
+   end subroutine set_in_order
+
+   !> Memory held (bytes).
+   pure integer(i8) function bytes(self)
+      class(cell_list_t), intent(in) :: self
+      bytes = 4_i8*(bins + 1)
+      if (allocated(self%bin)) bytes = bytes + 8_i8*size(self%bin, kind=i8)
+   end function bytes
+
+end module m_cell_list

@@ -1,0 +1,73 @@
+!> The one table of what a particle carries. A field declared here is allocated, sorted, migrated and written by the table.
+module m_field_table
+   implicit none
+   private
+   public :: field_t, field_table_t, layout_t
+
+   !> One field: `components` columns of the particle store, beginning at column `first`.
+   type :: field_t
+      character(len=:), allocatable :: name
+      character(len=:), allocatable :: unit
+      integer :: components = 0
+      integer :: first = 0
+      logical :: written = .false. !< stands in snapshots
+   end type field_t
+
+   !> First columns of the fields that the kernels know; 0 where the scene does not call for the field.
+   type :: layout_t
+      integer :: position = 0, velocity = 0, mass = 0, volume = 0, half_size = 0, stress = 0
+      integer :: gradient = 0      !< velocity gradient of the last step, 9 columns, d v_i / d x_j at 3 (j-1) + i
+      integer :: deformation = 0   !< deformation gradient, 9 columns, the same order
+      integer :: next_position = 0 !< position at the end of the step, while the step still needs the old one
+   end type layout_t
+
+   type :: field_table_t
+      type(field_t), allocatable :: fields(:)
+      integer :: columns = 0
+   contains
+      procedure :: declare
+      procedure :: column
+      procedure :: layout
+   end type field_table_t
+
+contains
+
+   !> Add a field; declaring the same name again changes nothing (two effects may want the same field).
+   pure subroutine declare(self, name, components, unit, written)
+      class(field_table_t), intent(inout) :: self
+      character(len=*), intent(in) :: name, unit
+      integer, intent(in) :: components
+      logical, intent(in) :: written
+      if (.not. allocated(self%fields)) allocate (self%fields(0))
+      if (self%column(name) > 0) return
+      self%fields = [self%fields, field_t(name, unit, components, self%columns + 1, written)]
+      self%columns = self%columns + components
+   end subroutine declare
+
+   !> First column of a field, or 0 if it is not declared.
+   pure integer function column(self, name)
+      class(field_table_t), intent(in) :: self
+      character(len=*), intent(in) :: name
+      integer :: f
+      column = 0
+      if (.not. allocated(self%fields)) return
+      do f = 1, size(self%fields)
+         if (self%fields(f)%name == name) column = self%fields(f)%first
+      end do
+   end function column
+
+   !> Where the kernels find their fields.
+   pure type(layout_t) function layout(self)
+      class(field_table_t), intent(in) :: self
+      layout%position = self%column('position')
+      layout%velocity = self%column('velocity')
+      layout%mass = self%column('mass')
+      layout%volume = self%column('volume')
+      layout%half_size = self%column('half_size')
+      layout%stress = self%column('stress')
+      layout%gradient = self%column('velocity_gradient')
+      layout%deformation = self%column('deformation_gradient')
+      layout%next_position = self%column('next_position')
+   end function layout
+
+end module m_field_table

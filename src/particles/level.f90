@@ -1,0 +1,85 @@
+!> One grid level: its grid, which rank owns which block, this rank's blocks, and the pools of their node tiles.
+module m_level
+   use m_kinds, only: wp, i8
+   use m_constants, only: block_size
+   use m_grid_level, only: grid_level_t
+   use m_block, only: block_t
+   use m_field_table, only: field_table_t, layout_t
+   implicit none
+   private
+   public :: level_t
+
+   integer, parameter, public :: tile_last = block_size + 1 !< tiles run from 0 to 9: one ghost node on each side
+   integer, parameter, public :: node_values = 8            !< values a node, one cache line
+
+   !> Places of the values of a node in the pools. `gathered`: what particles gave. `solved`: what particles take.
+   integer, parameter, public :: node_mass = 1, node_momentum = 2, node_force = 5, node_velocity = 2, node_acceleration = 5
+
+   type :: level_t
+      type(grid_level_t) :: grid
+      type(field_table_t) :: table
+      type(layout_t) :: layout
+      integer, allocatable :: owner(:, :, :) !< rank that owns a block, -1 where there is no block; from 0; the same on every rank
+      integer, allocatable :: slot(:, :, :)  !< slot of the block here (own blocks first, then mirrors), 0 if not here
+      type(block_t), allocatable :: blocks(:) !< own blocks, by rising index; block b has slot b
+      integer, allocatable :: mirror_index(:) !< block indices of the neighbours on other ranks; mirror m has slot size(blocks) + m
+      real(wp), allocatable :: gathered(:, :, :, :, :) !< (node_values, 0:9, 0:9, 0:9, slots)
+      real(wp), allocatable :: solved(:, :, :, :, :)   !< (node_values, 0:9, 0:9, 0:9, own blocks)
+      real(wp), allocatable :: gradient(:, :)          !< work: velocity gradients of one block, where no field keeps them
+      real(wp), allocatable :: work(:)                 !< work: one value a particle of one block
+   contains
+      procedure :: particle_count
+      procedure :: size_work
+      procedure :: bytes
+      procedure :: owner_at
+   end type level_t
+
+contains
+
+   !> Particles on this rank.
+   pure integer(i8) function particle_count(self)
+      class(level_t), intent(in) :: self
+      integer :: b
+      particle_count = 0
+      do b = 1, size(self%blocks)
+         particle_count = particle_count + self%blocks(b)%particles%count
+      end do
+   end function particle_count
+
+   !> Owner of the block at a place, -1 where there is none or the place is outside the level.
+   pure integer function owner_at(self, place)
+      class(level_t), intent(in) :: self
+      integer, intent(in) :: place(3)
+      owner_at = -1
+      if (any(place < 0) .or. any(place >= self%grid%blocks)) return
+      owner_at = self%owner(place(1), place(2), place(3))
+   end function owner_at
+
+   !> Fit the work arrays to the largest block.
+   subroutine size_work(self)
+      class(level_t), intent(inout) :: self
+      integer :: b, largest
+      largest = block_size
+      do b = 1, size(self%blocks)
+         if (allocated(self%blocks(b)%particles%id)) largest = max(largest, size(self%blocks(b)%particles%id))
+      end do
+      if (allocated(self%work)) then
+         if (size(self%work) >= largest) return
+         deallocate (self%work, self%gradient)
+      end if
+      allocate (self%work(largest), self%gradient(largest, 9))
+   end subroutine size_work
+
+   !> Memory held on this rank (bytes).
+   pure integer(i8) function bytes(self) result(held)
+      class(level_t), intent(in) :: self
+      integer :: b
+      held = 8_i8*(size(self%gathered, kind=i8) + size(self%solved, kind=i8))
+      held = held + 8_i8*(size(self%gradient, kind=i8) + size(self%work, kind=i8))
+      held = held + 4_i8*(size(self%owner, kind=i8) + size(self%slot, kind=i8))
+      do b = 1, size(self%blocks)
+         held = held + self%blocks(b)%bytes()
+      end do
+   end function bytes
+
+end module m_level

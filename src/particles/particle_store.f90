@@ -1,0 +1,110 @@
+!> The particles of one block, as columns.
+module m_particle_store
+   use m_kinds, only: wp, i4, i8
+   implicit none
+   private
+   public :: particle_store_t
+
+   integer, parameter :: lanes = 8 !< the capacity is a multiple of this
+
+   !> `column(p, c)` is component c (see m_field_table) of particle p; only the first `count` particles are alive.
+   type :: particle_store_t
+      integer :: count = 0
+      real(wp), allocatable :: column(:, :)
+      integer(i8), allocatable :: id(:)   !< unique over the scene
+      integer(i4), allocatable :: body(:) !< number of the body in the scene
+   contains
+      procedure :: reserve
+      procedure :: append
+      procedure :: remove
+      procedure :: permute
+      procedure :: bytes
+   end type particle_store_t
+
+contains
+
+   !> Make room for at least `capacity` particles of `columns` columns; growing leaves some room to spare.
+   subroutine reserve(self, capacity, columns)
+      class(particle_store_t), intent(inout) :: self
+      integer, intent(in) :: capacity, columns
+      type(particle_store_t) :: larger
+      integer :: room, n
+      if (allocated(self%column)) then
+         if (size(self%column, 1) >= capacity) return
+      end if
+      room = capacity
+      if (self%count > 0) room = capacity + capacity/8
+      room = lanes*((max(room, 1) + lanes - 1)/lanes)
+      allocate (larger%column(room, columns), larger%id(room), larger%body(room))
+      n = self%count
+      if (n > 0) then
+         larger%column(:n, :) = self%column(:n, :)
+         larger%id(:n) = self%id(:n)
+         larger%body(:n) = self%body(:n)
+      end if
+      call move_alloc(larger%column, self%column)
+      call move_alloc(larger%id, self%id)
+      call move_alloc(larger%body, self%body)
+   end subroutine reserve
+
+   !> Add one particle at the end.
+   subroutine append(self, values, id, body)
+      class(particle_store_t), intent(inout) :: self
+      real(wp), intent(in) :: values(:) !< one value a column
+      integer(i8), intent(in) :: id
+      integer(i4), intent(in) :: body
+      call self%reserve(self%count + 1, size(values))
+      self%count = self%count + 1
+      self%column(self%count, :) = values
+      self%id(self%count) = id
+      self%body(self%count) = body
+   end subroutine append
+
+   !> Remove the particles of a rising list; the last ones move into the holes.
+   subroutine remove(self, gone)
+      class(particle_store_t), intent(inout) :: self
+      integer(i4), intent(in) :: gone(:)
+      integer :: g, p
+      do g = size(gone), 1, -1
+         p = gone(g)
+         if (p < self%count) then
+            self%column(p, :) = self%column(self%count, :)
+            self%id(p) = self%id(self%count)
+            self%body(p) = self%body(self%count)
+         end if
+         self%count = self%count - 1
+      end do
+   end subroutine remove
+
+   !> Put the particles into another order: the new p-th is the old order(p)-th. `work` holds at least `count` values.
+   subroutine permute(self, order, work)
+      class(particle_store_t), intent(inout) :: self
+      integer(i4), intent(in) :: order(:)
+      real(wp), intent(inout), contiguous :: work(:)
+      integer :: c, n
+      n = self%count
+      do c = 1, size(self%column, 2)
+         call gather(self%column(:, c), order, work)
+      end do
+      self%id(:n) = self%id(order(:n))
+      self%body(:n) = self%body(order(:n))
+   contains
+      pure subroutine gather(values, order, work)
+         real(wp), intent(inout), contiguous :: values(:), work(:)
+         integer(i4), intent(in) :: order(:)
+         integer :: p
+         do p = 1, n
+            work(p) = values(order(p))
+         end do
+         values(:n) = work(:n)
+      end subroutine gather
+   end subroutine permute
+
+   !> Memory held (bytes).
+   pure integer(i8) function bytes(self)
+      class(particle_store_t), intent(in) :: self
+      bytes = 0
+      if (allocated(self%column)) bytes = 8_i8*size(self%column, kind=i8) + 12_i8*size(self%id, kind=i8)
+   end function bytes
+
+end module m_particle_store

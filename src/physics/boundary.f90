@@ -1,0 +1,144 @@
+!> Conditions on the six sides of the grid, applied to node tiles (theory.md, eq. boundary).
+!>
+!> symmetry  the body goes on beyond the plane as its mirror image: what particles give to the node row outside is what the
+!>           image gives to the row inside, mirrored. A half model so gives what the full model gives.
+!> roller    nodes on the plane and outside do not move along its normal.
+!> fixed     they do not move at all.
+module m_boundary
+   use m_kinds, only: wp
+   use m_constants, only: block_size
+   use m_scene, only: boundary_symmetry, boundary_roller, boundary_fixed
+   use m_grid_level, only: grid_level_t
+   implicit none
+   private
+   public :: fold_symmetry, constrain_nodes, held_components
+
+   integer, parameter :: last = block_size + 1 ! tiles run from 0 to here
+   integer, parameter :: first_vector = 2, second_vector = 5 !< places of the two vectors of a node (momentum, force)
+
+contains
+
+   !> Before the sum over blocks: move what stands outside a symmetry plane to its mirror node inside.
+   pure subroutine fold_symmetry(grid, place, tile)
+      type(grid_level_t), intent(in) :: grid
+      integer, intent(in) :: place(3)
+      real(wp), intent(inout), contiguous :: tile(:, 0:, 0:, 0:)
+      integer :: axis, side, plane, out(3), in(3), u, v
+      do axis = 1, 3
+         do side = 1, 2
+            if (grid%boundary(side, axis) /= boundary_symmetry) cycle
+            plane = grid%plane(place, side, axis)
+            if (plane < 1 .or. plane > last - 1) cycle
+            do v = 0, last
+               do u = 0, last
+                  out = row_node(axis, plane + outward(side), u, v)
+                  in = row_node(axis, plane - outward(side), u, v)
+                  tile(:, in(1), in(2), in(3)) = tile(:, in(1), in(2), in(3)) + mirrored(axis, tile(:, out(1), out(2), out(3)))
+                  tile(:, out(1), out(2), out(3)) = 0.0_wp
+               end do
+            end do
+         end do
+      end do
+   end subroutine fold_symmetry
+
+   !> After the nodes are solved: hold what is held, and give the row outside a symmetry plane the mirror of the row inside.
+   pure subroutine constrain_nodes(grid, place, tile)
+      type(grid_level_t), intent(in) :: grid
+      integer, intent(in) :: place(3)
+      real(wp), intent(inout), contiguous :: tile(:, 0:, 0:, 0:)
+      integer :: axis, side, plane, on(3), out(3), in(3), u, v
+      logical :: has_outside
+      do axis = 1, 3
+         do side = 1, 2
+            plane = grid%plane(place, side, axis)
+            if (plane < 0) cycle
+            has_outside = plane + outward(side) >= 0 .and. plane + outward(side) <= last
+            do v = 0, last
+               do u = 0, last
+                  on = row_node(axis, plane, u, v)
+                  call hold(grid%boundary(side, axis), axis, tile(:, on(1), on(2), on(3)))
+                  if (.not. has_outside) cycle
+                  out = row_node(axis, plane + outward(side), u, v)
+                  if (grid%boundary(side, axis) /= boundary_symmetry) then
+                     call hold(grid%boundary(side, axis), axis, tile(:, out(1), out(2), out(3)))
+                  else if (plane > 0 .and. plane < last) then
+                     in = row_node(axis, plane - outward(side), u, v)
+                     tile(:, out(1), out(2), out(3)) = mirrored(axis, tile(:, in(1), in(2), in(3)))
+                  end if
+               end do
+            end do
+         end do
+      end do
+   end subroutine constrain_nodes
+
+   !> -1 on the lower side of an axis, 1 on the upper.
+   pure integer function outward(side)
+      integer, intent(in) :: side
+      outward = 2*side - 3
+   end function outward
+
+   !> Tile indices of node (u, v) of the row `row` across an axis.
+   pure function row_node(axis, row, u, v) result(node)
+      integer, intent(in) :: axis, row, u, v
+      integer :: node(3)
+      select case (axis)
+      case (1); node = [row, u, v]
+      case (2); node = [u, row, v]
+      case default; node = [u, v, row]
+      end select
+   end function row_node
+
+   !> The values of a node as its mirror image across an axis has them.
+   pure function mirrored(axis, values) result(image)
+      integer, intent(in) :: axis
+      real(wp), intent(in) :: values(:)
+      real(wp) :: image(size(values))
+      image = values
+      image(first_vector + axis - 1) = -values(first_vector + axis - 1)
+      image(second_vector + axis - 1) = -values(second_vector + axis - 1)
+   end function mirrored
+
+   !> Hold one node: along the axis, or wholly where the side is fixed.
+   pure subroutine hold(boundary, axis, values)
+      integer, intent(in) :: boundary, axis
+      real(wp), intent(inout) :: values(:)
+      if (boundary == boundary_fixed) then
+         values(first_vector:first_vector + 2) = 0.0_wp
+         values(second_vector:second_vector + 2) = 0.0_wp
+      else
+         values(first_vector + axis - 1) = 0.0_wp
+         values(second_vector + axis - 1) = 0.0_wp
+      end if
+   end subroutine hold
+
+   !> For one node (indices in the whole grid): which components are held, and which the mirror image turns round when the
+   !> node stands outside a symmetry plane, together with the node that stands for it.
+   pure subroutine held_components(grid, node, held, turned, image)
+      type(grid_level_t), intent(in) :: grid
+      integer, intent(in) :: node(3)
+      logical, intent(out) :: held(3), turned(3)
+      integer, intent(out) :: image(3)
+      integer :: axis, side, plane
+      held = .false.
+      turned = .false.
+      image = node
+      do axis = 1, 3
+         do side = 1, 2
+            plane = merge(0, grid%cells(axis), side == 1)
+            select case (grid%boundary(side, axis))
+            case (boundary_symmetry)
+               if (node(axis) == plane) held(axis) = .true.
+               if (merge(node(axis) < plane, node(axis) > plane, side == 1)) then
+                  image(axis) = 2*plane - node(axis)
+                  turned(axis) = .true.
+               end if
+            case (boundary_roller)
+               if (merge(node(axis) <= plane, node(axis) >= plane, side == 1)) held(axis) = .true.
+            case (boundary_fixed)
+               if (merge(node(axis) <= plane, node(axis) >= plane, side == 1)) held = .true.
+            end select
+         end do
+      end do
+   end subroutine held_components
+
+end module m_boundary

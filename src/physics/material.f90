@@ -1,0 +1,58 @@
+!> What a material law must offer. One law is one file that extends material_t, and one line in materials.f90.
+module m_material
+   use m_kinds, only: wp
+   use m_field_table, only: field_table_t, layout_t
+   implicit none
+   private
+   public :: material_t
+
+   type, abstract :: material_t
+      real(wp) :: density = 0.0_wp !< of the undeformed material, kg/m3
+      real(wp) :: lame = 0.0_wp    !< first Lame constant, Pa
+      real(wp) :: shear = 0.0_wp   !< shear modulus, Pa
+   contains
+      procedure :: declare
+      procedure :: stiffest
+      procedure(update_interface), deferred :: update
+      procedure(energy_interface), deferred :: strain_energy
+   end type material_t
+
+
+   abstract interface
+      !> Advance the stress of particles first..last (all of this material) by dt times their velocity gradient.
+      !> gradient(:, 9), 1/s: d v_i / d x_j at 3 (j-1) + i. The volume has not been advanced yet.
+      pure subroutine update_interface(self, column, layout, gradient, time_step, first, last)
+         import :: material_t, layout_t, wp
+         class(material_t), intent(in) :: self
+         real(wp), intent(inout), contiguous :: column(:, :)
+         type(layout_t), intent(in) :: layout
+         real(wp), intent(in), contiguous :: gradient(:, :)
+         real(wp), intent(in) :: time_step
+         integer, intent(in) :: first, last
+      end subroutine update_interface
+
+      !> Strain energy of one particle, J.
+      pure real(wp) function energy_interface(self, values, layout)
+         import :: material_t, layout_t, wp
+         class(material_t), intent(in) :: self
+         real(wp), intent(in) :: values(:) !< the particle's columns
+         type(layout_t), intent(in) :: layout
+      end function energy_interface
+   end interface
+
+contains
+
+   !> Add the fields that the law needs beyond stress; most need none.
+   pure subroutine declare(self, table)
+      class(material_t), intent(in) :: self
+      type(field_table_t), intent(inout) :: table
+      associate (unused => self%density, unchanged => table%columns); end associate
+   end subroutine declare
+
+   !> Largest modulus of a plane wave relative to the current volume, Pa: c = sqrt(stiffest V/m).
+   pure real(wp) function stiffest(self)
+      class(material_t), intent(in) :: self
+      stiffest = self%lame + 2.0_wp*self%shear
+   end function stiffest
+
+end module m_material

@@ -1,0 +1,32 @@
+!> The list of material laws: one line a law.
+module m_materials
+   use m_kinds, only: wp
+   use m_scene, only: material_spec_t
+   use m_material, only: material_t
+   use m_elastic, only: elastic_t
+   use m_neo_hookean, only: neo_hookean_t
+   implicit none
+   private
+   public :: make_material, material_slot_t
+
+   !> One material of a scene; an array of laws of different type.
+   type :: material_slot_t
+      class(material_t), allocatable :: law
+   end type material_slot_t
+
+contains
+
+   !> The law that a material group names. The name has been checked by the reader.
+   function make_material(spec) result(slot)
+      type(material_spec_t), intent(in) :: spec
+      type(material_slot_t) :: slot
+      select case (spec%model)
+      case ('elastic'); allocate (elastic_t :: slot%law)
+      case ('neo_hookean'); allocate (neo_hookean_t :: slot%law)
+      end select
+      slot%law%density = spec%density
+      slot%law%lame = spec%young*spec%poisson/((1.0_wp + spec%poisson)*(1.0_wp - 2.0_wp*spec%poisson))
+      slot%law%shear = spec%young/(2.0_wp*(1.0_wp + spec%poisson))
+   end function make_material
+
+end module m_materials

@@ -1,0 +1,380 @@
+!> One step on one level, numbered as in theory.md.
+module m_level_step
+   use mpi_f08
+   use m_kinds, only: wp, i4, i8
+   use m_constants, only: exit_numerical
+   use m_errors, only: error_t, fail
+   use m_text, only: to_text
+   use m_timers
+   use m_scene, only: update_usl, update_usf, update_musl
+   use m_model, only: model_t
+   use m_migration, only: frame_of, entered
+   use m_particle_to_node, only: gather_to_nodes, gather_body_force
+   use m_node_to_particle, only: scatter_to_particles, motion_t
+   use m_node_exchange, only: sum_tiles
+   use m_node_solve, only: solve_nodes
+   use m_boundary, only: fold_symmetry, constrain_nodes
+   use m_deform, only: advance_volume, fastest
+   use m_locate, only: locate_particles
+   implicit none
+   private
+   public :: advance, bound_speeds
+
+   integer, parameter :: stress_now = 1, stress_later = 2 !< whether a pass over the particles updates their stress
+
+contains
+
+   !> Collective: advance the model by one step.
+   subroutine advance(model, time_step, error)
+      type(model_t), intent(inout) :: model
+      real(wp), intent(in) :: time_step !< s
+      type(error_t), intent(inout) :: error
+      integer :: update
+      logical :: new_blocks
+      update = model%method%stress_update
+      call refresh_lists(model)                                        ! 1
+      if (update == update_usf) then
+         call to_nodes(model)
+         call solve(model, 0.0_wp)
+         call strain(model, time_step, error)                          ! 6, first
+      end if
+      call to_nodes(model)                                             ! 2, 3
+      call solve(model, time_step)
+      if (model%contact%active()) then                                 ! 4
+         call model%timers%enter(phase_contact)
+         call model%contact%push(model%communicator, model%level, model%exchange, model%time, time_step, error)
+      end if
+      call to_particles(model, time_step, with_stress=update == update_usl, error=error) ! 5, 6
+      if (update == update_musl) then
+         call to_nodes(model)
+         call solve(model, 0.0_wp)
+         call strain(model, time_step, error)                          ! 6, last
+         call take_next_position(model)
+      end if
+      call locate(model, error)                                        ! 7
+      call agree(model, new_blocks, error)
+      if (error%happened()) return
+      call model%timers%enter(phase_migration)
+      if (new_blocks) call model%create_blocks()
+      call model%migration%move_leavers(model%communicator, model%level, model%exchange%ranks)
+      call model%timers%leave()
+      model%time = model%time + time_step
+      model%step = model%step + 1
+      model%particle_steps = model%particle_steps + model%level%particle_count()
+   end subroutine advance
+
+   !> 1. Lists of the particles of each bin, where particles have changed bin.
+   subroutine refresh_lists(model)
+      type(model_t), intent(inout) :: model
+      integer :: b
+      call model%timers%enter(phase_lists)
+      do b = 1, size(model%level%blocks)
+         call model%level%blocks(b)%refresh_lists(model%level%work)
+      end do
+   end subroutine refresh_lists
+
+   !> 2. Particles to nodes, blocks with remote neighbours first; 3. sums over blocks and ranks, while inner blocks work.
+   subroutine to_nodes(model)
+      type(model_t), intent(inout) :: model
+      integer :: b
+      call model%timers%enter(phase_to_nodes)
+      do b = 1, size(model%level%blocks)
+         if (model%level%blocks(b)%shared) call gather(model, b)
+      end do
+      call model%timers%enter(phase_exchange)
+      call model%exchange%start(model%communicator, model%level%gathered)
+      call model%timers%enter(phase_to_nodes)
+      do b = 1, size(model%level%blocks)
+         if (.not. model%level%blocks(b)%shared) call gather(model, b)
+      end do
+      call model%timers%enter(phase_exchange)
+      call model%exchange%wait(model%level%gathered)
+      do b = 1, size(model%level%blocks)
+         call sum_tiles(model%level%blocks(b)%neighbour, model%level%gathered, model%level%solved(:, :, :, :, b))
+      end do
+   end subroutine to_nodes
+
+   !> Particles of one block to its tile.
+   subroutine gather(model, b)
+      type(model_t), intent(inout) :: model
+      integer, intent(in) :: b
+      integer :: e
+      associate (level => model%level, block => model%level%blocks(b))
+         call gather_to_nodes(block%cells, block%particles%column, level%layout, frame_of(level, block), &
+                              level%gathered(:, :, :, :, b))
+         if (size(model%effects) > 0) then
+            level%gradient(:, 1:3) = 0.0_wp
+            do e = 1, size(model%effects)
+               call model%effects(e)%effect%acceleration(block%particles, level%table, level%layout, model%time, &
+                                                         level%gradient(:, 1:3))
+            end do
+            call gather_body_force(block%cells, block%particles%column, level%layout, frame_of(level, block), &
+                                   level%gradient(:, 1:3), level%gathered(:, :, :, :, b))
+         end if
+         call fold_symmetry(level%grid, block%place, level%gathered(:, :, :, :, b))
+      end associate
+   end subroutine gather
+
+   !> Velocities at the end of the step and accelerations of the nodes, inside the boundary conditions.
+   subroutine solve(model, time_step)
+      type(model_t), intent(inout) :: model
+      real(wp), intent(in) :: time_step
+      integer :: b
+      call model%timers%enter(phase_nodes)
+      do b = 1, size(model%level%blocks)
+         call solve_nodes(model%level%solved(:, :, :, :, b), time_step)
+         call constrain_nodes(model%level%grid, model%level%blocks(b)%place, model%level%solved(:, :, :, :, b))
+      end do
+   end subroutine solve
+
+   !> 5. Nodes to particles; 6. the stress, when it is its turn.
+   subroutine to_particles(model, time_step, with_stress, error)
+      type(model_t), intent(inout) :: model
+      real(wp), intent(in) :: time_step
+      logical, intent(in) :: with_stress
+      type(error_t), intent(inout) :: error
+      type(motion_t) :: motion
+      integer :: b
+      motion = motion_t(time_step, model%method%flip_fraction, model%level%layout%position)
+      if (model%level%layout%next_position > 0) motion%position = model%level%layout%next_position
+      do b = 1, size(model%level%blocks)
+         if (model%level%blocks(b)%particles%count == 0) cycle
+         call model%timers%enter(phase_to_particles)
+         associate (level => model%level, block => model%level%blocks(b))
+            call scatter_to_particles(block%cells, level%solved(:, :, :, :, b), level%layout, frame_of(level, block), motion, &
+                                      block%particles%column, level%gradient)
+         end associate
+         if (with_stress) call update_stress(model, b, time_step, error)
+      end do
+   end subroutine to_particles
+
+   !> The stress from the velocity of the nodes as they stand: velocity gradient only, no motion.
+   subroutine strain(model, time_step, error)
+      type(model_t), intent(inout) :: model
+      real(wp), intent(in) :: time_step
+      type(error_t), intent(inout) :: error
+      integer :: b
+      do b = 1, size(model%level%blocks)
+         if (model%level%blocks(b)%particles%count == 0) cycle
+         call model%timers%enter(phase_to_particles)
+         associate (level => model%level, block => model%level%blocks(b))
+            call scatter_to_particles(block%cells, level%solved(:, :, :, :, b), level%layout, frame_of(level, block), &
+                                      motion_t(0.0_wp, 1.0_wp, level%layout%position), block%particles%column, level%gradient)
+         end associate
+         call update_stress(model, b, time_step, error)
+      end do
+   end subroutine strain
+
+   !> 6. Material law and volume of one block, by runs of particles of one body.
+   subroutine update_stress(model, b, time_step, error)
+      type(model_t), intent(inout) :: model
+      integer, intent(in) :: b
+      real(wp), intent(in) :: time_step
+      type(error_t), intent(inout) :: error
+      real(wp) :: smallest
+      integer :: first, last, n
+      call model%timers%enter(phase_stress)
+      associate (level => model%level, particles => model%level%blocks(b)%particles)
+         n = particles%count
+         first = 1
+         do while (first <= n)
+            last = run_end(particles%body(:n), first)
+            call model%materials(model%material_of(particles%body(first)))%law%update(particles%column, level%layout, &
+                                                                                  level%gradient, time_step, first, last)
+            first = last + 1
+         end do
+         call advance_volume(n, level%gradient, time_step, particles%column(:, level%layout%volume), smallest)
+         if (level%layout%gradient > 0) &
+            particles%column(:n, level%layout%gradient:level%layout%gradient + 8) = level%gradient(:n, :)
+         if (.not. smallest > 0.0_wp) call report_inversion(model, b, error)
+      end associate
+   end subroutine update_stress
+
+   !> Last particle of the run of one body that begins at `first`.
+   pure integer function run_end(body, first)
+      integer(i4), intent(in) :: body(:)
+      integer, intent(in) :: first
+      run_end = first
+      if (body(size(body)) == body(first)) then
+         if (all(body(first:) == body(first))) run_end = size(body)
+      end if
+      do while (run_end < size(body))
+         if (body(run_end + 1) /= body(first)) exit
+         run_end = run_end + 1
+      end do
+   end function run_end
+
+   !> With musl the positions wait until the stress is done.
+   subroutine take_next_position(model)
+      type(model_t), intent(inout) :: model
+      integer :: b, n, x, y
+      x = model%level%layout%position
+      y = model%level%layout%next_position
+      do b = 1, size(model%level%blocks)
+         associate (particles => model%level%blocks(b)%particles)
+            n = particles%count
+            particles%column(:n, x:x + 2) = particles%column(:n, y:y + 2)
+         end associate
+      end do
+   end subroutine take_next_position
+
+   !> 7. Bins of the particles where they are now; particles that left their block, and those that left the grid.
+   subroutine locate(model, error)
+      type(model_t), intent(inout) :: model
+      type(error_t), intent(inout) :: error
+      real(wp) :: lowest(3), highest(3)
+      integer :: b
+      logical :: moved
+      call model%timers%enter(phase_lists)
+      associate (level => model%level)
+         do b = 1, size(level%blocks)
+            associate (block => level%blocks(b), x => level%layout%position)
+               block%leaver_count = 0
+               if (block%particles%count == 0) cycle
+               call locate_particles(block%particles%count, block%particles%column(:, x:x + 2), frame_of(level, block), &
+                                     block%cells%bin, block%leavers, block%leaver_count, moved, lowest, highest)
+               if (moved) block%cells%current = .false.
+               if (any(lowest < level%grid%lower) .or. any(highest > level%grid%upper)) call report_outside(model, b, error)
+               if (block%leaver_count > 0) call check_leavers(model, b, error)
+            end associate
+         end do
+      end associate
+   end subroutine locate
+
+   !> Leavers must be finite, and not further than the next block.
+   subroutine check_leavers(model, b, error)
+      type(model_t), intent(in) :: model
+      integer, intent(in) :: b
+      type(error_t), intent(inout) :: error
+      real(wp) :: position(3)
+      integer :: l, p
+      associate (level => model%level, block => model%level%blocks(b), x => model%level%layout%position)
+         do l = 1, block%leaver_count
+            p = block%leavers(l)
+            position = block%particles%column(p, x:x + 2)
+            if (all(abs(position - block%origin) <= 16.0_wp*level%grid%cell)) then
+               if (all(abs((position - block%origin)*level%grid%per_cell - 3.5_wp) <= 11.5_wp)) cycle
+            end if
+            call fail(error, exit_numerical, particle_text(model, b, p)//' moved more than a cell in one step or is not a '// &
+                      'number: the motion is unstable; try a smaller safety')
+         end do
+      end associate
+   end subroutine check_leavers
+
+   !> Name the particle that left the grid.
+   subroutine report_outside(model, b, error)
+      type(model_t), intent(in) :: model
+      integer, intent(in) :: b
+      type(error_t), intent(inout) :: error
+      character(len=2), parameter :: sides(2, 3) = reshape(['x-', 'x+', 'y-', 'y+', 'z-', 'z+'], [2, 3])
+      integer :: axis, p
+      associate (grid => model%level%grid, block => model%level%blocks(b), x => model%level%layout%position)
+         do p = 1, block%particles%count
+            do axis = 1, 3
+               if (block%particles%column(p, x + axis - 1) < grid%lower(axis)) call complain(sides(1, axis))
+               if (block%particles%column(p, x + axis - 1) > grid%upper(axis)) call complain(sides(2, axis))
+            end do
+         end do
+      end associate
+   contains
+      subroutine complain(side)
+         character(len=*), intent(in) :: side
+         call fail(error, exit_numerical, particle_text(model, b, p)//' left the grid through its side '//side// &
+                   '; try a larger grid, or a boundary there that holds it')
+      end subroutine complain
+   end subroutine report_outside
+
+   !> Name a particle that was turned inside out.
+   subroutine report_inversion(model, b, error)
+      type(model_t), intent(in) :: model
+      integer, intent(in) :: b
+      type(error_t), intent(inout) :: error
+      integer :: p
+      associate (block => model%level%blocks(b))
+         do p = 1, block%particles%count
+            if (block%particles%column(p, model%level%layout%volume) > 0.0_wp) cycle
+            call fail(error, exit_numerical, particle_text(model, b, p)//' was turned inside out (volume '// &
+                      to_text(block%particles%column(p, model%level%layout%volume))//' m3, must be above 0); try a smaller safety')
+            return
+         end do
+      end associate
+      call fail(error, exit_numerical, 'a velocity gradient is not a number at time '//to_text(model%time)//' s')
+   end subroutine report_inversion
+
+   !> Who, where and when, for a sentence.
+   function particle_text(model, b, p) result(text)
+      type(model_t), intent(in) :: model
+      integer, intent(in) :: b, p
+      character(len=:), allocatable :: text
+      associate (particles => model%level%blocks(b)%particles, x => model%level%layout%position)
+         text = 'step '//to_text(model%step + 1)//', time '//to_text(model%time)//' s: particle '//to_text(particles%id(p))// &
+                ' of body '//to_text(int(particles%body(p)))//' at ('//to_text(particles%column(p, x))//', '// &
+                to_text(particles%column(p, x + 1))//', '//to_text(particles%column(p, x + 2))//') m'
+      end associate
+   end function particle_text
+
+   !> Collective, one reduction: largest speeds for the next time step, whether blocks are missing, whether a rank failed.
+   subroutine agree(model, new_blocks, error)
+      type(model_t), intent(inout) :: model
+      logical, intent(out) :: new_blocks
+      type(error_t), intent(inout) :: error
+      real(wp) :: bounds(4)
+      integer :: b, l
+      call model%timers%enter(phase_control)
+      bounds = 0.0_wp
+      call largest_speeds(model, bounds(1), bounds(2))
+      if (.not. error%happened()) then
+         do b = 1, size(model%level%blocks)
+            do l = 1, model%level%blocks(b)%leaver_count
+               if (model%level%owner_at(entered(model%level, model%level%blocks(b), int(model%level%blocks(b)%leavers(l)))) < 0) &
+                  bounds(3) = 1.0_wp
+            end do
+         end do
+      else
+         bounds(4) = 1.0_wp
+      end if
+      call MPI_Allreduce(MPI_IN_PLACE, bounds, 4, MPI_DOUBLE_PRECISION, MPI_MAX, model%communicator%comm)
+      model%bounds%wave_speed = bounds(1)
+      model%bounds%particle_speed = bounds(2)
+      new_blocks = bounds(3) > 0.0_wp
+      if (bounds(4) > 0.0_wp) call model%communicator%agree(error)
+   end subroutine agree
+
+   !> Collective: the largest speeds of the model as it stands.
+   subroutine bound_speeds(model)
+      type(model_t), intent(inout) :: model
+      real(wp) :: bounds(2)
+      call largest_speeds(model, bounds(1), bounds(2))
+      call MPI_Allreduce(MPI_IN_PLACE, bounds, 2, MPI_DOUBLE_PRECISION, MPI_MAX, model%communicator%comm)
+      model%bounds%wave_speed = bounds(1)
+      model%bounds%particle_speed = bounds(2)
+   end subroutine bound_speeds
+
+   !> Largest wave speed and particle speed (m/s) on this rank.
+   subroutine largest_speeds(model, wave, particle)
+      type(model_t), intent(in) :: model
+      real(wp), intent(out) :: wave, particle
+      real(wp) :: speed_squared, specific_volume
+      integer :: b, first, last
+      wave = 0.0_wp
+      particle = 0.0_wp
+      associate (at => model%level%layout)
+         do b = 1, size(model%level%blocks)
+            associate (particles => model%level%blocks(b)%particles)
+               first = 1
+               do while (first <= particles%count)
+                  last = run_end(particles%body(:particles%count), first)
+                  call fastest(particles%column(:, at%velocity:at%velocity + 2), particles%column(:, at%mass), &
+                               particles%column(:, at%volume), first, last, speed_squared, specific_volume)
+                  wave = max(wave, model%materials(model%material_of(particles%body(first)))%law%stiffest()*specific_volume)
+                  particle = max(particle, speed_squared)
+                  first = last + 1
+               end do
+            end associate
+         end do
+      end associate
+      wave = sqrt(wave)
+      particle = sqrt(particle)
+   end subroutine largest_speeds
+
+end module m_level_step
