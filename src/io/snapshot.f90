@@ -4,6 +4,7 @@ module m_snapshot
    use m_constants, only: exit_numerical
    use m_errors, only: error_t, fail
    use m_communicator, only: communicator_t
+   use m_sorting, only: sorted_order
    use m_text, only: to_text
    implicit none
    private
@@ -143,7 +144,7 @@ contains
          first(r) = p
          p = p + self%run_count(r)
       end do
-      call sort(self%run_offset, by_offset)
+      by_offset(:) = sorted_order(self%run_offset, self%run_offset)
       n = 0
       p = 0
       do s = 1, runs
@@ -195,55 +196,5 @@ contains
       class(file_layout_t), intent(in) :: self
       position_sum = sum(self%count*self%offset + (int(self%count, i8)*(self%count - 1_i8))/2)
    end function position_sum
-
-   !> Indices that put the keys in ascending order, equal ones as they came (merge sort from the bottom up).
-   pure subroutine sort(keys, order)
-      integer(i8), intent(in) :: keys(:)
-      integer, intent(out) :: order(:)
-      integer, allocatable :: merged(:)
-      integer :: i, n, width, low, middle, high
-      n = size(keys)
-      allocate (merged(n))
-      do i = 1, n
-         order(i) = i
-      end do
-      width = 1
-      do while (width < n)
-         do low = 1, n, 2*width
-            middle = min(low + width, n + 1)
-            high = min(low + 2*width, n + 1)
-            call merge_two(keys, order(low:high - 1), middle - low, merged(low:high - 1))
-         end do
-         order = merged
-         width = 2*width
-      end do
-   end subroutine sort
-
-   !> Merge the two ascending halves of `order`, the first of them `half` long.
-   pure subroutine merge_two(keys, order, half, merged)
-      integer(i8), intent(in) :: keys(:)
-      integer, intent(in) :: order(:), half
-      integer, intent(inout) :: merged(:)
-      integer :: a, b, k
-      logical :: take_first
-      a = 1
-      b = half + 1
-      do k = 1, size(order)
-         if (a > half) then
-            take_first = .false.
-         else if (b > size(order)) then
-            take_first = .true.
-         else
-            take_first = keys(order(a)) <= keys(order(b))
-         end if
-         if (take_first) then
-            merged(k) = order(a)
-            a = a + 1
-         else
-            merged(k) = order(b)
-            b = b + 1
-         end if
-      end do
-   end subroutine merge_two
 
 end module m_snapshot

@@ -1,0 +1,163 @@
+!> Files that are complete or not there: they are written as `<path>.part` and renamed when whole.
+module m_part_file
+   use, intrinsic :: iso_c_binding, only: c_char, c_int, c_long, c_null_char
+   use m_kinds, only: i8
+   use m_constants, only: exit_files
+   use m_errors, only: error_t, fail
+   use m_communicator, only: communicator_t
+   use m_filesystem, only: rename_file, remove_file
+   use m_text, only: to_text
+   implicit none
+   private
+   public :: part_name, open_part, publish_part, discard_part, empty_part, begin_shared_part, finish_shared_part
+
+   integer(c_int), parameter :: permissions = 438 ! rw-rw-rw-, less the umask
+   integer(c_int), parameter :: input_output_error = 5, too_large = 27, no_space = 28, over_quota = 122
+
+   interface
+      integer(c_int) function c_creat(path, mode) bind(c, name='creat')
+         import :: c_char, c_int
+         character(kind=c_char), intent(in) :: path(*)
+         integer(c_int), value :: mode
+      end function c_creat
+      integer(c_int) function c_reserve(descriptor, offset, length) bind(c, name='posix_fallocate')
+         import :: c_int, c_long
+         integer(c_int), value :: descriptor
+         integer(c_long), value :: offset, length
+      end function c_reserve
+      integer(c_int) function c_close(descriptor) bind(c, name='close')
+         import :: c_int
+         integer(c_int), value :: descriptor
+      end function c_close
+      integer(c_int) function c_truncate(path, length) bind(c, name='truncate')
+         import :: c_char, c_int, c_long
+         character(kind=c_char), intent(in) :: path(*)
+         integer(c_long), value :: length
+      end function c_truncate
+   end interface
+
+contains
+
+   !> The name under which a file is written.
+   pure function part_name(path) result(name)
+      character(len=*), intent(in) :: path
+      character(len=:), allocatable :: name
+      name = path//'.part'
+   end function part_name
+
+   !> One rank: open `<path>.part` as a new, empty text file.
+   subroutine open_part(path, unit, error)
+      character(len=*), intent(in) :: path
+      integer, intent(out) :: unit
+      type(error_t), intent(inout) :: error
+      integer :: status
+      character(len=256) :: reason
+      open (newunit=unit, file=part_name(path), status='replace', action='write', form='formatted', recl=65536, &
+            iostat=status, iomsg=reason)
+      if (status /= 0) call fail(error, exit_files, 'cannot write '//path//': '//trim(reason))
+   end subroutine open_part
+
+   !> One rank: close the unit and give the file its name; after an error, take it away instead.
+   subroutine publish_part(path, unit, error)
+      character(len=*), intent(in) :: path
+      integer, intent(in) :: unit
+      type(error_t), intent(inout) :: error
+      integer :: status
+      character(len=256) :: reason
+      close (unit, iostat=status, iomsg=reason)
+      if (status /= 0) call fail(error, exit_files, 'cannot write '//path//': '//trim(reason))
+      call name_part(path, error)
+   end subroutine publish_part
+
+   !> One rank: remove what was written of a file that will not be finished.
+   subroutine discard_part(path)
+      character(len=*), intent(in) :: path
+      logical :: ignored
+      call remove_file(part_name(path), ignored)
+   end subroutine discard_part
+
+   !> One rank: `<path>.part`, closed, gets its name, or goes if an error stands.
+   subroutine name_part(path, error)
+      character(len=*), intent(in) :: path
+      type(error_t), intent(inout) :: error
+      logical :: ok
+      if (.not. error%happened()) then
+         call rename_file(part_name(path), path, ok)
+         if (.not. ok) call fail(error, exit_files, 'cannot write '//path//': '//part_name(path)//' cannot be renamed to it')
+      end if
+      if (error%happened()) call discard_part(path)
+   end subroutine name_part
+
+   !> Free what `<path>.part` takes on the disk while it may still be open.
+   subroutine empty_part(path)
+      character(len=*), intent(in) :: path
+      integer(c_int) :: ignored
+      ignored = c_truncate(part_name(path)//c_null_char, 0_c_long)
+   end subroutine empty_part
+
+   !> Collective: make `<path>.part`, so that all ranks may open it, and see that the disk has room for `bytes`: libraries that
+   !> meet a full disk in the middle of a shared file do not get out of it on all ranks. Tells why if that cannot be.
+   subroutine begin_shared_part(communicator, path, bytes, error)
+      type(communicator_t), intent(in) :: communicator
+      character(len=*), intent(in) :: path
+      integer(i8), intent(in) :: bytes
+      type(error_t), intent(inout) :: error
+      integer :: unit
+      if (communicator%is_root()) then
+         call open_part(path, unit, error)
+         if (.not. error%happened()) then
+            close (unit)
+            call reserve(path, bytes, error)
+         end if
+      end if
+      call communicator%agree(error)
+   end subroutine begin_shared_part
+
+   !> Take room on the disk for the part. File systems that cannot tell are believed.
+   subroutine reserve(path, bytes, error)
+      character(len=*), intent(in) :: path
+      integer(i8), intent(in) :: bytes
+      type(error_t), intent(inout) :: error
+      integer(c_int) :: descriptor, status, ignored
+      character(len=:), allocatable :: reason
+      descriptor = c_creat(part_name(path)//c_null_char, permissions)
+      if (descriptor < 0) return
+      status = c_reserve(descriptor, 0_c_long, int(max(1_i8, bytes), c_long))
+      ignored = c_close(descriptor)
+      select case (status)
+      case (no_space)
+         reason = 'the disk is full'
+      case (over_quota)
+         reason = 'the quota of the disk is used up'
+      case (too_large)
+         reason = 'the file would be larger than is allowed'
+      case (input_output_error)
+         reason = 'the disk does not work'
+      case default
+         return
+      end select
+      call fail(error, exit_files, 'cannot write '//path//', '//to_text(bytes)//' bytes: '//reason)
+      call discard_part(path)
+   end subroutine reserve
+
+   !> Collective: all ranks have closed `<path>.part`, which must be `bytes` long (any length if negative). If no rank holds an
+   !> error it gets its name, else it is removed. All ranks leave with the same error.
+   subroutine finish_shared_part(communicator, path, bytes, error)
+      type(communicator_t), intent(in) :: communicator
+      character(len=*), intent(in) :: path
+      integer(i8), intent(in) :: bytes
+      type(error_t), intent(inout) :: error
+      integer(i8) :: found
+      call communicator%agree(error)
+      if (communicator%is_root()) then
+         inquire (file=part_name(path), size=found)
+         if (bytes >= 0 .and. found /= bytes) then
+            call fail(error, exit_files, 'cannot write '//path//': '//to_text(found)//' of '//to_text(bytes)// &
+                      ' bytes are on the disk')
+         end if
+         call name_part(path, error)
+      end if
+      call communicator%agree(error)
+   end subroutine finish_shared_part
+
+end module m_part_file

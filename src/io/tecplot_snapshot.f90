@@ -1,0 +1,215 @@
+!> Snapshots in Tecplot ASCII, as Tecplot, ParaView and VTK open them: one zone a level, block packing, the zone record on one
+!> line. Every value takes one line of fixed width, so that each rank knows where its own go and writes them itself.
+module m_tecplot_snapshot
+   use mpi_f08
+   use m_kinds, only: wp, i8
+   use m_constants, only: exit_files
+   use m_errors, only: error_t, fail
+   use m_communicator, only: communicator_t
+   use m_part_file, only: part_name, begin_shared_part, finish_shared_part
+   use m_snapshot, only: snapshot_t, file_layout_t, snapshot_file_name
+   use m_text, only: to_text
+   implicit none
+   private
+   public :: write_tecplot_snapshot, quoted
+
+   integer, parameter :: width = 25            ! characters of a value, the end of its line counted
+   integer, parameter :: chunk = 65536         ! values that a rank holds as text at a time
+   character(len=*), parameter :: real_format = '(es24.16e3)', integer_format = '(i24)'
+
+   ! The file being written, and the types that lead a rank's lines to their places.
+   type :: table_t
+      type(MPI_File) :: file
+      type(MPI_Datatype) :: line             ! one value as text
+      type(MPI_Datatype) :: lines            ! those of this rank in a block of all particles' values
+      integer(MPI_OFFSET_KIND) :: start = 0  ! byte at which the next block begins
+      integer(i8) :: block_bytes = 0_i8
+      integer :: chunks = 0                  ! writes that every rank takes part in for a block
+   end type table_t
+
+contains
+
+   !> Collective: write `<directory>/particles_<step>.dat`. On an error (exit_files) all ranks hold it and no file is left.
+   subroutine write_tecplot_snapshot(communicator, snapshot, directory, error)
+      type(communicator_t), intent(in) :: communicator
+      type(snapshot_t), intent(in) :: snapshot
+      character(len=*), intent(in) :: directory
+      type(error_t), intent(inout) :: error
+      type(file_layout_t) :: where_to
+      type(table_t) :: table
+      character(len=:), allocatable :: path, header
+      integer(i8) :: bytes
+      call snapshot%check(communicator, error)
+      if (error%happened()) return
+      where_to = snapshot%layout()
+      path = directory//'/'//snapshot_file_name(snapshot%step, 'dat')
+      header = header_text(snapshot)
+      bytes = len(header, i8) + blocks(snapshot)*width*snapshot%n_total
+      call begin_shared_part(communicator, path, bytes, error)
+      if (error%happened()) return
+      call open_table(table, communicator, snapshot%n_total, path, where_to, error)
+      if (.not. error%happened()) then
+         call put_header(table, communicator, header, path, error)
+         call put_values(table, snapshot, where_to, path, error)
+         call close_table(table, path, error)
+      end if
+      call finish_shared_part(communicator, path, bytes, error)
+   end subroutine write_tecplot_snapshot
+
+   !> Text that may stand between the quotes of a Tecplot record.
+   pure function quoted(text) result(safe)
+      character(len=*), intent(in) :: text
+      character(len=:), allocatable :: safe
+      integer :: i
+      safe = '"'//text//'"'
+      do i = 2, len(safe) - 1
+         if (safe(i:i) == '"') safe(i:i) = ''''
+         if (iachar(safe(i:i)) < 32) safe(i:i) = ' '
+      end do
+   end function quoted
+
+   !> Title, variables and zone. Without particles there is no zone: readers stumble over an empty one.
+   function header_text(snapshot) result(header)
+      type(snapshot_t), intent(in) :: snapshot
+      character(len=:), allocatable :: header
+      character(len=:), allocatable :: unit
+      character(len=1), parameter :: newline = achar(10)
+      integer :: f, c
+      header = 'TITLE='//quoted(snapshot%title//', step '//to_text(snapshot%step)//', time '// &
+                                to_text(snapshot%time, 17)//' s')//newline
+      header = header//'VARIABLES="X(m)", "Y(m)", "Z(m)", "id [-]"'
+      do f = 1, size(snapshot%fields)
+         unit = snapshot%fields(f)%unit
+         if (len_trim(unit) == 0) unit = '-'
+         do c = 1, snapshot%fields(f)%components
+            header = header//', '//quoted(snapshot%fields(f)%full_name(c)//' ['//unit//']')
+         end do
+      end do
+      header = header//newline
+      if (snapshot%n_total == 0) return
+      header = header//'ZONE T="level 0", STRANDID=1, SOLUTIONTIME='//to_text(snapshot%time, 17)//', I='// &
+               to_text(snapshot%n_total)//', J=1, K=1, DATAPACKING=BLOCK'//newline
+   end function header_text
+
+   !> Number of values a particle has in the file.
+   pure integer(i8) function blocks(snapshot)
+      type(snapshot_t), intent(in) :: snapshot
+      blocks = 4_i8 + sum(snapshot%fields(:)%components)
+   end function blocks
+
+   subroutine open_table(table, communicator, n_total, path, where_to, error)
+      type(table_t), intent(out) :: table
+      type(communicator_t), intent(in) :: communicator
+      integer(i8), intent(in) :: n_total
+      character(len=*), intent(in) :: path
+      type(file_layout_t), intent(in) :: where_to
+      type(error_t), intent(inout) :: error
+      integer(MPI_ADDRESS_KIND), allocatable :: displacement(:)
+      integer :: status
+      if (error%happened()) return
+      call MPI_File_open(communicator%comm, part_name(path), MPI_MODE_WRONLY, MPI_INFO_NULL, table%file, status)
+      call note(status, path, error)
+      call communicator%agree(error)
+      if (error%happened()) return
+      table%block_bytes = width*n_total
+      table%chunks = (size(where_to%order) + chunk - 1)/chunk
+      call MPI_Allreduce(MPI_IN_PLACE, table%chunks, 1, MPI_INTEGER, MPI_MAX, communicator%comm)
+      call MPI_Type_contiguous(width, MPI_CHARACTER, table%line)
+      call MPI_Type_commit(table%line)
+      allocate (displacement(size(where_to%offset)))
+      displacement(:) = int(where_to%offset*width, MPI_ADDRESS_KIND)
+      if (size(displacement) > 0) then
+         call MPI_Type_create_hindexed(size(displacement), where_to%count, displacement, table%line, table%lines)
+      else
+         call MPI_Type_dup(table%line, table%lines) ! a view must not be empty; nothing is written through it
+      end if
+      call MPI_Type_commit(table%lines)
+   end subroutine open_table
+
+   !> Rank 0 writes the header.
+   subroutine put_header(table, communicator, header, path, error)
+      type(table_t), intent(inout) :: table
+      type(communicator_t), intent(in) :: communicator
+      character(len=*), intent(in) :: header, path
+      type(error_t), intent(inout) :: error
+      type(MPI_Status) :: written
+      integer :: status
+      if (communicator%is_root()) then
+         call MPI_File_write_at(table%file, 0_MPI_OFFSET_KIND, header, len(header), MPI_CHARACTER, written, status)
+         call note(status, path, error)
+      end if
+      table%start = len(header)
+   end subroutine put_header
+
+   !> All blocks: coordinates, ids, then the components of the fields.
+   subroutine put_values(table, snapshot, where_to, path, error)
+      type(table_t), intent(inout) :: table
+      type(snapshot_t), intent(in) :: snapshot
+      type(file_layout_t), intent(in) :: where_to
+      character(len=*), intent(in) :: path
+      type(error_t), intent(inout) :: error
+      integer :: f, c
+      do c = 1, 3
+         call put_block(table, where_to, path, error, reals=snapshot%position(:, c))
+      end do
+      call put_block(table, where_to, path, error, ids=snapshot%id)
+      do f = 1, size(snapshot%fields)
+         do c = 1, snapshot%fields(f)%components
+            call put_block(table, where_to, path, error, reals=snapshot%fields(f)%values(:, c))
+         end do
+      end do
+   end subroutine put_values
+
+   !> One value of every particle. All ranks take part in every write, also after an error and when they have nothing left.
+   subroutine put_block(table, where_to, path, error, reals, ids)
+      type(table_t), intent(inout) :: table
+      type(file_layout_t), intent(in) :: where_to
+      character(len=*), intent(in) :: path
+      type(error_t), intent(inout) :: error
+      real(wp), intent(in), optional :: reals(:)
+      integer(i8), intent(in), optional :: ids(:)
+      character(len=width), allocatable :: lines(:)
+      type(MPI_Status) :: written
+      integer :: n, k, done, status
+      call MPI_File_set_view(table%file, table%start, table%line, table%lines, 'native', MPI_INFO_NULL, status)
+      call note(status, path, error)
+      allocate (lines(min(chunk, size(where_to%order))))
+      done = 0
+      do n = 1, table%chunks
+         do k = 1, min(chunk, size(where_to%order) - done)
+            if (present(reals)) write (lines(k), real_format) reals(where_to%order(done + k))
+            if (present(ids)) write (lines(k), integer_format) ids(where_to%order(done + k))
+            lines(k) (width:width) = achar(10)
+         end do
+         k = min(chunk, size(where_to%order) - done)
+         call MPI_File_write_at_all(table%file, int(done, MPI_OFFSET_KIND), lines, k, table%line, written, status)
+         call note(status, path, error)
+         done = done + k
+      end do
+      table%start = table%start + table%block_bytes
+   end subroutine put_block
+
+   subroutine close_table(table, path, error)
+      type(table_t), intent(inout) :: table
+      character(len=*), intent(in) :: path
+      type(error_t), intent(inout) :: error
+      integer :: status
+      call MPI_File_close(table%file, status)
+      call note(status, path, error)
+      call MPI_Type_free(table%line)
+      call MPI_Type_free(table%lines)
+   end subroutine close_table
+
+   !> An MPI status of a file becomes an error of this rank.
+   subroutine note(status, path, error)
+      integer, intent(in) :: status
+      character(len=*), intent(in) :: path
+      type(error_t), intent(inout) :: error
+      character(len=MPI_MAX_ERROR_STRING) :: reason
+      integer :: length
+      if (status == MPI_SUCCESS) return
+      call MPI_Error_string(status, reason, length)
+      call fail(error, exit_files, 'cannot write '//path//': '//reason(1:length))
+   end subroutine note
+
+end module m_tecplot_snapshot
