@@ -1,0 +1,229 @@
+!> What must hold across the groups of a scene: geometry, names, and that the output can be written.
+module m_scene_checks
+   use m_kinds, only: wp
+   use m_constants, only: exit_input
+   use m_errors, only: error_t, fail
+   use m_namelist_text, only: namelist_text_t
+   use m_number_text, only: real_text, reals_text, rounded_text, integer_text
+   use m_group_reader, only: name_length
+   use m_scene
+   use m_scene_shapes, only: body_extent, body_distance, bodies_overlap, tool_overlaps
+   use m_words, only: lower_case
+   implicit none
+   private
+   public :: check_scene
+
+   real(wp), parameter :: whole = 1.0e-9_wp     !< a length is so near, relatively, to a whole number of cells
+   real(wp), parameter :: touching = 1.0e-6_wp  !< what overlaps by less than this share of a cell only touches
+   real(wp), parameter :: most_cells = 2.0e9_wp
+   integer, parameter :: most_tries = 100000    !< cell sizes looked at to find those that divide the grid
+   integer, parameter :: shown_digits = 10
+
+   !> The largest safety for particles_per_cell 1, 8 and 27.
+   integer, parameter :: safety_particles(3) = [1, 8, 27]
+   real(wp), parameter :: largest_safety(3) = [1.0_wp, 1.0_wp, 1.0_wp]
+
+contains
+
+   !> All checks; sets the cells of the grid. `text` is where the scene came from, to name the place of a fault.
+   subroutine check_scene(text, scene, error)
+      type(namelist_text_t), intent(in) :: text
+      type(scene_t), intent(inout) :: scene
+      type(error_t), intent(inout) :: error
+      integer :: i
+      call check_grid(text, scene%grid, error)
+      if (error%happened()) return
+      call check_names(text, 'material', [character(len=name_length) :: &
+                                          (scene%materials(i)%name, i=1, size(scene%materials))], error)
+      call check_names(text, 'body', [character(len=name_length) :: (scene%bodies(i)%name, i=1, size(scene%bodies))], error)
+      call check_names(text, 'tool', [character(len=name_length) :: (scene%tools(i)%name, i=1, size(scene%tools))], error)
+      call check_names(text, 'probe', [character(len=name_length) :: (scene%probes(i)%name, i=1, size(scene%probes))], error)
+      do i = 1, size(scene%bodies)
+         call check_body(text, scene, i, error)
+         call check_safety(text, scene, i, error)
+      end do
+      if (error%happened()) return
+      call check_overlaps(text, scene, error)
+      call check_probes(text, scene, error)
+   end subroutine check_scene
+
+   !> The grid has a size, whole cells, and not too many.
+   subroutine check_grid(text, grid, error)
+      type(namelist_text_t), intent(in) :: text
+      type(grid_spec_t), intent(inout) :: grid
+      type(error_t), intent(inout) :: error
+      real(wp) :: length(3), smaller, larger
+      character(len=:), allocatable :: advice
+      length = grid%upper - grid%lower
+      if (any(length <= 0.0_wp)) then
+         call fail(error, exit_input, text%place('grid', 1, 'upper')//': must be above lower='//reals_text(grid%lower)// &
+                   ' in every direction')
+      else if (any(length/grid%cell_size > most_cells) .or. product(length/grid%cell_size) > most_cells) then
+         call fail(error, exit_input, text%place('grid', 1, 'cell_size')//': makes '// &
+                   rounded_text(product(length/grid%cell_size), 3)//' cells; allowed: at most '//real_text(most_cells))
+      else if (.not. divides(grid%cell_size, length)) then
+         call nearest_sizes(grid%cell_size, length, smaller, larger)
+         advice = ''
+         if (smaller > 0.0_wp) advice = rounded_text(smaller, shown_digits)
+         if (smaller > 0.0_wp .and. larger > 0.0_wp) advice = advice//' and '
+         if (larger > 0.0_wp) advice = advice//rounded_text(larger, shown_digits)
+         if (advice /= '') advice = '; nearest that do: '//advice
+         call fail(error, exit_input, text%place('grid', 1, 'cell_size')//': must divide all lengths of the grid, '// &
+                   rounded(length)//' m'//advice)
+      end if
+      if (.not. error%happened()) grid%cells = nint(length/grid%cell_size)
+   end subroutine check_grid
+
+   !> Whether every length is a whole number of cells.
+   pure logical function divides(cell_size, length)
+      real(wp), intent(in) :: cell_size, length(3)
+      real(wp) :: cells(3)
+      cells = length/cell_size
+      divides = all(anint(cells) >= 1.0_wp) .and. all(abs(cells - anint(cells)) <= whole*cells)
+   end function divides
+
+   !> The nearest smaller and larger cell sizes that divide all lengths; 0 where none is near.
+   pure subroutine nearest_sizes(cell_size, length, smaller, larger)
+      real(wp), intent(in) :: cell_size, length(3)
+      real(wp), intent(out) :: smaller, larger
+      integer :: start, cells
+      start = int(minval(length)/cell_size)
+      smaller = 0.0_wp
+      larger = 0.0_wp
+      do cells = start, max(1, start - most_tries), -1
+         larger = minval(length)/cells
+         if (larger > cell_size .and. divides(larger, length)) exit
+         larger = 0.0_wp
+      end do
+      do cells = start + 1, start + most_tries
+         smaller = minval(length)/cells
+         if (product(length/smaller) > most_cells) smaller = 0.0_wp
+         if (smaller <= 0.0_wp) exit
+         if (divides(smaller, length)) exit
+         smaller = 0.0_wp
+      end do
+   end subroutine nearest_sizes
+
+   !> Names of one kind differ, capitals not counted: they become names of files.
+   subroutine check_names(text, kind, names, error)
+      type(namelist_text_t), intent(in) :: text
+      character(len=*), intent(in) :: kind
+      character(len=*), intent(in) :: names(:)
+      type(error_t), intent(inout) :: error
+      integer :: i, k
+      do i = 2, size(names)
+         do k = 1, i - 1
+            if (lower_case(names(i)) /= lower_case(names(k))) cycle
+            call fail(error, exit_input, text%place(kind, i, 'name')//': the name '//trim(names(i))// &
+                      ' is taken by the &'//kind//' on '//text%line_of(kind, k))
+            return
+         end do
+      end do
+   end subroutine check_names
+
+   !> A body has a size, lies inside the grid and is not thinner than a particle.
+   subroutine check_body(text, scene, i, error)
+      type(namelist_text_t), intent(in) :: text
+      type(scene_t), intent(in) :: scene
+      integer, intent(in) :: i
+      type(error_t), intent(inout) :: error
+      real(wp) :: lower(3), upper(3), slack, particle, thinnest
+      character(len=:), allocatable :: variable
+      associate (body => scene%bodies(i), grid => scene%grid)
+         variable = 'center'
+         if (body%shape == shape_box) variable = 'upper'
+         if (body%shape == shape_box .and. any(body%upper <= body%lower)) then
+            call fail(error, exit_input, text%place('body', i, 'upper')//': must be above lower='//reals_text(body%lower)// &
+                      ' in every direction')
+         end if
+         call body_extent(body, lower, upper)
+         slack = touching*grid%cell_size
+         if (body%shape == shape_box .and. any(lower < grid%lower - slack)) variable = 'lower'
+         if (any(lower < grid%lower - slack) .or. any(upper > grid%upper + slack)) then
+            call fail(error, exit_input, text%place('body', i, variable)//': the body spans '//rounded(lower)//' to '// &
+                      rounded(upper)//' m; allowed: inside the grid, '//rounded(grid%lower)//' to '//rounded(grid%upper)//' m')
+         end if
+         particle = grid%cell_size/nint(body%particles_per_cell**(1.0_wp/3.0_wp))
+         select case (body%shape)
+         case (shape_box)
+            variable = 'upper'
+            thinnest = minval(body%upper - body%lower)
+         case default
+            variable = 'radius'
+            thinnest = 2.0_wp*body%radius
+         end select
+         if (body%shape == shape_cylinder .and. body%height < thinnest) then
+            variable = 'height'
+            thinnest = body%height
+         end if
+         if (thinnest >= particle*(1.0_wp - whole)) return
+         call fail(error, exit_input, text%place('body', i, variable)//': the body is '//rounded_text(thinnest, 6)// &
+                   ' m thick; allowed: at least one particle, '//rounded_text(particle, 6)//' m')
+      end associate
+   end subroutine check_body
+
+   !> The safety factor is one that the body's particles allow.
+   subroutine check_safety(text, scene, i, error)
+      type(namelist_text_t), intent(in) :: text
+      type(scene_t), intent(in) :: scene
+      integer, intent(in) :: i
+      type(error_t), intent(inout) :: error
+      real(wp) :: largest
+      largest = largest_safety(findloc(safety_particles, scene%bodies(i)%particles_per_cell, dim=1))
+      if (scene%time%safety <= largest .or. text%count_groups('time') == 0) return
+      call fail(error, exit_input, text%place('time', 1, 'safety')//': must be at most '//real_text(largest)// &
+                ' with particles_per_cell='//integer_text(scene%bodies(i)%particles_per_cell)//' of the &body on '// &
+                text%line_of('body', i))
+   end subroutine check_safety
+
+   !> No body overlaps another, no tool starts inside a body.
+   subroutine check_overlaps(text, scene, error)
+      type(namelist_text_t), intent(in) :: text
+      type(scene_t), intent(in) :: scene
+      type(error_t), intent(inout) :: error
+      character(len=:), allocatable :: variable
+      real(wp) :: tolerance
+      integer :: i, k
+      tolerance = touching*scene%grid%cell_size
+      do i = 1, size(scene%bodies)
+         variable = 'center'
+         if (scene%bodies(i)%shape == shape_box) variable = 'lower'
+         do k = 1, i - 1
+            if (.not. bodies_overlap(scene%bodies(i), scene%bodies(k), tolerance)) cycle
+            call fail(error, exit_input, text%place('body', i, variable)//': the body '//scene%bodies(i)%name// &
+                      ' overlaps the body '//scene%bodies(k)%name//' on '//text%line_of('body', k)//'; bodies must not overlap')
+            return
+         end do
+      end do
+      do i = 1, size(scene%tools)
+         do k = 1, size(scene%bodies)
+            if (.not. tool_overlaps(scene%tools(i), scene%bodies(k), tolerance)) cycle
+            call fail(error, exit_input, text%place('tool', i, 'tip')//': the tool '//scene%tools(i)%name// &
+                      ' starts inside the body '//scene%bodies(k)%name//' on '//text%line_of('body', k)// &
+                      '; a tool must start outside every body')
+            return
+         end do
+      end do
+   end subroutine check_overlaps
+
+   !> A probe has material to follow.
+   subroutine check_probes(text, scene, error)
+      type(namelist_text_t), intent(in) :: text
+      type(scene_t), intent(in) :: scene
+      type(error_t), intent(inout) :: error
+      integer :: i, k
+      do i = 1, size(scene%probes)
+         if (any([(body_distance(scene%bodies(k), scene%probes(i)%position) <= touching*scene%grid%cell_size, &
+                   k=1, size(scene%bodies))])) cycle
+         call fail(error, exit_input, text%place('probe', i, 'position')//': must lie inside a body')
+      end do
+   end subroutine check_probes
+
+   !> Three numbers to 6 digits.
+   function rounded(values) result(text)
+      real(wp), intent(in) :: values(3)
+      character(len=:), allocatable :: text
+      text = rounded_text(values(1), 6)//','//rounded_text(values(2), 6)//','//rounded_text(values(3), 6)
+   end function rounded
+
+end module m_scene_checks

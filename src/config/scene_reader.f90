@@ -1,0 +1,67 @@
+!> The strict reading of a scene: standard input to a checked scene_t, the same on every rank, or one sentence.
+module m_scene_reader
+   use m_constants, only: exit_input
+   use m_communicator, only: communicator_t
+   use m_errors, only: error_t, fail
+   use m_filesystem, only: read_standard_input, can_make_directory
+   use m_namelist_text, only: namelist_text_t
+   use m_scene, only: scene_t
+   use m_scene_checks, only: check_scene
+   use m_scene_groups, only: read_groups
+   implicit none
+   private
+   public :: read_scene, interpret_scene
+
+   integer, parameter, public :: longest_scene = 16*1024*1024 !< bytes
+
+contains
+
+   !> Collective: read the scene from the standard input of rank 0, all of it. Every rank gets the same scene or error.
+   !> Nothing is written.
+   subroutine read_scene(communicator, scene, error)
+      type(communicator_t), intent(in) :: communicator
+      type(scene_t), intent(out) :: scene
+      type(error_t), intent(inout) :: error
+      character(len=:), allocatable :: text
+      logical :: ok
+      ok = .true.
+      text = ''
+      if (communicator%is_root()) call read_standard_input(longest_scene, text, ok)
+      if (.not. ok) call fail(error, exit_input, 'standard input cannot be read; give a scene: gimp3d < scene.nml')
+      call communicator%agree(error)
+      if (error%happened()) return
+      call interpret_scene(communicator, text, scene, error)
+   end subroutine read_scene
+
+   !> Collective: as read_scene, from a text that rank 0 holds.
+   subroutine interpret_scene(communicator, text, scene, error)
+      type(communicator_t), intent(in) :: communicator
+      character(len=:), allocatable, intent(inout) :: text
+      type(scene_t), intent(out) :: scene
+      type(error_t), intent(inout) :: error
+      type(namelist_text_t) :: parsed
+      call communicator%broadcast_text(text, 0)
+      if (len(text) > longest_scene) call fail(error, exit_input, 'the scene is longer than 16 MB')
+      if (.not. error%happened()) call parsed%parse(text, error)
+      if (.not. error%happened()) then
+         if (size(parsed%groups) == 0) call fail(error, exit_input, 'the scene is empty; give one: gimp3d < scene.nml')
+      end if
+      if (.not. error%happened()) call read_groups(parsed, scene, error)
+      if (.not. error%happened()) call check_scene(parsed, scene, error)
+      if (.not. error%happened()) call check_directory(communicator, parsed, scene, error)
+      call communicator%agree(error)
+   end subroutine interpret_scene
+
+   !> The output can be written. Rank 0 looks; what it makes to see it removes.
+   subroutine check_directory(communicator, parsed, scene, error)
+      type(communicator_t), intent(in) :: communicator
+      type(namelist_text_t), intent(in) :: parsed
+      type(scene_t), intent(in) :: scene
+      type(error_t), intent(inout) :: error
+      if (.not. scene%output%present .or. .not. communicator%is_root()) return
+      if (can_make_directory(scene%output%directory)) return
+      call fail(error, exit_input, parsed%place('output', 1, 'directory')// &
+                ': cannot be made or written to; allowed: a directory that can')
+   end subroutine check_directory
+
+end module m_scene_reader
