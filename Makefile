@@ -181,7 +181,7 @@ demo:
 	@$(MAKE) --no-print-directory $(jobs) gimp3d
 	@mkdir -p out
 	mpirun -n 2 ./gimp3d < input/demo.nml
-	@$(MAKE) --no-print-directory plots RUN=out/demo PLOT_OPTIONS="--finite-elements test/references/fem/sphere_hypo_h0.1.csv --theory"
+	@$(MAKE) --no-print-directory plots RUN=out/demo PLOT_OPTIONS="--finite-elements test/references/fem/sphere_hypo_h0.1.csv"
 
 ## test        set up, build, run the tests; TESTS="unit input/run ..." runs these suites or tests only
 test:

@@ -16,97 +16,23 @@ extra column, row, particle or file is a difference.
 Names are given without their units. Exit status: 0 the same, 1 different, 2 wrong usage.
 """
 import argparse
-import re
 import sys
 from pathlib import Path
 
 import numpy as np
 
-
-class Different(Exception):
-    """The two files cannot be compared value by value."""
-
-
-def bare(name):
-    """A column's name without its unit: 'load_z [N]' and 'load_z(N)' are load_z."""
-    return re.sub(r"\s*[\[(].*$", "", name).strip()
+sys.path.insert(0, str(Path(__file__).resolve().parents[2] / "post"))
+from run_data import History, Particles, Unreadable
 
 
-def read_history(path):
-    """Columns of a Tecplot ASCII history: name -> array, and how many zones it holds."""
-    names, rows, zones = [], [], 0
-    in_variables = False
-    for number, line in enumerate(path.read_text().splitlines(), 1):
-        text = line.strip()
-        upper = text.upper()
-        if not text or text.startswith("#") or upper.startswith("TITLE"):
-            in_variables = False
-        elif upper.startswith("VARIABLES") or (in_variables and text.startswith('"')):
-            in_variables = True
-            names += [bare(name) for name in re.findall(r'"([^"]*)"', text)]
-        elif upper.startswith("ZONE"):
-            in_variables = False
-            zones += 1
-            if "DATAPACKING=BLOCK" in upper.replace(" ", ""):
-                raise Different(f"{path}: block packing; compare the particles' .h5 files instead")
-        else:
-            in_variables = False
-            try:
-                row = [float(word) for word in text.split()]
-            except ValueError:
-                raise Different(f"{path}:{number}: not a row of numbers: {text[:60]}")
-            if len(row) != len(names):
-                raise Different(f"{path}:{number}: {len(row)} values for {len(names)} columns")
-            rows.append(row)
-    if not names:
-        raise Different(f"{path}: no VARIABLES line")
-    if len(set(names)) != len(names):
-        raise Different(f"{path}: a column's name stands twice")
-    values = np.array(rows, dtype=float).reshape(len(rows), len(names))
-    return {name: values[:, i] for i, name in enumerate(names)}, zones
-
-
-def read_particles(path):
-    """Fields of a particle file in the order of the particles' ids: name -> array."""
-    import h5py
-
-    try:
-        file = h5py.File(path, "r")
-    except OSError as error:
-        raise Different(f"{path}: {error}")
-    with file:
-        if "VTKHDF" not in file or "PointData" not in file["VTKHDF"]:
-            raise Different(f"{path}: no VTKHDF/PointData")
-        group = file["VTKHDF"]
-        fields = {"position": group["Points"][...]}
-        for name, data in group["PointData"].items():
-            fields[name] = data[...]
-        if "id" not in fields:
-            raise Different(f"{path}: particles without ids")
-        ids = fields.pop("id").reshape(-1)
-        for name, data in fields.items():
-            if data.shape[0] != ids.size:
-                raise Different(f"{path}: {name} has {data.shape[0]} rows for {ids.size} particles")
-        if np.unique(ids).size != ids.size:
-            raise Different(f"{path}: an id stands twice")
-        order = np.argsort(ids)
-        fields = {name: data[order].astype(float) for name, data in fields.items()}
-        time = time_of(group)
-        if time is not None:
-            fields["time"] = np.full(1, time)
-        return ids[order], fields
-
-
-def time_of(group):
-    """Physical time of a particle file: an attribute, or the field-data or Steps convention of VTKHDF."""
-    for holder in (group, group.file):
-        for name in ("time", "Time", "TimeValue"):
-            if name in holder.attrs:
-                return float(np.ravel(holder.attrs[name])[0])
-    for name in ("FieldData/TimeValue", "FieldData/time", "Steps/Values"):
-        if name in group:
-            return float(np.ravel(group[name][...])[0])
-    return None
+def sorted_fields(particles, path):
+    """Ids in order, the fields in that order, and the time as a field."""
+    if np.unique(particles.ids).size != particles.ids.size:
+        raise Unreadable(f"{path}: an id stands twice")
+    order = np.argsort(particles.ids)
+    fields = {name: data[order].astype(float) for name, data in particles.fields.items()}
+    fields["time"] = np.full(1, particles.time)
+    return particles.ids[order], fields
 
 
 def compare_columns(where, reference, result, options, row_name):
@@ -135,7 +61,7 @@ def compare_columns(where, reference, result, options, row_name):
         scale = options.scale.get(name, float(np.max(np.abs(expected))))
         tolerance = options.column.get(name, options.tolerance)
         error = np.abs(value - expected)
-        if np.max(error) > tolerance * scale:
+        if not np.max(error) <= tolerance * scale:
             at = np.unravel_index(np.argmax(error), error.shape)
             share = f"{np.max(error) / scale:.2e} of its scale {scale:.3e}" if scale > 0 else "its scale is 0"
             found.append(f"{where}: {name} is {value[at]:.16g}, expected {expected[at]:.16g} ({row_name(at[0])}; off by "
@@ -151,8 +77,8 @@ def compare_files(reference, result, options):
     where = str(result)
     try:
         if reference.suffix == ".h5":
-            ids, expected = read_particles(reference)
-            found_ids, value = read_particles(result)
+            ids, expected = sorted_fields(Particles(reference), reference)
+            found_ids, value = sorted_fields(Particles(result), result)
             missing, extra = np.setdiff1d(ids, found_ids), np.setdiff1d(found_ids, ids)
             if missing.size or extra.size:
                 example = ", ".join(str(i) for i in list(missing[:3]) + list(extra[:3]))
@@ -161,20 +87,19 @@ def compare_files(reference, result, options):
             def row_name(row):
                 return f"particle {ids[row]}"
         else:
-            expected, zones = read_history(reference)
-            value, found_zones = read_history(result)
-            if zones != found_zones:
-                return [f"{where}: {found_zones} zones, the reference has {zones}"]
-            rows, found_rows = (len(next(iter(columns.values()))) for columns in (expected, value))
-            if rows != found_rows:
-                return [f"{where}: {found_rows} rows, the reference has {rows}"]
-            if rows == 0:
+            expected, value = History(reference), History(result)
+            if expected.zones != value.zones:
+                return [f"{where}: {value.zones} zones, the reference has {expected.zones}"]
+            if expected.rows != value.rows:
+                return [f"{where}: {value.rows} rows, the reference has {expected.rows}"]
+            if expected.rows == 0:
                 return [f"{where}: no rows to compare"]
+            expected, value = expected.columns, value.columns
 
             def row_name(row):
                 return f"row {row + 1}"
-    except Different as difference:
-        return [str(difference)]
+    except Unreadable as error:
+        return [str(error)]
     return compare_columns(where, expected, value, options, row_name)
 
 

@@ -57,6 +57,9 @@ history("wrong.dat", changed(1, 1, 50 + 2e-6))
 history("nan.dat", changed(1, 1, np.nan))
 history("infinite.dat", changed(1, 1, np.inf))
 history("not_zero.dat", changed(1, 2, 1e-30))
+Path("block.dat").write_text(Path("good.dat").read_text().split("ZONE")[0]
+                             + 'ZONE T="x", I=3, J=1, K=1, DATAPACKING=BLOCK\n0 1\n2\n0 50 100\n0 0 0\n')
+Path("block_short.dat").write_text(Path("block.dat").read_text().replace("0 50 100", "0 50"))
 history("short.dat", rows[:2])
 history("empty.dat", rows[:0])
 history("extra.dat", np.c_[rows, rows[:, 0]], '"time [s]" "load_z [N]" "zero [J]" "more"')
@@ -80,8 +83,8 @@ def particles(path, order=(0, 1, 2, 3), time=1.0, drop=(), add=(), **changes):
     for name, (index, value) in changes.items():
         (points if name == "position" else fields[name])[index] = value
     with h5py.File(path, "w") as file:
+        file.attrs["time"] = time
         group = file.create_group("VTKHDF")
-        group.attrs["time"] = time
         group["Points"] = points[order]
         for name, data in fields.items():
             if name not in drop:
@@ -107,10 +110,12 @@ must_pass("a column with a tolerance of its own", "--tolerance 1e-12 --column lo
 must_pass("an ignored column", "--ignore more good.dat extra.dat")
 must_pass("a scale of its own", "--scale zero=1 good.dat not_zero.dat")
 must_pass("equal particles in another order", "good.h5 shuffled.h5")
+must_pass("block packing", "good.dat block.dat")
 must_pass("equal directories", "a b")
 
 must_fail("a wrong value", "load_z is 50.000002", "--tolerance 1e-8 good.dat wrong.dat")
 must_fail("a NaN", "not finite", "--tolerance 1e9 good.dat nan.dat")
+must_fail("a tolerance that is no number", "load_z", "--tolerance nan good.dat good.dat")
 must_fail("a NaN on both sides", "not finite", "nan.dat nan.dat")
 must_fail("an infinity", "not finite", "--tolerance 1e9 good.dat infinite.dat")
 must_fail("something where the reference is 0", "its scale is 0", "--tolerance 1 good.dat not_zero.dat")
@@ -121,6 +126,7 @@ must_fail("an extra column", "more is not in the reference", "good.dat extra.dat
 must_fail("a missing column", "zero is missing", "good.dat fewer.dat")
 must_fail("a renamed column", "load_z is missing", "good.dat renamed.dat")
 must_fail("a short row", "2 values for 3 columns", "good.dat ragged.dat")
+must_fail("a short block", "8 values", "good.dat block_short.dat")
 must_fail("stars in a row", "not a row of numbers", "good.dat text.dat")
 must_fail("a missing file", "no such file", "good.dat absent.dat")
 must_fail("a missing reference", "no such file", "absent.dat good.dat")
@@ -136,7 +142,7 @@ must_fail("another id", "1 particles missing, 1 extra", "good.h5 other.h5")
 must_fail("an id twice", "twice", "good.h5 twice.h5")
 must_fail("a missing field", "mass is missing", "good.h5 dropped.h5")
 must_fail("an extra field", "more is not", "good.h5 added.h5")
-must_fail("another time", "time", "good.h5 later.h5")
+must_fail("another time", "time is 1.1", "good.h5 later.h5")
 must_fail("a broken file", "broken.h5", "good.h5 broken.h5")
 
 print(f"compare.py: {caught} planted failures caught")

@@ -1,0 +1,93 @@
+"""The facts of an indentation: the modelled share of the body, where the surface is, half-space theory, references."""
+import math
+
+import numpy as np
+
+from run_data import Unreadable
+
+
+def share_of_body(case, tool):
+    """The part of the body that a scene models: a symmetry plane through the tool's axis halves it."""
+    grid = case["grid"][0]
+    axis, tip = unit_axis(tool), tool["tip"]
+    share = 1.0
+    for side in range(6):
+        direction = side // 2
+        plane = grid["upper" if side % 2 else "lower"][direction]
+        through_axis = abs(axis[direction]) < 1e-6 and abs(plane - tip[direction]) < 1e-6 * grid["cell_size"][0]
+        if grid["boundary"][side] in ("symmetry", "roller") and through_axis:
+            share /= 2
+    return share
+
+
+def unit_axis(tool):
+    axis = np.array(tool.get("axis", [0.0, 0.0, -1.0]))
+    return axis / np.linalg.norm(axis)
+
+
+def indented_body(case, tool):
+    """The body whose surface is nearest to the tip, along the tool's axis, and the gap to it at the start (m)."""
+    axis, tip = unit_axis(tool), np.array(tool["tip"])
+    nearest, gap = None, math.inf
+    for body in case["body"]:
+        shape = body["shape"][0]
+        if shape == "box":
+            corners = np.array([body["lower"], body["upper"]])
+            front = sum(min(corners[:, i] * axis[i]) for i in range(3))
+        elif shape == "sphere":
+            front = np.dot(body["center"], axis) - body["radius"][0]
+        else:
+            own = np.array(body.get("axis", [0.0, 0.0, 1.0]))
+            own /= np.linalg.norm(own)
+            ends = np.array([body["center"], body["center"] + own * body["height"][0]]) @ axis
+            front = min(ends) - body["radius"][0] * math.sqrt(max(0.0, 1 - np.dot(own, axis) ** 2))
+        if front - np.dot(tip, axis) < gap:
+            nearest, gap = body, front - np.dot(tip, axis)
+    return nearest, gap
+
+
+def half_space_theory(case, tool):
+    """Name and load(depth) (N, m) of the elastic half-space under this tool, frictionless; None for other tools."""
+    body, _ = indented_body(case, tool)
+    material = next(m for m in case["material"] if m["name"] == body["material"])
+    modulus = material["young"][0] / (1 - material["poisson"][0] ** 2)
+    shape = tool["shape"][0]
+    if shape == "sphere":
+        radius = tool["radius"][0]
+        return "Hertz (half-space)", lambda d: 4 / 3 * modulus * math.sqrt(radius) * np.maximum(d, 0) ** 1.5
+    if shape == "cone":
+        slope = math.tan(math.radians(tool["half_angle"][0]))
+        return "Sneddon (half-space)", lambda d: 2 / math.pi * modulus * slope * np.maximum(d, 0) ** 2
+    if shape == "flat":
+        radius = tool["radius"][0]
+        return "flat punch (half-space)", lambda d: 2 * radius * modulus * np.maximum(d, 0)
+    return None
+
+
+def read_reference(path):
+    """Depth (m) and load of the full body (N) of a finite-element reference: a .csv with the names of its columns in the comment
+    line before the first row."""
+    try:
+        lines = path.read_text().splitlines()
+        first = next(i for i, line in enumerate(lines) if line and line[0] != "#")
+        names = [name.strip() for name in lines[first - 1].lstrip("# ").split(",")]
+        rows = np.array([[float(word) for word in line.split(",")] for line in lines if line and line[0] != "#"])
+        return rows[:, names.index("depth_um")] * 1e-6, rows[:, names.index("load_full_uN")] * 1e-6
+    except (OSError, ValueError, IndexError, StopIteration) as error:
+        raise Unreadable(f"{path}: not a reference curve ({error})")
+
+
+def tool_outline(tool, width):
+    """The tool's profile in its own section: distance from the axis (0 to width) and height above the tip."""
+    r = np.linspace(0, width, 400)
+    shape = tool["shape"][0]
+    if shape == "sphere":
+        radius = tool["radius"][0]
+        r = np.linspace(0, min(width, radius), 400)
+        return r, radius - np.sqrt(radius**2 - r**2)
+    if shape == "cone":
+        return r, r / math.tan(math.radians(tool["half_angle"][0]))
+    if shape == "flat":
+        radius = tool["radius"][0]
+        return np.array([0, radius, radius]), np.array([0, 0, width])
+    return None

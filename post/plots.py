@@ -1,0 +1,315 @@
+#!/usr/bin/env python3
+"""Pictures of a run, written into its directory.
+
+   plots.py [options] RUN
+
+load_depth.png (or load_depth_NAME.png with several tools)  the load on the tool over its depth, for the full body, beside
+               half-space theory for its shape and any --finite-elements reference
+section.png    stress on a plane through the tool's axis, from the last particle file
+energy.png     the energies over time
+
+   --finite-elements FILE.csv   a reference curve (may be repeated)
+   --no-theory                  without the half-space curve
+   --snapshot FILE.h5           another particle file for the section
+
+What a run did not write is not drawn; exit status 1 if there was nothing to draw.
+"""
+import argparse
+import os
+import sys
+from pathlib import Path
+
+import matplotlib
+
+matplotlib.use("Agg")
+import matplotlib.pyplot as plt
+import numpy as np
+from matplotlib.collections import PolyCollection
+
+import indentation
+from run_data import History, Particles, Unreadable, read_namelists
+
+plt.rcParams.update({
+    "figure.dpi": 150, "font.size": 9, "axes.titlesize": 10, "axes.grid": True, "grid.color": "0.9", "grid.linewidth": 0.6,
+    "axes.axisbelow": True, "axes.spines.top": False, "axes.spines.right": False, "legend.frameon": False,
+    "lines.linewidth": 1.4,
+})
+
+prefixes = [(1e-12, "p"), (1e-9, "n"), (1e-6, "\N{MICRO SIGN}"), (1e-3, "m"), (1.0, ""), (1e3, "k"), (1e6, "M"), (1e9, "G")]
+
+
+def scaled(unit, *arrays):
+    """The factor and the unit with the prefix that suit the largest finite magnitude: (1e-9, 'nm')."""
+    finite = [np.abs(a[np.isfinite(a)]) for a in map(np.asarray, arrays)]
+    largest = max((a.max() for a in finite if a.size), default=0.0)
+    factor, prefix = next(((f, p) for f, p in reversed(prefixes) if largest >= f), (1.0, "") if largest == 0 else prefixes[0])
+    return factor, prefix + unit
+
+
+def save(figure, path):
+    """Written under another name and renamed: a picture is complete or not there."""
+    partial = path.with_name(f".{path.name}.part")
+    figure.savefig(partial, format="png", bbox_inches="tight")
+    os.replace(partial, path)
+    plt.close(figure)
+    print(path)
+
+
+class Run:
+    """The directory of a run and what it says about itself."""
+
+    def __init__(self, directory):
+        self.directory = directory
+        self.case = read_namelists(directory / "case.nml") if (directory / "case.nml").is_file() else {}
+        self.tools = self.case.get("tool", [])
+
+    @property
+    def title(self):
+        return (self.case.get("scene", [{}])[0].get("title") or [self.directory.name])[0]
+
+    def tool_history(self, tool):
+        path = self.directory / f"tool_{tool['name'][0]}.dat"
+        return History(path) if path.is_file() else None
+
+
+# ---- load over depth ------------------------------------------------------------------------------------------------------------
+
+def draw_load_depth(run, options):
+    drawn = False
+    for tool in run.tools:
+        history = run.tool_history(tool)
+        if history is None or history.rows == 0:
+            continue
+        name = "load_depth.png" if len(run.tools) == 1 else f"load_depth_{tool['name'][0]}.png"
+        save(load_depth(run, tool, history, options), run.directory / name)
+        drawn = True
+    return drawn
+
+
+def load_depth(run, tool, history, options):
+    """Depth from first touch, load against the tool's way: both of the full body."""
+    share = indentation.share_of_body(run.case, tool)
+    _, gap = indentation.indented_body(run.case, tool)
+    depth = history["depth"] - gap
+    load = -sum(history[f"load_{axis}"] * direction for axis, direction in zip("xyz", indentation.unit_axis(tool))) / share
+    if not (np.all(np.isfinite(depth)) and np.all(np.isfinite(load))):
+        print(f"warning: tool_{tool['name'][0]}.dat holds values that are not finite", file=sys.stderr)
+
+    curves = []
+    smooth = np.linspace(0, max(np.nanmax(depth), 0), 300)
+    theory = None if options.no_theory else indentation.half_space_theory(run.case, tool)
+    if theory:
+        curves.append((theory[0], smooth, theory[1](smooth), dict(color="0.45", linestyle="--")))
+        report_distance(theory[0], depth, load, theory[1])
+    for path in options.finite_elements:
+        reference_depth, reference_load = indentation.read_reference(path)
+        curves.append((f"finite elements ({path.stem})", reference_depth, reference_load,
+                       dict(color="C1", marker="o", markersize=3.5, linestyle="none")))
+        known = depth <= reference_depth[-1] * (1 + 1e-12)
+        report_distance(f"finite elements ({path.stem})", depth[known], load[known],
+                        lambda d: np.interp(d, np.r_[0, reference_depth], np.r_[0, reference_load]))
+
+    depth_factor, depth_unit = scaled("m", depth)
+    load_factor, load_unit = scaled("N", load)
+    figure, axes = plt.subplots(figsize=(5.6, 4.0))
+    model = {1.0: "", 0.5: ", half model x 2", 0.25: ", quarter model x 4"}[share]
+    axes.plot(depth / depth_factor, load / load_factor, color="C0", label=f"gimp3d{model}")
+    for label, x, y, style in curves:
+        shown = x <= smooth[-1] * 1.02
+        axes.plot(x[shown] / depth_factor, y[shown] / load_factor, label=label, **style)
+    axes.set(xlabel=f"depth [{depth_unit}]", ylabel=f"load, full body [{load_unit}]", title=run.title)
+    axes.margins(x=0.02)
+    axes.legend()
+    return figure
+
+
+def report_distance(label, depth, load, reference):
+    """How far the load is from a curve over the second half of the depth range, while the tool goes in."""
+    if depth.size == 0 or np.max(depth) <= 0:
+        return
+    inwards = np.arange(depth.size) <= np.argmax(depth)
+    far = inwards & (depth >= np.max(depth) / 2)
+    share = load[far] / reference(depth[far]) - 1
+    print(f"load against {label}, second half of the depth: mean {np.mean(share):+.2%}, largest {np.max(np.abs(share)):.2%}")
+
+
+# ---- stress section -------------------------------------------------------------------------------------------------------------
+
+def von_mises(stress):
+    """From the six components, normal ones first."""
+    xx, yy, zz = stress[:, 0], stress[:, 1], stress[:, 2]
+    return np.sqrt(0.5 * ((xx - yy) ** 2 + (yy - zz) ** 2 + (zz - xx) ** 2) + 3 * np.sum(stress[:, 3:] ** 2, axis=1))
+
+
+def section_plane(run):
+    """Indices of the plane's horizontal, vertical and normal directions, and a point of it."""
+    if not run.tools:
+        grid = run.case["grid"][0]
+        return 0, 2, 1, 0.5 * (np.array(grid["lower"]) + np.array(grid["upper"]))
+    vertical = int(np.argmax(np.abs(indentation.unit_axis(run.tools[0]))))
+    horizontal, normal = [i for i in (0, 1, 2) if i != vertical]
+    return horizontal, vertical, normal, np.array(run.tools[0]["tip"])
+
+
+def layer(particles, normal, plane):
+    """The one layer of particles that begins at the plane (the one below where the body ends at it)."""
+    offset = (particles["position"][:, normal] - plane) / (2 * half_sizes(particles)[:, normal])
+    for first in (0, -1):
+        chosen = (offset >= first) & (offset < first + 1)
+        if np.any(chosen):
+            return chosen
+    return np.abs(offset) <= np.min(np.abs(offset)) + 1
+
+
+def half_sizes(particles):
+    size = particles["half_size"].reshape(particles.ids.size, -1)
+    return np.broadcast_to(size, (particles.ids.size, 3))
+
+
+def draw_section(run, options):
+    snapshots = sorted(run.directory.glob("particles_*.h5"), key=lambda path: int(path.stem.split("_")[1]))
+    if options.snapshot is None and not snapshots:
+        return False
+    particles = Particles(options.snapshot or snapshots[-1])
+    if particles.ids.size == 0:
+        return False
+    across, up, normal, point = section_plane(run)
+    chosen = layer(particles, normal, point[normal])
+    position, half = particles["position"][chosen], half_sizes(particles)[chosen]
+    x, z, dx, dz = position[:, across], position[:, up], half[:, across], half[:, up]
+    stress = particles["stress"][chosen]
+    letter = "xyz"[up]
+    panels = [(f"$\\sigma_{{{2 * letter}}}$", stress[:, up]), ("von Mises stress", von_mises(stress))]
+
+    whole = [np.min(x - dx), np.max(x + dx), np.min(z - dz), np.max(z + dz)]
+    if run.tools: # some room for the tool
+        room = 0.08 * (whole[3] - whole[2])
+        whole = whole[:2] + ([whole[2], whole[3] + room] if indentation.unit_axis(run.tools[0])[up] < 0 else [whole[2] - room, whole[3]])
+    close = close_up(run, particles.time, whole, point[[across, up]], across, up)
+    views = [whole] if close is None else [whole, close]
+    last = views[-1]
+    near = (x >= last[0]) & (x <= last[1]) & (z >= last[2]) & (z <= last[3])
+    factor, unit = scaled("m", [whole[1] - whole[0], whole[3] - whole[2]])
+    time_factor, time_unit = scaled("s", [particles.time])
+
+    heights = [min(max(4.0 * (view[3] - view[2]) / (view[1] - view[0]), 1.8), 6.0) for view in views]
+    figure, axes = plt.subplots(len(views), 2, squeeze=False, layout="constrained", figsize=(9.0, 1.4 + sum(heights)),
+                                height_ratios=heights)
+    squares = np.stack([np.stack([x + i * dx, z + k * dz], axis=1) for i, k in ((-1, -1), (1, -1), (1, 1), (-1, 1))], axis=1)
+    for column, (label, values) in enumerate(panels):
+        # Range of the part that matters, without the few extremes at the rim of the contact; 0 belongs to it
+        low, high = np.nanpercentile(np.r_[values[near], 0.0], [0.5, 99.5])
+        low, high = min(low, 0.0), max(high, 0.0)
+        value_factor, value_unit = scaled("Pa", [low, high])
+        for row, view in enumerate(views):
+            ax = axes[row][column]
+            drawn = PolyCollection(squares / factor, array=values / value_factor, cmap="viridis", edgecolors="face", linewidths=0.1)
+            drawn.set_clim(low / value_factor, high / value_factor)
+            drawn.set_rasterized(True)
+            ax.add_collection(drawn)
+            draw_tools(run, ax, particles.time, across, up, factor)
+            ax.set(xlim=np.array(view[:2]) / factor, ylim=np.array(view[2:]) / factor, aspect="equal",
+                   xlabel=f"{'xyz'[across]} [{unit}]", ylabel=f"{letter} [{unit}]")
+            ax.grid(False)
+        figure.colorbar(drawn, ax=axes[:, column], label=f"{label} [{value_unit}]", extend="both",
+                        location="top", shrink=0.8, aspect=40)
+    figure.suptitle(f"{run.title}\nsection {'xyz'[normal]} = {point[normal] / factor:.4g} {unit} "
+                    f"at {particles.time / time_factor:.4g} {time_unit}", fontsize=10)
+    save(figure, run.directory / "section.png")
+    return True
+
+
+def depth_at(run, tool, time):
+    history = run.tool_history(tool)
+    return 0.0 if history is None or history.rows == 0 else float(np.interp(time, history["time"], history["depth"]))
+
+
+def close_up(run, time, whole, tip, across, up):
+    """Limits around the contact, or None when the whole section is not much larger."""
+    if not run.tools:
+        return None
+    tool = run.tools[0]
+    history = run.tool_history(tool)
+    if history is None or history.rows == 0:
+        return None
+    cell = run.case["grid"][0]["cell_size"][0]
+    area = np.interp(time, history["time"], history["contact_area"]) / indentation.share_of_body(run.case, tool)
+    reach = max(3 * np.sqrt(max(area, 0.0) / np.pi), 6 * cell)
+    if not 2 * reach < 0.6 * (whole[1] - whole[0]):
+        return None
+    inwards = np.sign(indentation.unit_axis(tool)[up])
+    top = tip[1] + inwards * depth_at(run, tool, time) - inwards * 0.25 * reach
+    bottom = top + inwards * 1.25 * reach
+    left = min(max(whole[0], tip[0] - reach), whole[1] - 2 * reach)
+    return [left, left + 2 * reach, min(top, bottom), max(top, bottom)]
+
+
+def draw_tools(run, ax, time, across, up, factor):
+    for tool in run.tools:
+        axis, tip = indentation.unit_axis(tool), np.array(tool["tip"])
+        if abs(axis[up]) < 0.999:
+            continue
+        outline = indentation.tool_outline(tool, 1e3 * run.case["grid"][0]["cell_size"][0])
+        if outline is None:
+            continue
+        height = tip[up] + np.sign(axis[up]) * (depth_at(run, tool, time) - outline[1])
+        for side in (-1, 1):
+            ax.plot((tip[across] + side * outline[0]) / factor, height / factor, color="0.25", linewidth=1.0)
+
+
+# ---- energies -------------------------------------------------------------------------------------------------------------------
+
+def draw_energy(run, options):
+    path = run.directory / "energy.dat"
+    history = History(path) if path.is_file() else None
+    if history is None or history.rows == 0:
+        return False
+    energies = [name for name, unit in history.units.items() if unit == "J"]
+    errors = [name for name in energies if "error" in name]
+    kinds = [name for name in energies if name not in errors]
+    time_factor, time_unit = scaled("s", history["time"])
+    factor, unit = scaled("J", *(history[name] for name in kinds))
+    figure, axes = plt.subplots(2 if errors else 1, 1, squeeze=False, sharex=True, figsize=(5.6, 4.8 if errors else 3.6),
+                                layout="constrained", height_ratios=[3, 1][:2 if errors else 1])
+    for name in kinds:
+        if np.any(history[name] != 0):
+            axes[0][0].plot(history["time"] / time_factor, history[name] / factor, label=name.replace("_", " "))
+    axes[0][0].set(ylabel=f"energy [{unit}]", title=run.title)
+    axes[0][0].legend()
+    if errors:
+        error_factor, error_unit = scaled("J", *(history[name] for name in errors))
+        for name in errors:
+            axes[1][0].plot(history["time"] / time_factor, history[name] / error_factor, color="C3", label=name.replace("_", " "))
+        axes[1][0].set(ylabel=f"balance error [{error_unit}]")
+    axes[-1][0].set(xlabel=f"time [{time_unit}]")
+    figure.align_ylabels()
+    save(figure, run.directory / "energy.png")
+    return True
+
+
+def main():
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser.add_argument("run", type=Path)
+    parser.add_argument("--finite-elements", type=Path, action="append", default=[])
+    parser.add_argument("--no-theory", action="store_true")
+    parser.add_argument("--snapshot", type=Path)
+    options = parser.parse_args()
+    try:
+        if not options.run.is_dir():
+            raise Unreadable(f"{options.run}: no such directory")
+        run = Run(options.run)
+        drawn = [draw(run, options) for draw in (draw_load_depth, draw_section, draw_energy)]
+    except Unreadable as error:
+        print(error, file=sys.stderr)
+        return 1
+    except (KeyError, IndexError) as error:
+        print(f"{options.run}: what the run wrote lacks {error}", file=sys.stderr)
+        return 1
+    if not any(drawn):
+        print(f"{options.run}: nothing to draw", file=sys.stderr)
+        return 1
+    return 0
+
+
+if __name__ == "__main__":
+    sys.exit(main())

@@ -1,0 +1,137 @@
+"""Reading what a run wrote: histories (Tecplot ASCII), particles (HDF5), the values it used (case.nml)."""
+import re
+
+import numpy as np
+
+
+class Unreadable(Exception):
+    """A file is not what it should be; the text says which and why."""
+
+
+def split_unit(name):
+    """'load_z [N]' and 'load_z(N)' -> ('load_z', 'N')."""
+    found = re.match(r"([^\[(]*?)\s*(?:[\[(]([^\])]*)[\])])?\s*$", name)
+    return (found[1].strip(), found[2] or "") if found else (name.strip(), "")
+
+
+class History:
+    """A Tecplot ASCII file of points: its columns by their bare names, their units, the numbers of zones and rows."""
+
+    def __init__(self, path):
+        self.zones = 0
+        names, blocks, in_variables, packed = [], [], False, False
+        try:
+            lines = path.read_text().splitlines()
+        except (OSError, UnicodeDecodeError) as error:
+            raise Unreadable(f"{path}: {error}")
+        for number, line in enumerate(lines, 1):
+            text = line.strip()
+            upper = text.upper()
+            continued, in_variables = in_variables, False
+            if not text or text.startswith("#") or upper.startswith("TITLE"):
+                continue
+            if upper.startswith("VARIABLES") or (continued and text.startswith('"')):
+                in_variables = True
+                names += [split_unit(name) for name in re.findall(r'"([^"]*)"', text)]
+            elif upper.startswith("ZONE"):
+                self.zones += 1
+                packed = "DATAPACKING=BLOCK" in upper.replace(" ", "")
+                blocks.append((packed, []))
+            else:
+                try:
+                    values = [float(word) for word in text.split()]
+                except ValueError:
+                    raise Unreadable(f"{path}:{number}: not a row of numbers: {text[:60]}")
+                if not packed and len(values) != len(names):
+                    raise Unreadable(f"{path}:{number}: {len(values)} values for {len(names)} columns")
+                if not blocks:
+                    raise Unreadable(f"{path}:{number}: numbers before the first ZONE")
+                blocks[-1][1].extend(values)
+        if not names:
+            raise Unreadable(f"{path}: no VARIABLES line")
+        if len(dict(names)) != len(names):
+            raise Unreadable(f"{path}: a column's name stands twice")
+        self.units = dict(names)
+        table = np.concatenate([np.empty((0, len(names)))] + [self._zone(path, len(names), *block) for block in blocks])
+        self.rows = len(table)
+        self.columns = {name: table[:, i] for i, (name, _) in enumerate(names)}
+
+    @staticmethod
+    def _zone(path, width, packed, values):
+        if len(values) % width:
+            raise Unreadable(f"{path}: a zone of {len(values)} values for {width} columns")
+        return np.reshape(values, (width, -1)).T if packed else np.reshape(values, (-1, width))
+
+    def __getitem__(self, name):
+        return self.columns[name]
+
+
+class Particles:
+    """Ids, fields by name (with `position`) and time of a particle file, in the order of the file."""
+
+    def __init__(self, path):
+        import h5py
+
+        try:
+            with h5py.File(path, "r") as file:
+                group = file["VTKHDF"]
+                self.time = float(np.ravel(file.attrs["time"])[0])
+                self.fields = {"position": group["Points"][...]}
+                for name, data in group["PointData"].items():
+                    self.fields[name] = data[...]
+                self.ids = self.fields.pop("id").reshape(-1)
+        except (OSError, KeyError) as error:
+            raise Unreadable(f"{path}: {error}")
+        for name, data in self.fields.items():
+            if data.shape[0] != self.ids.size:
+                raise Unreadable(f"{path}: {name} has {data.shape[0]} rows for {self.ids.size} particles")
+
+    def __getitem__(self, name):
+        return self.fields[name]
+
+
+# A quoted text, the name before a =, an end of group, or a plain value
+_word = re.compile(r"""(?P<text>'(?:[^']|'')*'|"(?:[^"]|"")*")|(?P<name>[a-z]\w*)\s*=|(?P<end>/|&end\b)|(?P<value>[^\s,'"/=]+)""", re.I)
+
+
+def _value(word):
+    word = word.strip()
+    if word.lower().strip(".") in ("t", "true"):
+        return True
+    if word.lower().strip(".") in ("f", "false"):
+        return False
+    try:
+        number = float(re.sub("[dD]", "e", word))
+    except ValueError:
+        return word
+    return number
+
+
+def read_namelists(path):
+    """The groups of a namelist file: name -> list of dictionaries, one for each time the group stands there; every variable is a
+    list of its values."""
+    text = path.read_text()
+    groups, at = {}, 0
+    while True:
+        start = re.compile(r"^[ \t]*&(\w+)", re.M).search(text, at)
+        if not start:
+            return groups
+        variables, current, at = {}, None, start.end()
+        while True:
+            # Blanks, commas and comments between the words
+            at = re.compile(r"(?:[\s,]|![^\n]*)*").match(text, at).end()
+            word = _word.match(text, at)
+            if not word:
+                raise Unreadable(f"{path}: the group &{start[1]} does not end")
+            at = word.end()
+            if word["end"]:
+                break
+            if word["name"]:
+                current = variables.setdefault(word["name"].lower(), [])
+            elif word["text"]:
+                quote = word["text"][0]
+                current.append(word["text"][1:-1].replace(2 * quote, quote))
+            else:
+                repeat = re.match(r"(\d+)\*(.+)", word["value"])
+                current.extend([_value(repeat[2])] * int(repeat[1]) if repeat else [_value(word["value"])])
+        groups.setdefault(start[1].lower(), []).append(variables)

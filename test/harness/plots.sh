@@ -1,0 +1,32 @@
+#!/bin/bash
+#test: limit 120
+# The pictures of fabricated runs whose load is the theory's: the curves must lie on it, for the whole, half and quarter body.
+. "$(dirname "$0")/../harness/env.sh"
+
+plots() { "$PYTHON" "$ROOT/post/plots.py" "$@" >out.log 2>&1; }
+
+png() { # png FILE: a whole picture of some size
+   [ "$(head -c 8 "$1" | od -An -tx1 | tr -d ' \n')" = 89504e470d0a1a0a ] && [ "$(wc -c <"$1")" -gt 10000 ] || fail "$1 is no picture"
+   if ls "$(dirname "$1")"/.*.part 2>/dev/null; then fail 'a partial picture was left'; fi
+}
+
+for run in 'sphere 0.25 Hertz' 'cone 0.5 Sneddon' 'flat 1 flat.punch'; do
+   read -r shape share theory <<<"$run"
+   "$PYTHON" "$ROOT/test/harness/fabricate_run.py" "$shape" "$shape" "$share"
+   plots "$shape" || { cat out.log; fail "pictures of the $shape"; }
+   grep -q "$theory.*mean [+-]0.00%, largest 0.00%" out.log || { cat out.log; fail "the $shape's load is not $theory's"; }
+   for picture in load_depth section energy; do png "$shape/$picture.png"; done
+done
+
+reference=$ROOT/test/references/fem/sphere_hypo_h0.1.csv
+plots --finite-elements "$reference" sphere || { cat out.log; fail 'the reference curve'; }
+grep -q 'finite elements (sphere_hypo_h0.1).*mean -[3-9]\.' out.log || { cat out.log; fail 'half-space theory is 3 to 9 % below the elements'; }
+
+if plots absent; then fail 'a run that is not there is drawn'; fi
+mkdir empty
+if plots empty; then fail 'an empty run is drawn'; fi
+if plots --finite-elements absent.csv sphere; then fail 'a reference that is not there is drawn'; fi
+grep -q 'absent.csv' out.log || fail 'the reference that is not there is not named'
+sed -i '5s/ .*//' sphere/tool_tip.dat
+if plots sphere; then fail 'a broken history is drawn'; fi
+grep -q 'tool_tip.dat:5: 1 values for 7 columns' out.log || fail 'the broken line is not named'
