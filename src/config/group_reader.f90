@@ -15,20 +15,15 @@ module m_group_reader
    integer, parameter, public :: name_length = 64 !< characters of a name that becomes part of a file name
    integer, parameter :: most_known = 40          !< variables of a group
 
-   !> A variable that was asked for.
-   type :: known_t
-      character(len=name_length) :: name = ''
-      logical :: used = .true.                    !< it belongs to the choice made
-      character(len=name_length) :: choice = ''   !< that choice, as shape='box'
-   end type known_t
-
    !> A group while it is read.
    type, public :: group_reader_t
       private
       type(group_t) :: group
-      type(known_t) :: known(most_known)
-      integer :: count = 0
-      character(len=name_length) :: choice = ''
+      integer :: count = 0                                   !< variables asked for so far
+      character(len=name_length) :: known(most_known) = ''   !< their names
+      logical :: used(most_known) = .true.                   !< each belongs to the choice made
+      character(len=name_length) :: choices(most_known) = '' !< that choice, as shape='box'
+      character(len=name_length) :: choice = ''              !< the last one made
       type(error_t) :: first_fault
    contains
       procedure :: begin
@@ -68,19 +63,19 @@ contains
       type(error_t), intent(inout) :: error
       character(len=name_length), allocatable :: used(:)
       integer :: i, k
-      used = pack(self%known(:self%count)%name, self%known(:self%count)%used)
+      used = pack(self%known(:self%count), self%used(:self%count))
       do i = 1, size(self%group%entries)
          associate (entry => self%group%entries(i))
-            if (any(self%known(:self%count)%name == entry%name)) cycle
+            if (any(self%known(:self%count) == entry%name)) cycle
             call fail(error, exit_input, 'line '//integer_text(entry%line)//', &'//self%group%name//' '//entry%name// &
                       ': unknown variable'//advice(entry%name, used))
          end associate
       end do
       do i = 1, size(self%group%entries)
          do k = 1, self%count
-            if (self%known(k)%used .or. self%known(k)%name /= self%group%entries(i)%name) cycle
+            if (self%used(k) .or. self%known(k) /= self%group%entries(i)%name) cycle
             call fail(error, exit_input, self%group%entry_place(self%group%entries(i)%name)//': not used with '// &
-                      trim(self%known(k)%choice)//'; allowed: '//joined(used))
+                      trim(self%choices(k))//'; allowed: '//joined(used))
          end do
       end do
       if (self%first_fault%happened()) call fail(error, self%first_fault%status, self%first_fault%message)
@@ -90,7 +85,7 @@ contains
    function names(self) result(list)
       class(group_reader_t), intent(in) :: self
       character(len=name_length), allocatable :: list(:)
-      list = self%known(:self%count)%name
+      list = self%known(:self%count)
    end function names
 
    pure logical function is_given(self, name)
@@ -112,11 +107,11 @@ contains
       character(len=*), intent(in) :: name, expected
       logical, intent(in), optional :: required, used
       self%count = self%count + 1
-      self%known(self%count)%name = name
+      self%known(self%count) = name
       found = self%group%find_entry(name)
       if (present(used)) then
-         self%known(self%count)%used = used
-         self%known(self%count)%choice = self%choice
+         self%used(self%count) = used
+         self%choices(self%count) = self%choice
          if (.not. used) found = 0
          if (.not. used) return
       end if

@@ -33,11 +33,10 @@ contains
       integer :: i
       call check_grid(text, scene%grid, error)
       if (error%happened()) return
-      call check_names(text, 'material', [character(len=name_length) :: &
-                                          (scene%materials(i)%name, i=1, size(scene%materials))], error)
-      call check_names(text, 'body', [character(len=name_length) :: (scene%bodies(i)%name, i=1, size(scene%bodies))], error)
-      call check_names(text, 'tool', [character(len=name_length) :: (scene%tools(i)%name, i=1, size(scene%tools))], error)
-      call check_names(text, 'probe', [character(len=name_length) :: (scene%probes(i)%name, i=1, size(scene%probes))], error)
+      call check_names(text, scene, 'material', size(scene%materials), error)
+      call check_names(text, scene, 'body', size(scene%bodies), error)
+      call check_names(text, scene, 'tool', size(scene%tools), error)
+      call check_names(text, scene, 'probe', size(scene%probes), error)
       do i = 1, size(scene%bodies)
          call check_body(text, scene, i, error)
          call check_safety(text, scene, i, error)
@@ -105,21 +104,41 @@ contains
    end subroutine nearest_sizes
 
    !> Names of one kind differ, capitals not counted: they become names of files.
-   subroutine check_names(text, kind, names, error)
+   subroutine check_names(text, scene, kind, count, error)
       type(namelist_text_t), intent(in) :: text
+      type(scene_t), intent(in) :: scene
       character(len=*), intent(in) :: kind
-      character(len=*), intent(in) :: names(:)
+      integer, intent(in) :: count
       type(error_t), intent(inout) :: error
+      character(len=name_length) :: names(count)
       integer :: i, k
-      do i = 2, size(names)
-         do k = 1, i - 1
-            if (lower_case(names(i)) /= lower_case(names(k))) cycle
-            call fail(error, exit_input, text%place(kind, i, 'name')//': the name '//trim(names(i))// &
-                      ' is taken by the &'//kind//' on '//text%line_of(kind, k))
-            return
-         end do
+      do i = 1, count
+         names(i) = name_of(scene, kind, i)
+         k = findloc(names(:i - 1) == names(i), .true., dim=1)
+         if (k == 0) cycle
+         call fail(error, exit_input, text%place(kind, i, 'name')//': the name '//trim(names(i))// &
+                   ' is taken by the &'//kind//' on '//text%line_of(kind, k))
+         return
       end do
    end subroutine check_names
+
+   !> In lower case.
+   function name_of(scene, kind, i) result(name)
+      type(scene_t), intent(in) :: scene
+      character(len=*), intent(in) :: kind
+      integer, intent(in) :: i
+      character(len=:), allocatable :: name
+      select case (kind)
+      case ('material')
+         name = lower_case(scene%materials(i)%name)
+      case ('body')
+         name = lower_case(scene%bodies(i)%name)
+      case ('tool')
+         name = lower_case(scene%tools(i)%name)
+      case default
+         name = lower_case(scene%probes(i)%name)
+      end select
+   end function name_of
 
    !> A body has a size, lies inside the grid and is not thinner than a particle.
    subroutine check_body(text, scene, i, error)

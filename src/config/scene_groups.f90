@@ -26,20 +26,20 @@ contains
       type(error_t), intent(inout) :: error
       type(group_reader_t) :: group
       character(len=name_length), allocatable :: material_names(:)
-      integer :: kind, number, i
+      integer :: kind, number
       call check_group_names(text, error)
       if (error%happened()) return
       allocate (scene%materials(text%count_groups('material')), scene%bodies(text%count_groups('body')))
       allocate (scene%tools(text%count_groups('tool')), scene%probes(text%count_groups('probe')))
+      allocate (material_names(size(scene%materials)))
       scene%output%present = text%count_groups('output') > 0
       do kind = 1, size(group_words)
-         if (group_words(kind) == 'body') material_names = [character(len=name_length) :: &
-                                                            (scene%materials(i)%name, i=1, size(scene%materials))]
          do number = 1, text%count_groups(trim(group_words(kind)))
             call group%begin(text%groups(text%find_group(trim(group_words(kind)), number)))
             call read_group(trim(group_words(kind)), group, number, material_names, scene)
             call group%finish(error)
             if (error%happened()) return
+            if (group_words(kind) == 'material') material_names(number) = scene%materials(number)%name
          end do
       end do
    end subroutine read_groups

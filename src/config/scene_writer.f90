@@ -45,7 +45,7 @@ contains
          choices(side) = findloc(boundary_codes, grid%boundary(side), dim=1)
       end do
       text = '&grid'//new//reals('lower', grid%lower)//reals('upper', grid%upper)//real_1('cell_size', grid%cell_size)
-      text = text//words('boundary', [(//'/'//new
+      text = text//words('boundary', boundary_words(choices))//'/'//new
    end function grid_text
 
    function time_text(time) result(text)
