@@ -198,7 +198,7 @@ def draw_section(run, options):
     squares = np.stack([np.stack([x + i * dx, z + k * dz], axis=1) for i, k in ((-1, -1), (1, -1), (1, 1), (-1, 1))], axis=1)
     for column, (label, values) in enumerate(panels):
         # Range of the part that matters, without the few extremes at the rim of the contact; 0 belongs to it
-        low, high = np.nanpercentile(np.r_[values[near], 0.0], [0.5, 99.5])
+        low, high = np.nanpercentile(np.r_[values[near], 0.0], [0.2, 99.8])
         low, high = min(low, 0.0), max(high, 0.0)
         value_factor, value_unit = scaled("Pa", [low, high])
         for row, view in enumerate(views):
@@ -234,7 +234,7 @@ def close_up(run, time, whole, tip, across, up):
         return None
     cell = run.case["grid"][0]["cell_size"][0]
     area = np.interp(time, history["time"], history["contact_area"]) / indentation.share_of_body(run.case, tool)
-    reach = max(3 * np.sqrt(max(area, 0.0) / np.pi), 6 * cell)
+    reach = max(2.5 * np.sqrt(max(area, 0.0) / np.pi), 6 * cell)
     if not 2 * reach < 0.6 * (whole[1] - whole[0]):
         return None
     inwards = np.sign(indentation.unit_axis(tool)[up])
