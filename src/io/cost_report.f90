@@ -1,0 +1,131 @@
+!> Where the wall-clock time of a run went, by phase of the step: a file, and lines for the closing summary.
+module m_cost_report
+   use mpi_f08
+   use m_kinds, only: wp, i8
+   use m_errors, only: error_t
+   use m_communicator, only: communicator_t
+   use m_history, only: history_t, history_header_t, history_text_length
+   use m_text, only: to_text, duration
+   use m_timers, only: timers_t, phases, phase_names
+   implicit none
+   private
+   public :: write_cost_report
+
+   integer, parameter, public :: cost_line_length = 96
+   integer, parameter :: rows = phases + 2 ! the phases, what none of them covers, all
+
+   !> What the report is about.
+   type, public :: cost_t
+      type(timers_t) :: timers             !< of this rank, no phase running
+      integer(i8) :: particle_steps = 0_i8 !< of all ranks over the run
+      real(wp) :: elapsed = 0.0_wp         !< wall-clock time of the run, s
+      real(wp) :: time = 0.0_wp            !< physical time reached, s
+   end type cost_t
+
+contains
+
+   !> Collective: write `path`, and give every rank the lines of a table. A row's cost per particle-step (ns) is the time of all
+   !> ranks together over all particle-steps; its share is of the elapsed time.
+   subroutine write_cost_report(communicator, cost, path, lines, error)
+      type(communicator_t), intent(in) :: communicator
+      type(cost_t), intent(in) :: cost
+      character(len=*), intent(in) :: path
+      character(len=cost_line_length), allocatable, intent(out) :: lines(:)
+      type(error_t), intent(inout) :: error
+      type(history_t) :: table
+      real(wp) :: values(7, rows)
+      integer :: r
+      call gather(communicator, cost, values)
+      call make_lines(communicator, cost, values, lines)
+      call table%open(communicator, path, header(communicator, cost), error)
+      do r = 1, rows
+         if (.not. error%happened()) call table%append(values(:, r), error)
+      end do
+      call table%close(error)
+      call communicator%agree(error)
+   end subroutine write_cost_report
+
+   !> Columns: number of the row, seconds min, mean, max over the ranks, calls, ns per particle-step, share in percent.
+   subroutine gather(communicator, cost, values)
+      type(communicator_t), intent(in) :: communicator
+      type(cost_t), intent(in) :: cost
+      real(wp), intent(out) :: values(7, rows)
+      real(wp), dimension(rows) :: least, total, most
+      integer(i8) :: calls(phases)
+      integer :: r
+      total(1:phases) = cost%timers%seconds
+      total(phases + 1) = max(0.0_wp, cost%elapsed - sum(cost%timers%seconds))
+      total(rows) = cost%elapsed
+      call MPI_Allreduce(total, least, rows, MPI_DOUBLE_PRECISION, MPI_MIN, communicator%comm)
+      call MPI_Allreduce(total, most, rows, MPI_DOUBLE_PRECISION, MPI_MAX, communicator%comm)
+      call MPI_Allreduce(MPI_IN_PLACE, total, rows, MPI_DOUBLE_PRECISION, MPI_SUM, communicator%comm)
+      call MPI_Allreduce(cost%timers%calls, calls, phases, MPI_INTEGER8, MPI_MAX, communicator%comm)
+      values = 0.0_wp
+      values(5, 1:phases) = real(calls, wp)
+      do r = 1, rows
+         values(1:4, r) = [real(r, wp), least(r), total(r)/communicator%ranks, most(r)]
+         if (cost%particle_steps > 0) values(6, r) = 1.0e9_wp*total(r)/real(cost%particle_steps, wp)
+         if (total(rows) > 0.0_wp) values(7, r) = 100.0_wp*total(r)/total(rows)
+      end do
+   end subroutine gather
+
+   !> Name of a row.
+   pure function row_name(r) result(name)
+      integer, intent(in) :: r
+      character(len=len(phase_names)) :: name
+      select case (r)
+      case (:phases)
+         name = phase_names(r)
+      case (phases + 1)
+         name = 'the rest'
+      case default
+         name = 'all'
+      end select
+   end function row_name
+
+   function header(communicator, cost) result(head)
+      type(communicator_t), intent(in) :: communicator
+      type(cost_t), intent(in) :: cost
+      type(history_header_t) :: head
+      integer :: r
+      head%title = 'where the time went, by phase of the step'
+      head%zone = 'cost'
+      head%solution_time = cost%time
+      allocate (head%columns(7), head%notes(rows + 3))
+      head%columns(:) = [character(len=history_text_length) :: 'phase [-]', 'least of the ranks [s]', 'mean of the ranks [s]', &
+                         'most of the ranks [s]', 'calls [-]', 'all ranks per particle-step [ns]', 'share of elapsed time [%]']
+      do r = 1, rows
+         head%notes(r) = 'phase_'//to_text(r)//'='//trim(row_name(r))
+      end do
+      head%notes(rows + 1) = 'ranks='//to_text(communicator%ranks)
+      head%notes(rows + 2) = 'particle_steps='//to_text(cost%particle_steps)
+      head%notes(rows + 3) = 'elapsed_s='//to_text(cost%elapsed)
+   end function header
+
+   !> The table for people.
+   subroutine make_lines(communicator, cost, values, lines)
+      type(communicator_t), intent(in) :: communicator
+      type(cost_t), intent(in) :: cost
+      real(wp), intent(in) :: values(:, :)
+      character(len=cost_line_length), allocatable, intent(out) :: lines(:)
+      integer :: r, n, shown(rows)
+      n = 0
+      do r = 1, rows
+         if (values(4, r) <= 0.0_wp .and. r < rows) cycle ! a phase this run does not have
+         n = n + 1
+         shown(n) = r
+      end do
+      allocate (lines(n + 2))
+      write (lines(1), '(a12,3a11,a12,a16,a9)') 'seconds     ', 'least', 'mean', 'most', 'calls', 'ns/part.-step', 'share'
+      do r = 1, n
+         associate (v => values(:, shown(r)))
+            write (lines(r + 1), '(a12,3f11.3,i12,f16.2,f7.1,a)') row_name(shown(r)), v(2:4), int(v(5), i8), v(6:7), ' %'
+         end associate
+      end do
+      lines(n + 2) = to_text(cost%particle_steps)//' particle-steps on '//to_text(communicator%ranks)//' ranks in '// &
+                     duration(values(4, rows))
+      if (values(4, rows) > 0.0_wp) lines(n + 2) = trim(lines(n + 2))//': '// &
+                                                   to_text(real(cost%particle_steps, wp)/values(4, rows), 3)//' a second'
+   end subroutine make_lines
+
+end module m_cost_report

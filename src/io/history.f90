@@ -1,0 +1,191 @@
+!> Curves over time: one Tecplot zone in point packing, which numpy.loadtxt reads once the header is skipped.
+!>
+!> While a run goes on a curve stands in `<path>.part`, flushed about once a second, so that it can be watched; closing it gives
+!> it its name. So `<path>` never holds a torn line: only a run that is killed leaves a `.part`, whose last line may be torn, and
+!> a run that is taken up again carries over the whole lines of it.
+module m_history
+   use m_kinds, only: wp
+   use m_constants, only: exit_files, exit_numerical
+   use m_errors, only: error_t, fail
+   use m_communicator, only: communicator_t
+   use m_part_file, only: part_name, open_part, publish_part
+   use m_filesystem, only: remove_file, rename_file
+   use m_tecplot_snapshot, only: quoted
+   use m_text, only: to_text
+   use m_timers, only: wall_time
+   implicit none
+   private
+
+   integer, parameter, public :: history_text_length = 200
+   integer, parameter :: value_width = 25
+   real(wp), parameter :: flush_every = 1.0_wp ! s
+   character(len=*), parameter :: value_format = '(*(1x,es24.16e3))'
+
+   !> What stands above the rows.
+   type, public :: history_header_t
+      character(len=:), allocatable :: title
+      character(len=:), allocatable :: zone
+      character(len=history_text_length), allocatable :: columns(:) !< with units: `time [s]`; the first one is the time
+      character(len=history_text_length), allocatable :: notes(:)   !< `name=value`, facts that hold for all rows; may be absent
+      integer :: strand = 1
+      real(wp) :: solution_time = 0.0_wp !< s, of the start of the curve
+   end type history_header_t
+
+   !> A curve being written. Only rank 0 has a file; its errors are for the caller to agree on.
+   type, public :: history_t
+      private
+      character(len=:), allocatable :: path
+      logical :: is_open = .false.
+      logical :: is_whole = .true. !< no row was lost
+      integer :: unit = 0
+      integer :: columns = 0
+      real(wp) :: flushed = 0.0_wp
+   contains
+      procedure :: open => open_history
+      procedure :: append
+      procedure :: close => close_history
+   end type history_t
+
+contains
+
+   !> Collective: begin `path`. What an earlier run left under that name goes, unless `keep_until` is given: then its rows up to
+   !> that time (s, first column) are carried over. All ranks leave with the same error (exit_files).
+   subroutine open_history(self, communicator, path, header, error, keep_until)
+      class(history_t), intent(inout) :: self
+      type(communicator_t), intent(in) :: communicator
+      character(len=*), intent(in) :: path
+      type(history_header_t), intent(in) :: header
+      type(error_t), intent(inout) :: error
+      real(wp), intent(in), optional :: keep_until
+      logical :: ignored
+      self%path = path
+      self%columns = size(header%columns)
+      self%is_open = .false.
+      self%is_whole = .true.
+      if (communicator%is_root() .and. .not. error%happened()) then
+         if (present(keep_until)) call rename_file(part_name(path), path//'.old', ignored) ! newer than the one with its name
+         call open_part(path, self%unit, error)
+         self%is_open = .not. error%happened()
+         if (self%is_open) call put_header(self, header, error)
+         if (self%is_open .and. present(keep_until)) call carry_over(self, keep_until, error)
+         if (.not. error%happened() .and. .not. present(keep_until)) then
+            call remove_file(path, ignored)
+            call remove_file(path//'.old', ignored)
+         end if
+         if (error%happened()) self%is_whole = .false.
+         if (error%happened()) call self%close(error)
+         self%flushed = wall_time()
+      end if
+      call communicator%agree(error)
+   end subroutine open_history
+
+   !> Add a row (as many values as columns). Nothing happens on the other ranks; rank 0 may get an error.
+   subroutine append(self, values, error)
+      class(history_t), intent(inout) :: self
+      real(wp), intent(in) :: values(:)
+      type(error_t), intent(inout) :: error
+      integer :: status
+      character(len=256) :: reason
+      character(len=value_width*size(values)) :: line
+      if (.not. self%is_open) return
+      if (size(values) /= self%columns) then
+         call fail(error, exit_numerical, self%path//': '//to_text(size(values))//' values for '//to_text(self%columns)//' columns')
+         return
+      end if
+      write (line, value_format) values
+      write (self%unit, '(a)', iostat=status, iomsg=reason) line
+      if (status == 0 .and. wall_time() - self%flushed > flush_every) then
+         flush (self%unit, iostat=status, iomsg=reason)
+         self%flushed = wall_time()
+      end if
+      if (status == 0) return
+      self%is_whole = .false.
+      call fail(error, exit_files, 'cannot write '//self%path//': '//trim(reason))
+   end subroutine append
+
+   !> End the curve: the file gets its name, also when the run ends early. If a row could not be written it stays a `.part`.
+   subroutine close_history(self, error)
+      class(history_t), intent(inout) :: self
+      type(error_t), intent(inout) :: error
+      type(error_t) :: closing
+      logical :: ignored
+      integer :: status
+      if (.not. self%is_open) return
+      self%is_open = .false.
+      if (.not. self%is_whole) then
+         close (self%unit, iostat=status)
+         return
+      end if
+      call publish_part(self%path, self%unit, closing)
+      if (closing%happened()) then
+         call fail(error, closing%status, closing%message)
+      else
+         call remove_file(self%path//'.old', ignored)
+      end if
+   end subroutine close_history
+
+   !> Title, variables, zone and facts.
+   subroutine put_header(self, header, error)
+      type(history_t), intent(in) :: self
+      type(history_header_t), intent(in) :: header
+      type(error_t), intent(inout) :: error
+      character(len=:), allocatable :: line, note
+      character(len=256) :: reason
+      integer :: c, equals, status
+      line = 'VARIABLES='//quoted(trim(header%columns(1)))
+      do c = 2, size(header%columns)
+         line = line//', '//quoted(trim(header%columns(c)))
+      end do
+      write (self%unit, '(a)', iostat=status, iomsg=reason) 'TITLE='//quoted(header%title), line
+      line = 'ZONE T='//quoted(header%zone)//', STRANDID='//to_text(header%strand)//', SOLUTIONTIME='// &
+             to_text(header%solution_time, 17)//', DATAPACKING=POINT'
+      if (status == 0) write (self%unit, '(a)', iostat=status, iomsg=reason) line
+      if (allocated(header%notes)) then
+         do c = 1, size(header%notes)
+            note = trim(header%notes(c))
+            equals = max(1, index(note//'=', '='))
+            line = 'AUXDATA '//identifier(note(1:equals - 1))//'='//quoted(note(equals + 1:))
+            if (status == 0) write (self%unit, '(a)', iostat=status, iomsg=reason) line
+         end do
+      end if
+      if (status == 0) flush (self%unit, iostat=status, iomsg=reason)
+      if (status /= 0) call fail(error, exit_files, 'cannot write '//self%path//': '//trim(reason))
+   end subroutine put_header
+
+   !> A name as Tecplot wants it: letters, digits and underscores.
+   pure function identifier(text) result(name)
+      character(len=*), intent(in) :: text
+      character(len=:), allocatable :: name
+      character(len=*), parameter :: allowed = 'abcdefghijklmnopqrstuvwxyzABCDEFGHIJKLMNOPQRSTUVWXYZ0123456789_'
+      integer :: i
+      name = text
+      do i = 1, len(name)
+         if (index(allowed, name(i:i)) == 0) name(i:i) = '_'
+      end do
+   end function identifier
+
+   !> Copy the rows of the earlier file up to a time (with a little room for rounding).
+   subroutine carry_over(self, keep_until, error)
+      type(history_t), intent(inout) :: self
+      real(wp), intent(in) :: keep_until
+      type(error_t), intent(inout) :: error
+      character(len=value_width*self%columns + 2) :: line
+      real(wp) :: values(self%columns)
+      integer :: old, status
+      logical :: there
+      inquire (file=self%path//'.old', exist=there)
+      open (newunit=old, file=self%path//trim(merge('.old', '    ', there)), status='old', action='read', recl=65536, iostat=status)
+      if (status /= 0) return
+      do
+         read (old, '(a)', iostat=status) line
+         if (status /= 0) exit
+         if (len_trim(line) /= value_width*self%columns) cycle ! header, or torn
+         read (line, *, iostat=status) values
+         if (status /= 0) cycle
+         if (values(1) > keep_until + 1.0e-9_wp*abs(keep_until)) exit
+         call self%append(values, error)
+      end do
+      close (old)
+   end subroutine carry_over
+
+end module m_history
