@@ -113,6 +113,7 @@ $(build)/mod/%.mod:
 write_if_changed = { cmp -s $(1).new $(1) && rm -f $(1).new || mv $(1).new $(1); }
 
 $(build)/flags: FORCE
+	@command -v $(firstword $(FC)) > /dev/null || { echo "$(firstword $(FC)) is not there; \`make deps\` says what is missing"; exit 1; }
 	@mkdir -p $(@D)
 	@{ echo '$(petsc_compile)'; echo '$(libraries)'; $(FC) --version | head -n 1; } > $@.new && $(call write_if_changed,$@)
 

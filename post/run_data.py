@@ -28,7 +28,7 @@ class History:
             text = line.strip()
             upper = text.upper()
             continued, in_variables = in_variables, False
-            if not text or text.startswith("#") or upper.startswith("TITLE"):
+            if not text or upper.startswith(("#", "TITLE", "AUXDATA")):
                 continue
             if upper.startswith("VARIABLES") or (continued and text.startswith('"')):
                 in_variables = True

@@ -19,7 +19,7 @@ tools = {"sphere": ("radius=1.0e-05", lambda e, d: 4 / 3 * e * math.sqrt(10e-6) 
 
 def dat(path, columns, rows):
     names = " ".join(f'"{name}"' for name in columns)
-    path.write_text(f'TITLE = "fabricated"\nVARIABLES = {names}\nZONE T="history", STRANDID=1, SOLUTIONTIME={rows[-1][0]:.6e}\n'
+    path.write_text(f'TITLE = "fabricated"\nVARIABLES = {names}\nZONE T="history", STRANDID=1, SOLUTIONTIME=0\nAUXDATA model="part"\n'
                     + "".join(" ".join(f"{value:.10e}" for value in row) + "\n" for row in rows))
 
 

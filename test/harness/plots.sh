@@ -27,6 +27,6 @@ mkdir empty
 if plots empty; then fail 'an empty run is drawn'; fi
 if plots --finite-elements absent.csv sphere; then fail 'a reference that is not there is drawn'; fi
 grep -q 'absent.csv' out.log || fail 'the reference that is not there is not named'
-sed -i '5s/ .*//' sphere/tool_tip.dat
+sed -i '6s/ .*//' sphere/tool_tip.dat
 if plots sphere; then fail 'a broken history is drawn'; fi
-grep -q 'tool_tip.dat:5: 1 values for 7 columns' out.log || fail 'the broken line is not named'
+grep -q 'tool_tip.dat:6: 1 values for 7 columns' out.log || fail 'the broken line is not named'
