@@ -6,7 +6,8 @@ module m_group_reader
    use m_constants, only: exit_input
    use m_errors, only: error_t, fail
    use m_namelist_group, only: group_t
-   use m_number_text, only: read_real, read_integer, integer_text, number_good, number_infinite, number_size
+   use m_number_text, only: read_real, read_integer, number_good, number_infinite, number_size
+   use m_text, only: to_text
    use m_value_range, only: range_t
    use m_words, only: lower_case, advice, joined
    implicit none
@@ -67,7 +68,7 @@ contains
       do i = 1, size(self%group%entries)
          associate (entry => self%group%entries(i))
             if (any(self%known(:self%count) == entry%name)) cycle
-            call fail(error, exit_input, 'line '//integer_text(entry%line)//', &'//self%group%name//' '//entry%name// &
+            call fail(error, exit_input, 'line '//to_text(entry%line)//', &'//self%group%name//' '//entry%name// &
                       ': unknown variable'//advice(entry%name, used))
          end associate
       end do
@@ -130,7 +131,7 @@ contains
       if (found == 0) return
       given = size(self%group%entries(found)%values)
       good = given == wanted
-      if (.not. good) call self%refuse(self%group%entries(found)%name, expected//'; '//integer_text(given)//' given')
+      if (.not. good) call self%refuse(self%group%entries(found)%name, expected//'; '//to_text(given)//' given')
    end subroutine check_count
 
    !> One number of a variable, checked.
@@ -149,7 +150,7 @@ contains
          else if (fault == number_infinite) then
             call self%refuse(entry%name, spliced(expected, 'finite'))
          else if (fault == number_size) then
-            call self%refuse(entry%name, expected//'; in size from 1e-100 to 1e100, or 0')
+            call self%refuse(entry%name, expected//', of a size from 1e-100 to 1e100')
          else if (.not. range%holds(new)) then
             call self%refuse(entry%name, 'must be '//range%limits())
          else
@@ -192,7 +193,7 @@ contains
       character(len=:), allocatable :: expected
       integer :: found, i
       logical :: good
-      expected = trim('must be '//integer_text(size(values))//' numbers '//range%limits())
+      expected = trim('must be '//to_text(size(values))//' numbers '//range%limits())
       found = self%look_up(name, expected, required, used)
       call self%check_count(found, size(values), expected, good)
       if (.not. good) return
@@ -229,7 +230,7 @@ contains
       character(len=:), allocatable :: expected
       integer :: found, new
       logical :: good
-      expected = 'must be a whole number, at least '//integer_text(least)
+      expected = 'must be a whole number, at least '//to_text(least)
       found = self%look_up(name, expected, required, used)
       call self%check_count(found, 1, expected, good)
       if (.not. good) return
@@ -250,9 +251,9 @@ contains
       character(len=:), allocatable :: expected
       integer :: found, new, i
       logical :: good
-      expected = 'must be one of '//integer_text(options(1))
+      expected = 'must be one of '//to_text(options(1))
       do i = 2, size(options)
-         expected = expected//', '//integer_text(options(i))
+         expected = expected//', '//to_text(options(i))
       end do
       found = self%look_up(name, expected)
       call self%check_count(found, 1, expected, good)
@@ -275,7 +276,7 @@ contains
       character(len=:), allocatable :: expected, text
       integer :: found
       logical :: good
-      expected = 'must be a text in quotes, of 1 to '//integer_text(longest)//' characters'
+      expected = 'must be a text in quotes, of 1 to '//to_text(longest)//' characters'
       found = self%look_up(name, expected, required)
       call self%check_count(found, 1, expected, good)
       if (.not. good) return
@@ -295,7 +296,7 @@ contains
       character(len=:), allocatable :: expected, text
       integer :: found
       logical :: good
-      expected = 'must be in quotes, of 1 to '//integer_text(name_length)//' letters, digits, _ or -'
+      expected = 'must be in quotes, of 1 to '//to_text(name_length)//' letters, digits, _ or -'
       found = self%look_up(name, expected, required)
       call self%check_count(found, 1, expected, good)
       if (.not. good) return
@@ -330,7 +331,7 @@ contains
       integer :: found, i
       logical :: good
       expected = 'must be in quotes, one of '//joined(words)
-      if (size(values) > 1) expected = 'must be '//integer_text(size(values))//' words in quotes, each one of '//joined(words)
+      if (size(values) > 1) expected = 'must be '//to_text(size(values))//' words in quotes, each one of '//joined(words)
       found = self%look_up(name, expected, required)
       if (found == 0 .and. present(required)) then
          if (required) values = 0

@@ -1,6 +1,6 @@
 !> One group of a scene's text: its variables, their raw values, and where they stand.
 module m_namelist_group
-   use m_number_text, only: integer_text
+   use m_text, only: to_text
    implicit none
    private
    public :: abbreviated
@@ -84,10 +84,10 @@ contains
       integer :: found
       found = self%find_entry(name)
       if (found > 0) then
-         text = 'line '//integer_text(self%entries(found)%line)//', &'//self%name//' '//abbreviated(name)//'='// &
+         text = 'line '//to_text(self%entries(found)%line)//', &'//self%name//' '//abbreviated(name)//'='// &
                 self%entries(found)%shown
       else
-         text = 'line '//integer_text(self%line)//', &'//self%name//' '//name
+         text = 'line '//to_text(self%line)//', &'//self%name//' '//name
       end if
    end function entry_place
 

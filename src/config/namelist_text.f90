@@ -5,7 +5,8 @@
 module m_namelist_text
    use m_constants, only: exit_input
    use m_errors, only: error_t, fail
-   use m_number_text, only: read_integer, integer_text
+   use m_number_text, only: read_integer
+   use m_text, only: to_text
    use m_namelist_group, only: group_t, entry_t, value_t, abbreviated
    use m_words, only: lower_case
    implicit none
@@ -87,7 +88,7 @@ contains
          if (code == 13 .and. i < len(text)) then
             if (text(i + 1:i + 1) == achar(10)) cycle
          end if
-         call fail(error, exit_input, 'line '//integer_text(line)//': byte '//integer_text(code)// &
+         call fail(error, exit_input, 'line '//to_text(line)//': byte '//to_text(code)// &
                    ' is not text; a scene is a plain text file')
          return
       end do
@@ -106,7 +107,7 @@ contains
       allocate (group%entries(0))
       if (cursor%next() /= '&') then
          word = text_to_line_end(cursor)
-         call fail(error, exit_input, 'line '//integer_text(cursor%line)//': text outside a group: '//abbreviated(word)// &
+         call fail(error, exit_input, 'line '//to_text(cursor%line)//': text outside a group: '//abbreviated(word)// &
                    '; allowed: comments behind !')
          return
       end if
@@ -114,7 +115,7 @@ contains
       call cursor%read_word(word)
       group%name = lower_case(word)
       if (.not. is_name(group%name)) then
-         call fail(error, exit_input, 'line '//integer_text(cursor%line)//': & must be followed by the name of a group')
+         call fail(error, exit_input, 'line '//to_text(cursor%line)//': & must be followed by the name of a group')
          return
       end if
       allocate (entries(most_entries))
@@ -122,8 +123,8 @@ contains
       do
          call cursor%skip()
          if (group_ends(cursor, group, error)) exit
-         if (count == most_entries) call fail(error, exit_input, 'line '//integer_text(cursor%line)//', &'//group%name// &
-                                              ': more than '//integer_text(most_entries)//' variables')
+         if (count == most_entries) call fail(error, exit_input, 'line '//to_text(cursor%line)//', &'//group%name// &
+                                              ': more than '//to_text(most_entries)//' variables')
          if (error%happened()) exit
          call parse_entry(cursor, group, entries(count + 1), error)
          if (error%happened()) exit
@@ -148,10 +149,10 @@ contains
          cursor%at = cursor%at + 1
          call cursor%read_word(word)
          if (lower_case(word) == 'end') return
-         call fail(error, exit_input, 'line '//integer_text(group%line)//', &'//group%name//': not closed before line '// &
-                   integer_text(cursor%line)//'; a group ends with /')
+         call fail(error, exit_input, 'line '//to_text(group%line)//', &'//group%name//': not closed before line '// &
+                   to_text(cursor%line)//'; a group ends with /')
       case ('')
-         call fail(error, exit_input, 'line '//integer_text(group%line)//', &'//group%name// &
+         call fail(error, exit_input, 'line '//to_text(group%line)//', &'//group%name// &
                    ': not closed; a group ends with /')
       case default
          group_ends = .false.
@@ -165,8 +166,8 @@ contains
       integer :: i
       do i = 1, size(entries)
          if (entries(i)%name /= new%name) cycle
-         call fail(error, exit_input, 'line '//integer_text(new%line)//', &'//group%name//' '//new%name//'='//new%shown// &
-                   ': given twice; first on line '//integer_text(entries(i)%line))
+         call fail(error, exit_input, 'line '//to_text(new%line)//', &'//group%name//' '//new%name//'='//new%shown// &
+                   ': given twice; first on line '//to_text(entries(i)%line))
       end do
    end subroutine refuse_twice
 
@@ -181,7 +182,7 @@ contains
       new%line = cursor%line
       new%shown = ''
       allocate (new%values(0))
-      start = 'line '//integer_text(cursor%line)//', &'//group%name
+      start = 'line '//to_text(cursor%line)//', &'//group%name
       if (scan(cursor%next(), word_ends) > 0) then
          call fail(error, exit_input, start//': unexpected '//cursor%next()//'; a group holds name=value')
          return
@@ -268,7 +269,7 @@ contains
          call read_integer(word(:star - 1), repeats, good)
          if (.not. good .or. repeats < 1 .or. repeats > most_values) then
             call fail(error, exit_input, start//'='//abbreviated(word)//': the repeat count must be between 1 and '// &
-                      integer_text(most_values))
+                      to_text(most_values))
          end if
       end if
       new%first = begin + star - origin
@@ -288,7 +289,7 @@ contains
       end if
       values(count + 1:count + repeats) = new
       count = count + repeats
-      if (count > most_values) call fail(error, exit_input, start//': more than '//integer_text(most_values)//' values')
+      if (count > most_values) call fail(error, exit_input, start//': more than '//to_text(most_values)//' values')
    end subroutine parse_value
 
    !> A text in quotes at the cursor, a quote inside doubled.
@@ -311,7 +312,7 @@ contains
          new%last = cursor%at - 2 - origin
          return
       end do
-      call fail(error, exit_input, start//': quote not closed on line '//integer_text(cursor%line))
+      call fail(error, exit_input, start//': quote not closed on line '//to_text(cursor%line))
    end subroutine read_quoted
 
    !> Whether the word at the cursor is the name of the next variable: an = comes behind it.
@@ -431,7 +432,7 @@ contains
       character(len=*), intent(in) :: name
       integer, intent(in) :: number
       character(len=:), allocatable :: text
-      text = 'line '//integer_text(self%groups(self%find_group(name, number))%line)
+      text = 'line '//to_text(self%groups(self%find_group(name, number))%line)
    end function line_of
 
 end module m_namelist_text

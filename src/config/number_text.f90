@@ -1,10 +1,11 @@
-!> Numbers as text, both ways: the strict reading, and the shortest text that reads back to the same bits.
+!> The strict reading of numbers, and the text that reads back to the same bits.
 module m_number_text
    use m_kinds, only: wp
+   use m_text, only: exact_text
    use m_words, only: lower_case
    implicit none
    private
-   public :: read_real, read_integer, real_text, reals_text, rounded_text, integer_text
+   public :: read_real, read_integer, reals_text
 
    integer, parameter, public :: number_good = 0     !< it is a number
    integer, parameter, public :: number_none = 1     !< it is something else
@@ -101,21 +102,6 @@ contains
       good = status == 0
    end subroutine read_integer
 
-   !> The shortest text that reads back to exactly this value.
-   pure function real_text(value) result(text)
-      real(wp), intent(in) :: value
-      character(len=:), allocatable :: text
-      character(len=32) :: buffer
-      real(wp) :: back
-      integer :: digits
-      do digits = 1, 17
-         call write_digits(value, digits, buffer)
-         read (buffer, *) back
-         if (abs(back - value) <= 0.0_wp) exit
-      end do
-      text = tidy(trim(adjustl(buffer)))
-   end function real_text
-
    !> Several values, as `1,2,3`.
    pure function reals_text(values) result(text)
       real(wp), intent(in) :: values(:)
@@ -124,70 +110,8 @@ contains
       text = ''
       do i = 1, size(values)
          if (i > 1) text = text//','
-         text = text//real_text(values(i))
+         text = text//exact_text(values(i))
       end do
    end function reals_text
-
-   !> A value rounded to so many significant digits, without trailing zeros.
-   pure function rounded_text(value, digits) result(text)
-      real(wp), intent(in) :: value
-      integer, intent(in) :: digits
-      character(len=:), allocatable :: text
-      character(len=32) :: buffer
-      real(wp) :: back
-      call write_digits(value, digits, buffer)
-      read (buffer, *) back
-      text = real_text(back)
-   end function rounded_text
-
-   pure function integer_text(value) result(text)
-      integer, intent(in) :: value
-      character(len=:), allocatable :: text
-      character(len=16) :: buffer
-      write (buffer, '(i0)') value
-      text = trim(buffer)
-   end function integer_text
-
-   pure subroutine write_digits(value, digits, buffer)
-      real(wp), intent(in) :: value
-      integer, intent(in) :: digits
-      character(len=32), intent(out) :: buffer
-      character(len=12) :: form
-      write (form, '(a,i0,a)') '(es32.', digits - 1, 'e3)'
-      write (buffer, form) value
-   end subroutine write_digits
-
-   !> 7.E+010 as 7e10, 2.71E+003 as 2710, 5.E-001 as 0.5.
-   pure function tidy(scientific) result(text)
-      character(len=*), intent(in) :: scientific
-      character(len=:), allocatable :: text
-      character(len=:), allocatable :: minus, digits
-      integer :: first, letter, exponent, last
-      first = verify(scientific, '-')
-      minus = scientific(:first - 1)
-      letter = index(scientific, 'E')
-      read (scientific(letter + 1:), *) exponent
-      digits = scientific(first:first)//scientific(first + 2:letter - 1)
-      last = verify(digits, '0', back=.true.)
-      if (last == 0) then
-         text = '0'
-         return
-      end if
-      digits = digits(:last)
-      if (exponent >= 0 .and. exponent <= 5) then
-         if (last <= exponent + 1) then
-            text = digits//repeat('0', exponent + 1 - last)
-         else
-            text = digits(:exponent + 1)//'.'//digits(exponent + 2:)
-         end if
-      else if (exponent < 0 .and. exponent >= -3) then
-         text = '0.'//repeat('0', -exponent - 1)//digits
-      else
-         text = digits(1:1)
-         if (last > 1) text = text//'.'//digits(2:)
-         text = text//'e'//integer_text(exponent)
-      end if
-      text = minus//text
-   end function tidy
 
 end module m_number_text

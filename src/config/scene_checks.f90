@@ -1,14 +1,13 @@
-!> What must hold across the groups of a scene: geometry, names, and that the output can be written.
+!> What must hold across the groups of a scene: geometry and numerics.
 module m_scene_checks
    use m_kinds, only: wp
    use m_constants, only: exit_input
    use m_errors, only: error_t, fail
    use m_namelist_text, only: namelist_text_t
-   use m_number_text, only: real_text, reals_text, rounded_text, integer_text
-   use m_group_reader, only: name_length
+   use m_number_text, only: reals_text
+   use m_text, only: exact_text, to_text
    use m_scene
    use m_scene_shapes, only: body_extent, body_distance, bodies_overlap, tool_overlaps
-   use m_words, only: lower_case
    implicit none
    private
    public :: check_scene
@@ -33,10 +32,6 @@ contains
       integer :: i
       call check_grid(text, scene%grid, error)
       if (error%happened()) return
-      call check_names(text, scene, 'material', size(scene%materials), error)
-      call check_names(text, scene, 'body', size(scene%bodies), error)
-      call check_names(text, scene, 'tool', size(scene%tools), error)
-      call check_names(text, scene, 'probe', size(scene%probes), error)
       do i = 1, size(scene%bodies)
          call check_body(text, scene, i, error)
          call check_safety(text, scene, i, error)
@@ -59,13 +54,13 @@ contains
                    ' in every direction')
       else if (any(length/grid%cell_size > most_cells) .or. product(length/grid%cell_size) > most_cells) then
          call fail(error, exit_input, text%place('grid', 1, 'cell_size')//': makes '// &
-                   rounded_text(product(length/grid%cell_size), 3)//' cells; allowed: at most '//real_text(most_cells))
+                   to_text(product(length/grid%cell_size), 3)//' cells; allowed: at most '//exact_text(most_cells))
       else if (.not. divides(grid%cell_size, length)) then
          call nearest_sizes(grid%cell_size, length, smaller, larger)
          advice = ''
-         if (smaller > 0.0_wp) advice = rounded_text(smaller, shown_digits)
+         if (smaller > 0.0_wp) advice = to_text(smaller, shown_digits)
          if (smaller > 0.0_wp .and. larger > 0.0_wp) advice = advice//' and '
-         if (larger > 0.0_wp) advice = advice//rounded_text(larger, shown_digits)
+         if (larger > 0.0_wp) advice = advice//to_text(larger, shown_digits)
          if (advice /= '') advice = '; nearest that do: '//advice
          call fail(error, exit_input, text%place('grid', 1, 'cell_size')//': must divide all lengths of the grid, '// &
                    rounded(length)//' m'//advice)
@@ -103,43 +98,6 @@ contains
       end do
    end subroutine nearest_sizes
 
-   !> Names of one kind differ, capitals not counted: they become names of files.
-   subroutine check_names(text, scene, kind, count, error)
-      type(namelist_text_t), intent(in) :: text
-      type(scene_t), intent(in) :: scene
-      character(len=*), intent(in) :: kind
-      integer, intent(in) :: count
-      type(error_t), intent(inout) :: error
-      character(len=name_length) :: names(count)
-      integer :: i, k
-      do i = 1, count
-         names(i) = name_of(scene, kind, i)
-         k = findloc(names(:i - 1) == names(i), .true., dim=1)
-         if (k == 0) cycle
-         call fail(error, exit_input, text%place(kind, i, 'name')//': the name '//trim(names(i))// &
-                   ' is taken by the &'//kind//' on '//text%line_of(kind, k))
-         return
-      end do
-   end subroutine check_names
-
-   !> In lower case.
-   function name_of(scene, kind, i) result(name)
-      type(scene_t), intent(in) :: scene
-      character(len=*), intent(in) :: kind
-      integer, intent(in) :: i
-      character(len=:), allocatable :: name
-      select case (kind)
-      case ('material')
-         name = lower_case(scene%materials(i)%name)
-      case ('body')
-         name = lower_case(scene%bodies(i)%name)
-      case ('tool')
-         name = lower_case(scene%tools(i)%name)
-      case default
-         name = lower_case(scene%probes(i)%name)
-      end select
-   end function name_of
-
    !> A body has a size, lies inside the grid and is not thinner than a particle.
    subroutine check_body(text, scene, i, error)
       type(namelist_text_t), intent(in) :: text
@@ -176,8 +134,8 @@ contains
             thinnest = body%height
          end if
          if (thinnest >= particle*(1.0_wp - whole)) return
-         call fail(error, exit_input, text%place('body', i, variable)//': the body is '//rounded_text(thinnest, 6)// &
-                   ' m thick; allowed: at least one particle, '//rounded_text(particle, 6)//' m')
+         call fail(error, exit_input, text%place('body', i, variable)//': the body is '//to_text(thinnest, 6)// &
+                   ' m thick; allowed: at least one particle, '//to_text(particle, 6)//' m')
       end associate
    end subroutine check_body
 
@@ -190,8 +148,8 @@ contains
       real(wp) :: largest
       largest = largest_safety(findloc(safety_particles, scene%bodies(i)%particles_per_cell, dim=1))
       if (scene%time%safety <= largest .or. text%count_groups('time') == 0) return
-      call fail(error, exit_input, text%place('time', 1, 'safety')//': must be at most '//real_text(largest)// &
-                ' with particles_per_cell='//integer_text(scene%bodies(i)%particles_per_cell)//' of the &body on '// &
+      call fail(error, exit_input, text%place('time', 1, 'safety')//': must be at most '//exact_text(largest)// &
+                ' with particles_per_cell='//to_text(scene%bodies(i)%particles_per_cell)//' of the &body on '// &
                 text%line_of('body', i))
    end subroutine check_safety
 
@@ -242,7 +200,7 @@ contains
    function rounded(values) result(text)
       real(wp), intent(in) :: values(3)
       character(len=:), allocatable :: text
-      text = rounded_text(values(1), 6)//','//rounded_text(values(2), 6)//','//rounded_text(values(3), 6)
+      text = to_text(values(1), 6)//','//to_text(values(2), 6)//','//to_text(values(3), 6)
    end function rounded
 
 end module m_scene_checks

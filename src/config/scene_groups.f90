@@ -5,11 +5,11 @@ module m_scene_groups
    use m_errors, only: error_t, fail
    use m_group_reader, only: group_reader_t, name_length
    use m_namelist_text, only: namelist_text_t
-   use m_number_text, only: integer_text
+   use m_text, only: to_text
    use m_scene
    use m_scene_words
    use m_value_range, only: above, at_least, any_value
-   use m_words, only: advice, joined
+   use m_words, only: advice, joined, lower_case
    implicit none
    private
    public :: read_groups, known_variables
@@ -39,6 +39,8 @@ contains
             call read_group(trim(group_words(kind)), group, number, material_names, scene)
             call group%finish(error)
             if (error%happened()) return
+            call check_name(text, scene, trim(group_words(kind)), number, error)
+            if (error%happened()) return
             if (group_words(kind) == 'material') material_names(number) = scene%materials(number)%name
          end do
       end do
@@ -52,7 +54,7 @@ contains
       integer :: i, kind
       do i = 1, size(text%groups)
          associate (group => text%groups(i))
-            start = 'line '//integer_text(group%line)//', &'//group%name
+            start = 'line '//to_text(group%line)//', &'//group%name
             kind = findloc(group_words == group%name, .true., dim=1)
             if (any(later_groups == group%name)) then
                call fail(error, exit_input, start//': not available in this version; allowed: '//joined(group_words))
@@ -69,6 +71,39 @@ contains
                    joined(pack(group_words, group_required)))
       end do
    end subroutine check_group_names
+
+   !> Names of one kind differ, capitals not counted: they become names of files.
+   subroutine check_name(text, scene, kind, number, error)
+      type(namelist_text_t), intent(in) :: text
+      type(scene_t), intent(in) :: scene
+      character(len=*), intent(in) :: kind
+      integer, intent(in) :: number
+      type(error_t), intent(inout) :: error
+      integer :: i
+      do i = 1, number - 1
+         if (name_of(scene, kind, i) /= name_of(scene, kind, number)) cycle
+         call fail(error, exit_input, text%place(kind, number, 'name')//': the name '//name_of(scene, kind, number)// &
+                   ' is taken by the &'//kind//' on '//text%line_of(kind, i))
+      end do
+   end subroutine check_name
+
+   !> In lower case.
+   function name_of(scene, kind, number) result(name)
+      type(scene_t), intent(in) :: scene
+      character(len=*), intent(in) :: kind
+      integer, intent(in) :: number
+      character(len=:), allocatable :: name
+      select case (kind)
+      case ('material')
+         name = lower_case(scene%materials(number)%name)
+      case ('body')
+         name = lower_case(scene%bodies(number)%name)
+      case ('tool')
+         name = lower_case(scene%tools(number)%name)
+      case default
+         name = lower_case(scene%probes(number)%name)
+      end select
+   end function name_of
 
    !> `group variable`, a line each, of all that can be read.
    function known_variables() result(text)
@@ -109,13 +144,13 @@ contains
       case ('material')
          call read_material(group, scene%materials(number))
       case ('body')
-         scene%bodies(number)%name = 'body'//integer_text(number)
+         scene%bodies(number)%name = 'body'//to_text(number)
          call read_body(group, material_names, scene%bodies(number))
       case ('tool')
-         scene%tools(number)%name = 'tool'//integer_text(number)
+         scene%tools(number)%name = 'tool'//to_text(number)
          call read_tool(group, scene%tools(number))
       case ('probe')
-         scene%probes(number)%name = 'probe'//integer_text(number)
+         scene%probes(number)%name = 'probe'//to_text(number)
          call group%get_name('name', scene%probes(number)%name)
          call group%get('position', scene%probes(number)%position, any_value('m'), required=.true.)
       case ('contact')
@@ -214,8 +249,8 @@ contains
       if (allocated(tool%times) .and. allocated(tool%speeds)) then
          if (any(tool%times(2:) <= tool%times(:size(tool%times) - 1))) call group%refuse('times', 'must rise strictly')
          if (size(tool%times) /= size(tool%speeds)) &
-            call group%refuse('speeds', 'must be as many numbers as times, '//integer_text(size(tool%times))//'; '// &
-                              integer_text(size(tool%speeds))//' given')
+            call group%refuse('speeds', 'must be as many numbers as times, '//to_text(size(tool%times))//'; '// &
+                              to_text(size(tool%speeds))//' given')
       end if
       call group%get('penetration_factor', tool%penetration_factor, at_least(0.0_wp, '', at_most=largest_penetration_factor))
       call group%get('friction', tool%friction, any_value(''))

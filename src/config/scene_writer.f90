@@ -2,7 +2,8 @@
 module m_scene_writer
    use m_kinds, only: wp
    use m_constants, only: pi
-   use m_number_text, only: real_text, reals_text, rounded_text, integer_text
+   use m_number_text, only: reals_text
+   use m_text, only: exact_text, to_text
    use m_scene
    use m_scene_words
    implicit none
@@ -107,23 +108,23 @@ contains
       integer :: digits, step
       degrees = radians*(180.0_wp/pi)
       do digits = 1, 17
-         text = rounded_text(degrees, digits)
+         text = to_text(degrees, digits)
          read (text, *) back
          if (abs(back*(pi/180.0_wp) - radians) <= 0.0_wp) return
       end do
       do step = -4, 4
          back = degrees + step*spacing(degrees)
-         text = real_text(back)
+         text = exact_text(back)
          if (abs(back*(pi/180.0_wp) - radians) <= 0.0_wp) return
       end do
-      text = real_text(degrees)
+      text = exact_text(degrees)
    end function degrees_text
 
    pure function real_1(name, value) result(line)
       character(len=*), intent(in) :: name
       real(wp), intent(in) :: value
       character(len=:), allocatable :: line
-      line = '   '//name//'='//real_text(value)//new
+      line = '   '//name//'='//exact_text(value)//new
    end function real_1
 
    pure function reals(name, values) result(line)
@@ -137,7 +138,7 @@ contains
       character(len=*), intent(in) :: name
       integer, intent(in) :: value
       character(len=:), allocatable :: line
-      line = '   '//name//'='//integer_text(value)//new
+      line = '   '//name//'='//to_text(value)//new
    end function integer_1
 
    pure function word(name, value) result(line)

@@ -1,7 +1,7 @@
 !> The numbers that a variable may take, and how a sentence says so.
 module m_value_range
    use m_kinds, only: wp
-   use m_number_text, only: real_text
+   use m_text, only: exact_text
    implicit none
    private
    public :: above, at_least, any_value
@@ -67,9 +67,9 @@ contains
       if (self%has_lower) then
          text = 'at least '
          if (self%lower_open) text = 'above '
-         text = text//real_text(self%lower)
-         if (self%has_upper .and. self%upper_open) text = text//' and below '//real_text(self%upper)
-         if (self%has_upper .and. .not. self%upper_open) text = text//' and at most '//real_text(self%upper)
+         text = text//exact_text(self%lower)
+         if (self%has_upper .and. self%upper_open) text = text//' and below '//exact_text(self%upper)
+         if (self%has_upper .and. .not. self%upper_open) text = text//' and at most '//exact_text(self%upper)
          if (self%unit /= '') text = text//' '//trim(self%unit)
       else if (self%unit /= '') then
          text = 'in '//trim(self%unit)

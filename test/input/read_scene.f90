@@ -8,7 +8,7 @@ program read_scene_driver
    use m_communicator, only: communicator_t
    use m_errors, only: error_t
    use m_filesystem, only: read_file
-   use m_number_text, only: integer_text
+   use m_text, only: to_text
    use m_scene, only: scene_t
    use m_scene_groups, only: known_variables
    use m_scene_reader, only: read_scene, interpret_scene, longest_scene
@@ -72,8 +72,8 @@ contains
       end if
       of_root = said
       call communicator%broadcast_text(of_root, 0)
-      if (said /= of_root) write (*, '(a)') 'rank '//integer_text(communicator%rank)//' differs: '//said
-      if (communicator%is_root()) write (*, '(a)', advance='no') '== '//path//' '//integer_text(fault%status)//new_line('a')//said
+      if (said /= of_root) write (*, '(a)') 'rank '//to_text(communicator%rank)//' differs: '//said
+      if (communicator%is_root()) write (*, '(a)', advance='no') '== '//path//' '//to_text(fault%status)//new_line('a')//said
       if (.not. ok) write (*, '(a)') 'cannot read '//path
    end subroutine try_file
 
