@@ -57,7 +57,8 @@ endif
 test_binaries := $(patsubst test/%.f90,$(build)/test/%,$(test_programs))
 # TESTS="unit input/run ...": only these suites or tests (all when empty)
 TESTS ?=
-chosen_binaries := $(if $(TESTS),$(filter $(TESTS:%=$(build)/test/%) $(TESTS:%=$(build)/test/%/%),$(test_binaries)),$(test_binaries))
+wanted := $(if $(TESTS),$(TESTS:%=$(build)/test/%) $(TESTS:%=$(build)/test/%/%),%)
+chosen_binaries := $(filter $(wanted),$(test_binaries))
 
 # ---- build ----------------------------------------------------------------------------------------------------------------------
 
@@ -113,7 +114,8 @@ $(build)/mod/%.mod:
 write_if_changed = { cmp -s $(1).new $(1) && rm -f $(1).new || mv $(1).new $(1); }
 
 $(build)/flags: FORCE
-	@command -v $(firstword $(FC)) > /dev/null || { echo "$(firstword $(FC)) is not there; \`make deps\` says what is missing"; exit 1; }
+	@command -v $(firstword $(FC)) > /dev/null || \
+	   { echo "$(firstword $(FC)) is not there; \`make deps\` says what is missing"; exit 1; }
 	@mkdir -p $(@D)
 	@{ echo '$(petsc_compile)'; echo '$(libraries)'; $(FC) --version | head -n 1; } > $@.new && $(call write_if_changed,$@)
 
@@ -182,7 +184,8 @@ demo:
 	@$(MAKE) --no-print-directory $(jobs) gimp3d
 	@mkdir -p out
 	mpirun -n 2 ./gimp3d < input/demo.nml
-	@$(MAKE) --no-print-directory plots RUN=out/demo PLOT_OPTIONS="--finite-elements test/references/fem/sphere_hypo_h0.1.csv"
+	@$(MAKE) --no-print-directory plots RUN=out/demo \
+	   PLOT_OPTIONS="--finite-elements test/references/fem/sphere_hypo_h0.1.csv"
 
 ## test        set up, build, run the tests; TESTS="unit input/run ..." runs these suites or tests only
 test:

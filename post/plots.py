@@ -203,7 +203,8 @@ def draw_section(run, options):
         value_factor, value_unit = scaled("Pa", [low, high])
         for row, view in enumerate(views):
             ax = axes[row][column]
-            drawn = PolyCollection(squares / factor, array=values / value_factor, cmap="viridis", edgecolors="face", linewidths=0.1)
+            drawn = PolyCollection(squares / factor, array=values / value_factor, cmap="viridis",
+                                   edgecolors="face", linewidths=0.1)
             drawn.set_clim(low / value_factor, high / value_factor)
             drawn.set_rasterized(True)
             ax.add_collection(drawn)

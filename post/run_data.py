@@ -91,7 +91,8 @@ class Particles:
 
 
 # A quoted text, the name before a =, an end of group, or a plain value
-_word = re.compile(r"""(?P<text>'(?:[^']|'')*'|"(?:[^"]|"")*")|(?P<name>[a-z]\w*)\s*=|(?P<end>/|&end\b)|(?P<value>[^\s,'"/=]+)""", re.I)
+_word = re.compile(r"""(?P<text>'(?:[^']|'')*'|"(?:[^"]|"")*")|(?P<name>[a-z]\w*)\s*=|(?P<end>/|&end\b)"""
+                   r"""|(?P<value>[^\s,'"/=]+)""", re.I)
 
 
 def _value(word):

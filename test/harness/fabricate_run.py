@@ -1,5 +1,7 @@
 #!/usr/bin/env python3
-"""Write what a run would, from half-space theory, for the tests of the pictures:   fabricate_run.py DIRECTORY sphere|cone|flat SHARE
+"""Write what a run would, from half-space theory, for the tests of the pictures:
+
+   fabricate_run.py DIRECTORY sphere|cone|flat SHARE
 
 SHARE (1, 0.5, 0.25) is the modelled part of the body. The tool starts 50 nm above the surface; its load follows the theory for the
 modelled part, exactly.
@@ -19,7 +21,8 @@ tools = {"sphere": ("radius=1.0e-05", lambda e, d: 4 / 3 * e * math.sqrt(10e-6) 
 
 def dat(path, columns, rows):
     names = " ".join(f'"{name}"' for name in columns)
-    path.write_text(f'TITLE = "fabricated"\nVARIABLES = {names}\nZONE T="history", STRANDID=1, SOLUTIONTIME=0\nAUXDATA model="part"\n'
+    path.write_text(f'TITLE = "fabricated"\nVARIABLES = {names}\n'
+                    'ZONE T="history", STRANDID=1, SOLUTIONTIME=0\nAUXDATA model="part"\n'
                     + "".join(" ".join(f"{value:.10e}" for value in row) + "\n" for row in rows))
 
 

@@ -6,7 +6,8 @@
 plots() { "$PYTHON" "$ROOT/post/plots.py" "$@" >out.log 2>&1; }
 
 png() { # png FILE: a whole picture of some size
-   [ "$(head -c 8 "$1" | od -An -tx1 | tr -d ' \n')" = 89504e470d0a1a0a ] && [ "$(wc -c <"$1")" -gt 10000 ] || fail "$1 is no picture"
+   [ "$(head -c 8 "$1" | od -An -tx1 | tr -d ' \n')" = 89504e470d0a1a0a ] && [ "$(wc -c <"$1")" -gt 10000 ] ||
+      fail "$1 is no picture"
    if ls "$(dirname "$1")"/.*.part 2>/dev/null; then fail 'a partial picture was left'; fi
 }
 
@@ -20,7 +21,8 @@ done
 
 reference=$ROOT/test/references/fem/sphere_hypo_h0.1.csv
 plots --finite-elements "$reference" sphere || { cat out.log; fail 'the reference curve'; }
-grep -q 'finite elements (sphere_hypo_h0.1).*mean -[3-9]\.' out.log || { cat out.log; fail 'half-space theory is 3 to 9 % below the elements'; }
+grep -q 'finite elements (sphere_hypo_h0.1).*mean -[3-9]\.' out.log ||
+   { cat out.log; fail 'half-space theory is 3 to 9 % below the elements'; }
 
 if plots absent; then fail 'a run that is not there is drawn'; fi
 mkdir empty
