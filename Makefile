@@ -135,9 +135,11 @@ deps:
 ifeq ($(PYTHON),)
 python := build/venv/bin/python
 venv: build/venv/complete
+	@:
 else
 python := $(PYTHON)
 venv:
+	@:
 endif
 
 ## venv        the Python packages of post/requirements.txt, in build/venv
