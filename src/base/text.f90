@@ -4,7 +4,7 @@ module m_text
    use m_kinds, only: wp, i4, i8
    implicit none
    private
-   public :: to_text, si, duration
+   public :: to_text, exact_text, si, duration
 
    !> The shortest text of a number: no blanks, reals to 6 significant digits (or as many as asked for, up to 17).
    interface to_text
@@ -50,6 +50,20 @@ contains
       end if
       if (negative) text = '-'//text
    end function real_to_text
+
+   !> The shortest text that reads back as the same number, bit by bit.
+   pure function exact_text(value) result(text)
+      real(wp), intent(in) :: value
+      character(len=:), allocatable :: text
+      real(wp) :: again
+      integer :: digits, status
+      do digits = 6, 17
+         text = real_to_text(value, digits)
+         if (.not. ieee_is_finite(value)) return
+         read (text, *, iostat=status) again
+         if (status == 0 .and. again >= value .and. again <= value) return
+      end do
+   end function exact_text
 
    !> A value with the SI prefix that suits it, to 4 significant digits: `1.034 ps`, `64 nm`, `70 GPa`.
    pure function si(value, unit) result(text)

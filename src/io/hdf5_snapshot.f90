@@ -13,7 +13,7 @@ module m_hdf5_snapshot
    public :: write_hdf5_snapshot
 
    integer(int8), parameter :: vertex_cell = 1_int8 ! VTK_VERTEX
-   character(len=*), parameter :: top = '/VTKHDF'
+   character(len=*), parameter :: top = '/VTKHDF', pure_number = '1' ! the unit of what has none
 
 contains
 
@@ -33,6 +33,7 @@ contains
       if (error%happened()) return
       call put_header(file, snapshot, error)
       call put_cells(file, communicator, snapshot%n_total, error)
+      call put_time(file, communicator, snapshot%time, error)
       call put_table(file, top//'/Points', where_to, snapshot%position, snapshot%n_total, error)
       call file%put_text(top//'/Points', 'unit', 'm', error)
       call put_ids(file, where_to, snapshot, error)
@@ -105,6 +106,20 @@ contains
                          c_loc(numbers), error)
    end subroutine put_single
 
+   !> The time as field data, which ParaView shows.
+   subroutine put_time(file, communicator, time, error)
+      type(hdf5_file_t), intent(in) :: file
+      type(communicator_t), intent(in) :: communicator
+      real(wp), intent(in) :: time
+      type(error_t), intent(inout) :: error
+      real(wp), target :: numbers(1)
+      character(len=*), parameter :: name = top//'/FieldData/TimeValue'
+      numbers = time
+      call file%put_rows(name, rows_of_real, [1_i8, 1_i8], one_run(0_i8, merge(1_i8, 0_i8, communicator%is_root())), &
+                         c_loc(numbers), error)
+      call file%put_text(name, 'unit', 's', error)
+   end subroutine put_time
+
    subroutine put_ids(file, where_to, snapshot, error)
       type(hdf5_file_t), intent(in) :: file
       type(file_layout_t), intent(in) :: where_to
@@ -120,7 +135,7 @@ contains
       address = c_null_ptr
       if (snapshot%n_local > 0) address = c_loc(numbers)
       call file%put_rows(top//'/PointData/id', rows_of_long, [1_i8, snapshot%n_total], where_to, address, error)
-      call file%put_text(top//'/PointData/id', 'unit', '', error)
+      call file%put_text(top//'/PointData/id', 'unit', pure_number, error)
    end subroutine put_ids
 
    subroutine put_field(file, where_to, field, n_total, error)
@@ -133,7 +148,11 @@ contains
       integer :: c
       name = top//'/PointData/'//field%name
       call put_table(file, name, where_to, field%values, n_total, error)
-      call file%put_text(name, 'unit', field%unit, error)
+      if (len_trim(field%unit) > 0) then
+         call file%put_text(name, 'unit', field%unit, error)
+      else
+         call file%put_text(name, 'unit', pure_number, error)
+      end if
       components = field%full_name(1)
       do c = 2, field%components
          components = components//' '//field%full_name(c)

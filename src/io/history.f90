@@ -11,7 +11,7 @@ module m_history
    use m_part_file, only: part_name, open_part, publish_part
    use m_filesystem, only: remove_file, rename_file
    use m_tecplot_snapshot, only: quoted
-   use m_text, only: to_text
+   use m_text, only: to_text, exact_text
    use m_timers, only: wall_time
    implicit none
    private
@@ -138,7 +138,7 @@ contains
       end do
       write (self%unit, '(a)', iostat=status, iomsg=reason) 'TITLE='//quoted(header%title), line
       line = 'ZONE T='//quoted(header%zone)//', STRANDID='//to_text(header%strand)//', SOLUTIONTIME='// &
-             to_text(header%solution_time, 17)//', DATAPACKING=POINT'
+             exact_text(header%solution_time)//', DATAPACKING=POINT'
       if (status == 0) write (self%unit, '(a)', iostat=status, iomsg=reason) line
       if (allocated(header%notes)) then
          do c = 1, size(header%notes)

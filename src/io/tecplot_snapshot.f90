@@ -8,7 +8,7 @@ module m_tecplot_snapshot
    use m_communicator, only: communicator_t
    use m_part_file, only: part_name, begin_shared_part, finish_shared_part
    use m_snapshot, only: snapshot_t, file_layout_t, snapshot_file_name
-   use m_text, only: to_text
+   use m_text, only: to_text, exact_text
    implicit none
    private
    public :: write_tecplot_snapshot, quoted
@@ -76,7 +76,7 @@ contains
       character(len=1), parameter :: newline = achar(10)
       integer :: f, c
       header = 'TITLE='//quoted(snapshot%title//', step '//to_text(snapshot%step)//', time '// &
-                                to_text(snapshot%time, 17)//' s')//newline
+                                exact_text(snapshot%time)//' s')//newline
       header = header//'VARIABLES="X(m)", "Y(m)", "Z(m)", "id [-]"'
       do f = 1, size(snapshot%fields)
          unit = snapshot%fields(f)%unit
@@ -87,7 +87,7 @@ contains
       end do
       header = header//newline
       if (snapshot%n_total == 0) return
-      header = header//'ZONE T="level 0", STRANDID=1, SOLUTIONTIME='//to_text(snapshot%time, 17)//', I='// &
+      header = header//'ZONE T="level 0", STRANDID=1, SOLUTIONTIME='//exact_text(snapshot%time)//', I='// &
                to_text(snapshot%n_total)//', J=1, K=1, DATAPACKING=BLOCK'//newline
    end function header_text
 

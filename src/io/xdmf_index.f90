@@ -6,7 +6,7 @@ module m_xdmf_index
    use m_communicator, only: communicator_t
    use m_part_file, only: open_part, publish_part
    use m_snapshot, only: snapshot_t, snapshot_field_t, snapshot_file_name
-   use m_text, only: to_text
+   use m_text, only: to_text, exact_text
    implicit none
    private
 
@@ -122,45 +122,56 @@ contains
       file = snapshot_file_name(snapshot%step, 'h5')
       points = to_text(snapshot%n_total)
       text = begin_entry//to_text(snapshot%step)//'" GridType="Uniform">'//newline// &
-             '     <Time Value="'//to_text(snapshot%time, 17)//'"/>'//newline// &
+             '     <Time Value="'//exact_text(snapshot%time)//'"/>'//newline// &
              '     <Topology TopologyType="Polyvertex" NodesPerElement="1" NumberOfElements="'//points//'">'//newline// &
              data_item(file, '/VTKHDF/Connectivity', points, 'NumberType="Int" Precision="8"')// &
              '     </Topology>'//newline// &
              '     <Geometry GeometryType="XYZ">'//newline// &
              data_item(file, '/VTKHDF/Points', points//' 3', 'NumberType="Float" Precision="8"')// &
              '     </Geometry>'//newline// &
-             '     <Attribute Name="id" AttributeType="Scalar" Center="Node">'//newline// &
-             data_item(file, '/VTKHDF/PointData/id', points, 'NumberType="Int" Precision="8"')// &
-             '     </Attribute>'//newline
+             attribute('id', 'Scalar', data_item(file, '/VTKHDF/PointData/id', points, 'NumberType="Int" Precision="8"'))
       do f = 1, size(snapshot%fields)
          text = text//field_text(snapshot%fields(f), file, points)
       end do
       text = text//end_entry
    end function entry_text
 
+   !> A field: scalar, vector or tensor as it is. The components of any other one as scalars of their own: readers take a
+   !> symmetric tensor for one in another order than VTK's (xx yy zz xy yz xz), and know no other widths.
    function field_text(field, file, points) result(text)
       type(snapshot_field_t), intent(in) :: field
       character(len=*), intent(in) :: file, points
       character(len=:), allocatable :: text
-      character(len=:), allocatable :: extent, kind
-      extent = points
-      if (field%components > 1) extent = points//' '//to_text(field%components)
+      character(len=:), allocatable :: table, extent
+      character(len=*), parameter :: real_type = 'NumberType="Float" Precision="8"'
+      integer :: c
+      table = '/VTKHDF/PointData/'//field%name
+      extent = points//' '//to_text(field%components)
       select case (field%components)
       case (1)
-         kind = 'Scalar'
+         text = attribute(field%name, 'Scalar', data_item(file, table, points, real_type))
       case (3)
-         kind = 'Vector'
-      case (6)
-         kind = 'Tensor6'
+         text = attribute(field%name, 'Vector', data_item(file, table, extent, real_type))
       case (9)
-         kind = 'Tensor'
+         text = attribute(field%name, 'Tensor', data_item(file, table, extent, real_type))
       case default
-         kind = 'Matrix'
+         text = ''
+         do c = 1, field%components
+            text = text//attribute(field%full_name(c), 'Scalar', &
+                                   '      <DataItem ItemType="HyperSlab" Dimensions="'//points//' 1">'//newline// &
+                                   '      <DataItem Format="XML" NumberType="Int" Dimensions="3 2">0 '//to_text(c - 1)// &
+                                   ' 1 1 '//points//' 1</DataItem>'//newline// &
+                                   data_item(file, table, extent, real_type)//'      </DataItem>'//newline)
+         end do
       end select
-      text = '     <Attribute Name="'//escaped(field%name)//'" AttributeType="'//kind//'" Center="Node">'//newline// &
-             data_item(file, '/VTKHDF/PointData/'//field%name, extent, 'NumberType="Float" Precision="8"')// &
-             '     </Attribute>'//newline
    end function field_text
+
+   pure function attribute(name, kind, item) result(text)
+      character(len=*), intent(in) :: name, kind, item
+      character(len=:), allocatable :: text
+      text = '     <Attribute Name="'//escaped(name)//'" AttributeType="'//kind//'" Center="Node">'//newline//item// &
+             '     </Attribute>'//newline
+   end function attribute
 
    pure function data_item(file, table, extent, number_type) result(text)
       character(len=*), intent(in) :: file, table, extent, number_type
@@ -205,7 +216,7 @@ contains
          if (status /= 0) exit
          if (index(line, begin_entry) == 1) then
             text = trim(line)
-            read (line(len(begin_entry) + 1:index(line, '" ')), *, iostat=status) step
+            read (line(len(begin_entry) + 1:index(line, '" ') - 1), *, iostat=status) step
             if (status /= 0) exit
          else if (allocated(text)) then
             text = text//newline//trim(line)

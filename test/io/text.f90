@@ -3,7 +3,7 @@
 program text
    use, intrinsic :: ieee_arithmetic, only: ieee_value, ieee_quiet_nan, ieee_positive_inf
    use m_kinds, only: wp, i8
-   use m_text, only: to_text, si, duration
+   use m_text, only: to_text, exact_text, si, duration
    use m_communicator, only: communicator_t
    use m_assertions, only: assertions_t
    implicit none
@@ -32,6 +32,9 @@ contains
       call same(to_text(1234567.0_wp), '1.23457e6')
       call same(to_text(0.1_wp, 17), '0.10000000000000001')
       call same(to_text(2.0_wp/3.0_wp, 2), '0.67')
+      call same(exact_text(1.25e-11_wp), '1.25e-11')
+      call same(exact_text(2.0_wp/3.0_wp), '0.6666666666666666')
+      call same(exact_text(0.1_wp + 0.2_wp), '0.30000000000000004')
       call same(to_text(1.0e300_wp), '1e300')
       call same(to_text(-1.0e-300_wp), '-1e-300')
       call same(to_text(ieee_value(1.0_wp, ieee_quiet_nan)), 'NaN')

@@ -1,0 +1,61 @@
+!> Probes: the particle that was nearest to a place at the start, followed as it moves.
+module m_probe
+   use mpi_f08
+   use m_kinds, only: wp, i8
+   use m_model, only: model_t
+   implicit none
+   private
+   public :: probe_t, choose_particle, read_probe
+
+   !> A probed particle, known by its id.
+   type :: probe_t
+      integer(i8) :: id = 0
+   end type probe_t
+
+contains
+
+   !> Collective: the particle nearest to a place (m); of equally near ones that with the smallest id.
+   type(probe_t) function choose_particle(model, position) result(probe)
+      type(model_t), intent(in) :: model
+      real(wp), intent(in) :: position(3)
+      real(wp) :: distance, nearest
+      integer(i8) :: id
+      integer :: b, p, pass
+      nearest = huge(nearest)
+      id = huge(id)
+      do pass = 1, 2
+         do b = 1, size(model%level%blocks)
+            associate (particles => model%level%blocks(b)%particles, x => model%level%layout%position)
+               do p = 1, particles%count
+                  distance = sum((particles%column(p, x:x + 2) - position)**2)
+                  if (pass == 1) nearest = min(nearest, distance)
+                  if (pass == 2 .and. distance <= nearest) id = min(id, particles%id(p))
+               end do
+            end associate
+         end do
+         if (pass == 1) nearest = model%communicator%minimum(nearest)*(1.0_wp + 1.0e-9_wp)
+      end do
+      call MPI_Allreduce(MPI_IN_PLACE, id, 1, MPI_INTEGER8, MPI_MIN, model%communicator%comm)
+      probe%id = id
+   end function choose_particle
+
+   !> Collective: position (m) and stress (Pa; xx yy zz yz xz xy) of the probed particle.
+   subroutine read_probe(model, probe, position, stress)
+      type(model_t), intent(in) :: model
+      type(probe_t), intent(in) :: probe
+      real(wp), intent(out) :: position(3), stress(6)
+      real(wp) :: found(9)
+      integer :: b, p
+      found = 0.0_wp
+      do b = 1, size(model%level%blocks)
+         associate (particles => model%level%blocks(b)%particles, at => model%level%layout)
+            p = findloc(particles%id(:particles%count), probe%id, dim=1)
+            if (p > 0) found = [particles%column(p, at%position:at%position + 2), particles%column(p, at%stress:at%stress + 5)]
+         end associate
+      end do
+      call MPI_Allreduce(MPI_IN_PLACE, found, 9, MPI_DOUBLE_PRECISION, MPI_SUM, model%communicator%comm)
+      position = found(1:3)
+      stress = found(4:9)
+   end subroutine read_probe
+
+end module m_probe

@@ -1,0 +1,224 @@
+!> Everything that a run writes under its output directory, and when.
+module m_recorder
+   use m_kinds, only: wp
+   use m_constants, only: exit_files, pi
+   use m_errors, only: error_t, fail
+   use m_filesystem, only: make_directory
+   use m_text, only: to_text
+   use m_scene, only: scene_t, boundary_symmetry
+   use m_scene_writer, only: scene_as_namelist
+   use m_part_file, only: open_part, publish_part
+   use m_model, only: model_t
+   use m_energy, only: balance_t
+   use m_probe, only: probe_t, choose_particle, read_probe
+   use m_history, only: history_t, history_header_t, history_text_length
+   use m_snapshot, only: snapshot_t
+   use m_particle_snapshot, only: take_snapshot
+   use m_hdf5_snapshot, only: write_hdf5_snapshot
+   use m_xdmf_index, only: xdmf_index_t
+   use m_tecplot_snapshot, only: write_tecplot_snapshot
+   implicit none
+   private
+   public :: recorder_t
+
+   integer, parameter :: default_rows = 1000 !< rows of a history where the scene does not say how many
+
+   type :: recorder_t
+      private
+      logical :: writes = .false.
+      character(len=:), allocatable :: title, directory
+      logical :: hdf5 = .false., tecplot = .false.
+      real(wp) :: end_time = 0.0_wp, snapshot_every = 0.0_wp, history_every = 0.0_wp
+      integer :: snapshots = 0, rows = 0
+      type(history_t), allocatable :: tools(:), probes(:)
+      type(history_t) :: energy
+      type(probe_t), allocatable :: probed(:)
+      type(xdmf_index_t) :: index
+   contains
+      procedure :: start
+      procedure :: history_is_due
+      procedure :: record_history
+      procedure :: record_snapshot
+      procedure :: finish
+   end type recorder_t
+
+contains
+
+   !> Collective: make the directory, write case.nml, begin the histories.
+   subroutine start(self, scene, model, error)
+      class(recorder_t), intent(inout) :: self
+      type(scene_t), intent(in) :: scene
+      type(model_t), intent(in) :: model
+      type(error_t), intent(inout) :: error
+      integer :: n
+      logical :: ok
+      self%writes = scene%output%present
+      self%end_time = scene%end_time
+      self%title = scene%title
+      self%history_every = scene%output%history_every
+      if (self%history_every <= 0.0_wp) self%history_every = scene%end_time/default_rows
+      allocate (self%tools(size(scene%tools)), self%probes(size(scene%probes)), self%probed(size(scene%probes)))
+      if (.not. self%writes) return
+      self%directory = scene%output%directory
+      self%hdf5 = scene%output%hdf5
+      self%tecplot = scene%output%tecplot
+      self%snapshot_every = scene%output%every
+      if (model%communicator%is_root()) then
+         call make_directory(self%directory, ok)
+         if (.not. ok) call fail(error, exit_files, 'cannot make the directory '//self%directory)
+         if (ok) call write_case(self%directory//'/case.nml', scene, error)
+      end if
+      call model%communicator%agree(error)
+      if (error%happened()) return
+      call self%energy%open(model%communicator, self%directory//'/energy.dat', energy_header(self%title), error)
+      do n = 1, size(scene%tools)
+         call self%tools(n)%open(model%communicator, self%directory//'/tool_'//scene%tools(n)%name//'.dat', &
+                                 tool_header(scene, n), error)
+      end do
+      do n = 1, size(scene%probes)
+         self%probed(n) = choose_particle(model, scene%probes(n)%position)
+         call self%probes(n)%open(model%communicator, self%directory//'/probe_'//scene%probes(n)%name//'.dat', &
+                                  probe_header(self%title, scene%probes(n)%name), error)
+      end do
+      call self%index%start(model%communicator, self%directory)
+   end subroutine start
+
+   !> case.nml: the scene with every value used.
+   subroutine write_case(path, scene, error)
+      character(len=*), intent(in) :: path
+      type(scene_t), intent(in) :: scene
+      type(error_t), intent(inout) :: error
+      integer :: unit, status
+      call open_part(path, unit, error)
+      if (error%happened()) return
+      write (unit, '(a)', iostat=status) scene_as_namelist(scene)
+      if (status /= 0) call fail(error, exit_files, 'cannot write '//path)
+      call publish_part(path, unit, error)
+   end subroutine write_case
+
+   !> True at the start, at the end, and whenever the next row's time has come.
+   pure logical function history_is_due(self, time)
+      class(recorder_t), intent(in) :: self
+      real(wp), intent(in) :: time
+      history_is_due = due(self%rows, self%history_every, time, self%end_time)
+   end function history_is_due
+
+   !> Whether the `done`-th of a series at multiples of `every` (0: none between first and last) has come.
+   pure logical function due(done, every, time, end_time)
+      integer, intent(in) :: done
+      real(wp), intent(in) :: every, time, end_time
+      due = done == 0 .or. time >= end_time
+      if (every > 0.0_wp) due = due .or. time >= done*every*(1.0_wp - 1.0e-12_wp)
+   end function due
+
+   !> Collective: a row of every history.
+   subroutine record_history(self, model, balance, error)
+      class(recorder_t), intent(inout) :: self
+      type(model_t), intent(in) :: model
+      type(balance_t), intent(in) :: balance
+      type(error_t), intent(inout) :: error
+      real(wp) :: position(3), s(6), mises
+      integer :: n
+      self%rows = 1 + int(model%time/self%history_every*(1.0_wp + 1.0e-12_wp))
+      if (.not. self%writes) return
+      call self%energy%append([model%time, balance%now%kinetic, balance%now%strain, 0.0_wp, 0.0_wp, balance%external_work, &
+                               balance%error(), balance%now%momentum, balance%now%angular_momentum, balance%now%mass], error)
+      do n = 1, size(self%tools)
+         associate (tool => model%contact%tools(n), state => model%contact%states(n))
+            call self%tools(n)%append([model%time, tool%travel, state%load, state%area, state%overlap], error)
+         end associate
+      end do
+      do n = 1, size(self%probes)
+         call read_probe(model, self%probed(n), position, s)
+         mises = sqrt(0.5_wp*((s(1) - s(2))**2 + (s(2) - s(3))**2 + (s(3) - s(1))**2) + 3.0_wp*sum(s(4:6)**2))
+         call self%probes(n)%append([model%time, position, s, mises, 0.0_wp], error)
+      end do
+      call model%communicator%agree(error)
+   end subroutine record_history
+
+   !> Collective: a snapshot of the particles, if one is due.
+   subroutine record_snapshot(self, model, error)
+      class(recorder_t), intent(inout) :: self
+      type(model_t), intent(in) :: model
+      type(error_t), intent(inout) :: error
+      type(snapshot_t) :: snapshot
+      if (.not. self%writes .or. .not. (self%hdf5 .or. self%tecplot)) return
+      if (.not. due(self%snapshots, self%snapshot_every, model%time, self%end_time)) return
+      self%snapshots = 1
+      if (self%snapshot_every > 0.0_wp) self%snapshots = 1 + int(model%time/self%snapshot_every*(1.0_wp + 1.0e-12_wp))
+      snapshot%time = model%time
+      snapshot%step = int(model%step)
+      snapshot%title = self%title
+      call take_snapshot(model%communicator, model%level, snapshot)
+      if (self%hdf5) call write_hdf5_snapshot(model%communicator, snapshot, self%directory, error)
+      if (self%hdf5 .and. .not. error%happened()) call self%index%add(model%communicator, snapshot, error)
+      if (self%tecplot .and. .not. error%happened()) &
+         call write_tecplot_snapshot(model%communicator, snapshot, self%directory, error)
+   end subroutine record_snapshot
+
+   !> End the histories; they get their names whether the run ended well or not.
+   subroutine finish(self, error)
+      class(recorder_t), intent(inout) :: self
+      type(error_t), intent(inout) :: error
+      integer :: n
+      if (.not. self%writes .or. .not. allocated(self%tools)) return
+      call self%energy%close(error)
+      do n = 1, size(self%tools)
+         call self%tools(n)%close(error)
+      end do
+      do n = 1, size(self%probes)
+         call self%probes(n)%close(error)
+      end do
+   end subroutine finish
+
+   function energy_header(title) result(header)
+      character(len=*), intent(in) :: title
+      type(history_header_t) :: header
+      header%title = title
+      header%zone = 'energy'
+      header%columns = [character(len=history_text_length) :: 'time [s]', 'kinetic [J]', 'strain [J]', 'plastic [J]', &
+                        'damped [J]', 'external_work [J]', 'balance_error [1]', 'momentum_x [kg m/s]', 'momentum_y [kg m/s]', &
+                        'momentum_z [kg m/s]', 'angular_momentum_x [kg m2/s]', 'angular_momentum_y [kg m2/s]', &
+                        'angular_momentum_z [kg m2/s]', 'mass [kg]']
+   end function energy_header
+
+   function tool_header(scene, n) result(header)
+      type(scene_t), intent(in) :: scene
+      integer, intent(in) :: n
+      type(history_header_t) :: header
+      header%title = scene%title
+      header%zone = 'tool '//scene%tools(n)%name
+      header%columns = [character(len=history_text_length) :: 'time [s]', 'depth [m]', 'load_x [N]', 'load_y [N]', 'load_z [N]', &
+                        'contact_area [m2]', 'max_gap_violation [m]']
+      header%notes = [character(len=history_text_length) :: 'model_share='//to_text(model_share(scene, n))]
+   end function tool_header
+
+   !> The share of the tool that is modelled: one half for each symmetry plane that its axis lies in.
+   pure real(wp) function model_share(scene, n) result(share)
+      type(scene_t), intent(in) :: scene
+      integer, intent(in) :: n
+      integer :: axis, side
+      real(wp) :: plane
+      share = 1.0_wp
+      associate (grid => scene%grid, tool => scene%tools(n))
+         do axis = 1, 3
+            do side = 1, 2
+               plane = merge(grid%lower(axis), grid%upper(axis), side == 1)
+               if (grid%boundary(2*axis - 2 + side) == boundary_symmetry .and. abs(tool%axis(axis)) < 1.0e-9_wp &
+                   .and. abs(tool%tip(axis) - plane) < 1.0e-9_wp*grid%cell_size) share = 0.5_wp*share
+            end do
+         end do
+      end associate
+   end function model_share
+
+   function probe_header(title, name) result(header)
+      character(len=*), intent(in) :: title, name
+      type(history_header_t) :: header
+      header%title = title
+      header%zone = 'probe '//name
+      header%columns = [character(len=history_text_length) :: 'time [s]', 'x [m]', 'y [m]', 'z [m]', 'stress_xx [Pa]', &
+                        'stress_yy [Pa]', 'stress_zz [Pa]', 'stress_yz [Pa]', 'stress_xz [Pa]', 'stress_xy [Pa]', &
+                        'von_mises [Pa]', 'equivalent_plastic_strain [1]']
+   end function probe_header
+
+end module m_recorder

@@ -1,0 +1,34 @@
+#!/bin/bash
+#test: limit 300
+# Writes snapshots, curves, console and cost report on 1, 2, 4 ranks and reads them with other programs' readers, planted failures
+# too. BINARIES=directory takes the test programs from elsewhere. Last line: the sum; exit status 0 if nothing failed.
+. "$(dirname "$0")/../harness/env.sh"
+BINARIES=${BINARIES:-$BUILD_DIR/test/io}
+set +e
+passed=0 failed=0
+
+count() { # count NAME STATUS
+   if [ "$2" -eq 0 ]; then passed=$((passed + 1)); else failed=$((failed + 1)); echo "FAILED: $1"; fi
+}
+
+mpirun -n 1 "$BINARIES/text"
+count text $?
+written=''
+for n in $RANKS; do
+   for test in snapshots histories; do
+      timeout 120 mpirun -n "$n" "$BINARIES/$test" "ranks_$n"
+      count "$test on $n" $?
+   done
+   written="$written ranks_$n"
+done
+"$PYTHON" "$ROOT/test/io/read_back.py" $written >read_back.log 2>&1
+count 'read_back.py' $?
+sum=$(tail -n 1 read_back.log)
+if [[ $sum =~ ^([0-9]+)\ passed,\ ([0-9]+)\ failed$ ]]; then
+   passed=$((passed + BASH_REMATCH[1])) failed=$((failed + BASH_REMATCH[2]))
+   grep '^FAILED' read_back.log
+else
+   cat read_back.log
+fi
+echo "$passed passed, $failed failed"
+[ $failed -eq 0 ]
