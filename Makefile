@@ -188,6 +188,7 @@ demo:
 	mpirun -n 2 ./gimp3d < input/demo.nml
 	@$(MAKE) --no-print-directory plots RUN=out/demo \
 	   PLOT_OPTIONS="--finite-elements test/references/fem/sphere_hypo_h0.1.csv"
+	@echo "The load over depth is in out/demo/load_depth.png, a stress section in out/demo/section.png"
 
 ## test        set up, build, run the tests; TESTS="unit input/run ..." runs these suites or tests only
 test:

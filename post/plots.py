@@ -204,7 +204,7 @@ def draw_section(run, options):
         for row, view in enumerate(views):
             ax = axes[row][column]
             drawn = PolyCollection(squares / factor, array=values / value_factor, cmap="viridis",
-                                   edgecolors="face", linewidths=0.1)
+                                   edgecolors="face", linewidths=0.8) # edges cover hairlines
             drawn.set_clim(low / value_factor, high / value_factor)
             drawn.set_rasterized(True)
             ax.add_collection(drawn)
@@ -265,9 +265,8 @@ def draw_energy(run, options):
     history = History(path) if path.is_file() else None
     if history is None or history.rows == 0:
         return False
-    energies = [name for name, unit in history.units.items() if unit == "J"]
-    errors = [name for name in energies if "error" in name]
-    kinds = [name for name in energies if name not in errors]
+    kinds = [name for name, unit in history.units.items() if unit == "J"]
+    errors = ["balance_error"] if "balance_error" in history.columns else []
     time_factor, time_unit = scaled("s", history["time"])
     factor, unit = scaled("J", *(history[name] for name in kinds))
     figure, axes = plt.subplots(2 if errors else 1, 1, squeeze=False, sharex=True, figsize=(5.6, 4.8 if errors else 3.6),
@@ -278,10 +277,11 @@ def draw_energy(run, options):
     axes[0][0].set(ylabel=f"energy [{unit}]", title=run.title)
     axes[0][0].legend()
     if errors:
-        error_factor, error_unit = scaled("J", *(history[name] for name in errors))
-        for name in errors:
-            axes[1][0].plot(history["time"] / time_factor, history[name] / error_factor, color="C3", label=name.replace("_", " "))
-        axes[1][0].set(ylabel=f"balance error [{error_unit}]")
+        # Relative to the largest energy so far: while nothing has moved yet it says nothing
+        error = 100 * history["balance_error"]
+        axes[1][0].plot(history["time"] / time_factor, error, color="C3")
+        largest = np.nanmax(np.abs(error[error.size // 5:]))
+        axes[1][0].set(ylabel="balance error [%]", ylim=(-1.2 * largest or -1.0, 1.2 * largest or 1.0))
     axes[-1][0].set(xlabel=f"time [{time_unit}]")
     figure.align_ylabels()
     save(figure, run.directory / "energy.png")

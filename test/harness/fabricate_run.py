@@ -51,9 +51,9 @@ def main():
     dat(directory / "tool_tip.dat", ["time [s]", "depth [m]", "load_x [N]", "load_y [N]", "load_z [N]", "contact_area [m2]",
                                      "max_gap_violation [m]"], np.c_[time, depth, 0 * load, 0 * load, load, area, 0 * load])
     work = np.cumsum(np.r_[0, np.diff(depth) * load[1:]])
-    dat(directory / "energy.dat", ["time [s]", "kinetic [J]", "strain [J]", "plastic [J]", "external_work [J]", "balance_error [J]",
+    dat(directory / "energy.dat", ["time [s]", "kinetic [J]", "strain [J]", "plastic [J]", "external_work [J]", "balance_error [1]",
                                    "momentum_z [kg m/s]", "mass [kg]"],
-        np.c_[time, 0.005 * work, 0.99 * work, 0 * work, work, 0.005 * work, 0 * work, 1 + 0 * work])
+        np.c_[time, 0.005 * work, 0.99 * work, 0 * work, work, 0.005 + 0 * work, 0 * work, 1 + 0 * work])
     spacing = 0.25e-6
     axes = [np.arange(low[0] + spacing / 2, 20e-6, spacing), np.arange(low[1] + spacing / 2, 20e-6, spacing),
             np.arange(spacing / 2, top, spacing)]
