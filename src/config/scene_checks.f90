@@ -104,7 +104,7 @@ contains
       type(scene_t), intent(in) :: scene
       integer, intent(in) :: i
       type(error_t), intent(inout) :: error
-      real(wp) :: lower(3), upper(3), slack, particle, thinnest
+      real(wp) :: lower(3), upper(3), inner_lower(3), inner_upper(3), slack, particle, thinnest
       character(len=:), allocatable :: variable
       associate (body => scene%bodies(i), grid => scene%grid)
          variable = 'center'
@@ -114,9 +114,15 @@ contains
                       ' in every direction')
          end if
          call body_extent(body, lower, upper)
+         inner_lower = lower
+         inner_upper = upper
+         if (body%shape /= shape_box) then ! a symmetry plane may cut a round body
+            where (grid%boundary(1:5:2) == boundary_symmetry) inner_lower = max(lower, min(grid%lower, upper))
+            where (grid%boundary(2:6:2) == boundary_symmetry) inner_upper = min(upper, max(grid%upper, lower))
+         end if
          slack = touching*grid%cell_size
          if (body%shape == shape_box .and. any(lower < grid%lower - slack)) variable = 'lower'
-         if (any(lower < grid%lower - slack) .or. any(upper > grid%upper + slack)) then
+         if (any(inner_lower < grid%lower - slack) .or. any(inner_upper > grid%upper + slack)) then
             call fail(error, exit_input, text%place('body', i, variable)//': the body spans '//rounded(lower)//' to '// &
                       rounded(upper)//' m; allowed: inside the grid, '//rounded(grid%lower)//' to '//rounded(grid%upper)//' m')
          end if
@@ -133,11 +139,31 @@ contains
             variable = 'height'
             thinnest = body%height
          end if
+         if (body%shape == shape_box) call check_whole_particles(text%place('body', i, 'upper'), body, particle, error)
          if (thinnest >= particle*(1.0_wp - whole)) return
          call fail(error, exit_input, text%place('body', i, variable)//': the body is '//to_text(thinnest, 6)// &
                    ' m thick; allowed: at least one particle, '//to_text(particle, 6)//' m')
       end associate
    end subroutine check_body
+
+   !> The edges of a box are whole numbers of particles, so that its mass is exact.
+   subroutine check_whole_particles(place, body, particle, error)
+      character(len=*), intent(in) :: place !< line, group and variable
+      type(body_spec_t), intent(in) :: body
+      real(wp), intent(in) :: particle      !< edge of a particle, m
+      type(error_t), intent(inout) :: error
+      character(len=1), parameter :: axes(3) = ['x', 'y', 'z']
+      real(wp) :: count
+      integer :: axis
+      do axis = 1, 3
+         count = (body%upper(axis) - body%lower(axis))/particle
+         if (count < 1.0_wp .or. abs(count - anint(count)) <= 1.0e-6_wp*count) cycle
+         call fail(error, exit_input, place//': the box is '//to_text(count, 6)//' particles of '//to_text(particle, 6)// &
+                   ' m long in '//axes(axis)//'; allowed: a whole number, nearest '//axes(axis)//'='// &
+                   to_text(body%lower(axis) + anint(count)*particle, 9))
+         return
+      end do
+   end subroutine check_whole_particles
 
    !> The safety factor is one that the body's particles allow.
    subroutine check_safety(text, scene, i, error)

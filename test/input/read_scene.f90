@@ -3,6 +3,7 @@
 !>   read_scene < scene.nml     prints the normalised scene and exits 0, or `gimp3d: <sentence>` on stderr and exits 2
 !>   read_scene FILE ...        for each file in turn, `== FILE STATUS` and then the sentence or the normalised scene; exits 0
 !>   read_scene --names         prints `group variable` for all that can be read
+!test: helper
 program read_scene_driver
    use, intrinsic :: iso_fortran_env, only: error_unit
    use m_communicator, only: communicator_t

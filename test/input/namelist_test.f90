@@ -1,0 +1,251 @@
+!> The reading of namelists: what the grammar gives, numbers, names, ranges, shapes, and that a scene written reads back the same.
+!test: ranks 1 2
+program namelist_test
+   use m_assertions, only: assertions_t
+   use m_communicator, only: communicator_t
+   use m_constants, only: pi
+   use m_errors, only: error_t
+   use m_filesystem, only: make_directory, can_make_directory, is_directory, is_writable
+   use m_kinds, only: wp
+   use m_namelist_text, only: namelist_text_t
+   use m_number_text, only: read_real, read_integer, number_good, number_none, number_infinite, number_size
+   use m_scene, only: scene_t, body_spec_t, tool_spec_t, shape_box, shape_sphere, shape_cylinder, tool_sphere, tool_cone, &
+                      tool_flat, boundary_fixed, boundary_free, update_musl
+   use m_scene_reader, only: interpret_scene
+   use m_scene_shapes, only: body_extent, body_distance, tool_distance, bodies_overlap, tool_overlaps
+   use m_scene_writer, only: scene_as_namelist
+   use m_words, only: edit_distance, nearest_word
+   implicit none
+   character(len=*), parameter :: new = new_line('a')
+   type(communicator_t) :: communicator
+   type(assertions_t) :: test
+
+   call communicator%start()
+   call test%start(communicator, 'namelist')
+   call test_grammar()
+   call test_numbers()
+   call test_words()
+   call test_shapes()
+   call test_directories()
+   call test_scene()
+   call test_round_trip()
+   call test%finish()
+
+contains
+
+   subroutine test_grammar()
+      type(namelist_text_t) :: text
+      type(error_t) :: error
+      call text%parse('! "comment'//new//'&One a=1,2 3,'//new//' b = ''it''''s ! "'', "say ""/"""'//new// &
+                      'c=2*1.5d0, 2*''x'' , ! '' / &'//new//' d=.true. F / &two/ &three x=-1 &END'//char(13)//new, error)
+      call test%check(.not. error%happened(), 'grammar: accepted')
+      if (error%happened()) return
+      call test%check_equal(size(text%groups), 3, 'grammar: groups')
+      call test%check_equal(text%groups(1)%line, 2, 'grammar: line of a group')
+      call test%check(text%groups(1)%name == 'one', 'grammar: names in lower case')
+      call test%check_equal(size(text%groups(2)%entries), 0, 'grammar: empty group')
+      call test%check(text%groups(3)%entries(1)%value_text(1) == '-1', 'grammar: &end')
+      associate (entries => text%groups(1)%entries)
+         call test%check_equal(size(entries), 4, 'grammar: variables')
+         call test%check_equal(size(entries(1)%values), 3, 'grammar: commas or blanks')
+         call test%check(entries(1)%value_text(3) == '3', 'grammar: third value')
+         call test%check(entries(2)%value_text(1) == 'it''s ! "', 'grammar: single quotes')
+         call test%check(entries(2)%value_text(2) == 'say "/"', 'grammar: double quotes')
+         call test%check(all(entries(2)%values%quoted), 'grammar: quoted')
+         call test%check_equal(size(entries(3)%values), 4, 'grammar: repeats')
+         call test%check(entries(3)%value_text(2) == '1.5d0' .and. entries(3)%value_text(4) == 'x', 'grammar: repeated values')
+         call test%check(entries(3)%values(4)%quoted .and. .not. entries(3)%values(2)%quoted, 'grammar: repeated quotes')
+         call test%check_equal(entries(3)%line, 4, 'grammar: line of a variable')
+         call test%check_equal(entries(4)%line, 5, 'grammar: line behind a comment')
+         call test%check(entries(4)%value_text(1) == '.true.' .and. entries(4)%value_text(2) == 'F', 'grammar: logicals')
+      end associate
+      call test%check(text%place('one', 1, 'a') == 'line 2, &one a=1,2,3', 'grammar: place of a variable')
+      call test%check(text%place('two', 1, 'a') == 'line 5, &two a', 'grammar: place of a missing variable')
+      call test%check_equal(text%find_group('three', 2), 0, 'grammar: no second group')
+   end subroutine test_grammar
+
+   subroutine test_numbers()
+      real(wp) :: value
+      integer :: whole, i, fault
+      logical :: good
+      character(len=12), parameter :: bad(17) = [character(len=12) :: '', '-', '.', 'e5', '1e', '1e+', '1.2.3', '1,5', '0x10', &
+                                                 '1_8', '1 2', '--1', '1e5.', '+-1', '1e5e5', 'one', '.true.']
+      call read_real('-2.5', value, fault)
+      call test%check_close(value, -2.5_wp, 0.0_wp, 'numbers: -2.5')
+      call read_real('+.5D+2', value, fault)
+      call test%check_close(value, 50.0_wp, 0.0_wp, 'numbers: d exponent')
+      call read_real('7.', value, fault)
+      call test%check_close(value, 7.0_wp, 0.0_wp, 'numbers: 7.')
+      call read_real('0.1', value, fault)
+      call test%check_close(value, 0.1_wp, 0.0_wp, 'numbers: 0.1')
+      call read_real('0e999', value, fault)
+      call test%check(fault == number_good .and. abs(value) <= 0.0_wp, 'numbers: nothing is nothing')
+      call read_real('0.'//repeat('0', 150)//'1e151', value, fault)
+      call test%check_close(value, 1.0_wp, 1.0e-15_wp, 'numbers: many zeros')
+      do i = 1, size(bad)
+         call read_real(trim(bad(i)), value, fault)
+         call test%check_equal(fault, number_none, 'numbers: refused '//trim(bad(i)))
+      end do
+      call read_real('-iNf', value, fault)
+      call test%check_equal(fault, number_infinite, 'numbers: infinity')
+      call read_real('NaN', value, fault)
+      call test%check_equal(fault, number_infinite, 'numbers: NaN')
+      call read_real('1e101', value, fault)
+      call test%check_equal(fault, number_size, 'numbers: too large')
+      call read_real('1e-99999999999999999999', value, fault)
+      call test%check_equal(fault, number_size, 'numbers: too small')
+      call read_integer('-123', whole, good)
+      call test%check(good .and. whole == -123, 'numbers: whole')
+      call read_integer('1.0', whole, good)
+      call test%check(.not. good, 'numbers: whole with a point')
+      call read_integer('9999999999', whole, good)
+      call test%check(.not. good, 'numbers: whole and too large')
+   end subroutine test_numbers
+
+   subroutine test_words()
+      character(len=8), parameter :: words(3) = [character(len=8) :: 'young', 'poisson', 'density']
+      call test%check_equal(edit_distance('yung', 'young'), 1, 'words: one letter')
+      call test%check_equal(edit_distance('kitten', 'sitting'), 3, 'words: three letters')
+      call test%check_equal(edit_distance('', 'abc'), 3, 'words: nothing')
+      call test%check_equal(edit_distance(repeat('a', 500), repeat('a', 500)), 0, 'words: long')
+      call test%check_equal(nearest_word('Posson', words), 2, 'words: nearest')
+      call test%check_equal(nearest_word('qqq', words), 0, 'words: none is near')
+   end subroutine test_words
+
+   subroutine test_shapes()
+      type(body_spec_t) :: box, ball, rod
+      type(tool_spec_t) :: tool
+      real(wp) :: lower(3), upper(3)
+      real(wp), parameter :: tolerance = 1.0e-6_wp
+      box%lower = [0.0_wp, 0.0_wp, 0.0_wp]
+      box%upper = [2.0_wp, 1.0_wp, 1.0_wp]
+      ball%shape = shape_sphere
+      ball%center = [1.0_wp, 0.5_wp, 1.5_wp]
+      ball%radius = 0.5_wp
+      rod%shape = shape_cylinder
+      rod%center = [0.0_wp, 0.0_wp, 1.0_wp]
+      rod%axis = [1.0_wp, 0.0_wp, 1.0_wp]/sqrt(2.0_wp)
+      rod%radius = 0.5_wp
+      rod%height = 2.0_wp
+      call test%check_close(body_distance(box, [3.0_wp, 2.0_wp, 0.5_wp]), sqrt(2.0_wp), 1.0e-14_wp, 'shapes: outside a box')
+      call test%check_close(body_distance(box, [1.0_wp, 0.9_wp, 0.5_wp]), -0.1_wp, 1.0e-14_wp, 'shapes: inside a box')
+      call test%check_close(body_distance(rod, rod%center - rod%axis), 1.0_wp, 1.0e-14_wp, 'shapes: below a cylinder')
+      call test%check_close(body_distance(rod, rod%center + rod%axis), -0.5_wp, 1.0e-14_wp, 'shapes: inside a cylinder')
+      call body_extent(rod, lower, upper)
+      call test%check_close(lower, [-sqrt(0.125_wp), -0.5_wp, 1.0_wp - sqrt(0.125_wp)], 1.0e-14_wp, 'shapes: extent below')
+      call test%check_close(upper, [sqrt(2.0_wp) + sqrt(0.125_wp), 0.5_wp, 1.0_wp + sqrt(2.0_wp) + sqrt(0.125_wp)], 1.0e-14_wp, &
+                            'shapes: extent above')
+      call test%check(.not. bodies_overlap(box, ball, tolerance), 'shapes: a ball on a box')
+      ball%center(3) = 1.5_wp - 1.0e-4_wp
+      call test%check(bodies_overlap(box, ball, tolerance), 'shapes: a ball in a box')
+      ball%center = [2.0_wp, 1.0_wp, 1.0_wp] + 0.5001_wp/sqrt(3.0_wp)
+      call test%check(.not. bodies_overlap(box, ball, tolerance), 'shapes: a ball beside a corner')
+      ball%center = [2.0_wp, 1.0_wp, 1.0_wp] + 0.4999_wp/sqrt(3.0_wp)
+      call test%check(bodies_overlap(box, ball, tolerance), 'shapes: a ball over a corner')
+      tool%tip = [1.0_wp, 0.5_wp, 1.0_wp]
+      tool%half_angle = 70.3_wp*pi/180.0_wp
+      tool%radius = 0.3_wp
+      tool%shape = tool_sphere
+      call test%check(.not. tool_overlaps(tool, box, tolerance), 'shapes: a sphere on a box')
+      tool%shape = tool_flat
+      call test%check(.not. tool_overlaps(tool, box, tolerance), 'shapes: a flat end on a box')
+      tool%shape = tool_cone
+      call test%check(.not. tool_overlaps(tool, box, tolerance), 'shapes: a cone on a box')
+      call test%check_close(tool_distance(tool, tool%tip + [0.0_wp, 0.0_wp, 1.0_wp]), -sin(tool%half_angle), 1.0e-14_wp, &
+                            'shapes: within a cone')
+      tool%tip(3) = 1.0_wp - 1.0e-4_wp
+      call test%check(tool_overlaps(tool, box, tolerance), 'shapes: a cone in a box')
+      tool%shape = tool_sphere
+      call test%check(tool_overlaps(tool, box, tolerance), 'shapes: a sphere in a box')
+   end subroutine test_shapes
+
+   subroutine test_directories()
+      logical :: ok
+      call test%check(is_writable('.'), 'directories: what is there')
+      call test%check(.not. is_directory('/dev/null'), 'directories: what is there')
+      call test%check(.not. can_make_directory('/dev/null/x'), 'directories: below a file')
+      call test%check(can_make_directory('.'), 'directories: the current one')
+      call make_directory('.', ok)
+      call test%check(ok, 'directories: making what is there')
+      call make_directory('/dev/null/x', ok)
+      call test%check(.not. ok, 'directories: making below a file')
+   end subroutine test_directories
+
+   !> A scene of every group, with what is hard to write in decimals.
+   function hard_scene() result(text)
+      character(len=:), allocatable :: text
+      text = '&scene title="it''s", end_time=0.3333333333333333e-5 /'//new// &
+             '&grid lower=-0.1,2*0, upper=0.9,1,1, cell_size=0.1d0, boundary=6*''Fixed'' /'//new// &
+             '&time safety=0.30000000000000004 stress_update=''musl'' flip_fraction=0.99 transfer=''plain'' /'//new// &
+             '&material name=''a-1'' model=''elastic'' density=2710.1234567890123 young=70e9 poisson=0.33 /'//new// &
+             '&material name=''B_2'' model=''neo_hookean'' density=1e-20 young=1e20 poisson=-.25 /'//new// &
+             '&body material=''b_2'' shape=''box'' lower=-0.1,0,0 upper=0.9,1,0.3 particles_per_cell=27 velocity=3*1e-9 /'//new// &
+             '&body material=''a-1'' shape=''cylinder'' center=.4,.5,.5 radius=0.1 height=0.2 axis=1,2,3 angular_velocity=0,0,7/'
+      text = text//new//'&body name=''ball'' material=''a-1'' shape=''sphere'' center=0.1,0.1,0.6 radius=0.1'//new// &
+             'particles_per_cell=1 /'//new// &
+             '&tool shape=''cone'' half_angle=12.345678901234567 tip=0.8,0.1,0.8 axis=0.1,0.1,-1'//new// &
+             'times=0,.1,.3 speeds=3*1.1/'// &
+             '&tool shape=''flat'' radius=0.01 tip=.1,.8,.9 times=0 speeds=-1 penetration_factor=0/'//new// &
+             '&probe position=0.1,0.1,0.1 /'//new//'&contact tolerance=1e-12 max_iterations=7 /'//new
+   end function hard_scene
+
+   subroutine test_scene()
+      type(scene_t) :: scene
+      type(error_t) :: error
+      character(len=:), allocatable :: text
+      text = hard_scene()
+      call interpret_scene(communicator, text, scene, error)
+      call test%check(.not. error%happened(), 'scene: accepted')
+      if (error%happened()) print '(a)', error%message
+      if (error%happened()) return
+      call test%check(scene%title == 'it''s', 'scene: title')
+      call test%check(all(scene%grid%cells == 10) .and. all(scene%grid%boundary == boundary_fixed), 'scene: grid')
+      call test%check(scene%time%stress_update == update_musl .and. .not. scene%time%affine, 'scene: choices')
+      call test%check_close(scene%time%flip_fraction, 0.99_wp, 0.0_wp, 'scene: a number')
+      call test%check_close(scene%time%time_step, 0.0_wp, 0.0_wp, 'scene: a default')
+      call test%check(scene%bodies(1)%material == 2 .and. scene%bodies(1)%shape == shape_box, 'scene: material of a body')
+      call test%check(scene%bodies(2)%name == 'body2' .and. scene%tools(1)%name == 'tool1', 'scene: names by default')
+      call test%check_close(scene%bodies(2)%axis, [1.0_wp, 2.0_wp, 3.0_wp]/sqrt(14.0_wp), 1.0e-15_wp, 'scene: axis of length 1')
+      call test%check_close(scene%tools(1)%half_angle, 12.345678901234567_wp*pi/180.0_wp, 1.0e-16_wp, 'scene: radians')
+      call test%check_close(scene%tools(1)%times, [0.0_wp, 0.1_wp, 0.3_wp], 0.0_wp, 'scene: a table')
+      call test%check_close(scene%tools(2)%penetration_factor, 0.0_wp, 0.0_wp, 'scene: zero is kept')
+      call test%check(.not. scene%output%present, 'scene: no output')
+   end subroutine test_scene
+
+   subroutine test_round_trip()
+      type(scene_t) :: first, second
+      type(error_t) :: error
+      character(len=:), allocatable :: text, again
+      integer :: i
+      text = hard_scene()
+      call interpret_scene(communicator, text, first, error)
+      if (.not. error%happened()) text = scene_as_namelist(first)
+      again = text
+      if (.not. error%happened()) call interpret_scene(communicator, again, second, error)
+      call test%check(.not. error%happened(), 'round trip: read again')
+      if (error%happened()) print '(a)', error%message
+      if (error%happened()) return
+      call test%check(scene_as_namelist(second) == text, 'round trip: the same text')
+      call test%check_close(second%end_time, first%end_time, 0.0_wp, 'round trip: end')
+      call test%check_close(second%time%safety, first%time%safety, 0.0_wp, 'round trip: safety')
+      call test%check(all(first%grid%cells == second%grid%cells) .and. all(second%grid%boundary /= boundary_free), &
+                      'round trip: grid')
+      do i = 1, size(first%materials)
+         call test%check(first%materials(i)%name == second%materials(i)%name, 'round trip: names')
+         call test%check_close(second%materials(i)%density, first%materials(i)%density, 0.0_wp, 'round trip: density')
+         call test%check_close(second%materials(i)%poisson, first%materials(i)%poisson, 0.0_wp, 'round trip: poisson')
+      end do
+      do i = 1, size(first%bodies)
+         call test%check_equal(second%bodies(i)%shape, first%bodies(i)%shape, 'round trip: shapes')
+         call test%check_equal(second%bodies(i)%material, first%bodies(i)%material, 'round trip: materials')
+         call test%check_close(second%bodies(i)%axis, first%bodies(i)%axis, 0.0_wp, 'round trip: axes of bodies')
+         call test%check_close(second%bodies(i)%velocity, first%bodies(i)%velocity, 0.0_wp, 'round trip: velocities')
+      end do
+      do i = 1, size(first%tools)
+         call test%check_close(second%tools(i)%half_angle, first%tools(i)%half_angle, 0.0_wp, 'round trip: angles')
+         call test%check_close(second%tools(i)%axis, first%tools(i)%axis, 0.0_wp, 'round trip: axes of tools')
+         call test%check_close(second%tools(i)%speeds, first%tools(i)%speeds, 0.0_wp, 'round trip: speeds')
+      end do
+   end subroutine test_round_trip
+
+end program namelist_test
