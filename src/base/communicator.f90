@@ -20,6 +20,7 @@ module m_communicator
       procedure :: broadcast_text
       procedure :: sum_count
       procedure :: maximum
+      procedure :: minimum
    end type communicator_t
 
 contains
@@ -87,5 +88,12 @@ contains
       real(wp), intent(in) :: value
       call MPI_Allreduce(value, largest, 1, MPI_DOUBLE_PRECISION, MPI_MAX, self%comm)
    end function maximum
+
+   !> Collective: the smallest of a value over all ranks.
+   real(wp) function minimum(self, value) result(smallest)
+      class(communicator_t), intent(in) :: self
+      real(wp), intent(in) :: value
+      call MPI_Allreduce(value, smallest, 1, MPI_DOUBLE_PRECISION, MPI_MIN, self%comm)
+   end function minimum
 
 end module m_communicator

@@ -91,6 +91,10 @@ contains
       upper = min(upper, upper_b)
       overlap = all(upper - lower > tolerance)
       if (.not. overlap .or. (a%shape == shape_box .and. b%shape == shape_box)) return
+      if (a%shape == shape_sphere .and. b%shape == shape_sphere) then
+         overlap = a%radius + b%radius - norm2(a%center - b%center) > tolerance
+         return
+      end if
       pair%body = a
       pair%other = b
       overlap = deepest(pair, lower, upper, -0.5_wp*tolerance) < -0.5_wp*tolerance

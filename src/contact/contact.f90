@@ -8,6 +8,7 @@ module m_contact
    use m_scene, only: tool_spec_t, contact_spec_t
    use m_tool, only: tool_t, make_tool
    use m_communicator, only: communicator_t
+   use m_field_table, only: field_table_t
    use m_level, only: level_t, tile_last
    use m_boundary, only: held_components, constrain_nodes
    use m_stencil, only: stencil_t, set_stencil, frame_t
@@ -52,6 +53,7 @@ module m_contact
       real(wp) :: worst_complementarity = 0.0_wp !< largest force times gap velocity over the largest of each
    contains
       procedure :: build
+      procedure :: declare
       procedure :: active
       procedure :: push
       procedure :: release
@@ -78,6 +80,14 @@ contains
       self%spec = spec
    end subroutine build
 
+   !> The field that contact adds; it is also where the next solve starts from.
+   pure subroutine declare(self, table)
+      class(contact_t), intent(inout) :: self
+      type(field_table_t), intent(inout) :: table
+      call table%declare('contact_pressure', 1, 'Pa', written=.true.)
+      self%pressure = table%column('contact_pressure')
+   end subroutine declare
+
    !> True when the scene has tools.
    pure logical function active(self)
       class(contact_t), intent(in) :: self
@@ -94,7 +104,6 @@ contains
       real(wp), intent(in) :: time, time_step !< s
       type(error_t), intent(inout) :: error
       integer :: t, needs(2)
-      self%pressure = level%table%column('contact_pressure')
       do t = 1, size(self%tools)
          self%tools(t)%speed = self%tools(t)%travel_between(time, time + time_step)/time_step
       end do
@@ -121,7 +130,7 @@ contains
       type(level_t), intent(inout) :: level
       real(wp), intent(in) :: time_step
       type(candidate_t) :: c
-      real(wp) :: edge, free_speed
+      real(wp) :: edge, free_speed, position(3)
       integer :: b, p, t
       self%count = 0
       self%states%overlap = 0.0_wp
@@ -130,7 +139,8 @@ contains
          associate (block => level%blocks(b), column => level%blocks(b)%particles%column, at => level%layout)
             do t = 1, size(self%tools)
                do p = 1, block%particles%count
-                  call self%tools(t)%gap_and_normal(column(p, at%position:at%position + 2), c%gap, c%normal)
+                  position = column(p, at%position:at%position + 2)
+                  call self%tools(t)%gap_and_normal(position, c%gap, c%normal)
                   edge = 2.0_wp*column(p, at%half_size)
                   c%gap = c%gap - self%tools(t)%spec%penetration_factor*edge
                   if (c%gap > 0.5_wp*level%grid%cell) cycle

@@ -18,6 +18,7 @@ module m_particle_store
       procedure :: append
       procedure :: remove
       procedure :: permute
+      procedure :: run_end
       procedure :: bytes
    end type particle_store_t
 
@@ -99,6 +100,16 @@ contains
          values(:n) = work(:n)
       end subroutine gather
    end subroutine permute
+
+   !> Last particle of the run of particles of one body that begins at `first`.
+   pure integer function run_end(self, first)
+      class(particle_store_t), intent(in) :: self
+      integer, intent(in) :: first
+      do run_end = first, self%count - 1
+         if (self%body(run_end + 1) /= self%body(first)) return
+      end do
+      run_end = self%count
+   end function run_end
 
    !> Memory held (bytes).
    pure integer(i8) function bytes(self)

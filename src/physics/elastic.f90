@@ -75,17 +75,25 @@ contains
       xy = t11*r21 + t12*r22 + t13*r23 + shear*(g12 + g21)
    end subroutine turn_and_strain
 
-   !> V sigma : C^-1 : sigma / 2, J.
-   pure real(wp) function strain_energy(self, values, layout)
+   !> Sum of V sigma : C^-1 : sigma / 2, J.
+   pure real(wp) function strain_energy(self, column, layout, first, last) result(energy)
       class(elastic_t), intent(in) :: self
-      real(wp), intent(in) :: values(:)
+      real(wp), intent(in), contiguous :: column(:, :)
       type(layout_t), intent(in) :: layout
-      real(wp) :: s(6), trace, squares
-      s = values(layout%stress:layout%stress + 5)
-      trace = s(1) + s(2) + s(3)
-      squares = sum(s(1:3)**2) + 2.0_wp*sum(s(4:6)**2)
-      squares = squares - self%lame*trace**2/(3.0_wp*self%lame + 2.0_wp*self%shear)
-      strain_energy = values(layout%volume)*squares/(4.0_wp*self%shear)
+      integer, intent(in) :: first, last
+      real(wp) :: trace, squares, share
+      integer :: p, s
+      s = layout%stress
+      share = self%lame/(3.0_wp*self%lame + 2.0_wp*self%shear)
+      energy = 0.0_wp
+      !$omp simd reduction(+: energy) private(trace, squares)
+      do p = first, last
+         trace = column(p, s) + column(p, s + 1) + column(p, s + 2)
+         squares = column(p, s)**2 + column(p, s + 1)**2 + column(p, s + 2)**2 &
+                   + 2.0_wp*(column(p, s + 3)**2 + column(p, s + 4)**2 + column(p, s + 5)**2)
+         energy = energy + column(p, layout%volume)*(squares - share*trace**2)
+      end do
+      energy = energy/(4.0_wp*self%shear)
    end function strain_energy
 
 end module m_elastic

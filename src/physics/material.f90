@@ -31,12 +31,13 @@ module m_material
          integer, intent(in) :: first, last
       end subroutine update_interface
 
-      !> Strain energy of one particle, J.
-      pure real(wp) function energy_interface(self, values, layout)
+      !> Strain energy of particles first..last together (all of this material), J.
+      pure real(wp) function energy_interface(self, column, layout, first, last)
          import :: material_t, layout_t, wp
          class(material_t), intent(in) :: self
-         real(wp), intent(in) :: values(:) !< the particle's columns
+         real(wp), intent(in), contiguous :: column(:, :)
          type(layout_t), intent(in) :: layout
+         integer, intent(in) :: first, last
       end function energy_interface
    end interface
 

@@ -61,17 +61,22 @@ contains
                     + f(1, 3)*(f(2, 1)*f(3, 2) - f(2, 2)*f(3, 1))
    end function determinant
 
-   !> V/J U, J.
-   pure real(wp) function strain_energy(self, values, layout)
+   !> Sum of V/J U, J.
+   pure real(wp) function strain_energy(self, column, layout, first, last) result(energy)
       class(neo_hookean_t), intent(in) :: self
-      real(wp), intent(in) :: values(:)
+      real(wp), intent(in), contiguous :: column(:, :)
       type(layout_t), intent(in) :: layout
-      real(wp) :: f(3, 3), jacobian, bulk
-      f = reshape(values(layout%deformation:layout%deformation + 8), [3, 3])
-      jacobian = determinant(f)
+      integer, intent(in) :: first, last
+      real(wp) :: f(3, 3), jacobian, bulk, density
+      integer :: p
       bulk = self%lame + 2.0_wp*self%shear/3.0_wp
-      strain_energy = values(layout%volume)/jacobian*(0.5_wp*self%shear*(sum(f**2)*jacobian**(-2.0_wp/3.0_wp) - 3.0_wp) &
-                                                      + 0.5_wp*bulk*(jacobian - 1.0_wp)**2)
+      energy = 0.0_wp
+      do p = first, last
+         f = reshape(column(p, layout%deformation:layout%deformation + 8), [3, 3])
+         jacobian = determinant(f)
+         density = 0.5_wp*self%shear*(sum(f**2)*jacobian**(-2.0_wp/3.0_wp) - 3.0_wp) + 0.5_wp*bulk*(jacobian - 1.0_wp)**2
+         energy = energy + column(p, layout%volume)/jacobian*density
+      end do
    end function strain_energy
 
 end module m_neo_hookean

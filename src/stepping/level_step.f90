@@ -1,7 +1,7 @@
 !> One step on one level, numbered as in theory.md.
 module m_level_step
    use mpi_f08
-   use m_kinds, only: wp, i4, i8
+   use m_kinds, only: wp
    use m_constants, only: exit_numerical
    use m_errors, only: error_t, fail
    use m_text, only: to_text
@@ -19,8 +19,6 @@ module m_level_step
    implicit none
    private
    public :: advance, bound_speeds
-
-   integer, parameter :: stress_now = 1, stress_later = 2 !< whether a pass over the particles updates their stress
 
 contains
 
@@ -178,7 +176,7 @@ contains
          n = particles%count
          first = 1
          do while (first <= n)
-            last = run_end(particles%body(:n), first)
+            last = particles%run_end(first)
             call model%materials(model%material_of(particles%body(first)))%law%update(particles%column, level%layout, &
                                                                                   level%gradient, time_step, first, last)
             first = last + 1
@@ -189,20 +187,6 @@ contains
          if (.not. smallest > 0.0_wp) call report_inversion(model, b, error)
       end associate
    end subroutine update_stress
-
-   !> Last particle of the run of one body that begins at `first`.
-   pure integer function run_end(body, first)
-      integer(i4), intent(in) :: body(:)
-      integer, intent(in) :: first
-      run_end = first
-      if (body(size(body)) == body(first)) then
-         if (all(body(first:) == body(first))) run_end = size(body)
-      end if
-      do while (run_end < size(body))
-         if (body(run_end + 1) /= body(first)) exit
-         run_end = run_end + 1
-      end do
-   end function run_end
 
    !> With musl the positions wait until the stress is done.
    subroutine take_next_position(model)
@@ -363,7 +347,7 @@ contains
             associate (particles => model%level%blocks(b)%particles)
                first = 1
                do while (first <= particles%count)
-                  last = run_end(particles%body(:particles%count), first)
+                  last = particles%run_end(first)
                   call fastest(particles%column(:, at%velocity:at%velocity + 2), particles%column(:, at%mass), &
                                particles%column(:, at%volume), first, last, speed_squared, specific_volume)
                   wave = max(wave, model%materials(model%material_of(particles%body(first)))%law%stiffest()*specific_volume)

@@ -68,6 +68,7 @@ contains
       self%materials = [(make_material(scene%materials(b)), b=1, size(scene%materials))]
       if (.not. allocated(self%effects)) allocate (self%effects(0))
       self%level%grid = make_grid_level(scene%grid)
+      call self%contact%build(scene%tools, scene%contact)
       call declare_fields(self)
       associate (n => self%level%grid%blocks)
          allocate (self%level%owner(0:n(1) - 1, 0:n(2) - 1, 0:n(3) - 1), source=-1)
@@ -84,7 +85,6 @@ contains
          call set_bins(self%level, self%level%blocks(b))
       end do
       call self%level%size_work()
-      call self%contact%build(scene%tools, scene%contact)
    contains
       !> Ids of different bodies do not meet.
       pure integer(i8) function first_id(body)
@@ -122,6 +122,7 @@ contains
          do m = 1, size(self%materials)
             call self%materials(m)%law%declare(table)
          end do
+         if (self%contact%active()) call self%contact%declare(table)
          do m = 1, size(self%effects)
             call self%effects(m)%effect%declare(table)
          end do

@@ -1,0 +1,36 @@
+!> gimp3d: solid mechanics with the generalized interpolation material point method.
+!> usage: mpirun -n RANKS ./gimp3d < scene.nml
+program gimp3d
+   use, intrinsic :: iso_fortran_env, only: error_unit
+   use m_simulation, only: simulation_t
+   implicit none
+   type(simulation_t) :: simulation
+   integer :: status
+
+   call simulation%initialise()
+   do while (.not. simulation%done())
+      call simulation%step()
+   end do
+   status = simulation%finalise()
+
+   if (simulation%error%happened() .and. simulation%communicator%is_root()) &
+      write (error_unit, '(a)') 'gimp3d: '//simulation%error%message
+   call simulation%communicator%finish()
+   if (status /= 0) call leave(status)
+
+contains
+
+   !> End with an exit status and without words of the runtime's own.
+   subroutine leave(status)
+      use, intrinsic :: iso_c_binding, only: c_int
+      integer, intent(in) :: status
+      interface
+         subroutine c_exit(status) bind(c, name='exit')
+            import :: c_int
+            integer(c_int), value :: status
+         end subroutine c_exit
+      end interface
+      call c_exit(int(status, c_int))
+   end subroutine leave
+
+end program gimp3d

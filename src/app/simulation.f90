@@ -1,0 +1,213 @@
+!> A run: the scene, its model, and everything around the steps.
+module m_simulation
+   use m_kinds, only: wp, i8
+   use m_constants, only: exit_input
+   use m_errors, only: error_t, fail
+   use m_communicator, only: communicator_t
+   use m_text, only: to_text, si
+   use m_timers, only: phase_output
+   use m_scene, only: scene_t
+   use m_scene_reader, only: read_scene
+   use m_model, only: model_t
+   use m_level_step, only: advance, bound_speeds
+   use m_energy, only: balance_t
+   use m_recorder, only: recorder_t
+   use m_console, only: console_t
+   use m_cost_report, only: cost_t, write_cost_report, cost_line_length
+   implicit none
+   private
+   public :: simulation_t
+
+   type :: simulation_t
+      type(communicator_t) :: communicator
+      type(scene_t) :: scene
+      type(model_t) :: model
+      type(balance_t) :: balance
+      type(recorder_t) :: recorder
+      type(console_t) :: console
+      type(error_t) :: error
+      integer(i8) :: particles = 0
+   contains
+      procedure :: initialise
+      procedure :: done
+      procedure :: step
+      procedure :: finalise
+      procedure, private :: next_time_step
+      procedure, private :: record
+      procedure, private :: introduce
+      procedure, private :: summarise
+   end type simulation_t
+
+   integer, parameter :: rebalance_every = 200        !< steps
+   real(wp), parameter :: largest_courant = 1.0_wp    !< a given time step above this many cells a wave is refused
+
+contains
+
+   !> Collective: read the scene, build the model, write its first state.
+   subroutine initialise(self)
+      class(simulation_t), intent(inout) :: self
+      call self%communicator%start()
+      call self%console%start(self%communicator)
+      call read_scene(self%communicator, self%scene, self%error)
+      if (self%error%happened()) return
+      call self%model%build(self%communicator, self%scene, self%error)
+      if (self%error%happened()) return
+      self%particles = self%communicator%sum_count(self%model%level%particle_count())
+      call bound_speeds(self%model)
+      call check_time_step(self)
+      if (self%error%happened()) return
+      call self%balance%begin(self%model)
+      call self%recorder%start(self%scene, self%model, self%error)
+      if (self%error%happened()) return
+      if (self%scene%output%present) &
+         call self%console%open_log(self%communicator, self%scene%output%directory//'/run.log', self%error)
+      call self%introduce()
+      call self%record()
+   end subroutine initialise
+
+   !> A given time step must be one with which the explicit scheme can be stable.
+   subroutine check_time_step(self)
+      class(simulation_t), intent(inout) :: self
+      real(wp) :: limit
+      limit = largest_courant*self%model%level%grid%cell/(self%model%bounds%wave_speed + self%model%bounds%particle_speed)
+      if (self%scene%time%time_step > limit) call fail(self%error, exit_input, '&time time_step='// &
+          to_text(self%scene%time%time_step)//': must be at most '//to_text(limit)//' s, one cell over the speed of sound')
+   end subroutine check_time_step
+
+   !> True when the scene has ended or the run cannot go on.
+   pure logical function done(self)
+      class(simulation_t), intent(in) :: self
+      done = self%error%happened()
+      if (.not. done) done = self%model%time >= self%scene%end_time
+   end function done
+
+   !> Collective: one step, and what is to be written after it.
+   subroutine step(self)
+      class(simulation_t), intent(inout) :: self
+      call advance(self%model, self%next_time_step(), self%error)
+      if (self%error%happened()) return
+      call self%record()
+      if (mod(self%model%step, int(rebalance_every, i8)) == 0) call self%model%rebalance(self%error)
+      call self%console%progress(int(self%model%step), self%model%time, self%scene%end_time, self%balance%error())
+   end subroutine step
+
+   !> safety cell / (c + |v|), c and |v| as they are now; or the given one; the last step ends at the end time.
+   pure real(wp) function next_time_step(self) result(time_step)
+      class(simulation_t), intent(in) :: self
+      real(wp) :: speed
+      integer :: t
+      time_step = self%scene%time%time_step
+      if (time_step <= 0.0_wp) then
+         speed = self%model%bounds%particle_speed
+         do t = 1, size(self%model%contact%tools)
+            speed = max(speed, abs(self%model%contact%tools(t)%speed_at(self%model%time)))
+         end do
+         time_step = self%scene%time%safety*self%model%level%grid%cell/(self%model%bounds%wave_speed + speed)
+      end if
+      if (self%model%time + time_step*(1.0_wp + 1.0e-9_wp) >= self%scene%end_time) time_step = self%scene%end_time - self%model%time
+   end function next_time_step
+
+   !> Collective: write what is due.
+   subroutine record(self)
+      class(simulation_t), intent(inout) :: self
+      call self%model%timers%enter(phase_output)
+      if (self%recorder%history_is_due(self%model%time)) then
+         call self%balance%follow(self%model)
+         call self%recorder%record_history(self%model, self%balance, self%error)
+      end if
+      if (.not. self%error%happened()) call self%recorder%record_snapshot(self%model, self%error)
+      call self%model%timers%leave()
+   end subroutine record
+
+   !> Collective: say what will be run.
+   subroutine introduce(self)
+      class(simulation_t), intent(inout) :: self
+      integer(i8) :: bytes, blocks
+      real(wp) :: time_step
+      bytes = self%communicator%sum_count(self%model%level%bytes())
+      blocks = self%communicator%sum_count(int(size(self%model%level%blocks), i8))
+      time_step = self%next_time_step()
+      associate (grid => self%model%level%grid)
+         call self%console%line('gimp3d: '//self%scene%title)
+         call self%console%line('grid       '//to_text(grid%cells(1))//' x '//to_text(grid%cells(2))//' x '// &
+                                to_text(grid%cells(3))//' cells of '//si(grid%cell, 'm')//', '// &
+                                to_text(blocks)//' blocks with material')
+         call self%console%line('particles  '//to_text(self%particles)//' on '//to_text(self%communicator%ranks)//' rank(s), '// &
+                                si(real(bytes, wp), 'B')//' in all, '//to_text(real(bytes, wp)/self%particles, 3)//' B a particle')
+         call self%console%line('time       '//si(self%scene%end_time, 's')//' in steps of '//si(time_step, 's')//', about '// &
+                                to_text(ceiling(self%scene%end_time/time_step, i8))//' steps')
+         call self%console%line('effects    '//effects_text(self))
+      end associate
+   end subroutine introduce
+
+   !> The effects that the scene calls for, and those that it could have called for.
+   function effects_text(self) result(text)
+      class(simulation_t), intent(in) :: self
+      character(len=:), allocatable :: text, off
+      text = ''
+      off = ''
+      call add(self%scene%time%affine, 'affine transfer (72 B a particle)')
+      call add(size(self%scene%tools) > 0, 'tool contact (8 B a particle)')
+      call add(size(self%scene%probes) > 0, 'probes')
+      if (text == '') text = 'none'
+      if (off /= '') text = text//'; left out: '//off
+   contains
+      subroutine add(on, name)
+         logical, intent(in) :: on
+         character(len=*), intent(in) :: name
+         if (on) then
+            if (text /= '') text = text//', '
+            text = text//name
+         else
+            if (off /= '') off = off//', '
+            off = off//name
+         end if
+      end subroutine add
+   end function effects_text
+
+   !> Collective: close everything; returns the exit status.
+   integer function finalise(self) result(status)
+      class(simulation_t), intent(inout) :: self
+      call self%recorder%finish(self%error)
+      call self%communicator%agree(self%error)
+      if (self%model%step > 0) call self%summarise()
+      status = self%error%status
+      call self%console%finish()
+      call self%model%release()
+   end function finalise
+
+   !> Collective: the closing summary and cost.dat.
+   subroutine summarise(self)
+      class(simulation_t), intent(inout) :: self
+      type(cost_t) :: cost
+      character(len=cost_line_length), allocatable :: table(:)
+      character(len=cost_line_length) :: facts(8)
+      character(len=:), allocatable :: verdict, path
+      integer :: n
+      cost%timers = self%model%timers
+      cost%particle_steps = self%communicator%sum_count(self%model%particle_steps)
+      cost%elapsed = self%console%elapsed()
+      cost%time = self%model%time
+      path = ''
+      if (self%scene%output%present) path = self%scene%output%directory//'/cost.dat'
+      call write_cost_report(self%communicator, cost, path, table, self%error)
+      verdict = 'finished: '//self%scene%title
+      if (self%error%happened()) verdict = 'stopped: '//self%error%message
+      n = 2
+      facts(1) = 'energy balance error: at most '//si(self%balance%worst, 'J')//' of '//si(self%balance%largest, 'J')
+      facts(2) = 'momentum: changed by '//to_text(norm2(self%balance%now%momentum - self%balance%start%momentum), 3)//' kg m/s'
+      associate (contact => self%model%contact)
+         if (contact%active() .and. contact%solves > 0) then
+            n = 5
+            facts(3) = 'contact: '//to_text(contact%solves)//' solves, '// &
+                       to_text(real(contact%iterations, wp)/contact%solves, 3)//' iterations each, at most '// &
+                       to_text(contact%largest)//' candidates'
+            facts(4) = 'contact: largest residual '//to_text(contact%worst_residual, 3)//' (relative), '// &
+                       to_text(contact%unsolved)//' steps above the tolerance'
+            facts(5) = 'contact: largest overlap '//to_text(contact%worst_overlap/self%model%level%grid%cell, 3)//' cells'
+         end if
+      end associate
+      call self%console%summary(verdict, int(self%model%step), self%model%time, [facts(:n), table])
+   end subroutine summarise
+
+end module m_simulation

@@ -1,0 +1,135 @@
+!> Sums over the whole model: energies, momentum, mass, and the balance that tells how well energy was kept.
+module m_energy
+   use mpi_f08
+   use m_kinds, only: wp, i8
+   use m_model, only: model_t
+   implicit none
+   private
+   public :: sums_t, balance_t, measure
+
+   integer, parameter :: quantities = 9
+
+   !> Sums over all particles of all ranks; the same bits on any number of ranks.
+   type :: sums_t
+      real(wp) :: mass = 0.0_wp               !< kg
+      real(wp) :: kinetic = 0.0_wp            !< J
+      real(wp) :: strain = 0.0_wp             !< J
+      real(wp) :: momentum(3) = 0.0_wp        !< kg m/s
+      real(wp) :: angular_momentum(3) = 0.0_wp !< kg m2/s about the origin
+   end type sums_t
+
+   !> Where energy came from and went to since the start.
+   type :: balance_t
+      type(sums_t) :: start, now
+      real(wp) :: external_work = 0.0_wp      !< done by the tools, J
+      real(wp) :: largest = 0.0_wp            !< largest energy or work seen, J: what the error is relative to
+      real(wp) :: worst = 0.0_wp              !< largest error seen, J
+   contains
+      procedure :: begin
+      procedure :: follow
+      procedure :: error
+      procedure :: excess
+   end type balance_t
+
+contains
+
+   !> Collective: the sums of a model as it stands. Block by block, then over blocks by their index, so that neither the
+   !> ranks nor the order of arrival matter (adding the zeros of other ranks changes no bit).
+   function measure(model) result(sums)
+      type(model_t), intent(in) :: model
+      type(sums_t) :: sums
+      real(wp), allocatable :: parts(:, :)
+      real(wp) :: total(quantities)
+      integer :: b
+      allocate (parts(quantities, size(model%level%owner)), source=0.0_wp)
+      do b = 1, size(model%level%blocks)
+         parts(:, model%level%blocks(b)%index) = block_sums(model, b)
+      end do
+      call MPI_Allreduce(MPI_IN_PLACE, parts, size(parts), MPI_DOUBLE_PRECISION, MPI_SUM, model%communicator%comm)
+      total = 0.0_wp
+      do b = 1, size(parts, 2)
+         total = total + parts(:, b)
+      end do
+      sums = sums_t(total(1), total(2), total(3), total(4:6), total(7:9))
+   end function measure
+
+   !> Mass, kinetic energy, strain energy, momentum, angular momentum of one block.
+   pure function block_sums(model, b) result(sums)
+      type(model_t), intent(in) :: model
+      integer, intent(in) :: b
+      real(wp) :: sums(quantities)
+      integer :: first, last
+      associate (particles => model%level%blocks(b)%particles, at => model%level%layout)
+         sums = 0.0_wp
+         if (particles%count == 0) return
+         call moments(particles%count, particles%column(:, at%position:at%position + 2), &
+                      particles%column(:, at%velocity:at%velocity + 2), particles%column(:, at%mass), sums)
+         first = 1
+         do while (first <= particles%count)
+            last = particles%run_end(first)
+            sums(3) = sums(3) + model%materials(model%material_of(particles%body(first)))%law%strain_energy(particles%column, &
+                                                                                                         at, first, last)
+            first = last + 1
+         end do
+      end associate
+   end function block_sums
+
+   !> All of block_sums but the strain energy, which it leaves alone.
+   pure subroutine moments(count, x, v, m, sums)
+      integer, intent(in) :: count
+      real(wp), intent(in), contiguous :: x(:, :), v(:, :), m(:)
+      real(wp), intent(inout) :: sums(quantities)
+      real(wp) :: mass, kinetic, px, py, pz, lx, ly, lz
+      integer :: p
+      mass = 0.0_wp; kinetic = 0.0_wp
+      px = 0.0_wp; py = 0.0_wp; pz = 0.0_wp
+      lx = 0.0_wp; ly = 0.0_wp; lz = 0.0_wp
+      !$omp simd reduction(+: mass, kinetic, px, py, pz, lx, ly, lz)
+      do p = 1, count
+         mass = mass + m(p)
+         kinetic = kinetic + m(p)*(v(p, 1)**2 + v(p, 2)**2 + v(p, 3)**2)
+         px = px + m(p)*v(p, 1)
+         py = py + m(p)*v(p, 2)
+         pz = pz + m(p)*v(p, 3)
+         lx = lx + m(p)*(x(p, 2)*v(p, 3) - x(p, 3)*v(p, 2))
+         ly = ly + m(p)*(x(p, 3)*v(p, 1) - x(p, 1)*v(p, 3))
+         lz = lz + m(p)*(x(p, 1)*v(p, 2) - x(p, 2)*v(p, 1))
+      end do
+      sums(1) = mass
+      sums(2) = 0.5_wp*kinetic
+      sums(4:9) = [px, py, pz, lx, ly, lz]
+   end subroutine moments
+
+   !> Collective: the start of the balance.
+   subroutine begin(self, model)
+      class(balance_t), intent(inout) :: self
+      type(model_t), intent(in) :: model
+      self%start = measure(model)
+      self%now = self%start
+      self%largest = self%start%kinetic + self%start%strain
+   end subroutine begin
+
+   !> Collective: bring the balance up to the model as it stands.
+   subroutine follow(self, model)
+      class(balance_t), intent(inout) :: self
+      type(model_t), intent(in) :: model
+      self%now = measure(model)
+      self%external_work = sum(model%contact%states%work)
+      self%largest = max(self%largest, abs(self%external_work), self%now%kinetic + self%now%strain)
+      self%worst = max(self%worst, abs(self%excess()))
+   end subroutine follow
+
+   !> Energy that is there and should not be (above 0) or is missing, J.
+   pure real(wp) function excess(self)
+      class(balance_t), intent(in) :: self
+      excess = self%now%kinetic + self%now%strain - self%start%kinetic - self%start%strain - self%external_work
+   end function excess
+
+   !> The same relative to the largest energy or work seen.
+   pure real(wp) function error(self)
+      class(balance_t), intent(in) :: self
+      error = 0.0_wp
+      if (self%largest > 0.0_wp) error = self%excess()/self%largest
+   end function error
+
+end module m_energy
