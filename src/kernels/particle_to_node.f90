@@ -72,15 +72,15 @@ contains
       end do
    end subroutine load
 
-   !> Add n particles of one bin to the 27 nodes around it.
+   !> Add n particles of one bin to the 27 nodes around it: for each row of three nodes one pass over the particles, with the
+   !> sums of the row in registers (the loop over lanes is outermost, the loop over particles runs at least once).
    pure subroutine add(n, stencil, constant, along, cell, nodes)
-      integer, intent(in) :: n
+      integer, intent(in) :: n !< at least 1
       type(stencil_t), intent(in) :: stencil
       real(wp), intent(in) :: constant(lanes, batch), along(lanes, 3, batch), cell
       real(wp), intent(inout) :: nodes(lanes, -1:1, -1:1, -1:1)
       real(wp) :: arm(lanes, -1:1, 3, batch) ! momentum lanes: weight times distance; force lanes: slope
-      real(wp), dimension(lanes) :: lower, middle, upper, even, odd
-      real(wp) :: wy, wz
+      real(wp) :: lower, middle, upper, even, odd
       integer :: a, axis, j, k, p, q
       do p = 1, n
          do axis = 1, 3
@@ -94,24 +94,23 @@ contains
       end do
       do k = -1, 1
          do j = -1, 1
-            lower = 0.0_wp
-            middle = 0.0_wp
-            upper = 0.0_wp
-            do p = 1, n
-               wy = stencil%weight(p, j, 2)
-               wz = stencil%weight(p, k, 3)
-               !$omp simd
-               do q = 1, lanes
-                  even(q) = wy*(wz*constant(q, p) + arm(q, k, 3, p)*along(q, 3, p)) + wz*arm(q, j, 2, p)*along(q, 2, p)
-                  odd(q) = wy*wz*along(q, 1, p)
-                  lower(q) = lower(q) + stencil%weight(p, -1, 1)*even(q) + arm(q, -1, 1, p)*odd(q)
-                  middle(q) = middle(q) + stencil%weight(p, 0, 1)*even(q) + arm(q, 0, 1, p)*odd(q)
-                  upper(q) = upper(q) + stencil%weight(p, 1, 1)*even(q) + arm(q, 1, 1, p)*odd(q)
+            !$omp simd private(lower, middle, upper, even, odd)
+            do q = 1, lanes
+               lower = 0.0_wp
+               middle = 0.0_wp
+               upper = 0.0_wp
+               do p = 1, max(n, 1)
+                  even = stencil%weight(p, j, 2)*(stencil%weight(p, k, 3)*constant(q, p) + arm(q, k, 3, p)*along(q, 3, p)) &
+                         + stencil%weight(p, k, 3)*arm(q, j, 2, p)*along(q, 2, p)
+                  odd = stencil%weight(p, j, 2)*stencil%weight(p, k, 3)*along(q, 1, p)
+                  lower = lower + stencil%weight(p, -1, 1)*even + arm(q, -1, 1, p)*odd
+                  middle = middle + stencil%weight(p, 0, 1)*even + arm(q, 0, 1, p)*odd
+                  upper = upper + stencil%weight(p, 1, 1)*even + arm(q, 1, 1, p)*odd
                end do
+               nodes(q, -1, j, k) = nodes(q, -1, j, k) + lower
+               nodes(q, 0, j, k) = nodes(q, 0, j, k) + middle
+               nodes(q, 1, j, k) = nodes(q, 1, j, k) + upper
             end do
-            nodes(:, -1, j, k) = nodes(:, -1, j, k) + lower
-            nodes(:, 0, j, k) = nodes(:, 0, j, k) + middle
-            nodes(:, 1, j, k) = nodes(:, 1, j, k) + upper
          end do
       end do
    end subroutine add
