@@ -68,7 +68,8 @@ contains
       end do
    end function quoted
 
-   !> Title, variables and zone. Without particles there is no zone: readers stumble over an empty one.
+   !> Title, variables and zone. Without particles there is no zone: readers stumble over an empty one. The particles
+   !> count along J: ParaView 5.11 gives nothing for a zone that is long in I alone.
    function header_text(snapshot) result(header)
       type(snapshot_t), intent(in) :: snapshot
       character(len=:), allocatable :: header
@@ -87,8 +88,8 @@ contains
       end do
       header = header//newline
       if (snapshot%n_total == 0) return
-      header = header//'ZONE T="level 0", STRANDID=1, SOLUTIONTIME='//exact_text(snapshot%time)//', I='// &
-               to_text(snapshot%n_total)//', J=1, K=1, DATAPACKING=BLOCK'//newline
+      header = header//'ZONE T="level 0", STRANDID=1, SOLUTIONTIME='//exact_text(snapshot%time)//', I=1, J='// &
+               to_text(snapshot%n_total)//', K=1, DATAPACKING=BLOCK'//newline
    end function header_text
 
    !> Number of values a particle has in the file.

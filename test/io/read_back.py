@@ -177,7 +177,7 @@ def check_tecplot(path, step):
     need(variables == "VARIABLES=" + ", ".join(f'"{name}"' for name in TECPLOT), f"{path}: {variables}")
     need(zone.startswith('ZONE T="level 0", STRANDID=1, SOLUTIONTIME=') and zone.endswith("DATAPACKING=BLOCK"), f"{path}: {zone}")
     record = dict(part.strip().split("=") for part in zone[5:].split(","))
-    need(float(record["SOLUTIONTIME"]) == time_of(step) and record["I"] == str(count), f"{path}: {zone}")
+    need(float(record["SOLUTIONTIME"]) == time_of(step) and record["J"] == str(count), f"{path}: {zone}")
     need(body.endswith("\n"), f"{path}: the last line is torn")
     lines = body.split("\n")[:-1]
     need(len(lines) == count * len(TECPLOT), f"{path}: {len(lines)} values, expected {count * len(TECPLOT)}")
@@ -325,7 +325,7 @@ def plants(top):
         yield f"{kind} h5, VTK", h5, kind, lambda d: check_vtkhdf(f"{d}/{h5}", 10)
         yield f"{kind} h5, XDMF", h5, kind, lambda d: check_xdmf(f"{d}/{xdmf}")
         yield f"{kind} h5, other ranks", h5, kind, lambda d: check_same(f"{top}/{h5}", f"{d}/{h5}")
-    for kind in ("truncated", "torn", "missing", ("I=", "I=1"), ("E-001", "E-002"), ("BLOCK", "POINT"), ("E-001", " NaN ")):
+    for kind in ("truncated", "torn", "missing", ("J=", "J=1"), ("E-001", "E-002"), ("BLOCK", "POINT"), ("E-001", " NaN ")):
         yield f"{kind} Tecplot", dat, kind, lambda d: check_tecplot(f"{d}/{dat}", 10)
     yield "wrong time in the index", xdmf, ('Value="1.2', 'Value="1.3'), lambda d: check_xdmf(f"{d}/{xdmf}")
     yield "index of a missing step", xdmf, ("20.h5:/VTKHDF/PointData/density", "10.h5:/VTKHDF/PointData/density"), \
