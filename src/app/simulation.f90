@@ -183,7 +183,9 @@ contains
       character(len=cost_line_length), allocatable :: table(:)
       character(len=cost_line_length) :: facts(8)
       character(len=:), allocatable :: verdict, path
+      real(wp) :: bridge
       integer :: n
+      bridge = self%communicator%maximum(self%model%contact%worst_bridge)
       cost%timers = self%model%timers
       cost%particle_steps = self%communicator%sum_count(self%model%particle_steps)
       cost%elapsed = self%console%elapsed()
@@ -198,13 +200,16 @@ contains
       facts(2) = 'momentum: changed by '//to_text(norm2(self%balance%now%momentum - self%balance%start%momentum), 3)//' kg m/s'
       associate (contact => self%model%contact)
          if (contact%active() .and. contact%solves > 0) then
-            n = 5
+            n = 6
             facts(3) = 'contact: '//to_text(contact%solves)//' solves, '// &
                        to_text(real(contact%iterations, wp)/contact%solves, 3)//' iterations each, at most '// &
                        to_text(contact%largest)//' candidates'
             facts(4) = 'contact: largest residual '//to_text(contact%worst_residual, 3)//' (relative), '// &
                        to_text(contact%unsolved)//' steps above the tolerance'
-            facts(5) = 'contact: largest overlap '//to_text(contact%worst_overlap/self%model%level%grid%cell, 3)//' cells'
+            facts(5) = 'contact: largest overlap '//to_text(contact%worst_overlap/self%model%level%grid%cell, 3)// &
+                       ' cells'
+            facts(6) = 'contact: no tension; largest force across a gap, times the gap: '//to_text(bridge, 3)// &
+                       ' of largest force times cell'
          end if
       end associate
       call self%console%summary(verdict, int(self%model%step), self%model%time, [facts(:n), table])

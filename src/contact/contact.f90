@@ -10,6 +10,7 @@ module m_contact
    use m_communicator, only: communicator_t
    use m_field_table, only: field_table_t
    use m_level, only: level_t, tile_last
+   use m_materials, only: materials_t
    use m_boundary, only: held_components, constrain_nodes
    use m_stencil, only: stencil_t, set_stencil, frame_t
    use m_node_exchange, only: node_exchange_t, sum_tiles
@@ -22,7 +23,7 @@ module m_contact
    !> What one tool felt in the last step, over all ranks.
    type :: tool_state_t
       real(wp) :: load(3) = 0.0_wp      !< on the tool, N, for the modelled part of the body
-      real(wp) :: area = 0.0_wp         !< of the particles in contact, m2
+      real(wp) :: area = 0.0_wp         !< faces of the particles that touch the tool, m2
       real(wp) :: overlap = 0.0_wp      !< deepest place of a contact point inside the tool at the start of the step, m
       real(wp) :: work = 0.0_wp         !< done by the tool since the start, J
    end type tool_state_t
@@ -35,6 +36,7 @@ module m_contact
       real(wp) :: gap = 0.0_wp   !< of its contact point now, m
       real(wp) :: area = 0.0_wp  !< m2
       real(wp) :: force = 0.0_wp !< N
+      logical :: touches = .false. !< its contact point ends the step on the tool
    end type candidate_t
 
    type :: contact_t
@@ -50,7 +52,7 @@ module m_contact
       integer(i8) :: largest = 0            !< most candidates in a step, over all ranks
       real(wp) :: worst_residual = 0.0_wp   !< relative
       real(wp) :: worst_overlap = 0.0_wp    !< m
-      real(wp) :: worst_complementarity = 0.0_wp !< largest force times gap velocity over the largest of each
+      real(wp) :: worst_bridge = 0.0_wp     !< largest force that acts across a gap, times the gap: over largest force and cell
    contains
       procedure :: build
       procedure :: declare
@@ -65,6 +67,8 @@ module m_contact
    end type contact_t
 
    real(wp), parameter :: margin = 0.05_wp        !< candidates come in this far before they touch, in particle edges
+   real(wp), parameter :: recovery = 0.01_wp      !< overlap is taken back by at most this much a step, in particle edges
+   real(wp), parameter :: touching = 1.0e-4_wp    !< a smaller gap counts as contact, in particle edges
    real(wp), parameter :: hopeless = 1.0e-3_wp    !< a relative residual above this stops the run
 
 contains
@@ -96,10 +100,11 @@ contains
 
    !> Collective: add the contact forces of one step to the solved nodes. On entry `solved` holds what the nodes would do
    !> without contact; tools stand where they are at `time`, and on return where they are at time + time_step.
-   subroutine push(self, communicator, level, exchange, time, time_step, error)
+   subroutine push(self, communicator, level, materials, exchange, time, time_step, error)
       class(contact_t), intent(inout) :: self
       type(communicator_t), intent(in) :: communicator
       type(level_t), intent(inout) :: level
+      type(materials_t), intent(in) :: materials
       type(node_exchange_t), intent(inout) :: exchange
       real(wp), intent(in) :: time, time_step !< s
       type(error_t), intent(inout) :: error
@@ -107,7 +112,7 @@ contains
       do t = 1, size(self%tools)
          self%tools(t)%speed = self%tools(t)%travel_between(time, time + time_step)/time_step
       end do
-      call self%find(level, time_step)
+      call self%find(level, materials, time_step)
       needs = [self%count, merge(1, 0, self%count > self%solver%capacity)]
       call MPI_Allreduce(MPI_IN_PLACE, needs, 2, MPI_INTEGER, MPI_SUM, communicator%comm)
       if (needs(1) > 0) then
@@ -123,15 +128,16 @@ contains
       end do
    end subroutine push
 
-   !> Candidates: contact points (centres moved towards the tool by penetration_factor edges) that the free motion would
-   !> carry into a tool, or almost. Their last pressures become the start of the solve.
-   subroutine find(self, level, time_step)
+   !> Candidates: contact points (centres moved towards the tool by penetration_factor of the particle's present thickness
+   !> along the normal) that the free motion would carry into a tool, or almost. Their last pressures become the start of the solve.
+   subroutine find(self, level, materials, time_step)
       class(contact_t), intent(inout) :: self
       type(level_t), intent(inout) :: level
+      type(materials_t), intent(in) :: materials
       real(wp), intent(in) :: time_step
       type(candidate_t) :: c
-      real(wp) :: edge, free_speed, position(3)
-      integer :: b, p, t
+      real(wp) :: edge, thickness, free_speed, position(3)
+      integer :: b, m, p, t
       self%count = 0
       self%states%overlap = 0.0_wp
       do b = 1, size(level%blocks)
@@ -142,7 +148,10 @@ contains
                   position = column(p, at%position:at%position + 2)
                   call self%tools(t)%gap_and_normal(position, c%gap, c%normal)
                   edge = 2.0_wp*column(p, at%half_size)
-                  c%gap = c%gap - self%tools(t)%spec%penetration_factor*edge
+                  if (c%gap > edge + 0.5_wp*level%grid%cell) cycle
+                  m = materials%of_body(block%particles%body(p))
+                  thickness = edge*materials%slots(m)%law%stretch(column(p, :), at, c%normal)
+                  c%gap = c%gap - self%tools(t)%spec%penetration_factor*thickness
                   if (c%gap > 0.5_wp*level%grid%cell) cycle
                   self%states(t)%overlap = max(self%states(t)%overlap, -c%gap)
                   c%block = b
@@ -293,11 +302,12 @@ contains
       type(level_t), intent(inout) :: level
       real(wp), intent(in) :: time_step
       type(error_t), intent(inout) :: error
-      real(wp) :: b(self%count), x(self%count), residual
+      real(wp) :: b(self%count), x(self%count), w(self%count), residual, gap, strongest
       integer :: c, iterations
       do c = 1, self%count
          associate (it => self%candidates(c))
-            b(c) = dot_product(it%normal, self%tools(it%tool)%velocity()) - normal_speed(level, it) - max(it%gap, 0.0_wp)/time_step
+            b(c) = dot_product(it%normal, self%tools(it%tool)%velocity()) - normal_speed(level, it) &
+                   - max(it%gap, -recovery*sqrt(it%area))/time_step
             b(c) = b(c)*self%system%scale(c)
             x(c) = 0.0_wp
             if (self%system%scale(c) > 0.0_wp) x(c) = it%force/self%system%scale(c)
@@ -310,9 +320,15 @@ contains
       if (residual > self%spec%tolerance) self%unsolved = self%unsolved + 1
       if (.not. residual <= hopeless) call fail(error, exit_numerical, 'the contact problem was not solved: relative residual '// &
                 to_text(residual)//' after '//to_text(iterations)//' iterations; try a larger max_iterations or a smaller safety')
+      call self%system%multiply(x, w)
+      strongest = maxval(x(:self%count)*self%system%scale(:self%count))
       do c = 1, self%count
          associate (it => self%candidates(c))
             it%force = x(c)*self%system%scale(c)
+            gap = 0.0_wp
+            if (self%system%scale(c) > 0.0_wp) gap = max(0.0_wp, (w(c) - b(c))/self%system%scale(c)*time_step)
+            it%touches = gap < touching*sqrt(it%area)
+            if (it%force > 0.0_wp) self%worst_bridge = max(self%worst_bridge, it%force*gap/(strongest*level%grid%cell))
             level%blocks(it%block)%particles%column(it%particle, self%pressure) = it%force/it%area
          end associate
       end do
@@ -380,7 +396,7 @@ contains
       do c = 1, self%count
          associate (it => self%candidates(c))
             sums(1:3, it%tool) = sums(1:3, it%tool) - it%force*it%normal
-            if (it%force > 0.0_wp) sums(4, it%tool) = sums(4, it%tool) + it%area
+            if (it%touches) sums(4, it%tool) = sums(4, it%tool) + it%area
          end associate
       end do
       deepest = self%states%overlap

@@ -11,6 +11,7 @@ module m_elastic
    contains
       procedure :: update
       procedure :: strain_energy
+      procedure :: stretch
    end type elastic_t
 
 contains
@@ -95,5 +96,19 @@ contains
       end do
       energy = energy/(4.0_wp*self%shear)
    end function strain_energy
+
+   !> exp(n . C^-1 sigma . n): the stress of this law is that of the logarithmic strain, as long as axes do not turn much.
+   pure real(wp) function stretch(self, values, layout, direction)
+      class(elastic_t), intent(in) :: self
+      real(wp), intent(in) :: values(:)
+      type(layout_t), intent(in) :: layout
+      real(wp), intent(in) :: direction(3)
+      real(wp) :: s(6), trace, along
+      s = values(layout%stress:layout%stress + 5)
+      trace = s(1) + s(2) + s(3)
+      along = sum(s(1:3)*direction**2) + 2.0_wp*(s(4)*direction(2)*direction(3) + s(5)*direction(1)*direction(3) &
+                                                 + s(6)*direction(1)*direction(2))
+      stretch = exp((along - self%lame*trace/(3.0_wp*self%lame + 2.0_wp*self%shear))/(2.0_wp*self%shear))
+   end function stretch
 
 end module m_elastic

@@ -15,6 +15,7 @@ module m_material
       procedure :: stiffest
       procedure(update_interface), deferred :: update
       procedure(energy_interface), deferred :: strain_energy
+      procedure(stretch_interface), deferred :: stretch
    end type material_t
 
 
@@ -39,6 +40,15 @@ module m_material
          type(layout_t), intent(in) :: layout
          integer, intent(in) :: first, last
       end function energy_interface
+
+      !> How much longer or shorter a particle has become along a direction: current over first edge.
+      pure real(wp) function stretch_interface(self, values, layout, direction)
+         import :: material_t, layout_t, wp
+         class(material_t), intent(in) :: self
+         real(wp), intent(in) :: values(:)    !< the particle's columns
+         type(layout_t), intent(in) :: layout
+         real(wp), intent(in) :: direction(3) !< unit vector
+      end function stretch_interface
    end interface
 
 contains

@@ -1,20 +1,35 @@
 !> The list of material laws: one line a law.
 module m_materials
    use m_kinds, only: wp
-   use m_scene, only: material_spec_t
+   use m_scene, only: scene_t, material_spec_t
    use m_material, only: material_t
    use m_elastic, only: elastic_t
    use m_neo_hookean, only: neo_hookean_t
    implicit none
    private
-   public :: make_material, material_slot_t
+   public :: materials_t, make_materials
 
    !> One material of a scene; an array of laws of different type.
    type :: material_slot_t
       class(material_t), allocatable :: law
    end type material_slot_t
 
+   !> The materials of a scene, and which body is made of which.
+   type :: materials_t
+      type(material_slot_t), allocatable :: slots(:)
+      integer, allocatable :: of_body(:)
+   end type materials_t
+
 contains
+
+   !> The materials of a scene.
+   function make_materials(scene) result(materials)
+      type(scene_t), intent(in) :: scene
+      type(materials_t) :: materials
+      integer :: m
+      materials%slots = [(make_material(scene%materials(m)), m=1, size(scene%materials))]
+      materials%of_body = scene%bodies%material
+   end function make_materials
 
    !> The law that a material group names. The name has been checked by the reader.
    function make_material(spec) result(slot)

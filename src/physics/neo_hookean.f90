@@ -12,6 +12,7 @@ module m_neo_hookean
       procedure :: declare
       procedure :: update
       procedure :: strain_energy
+      procedure :: stretch
    end type neo_hookean_t
 
 contains
@@ -78,5 +79,15 @@ contains
          energy = energy + column(p, layout%volume)/jacobian*density
       end do
    end function strain_energy
+
+   !> sqrt(n . b . n), b = F F^T.
+   pure real(wp) function stretch(self, values, layout, direction)
+      class(neo_hookean_t), intent(in) :: self
+      real(wp), intent(in) :: values(:)
+      type(layout_t), intent(in) :: layout
+      real(wp), intent(in) :: direction(3)
+      associate (unused => self%density); end associate
+      stretch = norm2(matmul(direction, reshape(values(layout%deformation:layout%deformation + 8), [3, 3])))
+   end function stretch
 
 end module m_neo_hookean

@@ -67,7 +67,7 @@ contains
          first = 1
          do while (first <= particles%count)
             last = particles%run_end(first)
-            sums(3) = sums(3) + model%materials(model%material_of(particles%body(first)))%law%strain_energy(particles%column, &
+            sums(3) = sums(3) + model%materials%slots(model%materials%of_body(particles%body(first)))%law%strain_energy(particles%column, &
                                                                                                          at, first, last)
             first = last + 1
          end do

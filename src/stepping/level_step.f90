@@ -40,7 +40,7 @@ contains
       call solve(model, time_step)
       if (model%contact%active()) then                                 ! 4
          call model%timers%enter(phase_contact)
-         call model%contact%push(model%communicator, model%level, model%exchange, model%time, time_step, error)
+         call model%contact%push(model%communicator, model%level, model%materials, model%exchange, model%time, time_step, error)
       end if
       call to_particles(model, time_step, with_stress=update == update_usl, error=error) ! 5, 6
       if (update == update_musl) then
@@ -177,7 +177,7 @@ contains
          first = 1
          do while (first <= n)
             last = particles%run_end(first)
-            call model%materials(model%material_of(particles%body(first)))%law%update(particles%column, level%layout, &
+            call model%materials%slots(model%materials%of_body(particles%body(first)))%law%update(particles%column, level%layout, &
                                                                                   level%gradient, time_step, first, last)
             first = last + 1
          end do
@@ -350,7 +350,7 @@ contains
                   last = particles%run_end(first)
                   call fastest(particles%column(:, at%velocity:at%velocity + 2), particles%column(:, at%mass), &
                                particles%column(:, at%volume), first, last, speed_squared, specific_volume)
-                  wave = max(wave, model%materials(model%material_of(particles%body(first)))%law%stiffest()*specific_volume)
+                  wave = max(wave, model%materials%slots(model%materials%of_body(particles%body(first)))%law%stiffest()*specific_volume)
                   particle = max(particle, speed_squared)
                   first = last + 1
                end do

@@ -14,7 +14,7 @@ module m_model
    use m_block, only: block_t
    use m_locate, only: bin_of
    use m_migration, only: migration_t, entered, frame_of
-   use m_materials, only: material_slot_t, make_material
+   use m_materials, only: materials_t, make_materials
    use m_effect, only: effect_slot_t
    use m_contact, only: contact_t
    implicit none
@@ -31,8 +31,7 @@ module m_model
       type(communicator_t) :: communicator
       type(time_spec_t) :: method
       type(level_t) :: level
-      type(material_slot_t), allocatable :: materials(:)
-      integer, allocatable :: material_of(:)          !< material of each body
+      type(materials_t) :: materials
       type(effect_slot_t), allocatable :: effects(:)
       type(contact_t) :: contact
       type(node_exchange_t) :: exchange
@@ -64,8 +63,7 @@ contains
       integer :: b, body
       self%communicator = communicator
       self%method = scene%time
-      self%material_of = scene%bodies%material
-      self%materials = [(make_material(scene%materials(b)), b=1, size(scene%materials))]
+      self%materials = make_materials(scene)
       if (.not. allocated(self%effects)) allocate (self%effects(0))
       self%level%grid = make_grid_level(scene%grid)
       call self%contact%build(scene%tools, scene%contact)
@@ -80,7 +78,7 @@ contains
       do b = 1, size(self%level%blocks)
          do body = 1, size(scene%bodies)
             call fill_block(self%level, self%level%blocks(b), scene%bodies(body), body, &
-                            self%materials(self%material_of(body))%law%density, first_id(body))
+                            scene%materials(scene%bodies(body)%material)%density, first_id(body))
          end do
          call set_bins(self%level, self%level%blocks(b))
       end do
@@ -119,8 +117,8 @@ contains
          call table%declare('stress', 6, 'Pa', written=.true.)
          if (self%method%affine) call table%declare('velocity_gradient', 9, '1/s', written=.false.)
          if (self%method%stress_update == update_musl) call table%declare('next_position', 3, 'm', written=.false.)
-         do m = 1, size(self%materials)
-            call self%materials(m)%law%declare(table)
+         do m = 1, size(self%materials%slots)
+            call self%materials%slots(m)%law%declare(table)
          end do
          if (self%contact%active()) call self%contact%declare(table)
          do m = 1, size(self%effects)
