@@ -339,7 +339,7 @@ contains
       type(model_t), intent(in) :: model
       real(wp), intent(out) :: wave, particle
       real(wp) :: speed_squared, specific_volume
-      integer :: b, first, last
+      integer :: b, first, last, m
       wave = 0.0_wp
       particle = 0.0_wp
       associate (at => model%level%layout)
@@ -350,7 +350,8 @@ contains
                   last = particles%run_end(first)
                   call fastest(particles%column(:, at%velocity:at%velocity + 2), particles%column(:, at%mass), &
                                particles%column(:, at%volume), first, last, speed_squared, specific_volume)
-                  wave = max(wave, model%materials%slots(model%materials%of_body(particles%body(first)))%law%stiffest()*specific_volume)
+                  m = model%materials%of_body(particles%body(first))
+                  wave = max(wave, model%materials%slots(m)%law%stiffest()*specific_volume)
                   particle = max(particle, speed_squared)
                   first = last + 1
                end do
