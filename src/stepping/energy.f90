@@ -58,7 +58,7 @@ contains
       type(model_t), intent(in) :: model
       integer, intent(in) :: b
       real(wp) :: sums(quantities)
-      integer :: first, last
+      integer :: first, last, m
       associate (particles => model%level%blocks(b)%particles, at => model%level%layout)
          sums = 0.0_wp
          if (particles%count == 0) return
@@ -67,8 +67,8 @@ contains
          first = 1
          do while (first <= particles%count)
             last = particles%run_end(first)
-            sums(3) = sums(3) + model%materials%slots(model%materials%of_body(particles%body(first)))%law%strain_energy(particles%column, &
-                                                                                                         at, first, last)
+            m = model%materials%of_body(particles%body(first))
+            sums(3) = sums(3) + model%materials%slots(m)%law%strain_energy(particles%column, at, first, last)
             first = last + 1
          end do
       end associate
