@@ -1,0 +1,130 @@
+#!/usr/bin/env python3
+"""Press the shipped tools into the references' cylinder on several grids and set the load beside finite elements.
+
+usage: indentation.py WORK GIMP3D RANKS TOOL=CELLS,CELLS,... [TOOL=...] [--bound TOOL=PERCENT ...] [--falling]
+
+TOOL is sphere, cone or flat: the scenes input/sphere.nml, input/cone_cylinder.nml, input/flat_cylinder.nml. CELLS is the
+number of cells along the cylinder's radius and height of 20 um. Per grid and depth the load is a straight line fitted to the
+run's load within 2 % of the depth range on both sides; the reference is the finest file in test/references/fem.
+--bound   the mean of |error| over the second half of the depth range on the finest grid must be below this
+--falling and must fall with every finer grid
+Always: kinetic energy below 1 % of the tool's work over the second half of the depth range, and overlap below 0.01 cells.
+"""
+import argparse
+import pathlib
+import re
+import subprocess
+import sys
+import numpy as np
+
+ROOT = pathlib.Path(__file__).resolve().parents[2]
+SCENES = {'sphere': ('sphere', 'sphere', 'sphere_hypo_h0.1.csv'), 'cone': ('cone_cylinder', 'cone', 'cone_hypo_h0.05.csv'),
+          'flat': ('flat_cylinder', 'flat', 'flat_hypo_h0.05.csv')}
+RADIUS = 20e-6  # m, of the cylinder, and its height
+SMOOTH = 0.02   # share of the depth range on either side that a load is fitted over
+
+
+def table(path):
+    """Rows of a history, and the model's share of the tool from its header."""
+    rows, share = [], 1.0
+    for line in open(path):
+        found = re.search(r'model_share="([^"]+)"', line)
+        if found:
+            share = float(found.group(1))
+        if re.match(r'\s*[-+\dNI]', line):
+            rows.append([float(word) for word in line.split()])
+    return np.array(rows), share
+
+
+def half_space(tool, depth, young=70e9, poisson=0.33):
+    """Load (N) of the half-space theory at a depth (m): Hertz, Sneddon, flat punch."""
+    modulus = young/(1 - poisson**2)
+    return {'sphere': 4/3*modulus*np.sqrt(10e-6)*depth**1.5,
+            'cone': 2/np.pi*modulus*np.tan(np.radians(70.3))*depth**2,
+            'flat': 2*2e-6*modulus*depth}[tool]
+
+
+def run(tool, cells, work, gimp3d, ranks):
+    """Run one grid; loads (N, whole body), depths (m), and facts."""
+    scene, name, _ = SCENES[tool]
+    cell = RADIUS/cells
+    out = work/f'{tool}_{cells}'
+    text = (ROOT/'input'/f'{scene}.nml').read_text()
+    text = re.sub(r'cell_size=\S+,', f'cell_size={cell!r},', text)
+    text = re.sub(r"upper=20.5e-6,20.5e-6,21e-6", f'upper={cell*(cells + 1)!r},{cell*(cells + 1)!r},{cell*(cells + 2)!r}', text)
+    text = re.sub(r'&output.*/', f"&output directory='{out}', formats='none' /", text)
+    log = subprocess.run(['mpirun', '-n', str(ranks), gimp3d], input=text, capture_output=True, text=True)
+    if log.returncode != 0:
+        sys.exit(f'{tool} on {cells} cells ended with status {log.returncode}:\n{log.stdout[-2000:]}{log.stderr[-500:]}')
+    history, share = table(out/f'tool_{name}.dat')
+    energy, _ = table(out/'energy.dat')
+    depth, load = history[:, 1], history[:, 4]/share
+    late = np.searchsorted(depth, 0.5*depth[-1])
+    kinetic = np.max(energy[late:, 1]/energy[late:, 5])
+    overlap = history[:, 6].max()/cell
+    seconds = float(re.search(r'^all +\S+ +(\S+)', log.stdout, re.M).group(1))
+    particles = int(re.search(r'^particles +(\d+)', log.stdout, re.M).group(1))
+    return depth, load, dict(kinetic=kinetic, overlap=overlap, seconds=seconds, particles=particles)
+
+
+def at_depths(depth, load, wanted):
+    """Load at the wanted depths: straight lines fitted around each."""
+    reach = SMOOTH*wanted[-1]
+    values = []
+    for d in wanted:
+        near = abs(depth - d) <= reach
+        slope, middle = np.polyfit(depth[near] - d, load[near], 1)
+        values.append(middle)
+    return np.array(values)
+
+
+def study(tool, grids, args):
+    """One tool on all its grids; the list of faults."""
+    reference = np.loadtxt(ROOT/'test/references/fem'/SCENES[tool][2], delimiter=',', comments='#', usecols=(0, 1), skiprows=3)
+    wanted, exact = reference[:, 0]*1e-6, reference[:, 1]*1e-6
+    late = wanted > 0.5*wanted[-1]*(1 - 1e-9)
+    errors, faults, columns = [], [], []
+    for cells in grids:
+        depth, load, facts = run(tool, cells, args.work, args.gimp3d, args.ranks)
+        error = 100*(at_depths(depth, load, wanted)/exact - 1)
+        errors.append(np.mean(abs(error[late])))
+        columns.append(error)
+        print(f'{tool} cell {RADIUS/cells*1e9:.0f} nm: {facts["particles"]} particles, {facts["seconds"]:.1f} s; mean |error| '
+              f'{errors[-1]:.2f} %, largest {abs(error[late]).max():.2f} % over the second half; kinetic/work at most '
+              f'{100*facts["kinetic"]:.2f} %, overlap at most {facts["overlap"]:.1e} cells', flush=True)
+        if not facts['kinetic'] < 0.01:
+            faults.append(f'{tool} {cells}: kinetic energy {100*facts["kinetic"]:.2f} % of the work, must be below 1 %')
+        if not facts['overlap'] < 0.01:
+            faults.append(f'{tool} {cells}: overlap {facts["overlap"]:.2e} cells, must be below 0.01')
+    print(f'{tool}: depth [um], finite elements [mN], half-space theory [% off], run [% off] on cells of '
+          + ', '.join(f'{RADIUS/cells*1e9:.0f} nm' for cells in grids))
+    for i in range(len(wanted)):
+        theory = 100*(half_space(tool, wanted[i])/exact[i] - 1)
+        print(f'  {wanted[i]*1e6:7.4f} {exact[i]*1e3:10.4f} {theory:+8.2f} ' + ' '.join(f'{c[i]:+8.2f}' for c in columns))
+    if tool in args.bound and not errors[-1] < args.bound[tool]:
+        faults.append(f'{tool}: mean |error| {errors[-1]:.2f} % on the finest grid, must be below {args.bound[tool]} %')
+    if args.falling and not all(b < a for a, b in zip(errors, errors[1:])):
+        faults.append(f'{tool}: the error does not fall with every finer grid: {errors}')
+    return faults
+
+
+def main():
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser.add_argument('work', type=pathlib.Path)
+    parser.add_argument('gimp3d')
+    parser.add_argument('ranks', type=int)
+    parser.add_argument('study', nargs='+')
+    parser.add_argument('--bound', nargs='*', default=[])
+    parser.add_argument('--falling', action='store_true')
+    args = parser.parse_args()
+    args.bound = {tool: float(value) for tool, value in (word.split('=') for word in args.bound)}
+    faults = []
+    for word in args.study:
+        tool, grids = word.split('=')
+        faults += study(tool, [int(n) for n in grids.split(',')], args)
+    for fault in faults:
+        print('FAILED:', fault)
+    sys.exit(1 if faults else 0)
+
+
+main()
