@@ -1,0 +1,184 @@
+!test: ranks 1 2 4
+!> Blocks on ranks: each owned once and known alike everywhere, evenly, with more ranks than blocks too; a step with empty ranks.
+program decomposition
+   use mpi_f08
+   use m_kinds, only: wp, i8
+   use m_errors, only: error_t
+   use m_communicator, only: communicator_t
+   use m_scene, only: scene_t, grid_spec_t, body_spec_t, material_spec_t
+   use m_grid_level, only: grid_level_t, make_grid_level
+   use m_decomposition, only: choose_owners
+   use m_model, only: model_t
+   use m_level_step, only: advance
+   use m_assertions, only: assertions_t
+   use m_wandering, only: alone
+   implicit none
+   type(communicator_t) :: comm
+   type(assertions_t) :: test
+   integer :: parts
+   call comm%start()
+   call test%start(comm, 'decomposition')
+   do parts = 1, 16
+      call large_body(parts)
+      call few_blocks(parts)
+   end do
+   call one_block()
+   call holes()
+   call test%finish()
+
+contains
+
+   !> As a communicator of `parts` ranks sees it; METIS needs no ranks.
+   type(communicator_t) function as_of(parts)
+      integer, intent(in) :: parts
+      as_of = alone()
+      as_of%ranks = parts
+   end function as_of
+
+   pure type(grid_level_t) function grid_of(cells)
+      integer, intent(in) :: cells(3)
+      grid_of = make_grid_level(grid_spec_t(upper=real(cells, wp), cell_size=1.0_wp, cells=cells))
+   end function grid_of
+
+   !> Particles of each part.
+   function loads(grid, counts, owner, parts) result(load)
+      type(grid_level_t), intent(in) :: grid
+      integer, intent(in) :: counts(:), owner(0:, 0:, 0:), parts
+      integer :: load(0:parts - 1), index, place(3), rank
+      load = 0
+      do index = 1, size(counts)
+         place = grid%block_place(index)
+         rank = owner(place(1), place(2), place(3))
+         if (counts(index) < 0) then
+            call test%check_equal(rank, -1, 'no rank owns a block that is not there')
+         else
+            call test%check(rank >= 0 .and. rank < parts, 'a rank owns every block that is there')
+            if (rank >= 0 .and. rank < parts) load(rank) = load(rank) + counts(index)
+         end if
+      end do
+   end function loads
+
+   !> A box of 96 x 88 x 80 cells, 8 particles a cell, among empty places.
+   subroutine large_body(parts)
+      integer, intent(in) :: parts
+      type(grid_level_t) :: grid
+      type(error_t) :: error
+      integer, allocatable :: counts(:), owner(:, :, :), load(:)
+      integer :: index, place(3)
+      real(wp) :: share
+      grid = grid_of([120, 100, 90])
+      allocate (counts(product(grid%blocks)), source=-1)
+      do index = 1, size(counts)
+         place = grid%block_place(index)
+         if (all(place >= 1 .and. place <= [12, 11, 10])) counts(index) = 8*8**3
+      end do
+      allocate (owner(0:grid%blocks(1) - 1, 0:grid%blocks(2) - 1, 0:grid%blocks(3) - 1))
+      call choose_owners(as_of(parts), grid, counts, owner, error)
+      call test%check(.not. error%happened(), 'METIS places the blocks')
+      load = loads(grid, counts, owner, parts)
+      share = real(maxval(load), wp)*parts/sum(load)
+      if (comm%is_root() .and. mod(parts, 4) == 0) print '(3x,a,i3,a,f7.3)', 'most loaded of', parts, ' parts over the mean:', share
+      call test%check(share <= 1.15_wp, 'a large body is balanced within 15 %')
+      call test%check(minval(load) > 0, 'no part of a large body is empty')
+   end subroutine large_body
+
+   !> Up to five blocks, for more ranks than blocks or fewer.
+   subroutine few_blocks(parts)
+      integer, intent(in) :: parts
+      type(grid_level_t) :: grid
+      type(error_t) :: error
+      integer, allocatable :: counts(:), owner(:, :, :), load(:)
+      integer :: blocks
+      grid = grid_of([50, 10, 10])
+      do blocks = 1, 5
+         allocate (counts(product(grid%blocks)), source=-1)
+         counts(:blocks) = 100
+         allocate (owner(0:grid%blocks(1) - 1, 0:grid%blocks(2) - 1, 0:grid%blocks(3) - 1))
+         call choose_owners(as_of(parts), grid, counts, owner, error)
+         call test%check(.not. error%happened(), 'few blocks are placed')
+         load = loads(grid, counts, owner, parts)
+         if (parts >= blocks) call test%check_equal(maxval(load), 100, 'with no more blocks than ranks, one block a rank')
+         deallocate (counts, owner)
+      end do
+   end subroutine few_blocks
+
+   !> A scene of one moving box.
+   function box_scene(lower, upper, velocity) result(scene)
+      real(wp), intent(in) :: lower(3), upper(3), velocity(3)
+      type(scene_t) :: scene
+      scene%title = 'box'
+      scene%end_time = 1.0_wp
+      scene%grid = grid_spec_t(upper=[40.0_wp, 40.0_wp, 40.0_wp], cell_size=1.0_wp, cells=[40, 40, 40])
+      allocate (scene%materials(1), scene%bodies(1), scene%tools(0), scene%probes(0))
+      scene%materials(1) = material_spec_t('soft', 'elastic', 1.0_wp, 1.0_wp, 0.3_wp)
+      scene%bodies(1)%name = 'box'
+      scene%bodies(1)%material = 1
+      scene%bodies(1)%lower = lower
+      scene%bodies(1)%upper = upper
+      scene%bodies(1)%velocity = velocity
+   end function box_scene
+
+   !> One block on 1, 2, 4 ranks: the others are empty; the box moves on, from block to block.
+   subroutine one_block()
+      type(model_t) :: model
+      type(error_t) :: error
+      integer :: step
+      integer(i8) :: particles
+      call model%build(comm, box_scene([1.0_wp, 1.0_wp, 1.0_wp], [5.0_wp, 5.0_wp, 5.0_wp], [8.0_wp, 6.0_wp, 7.0_wp]), error)
+      call test%check(.not. error%happened(), 'a model of one block is built on any number of ranks')
+      call test%check_equal(count(model%level%owner >= 0), 1, 'one block')
+      call owned_once(model)
+      do step = 1, 60
+         call advance(model, 0.05_wp, error)
+         call test%check(.not. error%happened(), 'steps with empty ranks')
+      end do
+      call owned_once(model)
+      particles = comm%sum_count(model%level%particle_count())
+      call test%check(particles == 512_i8, 'steps with empty ranks keep all particles')
+      call model%rebalance(error)
+      call owned_once(model)
+      particles = comm%sum_count(model%level%particle_count())
+      call test%check(particles == 512_i8, 'rebalancing few blocks keeps all particles')
+      do step = 1, 20
+         call advance(model, 0.05_wp, error)
+         call test%check(.not. error%happened(), 'steps after rebalancing')
+      end do
+      call model%release()
+   end subroutine one_block
+
+   !> A box of 27 blocks, some only touched.
+   subroutine holes()
+      type(model_t) :: model
+      type(error_t) :: error
+      integer(i8) :: particles
+      call model%build(comm, box_scene([6.0_wp, 6.0_wp, 6.0_wp], [18.0_wp, 17.0_wp, 16.0_wp], [0.0_wp, 0.0_wp, 0.0_wp]), error)
+      call test%check(.not. error%happened(), 'a model is built')
+      call owned_once(model)
+      particles = comm%sum_count(model%level%particle_count())
+      call test%check(particles == 8_i8*12*11*10, 'every particle is made once')
+      call model%release()
+   end subroutine holes
+
+   !> All ranks know the same owners, and each block that is there lives on its owner alone.
+   subroutine owned_once(model)
+      type(model_t), intent(in) :: model
+      integer, allocatable :: lowest(:, :, :), highest(:, :, :), homes(:)
+      integer :: b, index
+      allocate (lowest, source=model%level%owner)
+      allocate (highest, source=model%level%owner)
+      call MPI_Allreduce(MPI_IN_PLACE, lowest, size(lowest), MPI_INTEGER, MPI_MIN, comm%comm)
+      call MPI_Allreduce(MPI_IN_PLACE, highest, size(highest), MPI_INTEGER, MPI_MAX, comm%comm)
+      call test%check(all(lowest == highest), 'owners are the same on every rank')
+      allocate (homes(size(lowest)), source=0)
+      do b = 1, size(model%level%blocks)
+         homes(model%level%blocks(b)%index) = homes(model%level%blocks(b)%index) + 1
+      end do
+      call MPI_Allreduce(MPI_IN_PLACE, homes, size(homes), MPI_INTEGER, MPI_SUM, comm%comm)
+      do index = 1, size(homes)
+         associate (place => model%level%grid%block_place(index))
+            call test%check_equal(homes(index), merge(1, 0, model%level%owner_at(place) >= 0), 'every block lives on one rank')
+         end associate
+      end do
+   end subroutine owned_once
+
+end program decomposition

@@ -1,0 +1,163 @@
+!test: ranks 1 2 4
+!> Sums over blocks and ranks: the same bits as on one rank, the same bits in all tiles that hold a node, and what a plain sum over
+!> all particles gives.
+program exchange
+   use mpi_f08
+   use m_kinds, only: wp
+   use m_constants, only: block_size
+   use m_errors, only: error_t
+   use m_communicator, only: communicator_t
+   use m_level, only: tile_last, node_values
+   use m_model, only: model_t
+   use m_node_exchange, only: sum_tiles
+   use m_particle_to_node, only: gather_to_nodes
+   use m_migration, only: frame_of
+   use m_assertions, only: assertions_t
+   use m_chance, only: keep_worst, say
+   use m_plain_weight, only: plain_weights
+   use m_wandering, only: build_wandering, wander, alone
+   implicit none
+   type(communicator_t) :: comm
+   type(assertions_t) :: test
+   type(model_t) :: model, single
+   type(error_t) :: error
+   integer :: step
+   call comm%start()
+   call test%start(comm, 'exchange')
+   call build_wandering(model, comm, error)
+   call build_wandering(single, alone(), error)
+   do step = 1, 12
+      call wander(model, step)
+      call wander(single, step)
+      call sums(model)
+      call sums(single)
+      call test%check_equal(different_bits(), 0, 'the bits of one rank')
+      call test%check_equal(disagreements(), 0, 'tiles that hold a node agree to the bit')
+   end do
+   call test%check(model%exchange%exchanges == 12, 'one exchange a sum')
+   if (comm%ranks > 1) call test%check(model%exchange%bytes_each > 0 .eqv. size(model%exchange%ranks) > 0, 'bytes are counted')
+   call against_plain_sum()
+   call single%release()
+   call model%release()
+   call test%finish()
+
+contains
+
+   !> Every tile filled with what its block's particles give, then summed into `solved`.
+   subroutine sums(model)
+      type(model_t), intent(inout) :: model
+      integer :: b
+      associate (level => model%level)
+         level%gathered = -1.0e30_wp ! mirrors and tiles must be written anew
+         do b = 1, size(level%blocks)
+            call gather_to_nodes(level%blocks(b)%cells, level%blocks(b)%particles%column, level%layout, &
+                                 frame_of(level, level%blocks(b)), level%gathered(:, :, :, :, b))
+         end do
+         call model%exchange%start(model%communicator, level%gathered)
+         call model%exchange%wait(level%gathered)
+         do b = 1, size(level%blocks)
+            call sum_tiles(level%blocks(b)%neighbour, level%gathered, level%solved(:, :, :, :, b))
+         end do
+      end associate
+   end subroutine sums
+
+   integer function different_bits() result(wrong)
+      integer :: b, s
+      wrong = 0
+      do b = 1, size(model%level%blocks)
+         associate (place => model%level%blocks(b)%place)
+            s = single%level%slot(place(1), place(2), place(3))
+            wrong = wrong + count(abs(model%level%solved(:, :, :, :, b) - single%level%solved(:, :, :, :, s)) > 0.0_wp)
+         end associate
+      end do
+   end function different_bits
+
+   !> Among the tiles of the model of one rank, which has them all.
+   integer function disagreements() result(wrong)
+      real(wp), allocatable :: nodes(:, :, :, :)
+      logical, allocatable :: held(:, :, :)
+      integer :: b, i, j, k, at(3)
+      associate (n => block_size*single%level%grid%blocks)
+         allocate (nodes(node_values, -1:n(1), -1:n(2), -1:n(3)))
+         allocate (held(-1:n(1), -1:n(2), -1:n(3)), source=.false.)
+      end associate
+      wrong = 0
+      do b = 1, size(single%level%blocks)
+         do k = 0, tile_last
+            do j = 0, tile_last
+               do i = 0, tile_last
+                  at = block_size*single%level%blocks(b)%place + [i, j, k] - 1
+                  associate (value => single%level%solved(:, i, j, k, b), node => nodes(:, at(1), at(2), at(3)))
+                     if (.not. held(at(1), at(2), at(3))) node = value
+                     if (any(abs(node - value) > 0.0_wp)) wrong = wrong + 1
+                  end associate
+                  held(at(1), at(2), at(3)) = .true.
+               end do
+            end do
+         end do
+      end do
+   end function disagreements
+
+   !> Mass, momentum and force at every node of this rank's blocks from all particles, one after the other.
+   subroutine against_plain_sum()
+      real(wp), allocatable :: plain(:, :, :, :)
+      real(wp) :: off(3), scale(3), weight, slope(3), s(6), x(3), v(3), node(3)
+      integer :: b, i, j, k, p, at(3), near(3)
+      associate (level => single%level, grid => single%level%grid, of => single%level%layout)
+         associate (n => block_size*grid%blocks)
+            allocate (plain(7, -1:n(1), -1:n(2), -1:n(3)), source=0.0_wp)
+         end associate
+         do b = 1, size(level%blocks)
+            do p = 1, level%blocks(b)%particles%count
+               associate (c => level%blocks(b)%particles%column(p, :))
+                  x = c(of%position:of%position + 2)
+                  s = c(of%stress:of%stress + 5)
+                  near = nint((x - grid%lower)/grid%cell)
+                  do k = -2, 2
+                     do j = -2, 2
+                        do i = -2, 2
+                           at = near + [i, j, k]
+                           if (any(at < -1) .or. any(at > block_size*grid%blocks)) cycle
+                           node = grid%lower + grid%cell*at
+                           call plain_weights(x, node, c(of%half_size), grid%cell, weight, slope)
+                           v = c(of%velocity:of%velocity + 2) + matmul(reshape(c(of%gradient:of%gradient + 8), [3, 3]), node - x)
+                           associate (to => plain(:, at(1), at(2), at(3)))
+                              to(1) = to(1) + c(of%mass)*weight
+                              to(2:4) = to(2:4) + c(of%mass)*weight*v
+                              to(5:7) = to(5:7) - c(of%volume)*[s(1)*slope(1) + s(6)*slope(2) + s(5)*slope(3), &
+                                               s(6)*slope(1) + s(2)*slope(2) + s(4)*slope(3), s(5)*slope(1) + s(4)*slope(2) &
+                                               + s(3)*slope(3)]
+                           end associate
+                        end do
+                     end do
+                  end do
+               end associate
+            end do
+         end do
+      end associate
+      scale = [maxval(plain(1, :, :, :)), maxval(abs(plain(2:4, :, :, :))), maxval(abs(plain(5:7, :, :, :)))]
+      off = 0.0_wp
+      do b = 1, size(model%level%blocks)
+         do k = 0, tile_last
+            do j = 0, tile_last
+               do i = 0, tile_last
+                  at = block_size*model%level%blocks(b)%place + [i, j, k] - 1
+                  associate (value => model%level%solved(:, i, j, k, b), to => plain(:, at(1), at(2), at(3)))
+                     call keep_worst(off(1), (value(1) - to(1))/scale(1))
+                     call keep_worst(off(2), maxval(abs(value(2:4) - to(2:4)))/scale(2))
+                     call keep_worst(off(3), maxval(abs(value(5:7) - to(5:7)))/scale(3))
+                  end associate
+               end do
+            end do
+         end do
+      end do
+      off = [comm%maximum(off(1)), comm%maximum(off(2)), comm%maximum(off(3))]
+      if (comm%is_root()) then
+         call say('node mass against the plain sum, relative', off(1))
+         call say('node momentum, relative', off(2))
+         call say('node force, relative', off(3))
+      end if
+      call test%check_close(off, [0.0_wp, 0.0_wp, 0.0_wp], 1.0e-13_wp, 'as the plain sum over all particles')
+   end subroutine against_plain_sum
+
+end program exchange

@@ -1,0 +1,133 @@
+!test: ranks 1 2 4
+!> The field table, and what a particle carries through sorting, removal, a change of owners and rebalancing: every bit of every
+!> column, of a field that only this test knows too.
+program fields
+   use m_kinds, only: wp, i4, i8
+   use m_errors, only: error_t
+   use m_communicator, only: communicator_t
+   use m_model, only: model_t
+   use m_field_table, only: field_table_t, layout_t
+   use m_particle_store, only: particle_store_t
+   use m_assertions, only: assertions_t
+   use m_chance, only: chance_t, say
+   use m_wandering, only: build_wandering, wander, wrong_values, wrong_lists, all_ids, ordered_ids
+   implicit none
+   type(communicator_t) :: comm
+   type(assertions_t) :: test
+   type(chance_t) :: chance
+   call comm%start()
+   call test%start(comm, 'fields')
+   call table()
+   call store()
+   call change_of_owners()
+   call test%finish()
+
+contains
+
+   subroutine table()
+      type(field_table_t) :: fields
+      type(layout_t) :: layout
+      call test%check_equal(fields%column('mass'), 0, 'an empty table has no column')
+      call fields%declare('mass', 1, 'kg', .true.)
+      call fields%declare('stress', 6, 'Pa', .true.)
+      call fields%declare('mass', 1, 'kg', .true.)
+      call fields%declare('position', 3, 'm', .true.)
+      call test%check_equal(fields%columns, 10, 'columns of a table')
+      call test%check_equal(size(fields%fields), 3, 'a field declared twice is there once')
+      call test%check_equal(fields%column('mass'), 1, 'first column of the first field')
+      call test%check_equal(fields%column('stress'), 2, 'first column of the second field')
+      call test%check_equal(fields%column('position'), 8, 'first column of the third field')
+      call test%check_equal(fields%column('pos'), 0, 'a part of a name is not a name')
+      layout = fields%layout()
+      call test%check(layout%mass == 1 .and. layout%stress == 2 .and. layout%position == 8 .and. layout%gradient == 0, 'layout')
+   end subroutine table
+
+   !> Append, permute, remove against the same done to plain arrays.
+   subroutine store()
+      type(particle_store_t) :: particles
+      real(wp) :: rows(7, 300), work(300)
+      integer(i8) :: ids(300)
+      integer(i4) :: order(300), gone(40), swap
+      integer :: p, q, n, left
+      logical :: good
+      n = 300
+      do p = 1, n
+         rows(:, p) = chance%several(7, -1.0_wp, 1.0_wp)
+         ids(p) = int(p, i8)*1000000000000_i8 + 7_i8
+         order(p) = p
+         call particles%append(rows(:, p), ids(p), int(mod(p, 3), i4))
+      end do
+      call test%check_equal(particles%count, n, 'appended particles')
+      do p = n, 2, -1
+         q = 1 + int(chance%between(0.0_wp, real(p, wp)))
+         swap = order(p); order(p) = order(q); order(q) = swap
+      end do
+      call particles%permute(order, work)
+      good = .true.
+      do p = 1, n
+         good = good .and. all(abs(particles%column(p, :) - rows(:, order(p))) <= 0.0_wp) .and. particles%id(p) == ids(order(p)) &
+                .and. particles%body(p) == mod(order(p), 3)
+      end do
+      call test%check(good, 'another order takes all columns, ids and bodies along')
+      do p = 1, 40
+         gone(p) = int(7*p + merge(20, 0, p == 40), i4) ! among them the last one
+      end do
+      call particles%remove(gone)
+      left = n - size(gone)
+      call test%check_equal(particles%count, left, 'removed particles')
+      good = .true.
+      do p = 1, left
+         q = int(particles%id(p)/1000000000000_i8)
+         good = good .and. all(abs(particles%column(p, :) - rows(:, q)) <= 0.0_wp) .and. particles%body(p) == mod(q, 3)
+         good = good .and. all(order(gone) /= q) .and. count(particles%id(:left) == particles%id(p)) == 1
+      end do
+      call test%check(good, 'removal takes the right ones and leaves the others whole')
+   end subroutine store
+
+   !> Blocks change rank: all to the next rank, all to rank 0, then balanced again.
+   subroutine change_of_owners()
+      type(model_t) :: model
+      type(error_t) :: error
+      integer(i8), allocatable :: ids(:), before(:, :), after(:, :)
+      integer, allocatable :: owner(:, :, :)
+      real(wp) :: share, largest
+      integer :: round
+      call build_wandering(model, comm, error)
+      call test%check(model%level%table%column('mark_of_the_tests') > 0, 'an effect''s field is in the table')
+      ids = all_ids(model)
+      do round = 1, 10
+         call wander(model, round)
+      end do
+      do round = 1, 3
+         before = ordered_ids(model)
+         owner = model%level%owner
+         where (owner >= 0) owner = mod(owner + 1, comm%ranks)
+         if (round == 2) where (owner >= 0) owner = 0
+         if (round < 3) then
+            call model%migration%move_blocks(comm, model%level, owner)
+            model%level%owner = owner
+            call model%connect()
+            call model%migration%unload(model%level)
+         else
+            call model%rebalance(error)
+            call test%check(.not. error%happened(), 'rebalancing goes well')
+            share = comm%maximum(real(model%level%particle_count(), wp))*comm%ranks/size(ids)
+            largest = comm%maximum(real(maxval([0, model%level%blocks%particles%count]), wp))*comm%ranks/size(ids)
+            if (comm%is_root()) call say('most loaded rank over the mean, rebalanced', share)
+            if (comm%is_root()) call say('the largest block in the same measure', largest)
+            call test%check(share < 1.15_wp + largest, 'rebalancing evens the particles out as well as whole blocks can')
+         end if
+         after = ordered_ids(model)
+         call test%check(size(after) == size(before), 'as many particles after a change of owners')
+         if (size(after) == size(before)) call test%check(all(after == before), 'blocks keep the order of their particles')
+         call test%check_equal(wrong_values(model), 0, 'every particle keeps what it carries')
+         call wander(model, 100 + round)
+         call test%check_equal(wrong_lists(model), 0, 'lists after a change of owners')
+         call test%check_equal(wrong_values(model), 0, 'every particle keeps what it carries when it moves on')
+      end do
+      after = ordered_ids(model)
+      call test%check(all(all_ids(model) == ids), 'the same particles as at the start')
+      call model%release()
+   end subroutine change_of_owners
+
+end program fields

@@ -1,0 +1,97 @@
+!test: ranks 1 2 4
+!> Lists, migration and new blocks under random motion: every particle is in one list, that of its nearest node, and none is lost,
+!> doubled or changed; the order in memory is that of one rank.
+program lists
+   use m_kinds, only: wp, i8
+   use m_errors, only: error_t
+   use m_communicator, only: communicator_t
+   use m_model, only: model_t
+   use m_assertions, only: assertions_t
+   use m_wandering, only: build_wandering, wander, wrong_values, wrong_lists, all_ids, alone, ordered_ids
+   implicit none
+   integer, parameter :: steps = 60
+   type(communicator_t) :: comm
+   type(assertions_t) :: test
+   type(model_t) :: model, single
+   type(error_t) :: error
+   integer(i8), allocatable :: ids(:), at_start(:)
+   integer(i8) :: moved, sent, blocks
+   integer :: step
+   call comm%start()
+   call test%start(comm, 'lists')
+   call build_wandering(model, comm, error)
+   call test%check(.not. error%happened(), 'the model is built')
+   call build_wandering(single, alone(), error)
+   at_start = all_ids(model)
+   blocks = count(model%level%owner >= 0)
+   call test%check(size(at_start) > 4000, 'thousands of particles')
+   call test%check(all(at_start(2:) > at_start(:size(at_start) - 1)), 'no id twice')
+   do step = 1, steps
+      call wander(model, step)
+      call wander(single, step)
+      call test%check_equal(wrong_lists(model), 0, 'every particle is in the list of its nearest node, and in no other')
+      call test%check_equal(wrong_values(model), 0, 'every particle keeps what it carries')
+      call test%check_equal(outside_block(), 0, 'every block holds what its rank owns')
+      if (mod(step, 5) /= 0) cycle
+      ids = all_ids(model)
+      call test%check(size(ids) == size(at_start), 'as many particles as at the start')
+      if (size(ids) == size(at_start)) call test%check(all(ids == at_start), 'the same particles as at the start')
+      call test%check(same_order(), 'in every block the order in memory that one rank has')
+      call test%check(same_places(), 'places to the bit those of one rank')
+   end do
+   moved = comm%sum_count(model%migration%moved)
+   sent = comm%sum_count(model%migration%sent)
+   if (comm%is_root()) print '(5(a,i0))', '   particles ', size(at_start), ', steps ', steps, ', blocks ', blocks
+   blocks = count(model%level%owner >= 0) - blocks
+   if (comm%is_root()) print '(3(a,i0))', '   new blocks ', blocks, ', changes of block ', moved, ', of rank ', sent
+   call test%check(blocks > 10, 'blocks were created')
+   call test%check(moved > 10000, 'many particles changed block')
+   if (comm%ranks > 1) call test%check(sent > 1000, 'many particles changed rank')
+   call single%release()
+   call model%release()
+   call test%finish()
+
+contains
+
+   integer function outside_block() result(wrong)
+      integer :: b
+      wrong = 0
+      do b = 1, size(model%level%blocks)
+         associate (block => model%level%blocks(b))
+            if (model%level%owner_at(block%place) /= comm%rank) wrong = wrong + 1
+            if (model%level%grid%block_index(block%place) /= block%index) wrong = wrong + 1
+            if (model%level%slot(block%place(1), block%place(2), block%place(3)) /= b) wrong = wrong + 1
+         end associate
+      end do
+      if (size(model%level%blocks) /= count(model%level%owner == comm%rank)) wrong = wrong + 1
+   end function outside_block
+
+   logical function same_order()
+      integer(i8), allocatable :: here(:, :), there(:, :)
+      here = ordered_ids(model)
+      there = ordered_ids(single)
+      same_order = size(here) == size(there)
+      if (same_order) same_order = all(here == there)
+   end function same_order
+
+   !> This rank's blocks against the same blocks of the model of one rank.
+   logical function same_places()
+      integer :: b, s, x
+      x = model%level%layout%position
+      same_places = .true.
+      do b = 1, size(model%level%blocks)
+         associate (block => model%level%blocks(b))
+            s = single%level%slot(block%place(1), block%place(2), block%place(3))
+            if (s == 0) then
+               same_places = .false.
+            else
+               associate (n => block%particles%count, other => single%level%blocks(s)%particles)
+                  same_places = same_places .and. n == other%count
+                  if (same_places) same_places = all(abs(block%particles%column(:n, x:x + 2) - other%column(:n, x:x + 2)) <= 0.0_wp)
+               end associate
+            end if
+         end associate
+      end do
+   end function same_places
+
+end program lists

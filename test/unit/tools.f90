@@ -1,0 +1,251 @@
+!> Tools: the gap is the distance to the surface, found here by searching the surface; the normal is its gradient; the way is the
+!> integral of the speed.
+program tools
+   use m_kinds, only: wp
+   use m_constants, only: pi
+   use m_communicator, only: communicator_t
+   use m_scene, only: tool_spec_t, tool_sphere, tool_cone, tool_flat
+   use m_tool, only: tool_t, make_tool
+   use m_assertions, only: assertions_t
+   use m_chance, only: chance_t, keep_worst, say
+   implicit none
+   character(len=6), parameter :: names(3) = ['sphere', 'cone  ', 'flat  ']
+   integer, parameter :: shapes(3) = [tool_sphere, tool_cone, tool_flat]
+   real(wp), parameter :: reach = 6.0_wp !< of what is searched of the infinite tools
+   type(communicator_t) :: comm
+   type(assertions_t) :: test
+   type(chance_t) :: chance
+   integer :: shape_number, round
+   call comm%start()
+   call test%start(comm, 'tools')
+   do shape_number = 1, 3
+      call distances(shape_number)
+   end do
+   call special_places()
+   do round = 1, 50
+      call travel()
+   end do
+   call test%finish()
+
+contains
+
+   !> Size about 1, any direction, anywhere.
+   function some_tool(shape_number) result(tool)
+      integer, intent(in) :: shape_number
+      type(tool_t) :: tool
+      type(tool_spec_t) :: spec
+      spec%shape = shapes(shape_number)
+      spec%radius = chance%between(0.5_wp, 1.5_wp)
+      spec%half_angle = chance%between(10.0_wp, 80.0_wp)*pi/180.0_wp
+      spec%tip = chance%several(3, -2.0_wp, 2.0_wp)
+      spec%axis = chance%several(3, -1.0_wp, 1.0_wp)
+      if (chance%between(0.0_wp, 1.0_wp) < 0.3_wp) spec%axis = [0.0_wp, 0.0_wp, -1.0_wp]
+      spec%axis = spec%axis/norm2(spec%axis)
+      spec%times = [0.0_wp]
+      spec%speeds = [1.0_wp]
+      tool = make_tool(spec)
+      tool%travel = chance%between(-1.0_wp, 1.0_wp)
+   end function some_tool
+
+   !> Two unit vectors across the axis.
+   subroutine across(axis, u, v)
+      real(wp), intent(in) :: axis(3)
+      real(wp), intent(out) :: u(3), v(3)
+      u = 0.0_wp
+      u(minloc(abs(axis), dim=1)) = 1.0_wp
+      u = u - dot_product(u, axis)*axis
+      u = u/norm2(u)
+      v = [axis(2)*u(3) - axis(3)*u(2), axis(3)*u(1) - axis(1)*u(3), axis(1)*u(2) - axis(2)*u(1)]
+   end subroutine across
+
+   !> A point of the surface: s in [0, 1] along the profile, angle about the axis.
+   function surface(tool, s, angle) result(x)
+      type(tool_t), intent(in) :: tool
+      real(wp), intent(in) :: s, angle
+      real(wp) :: x(3), u(3), v(3), height, radius
+      select case (tool%spec%shape)
+      case (tool_sphere)
+         height = tool%spec%radius*(1.0_wp - cos(pi*s))
+         radius = tool%spec%radius*sin(pi*s)
+      case (tool_cone)
+         height = reach*s*cos(tool%spec%half_angle)
+         radius = reach*s*sin(tool%spec%half_angle)
+      case default ! half of the parameter for the face, half for the side
+         radius = tool%spec%radius*min(1.0_wp, 2.0_wp*s)
+         height = reach*max(0.0_wp, 2.0_wp*s - 1.0_wp)
+      end select
+      call across(tool%spec%axis, u, v)
+      x = tool%spec%tip + (tool%travel - height)*tool%spec%axis + radius*(cos(angle)*u + sin(angle)*v)
+   end function surface
+
+   !> Whether a place is inside, from what the shapes are.
+   logical function inside(tool, x)
+      type(tool_t), intent(in) :: tool
+      real(wp), intent(in) :: x(3)
+      real(wp) :: tip(3), height, radius
+      tip = tool%spec%tip + tool%travel*tool%spec%axis
+      height = dot_product(tip - x, tool%spec%axis)
+      radius = norm2(tip - x - height*tool%spec%axis)
+      select case (tool%spec%shape)
+      case (tool_sphere)
+         inside = norm2(x - tip + tool%spec%radius*tool%spec%axis) < tool%spec%radius
+      case (tool_cone)
+         inside = height > 0.0_wp .and. radius < height*tan(tool%spec%half_angle)
+      case default
+         inside = height > 0.0_wp .and. radius < tool%spec%radius
+      end select
+   end function inside
+
+   !> Smallest distance from the surface: a coarse search all over it, then ever finer ones about the best places.
+   real(wp) function searched_distance(tool, x) result(best)
+      type(tool_t), intent(in) :: tool
+      real(wp), intent(in) :: x(3)
+      integer, parameter :: across_s = 60, around = 24
+      real(wp) :: s, angle, best_s, best_angle, width_s, width_angle, distance, try_s, try_angle
+      integer :: i, j, round
+      best = huge(best)
+      best_s = 0.0_wp
+      best_angle = 0.0_wp
+      do i = 0, across_s
+         do j = 0, around - 1
+            s = real(i, wp)/across_s
+            angle = 2.0_wp*pi*j/around
+            distance = norm2(x - surface(tool, s, angle))
+            if (distance >= best) cycle
+            best = distance
+            best_s = s
+            best_angle = angle
+         end do
+      end do
+      width_s = 1.0_wp/across_s
+      width_angle = pi ! at the tip all angles are one: start with the whole circle
+      do round = 1, 90
+         s = best_s
+         angle = best_angle
+         do i = -2, 2
+            do j = -2, 2
+               try_s = min(max(s + 0.5_wp*i*width_s, 0.0_wp), 1.0_wp)
+               try_angle = angle + 0.5_wp*j*width_angle
+               distance = norm2(x - surface(tool, try_s, try_angle))
+               if (distance >= best) cycle
+               best = distance
+               best_s = try_s
+               best_angle = try_angle
+            end do
+         end do
+         width_s = 0.75_wp*width_s
+         width_angle = 0.75_wp*width_angle
+      end do
+   end function searched_distance
+
+   subroutine distances(shape_number)
+      integer, intent(in) :: shape_number
+      type(tool_t) :: tool
+      real(wp) :: x(3), gap, normal(3), off(3), slope(3), gaps(2), sides(3, 2), unused(3), h, shift
+      integer, parameter :: places = 400
+      integer :: k, axis, side, inner, kinks
+      character(len=:), allocatable :: name
+      name = trim(names(shape_number))
+      off = 0.0_wp
+      inner = 0
+      kinks = 0
+      h = 1.0e-5_wp
+      do k = 1, places
+         tool = some_tool(shape_number)
+         x = tool%spec%tip + tool%travel*tool%spec%axis + chance%several(3, -2.0_wp, 2.0_wp)
+         if (mod(k, 3) == 0) x = surface(tool, chance%between(0.05_wp, 0.5_wp), chance%between(0.0_wp, 6.0_wp)) &
+                                 + chance%several(3, -0.1_wp, 0.1_wp)
+         call tool%gap_and_normal(x, gap, normal)
+         if (inside(tool, x)) inner = inner + 1
+         call keep_worst(off(1), gap - merge(-1.0_wp, 1.0_wp, inside(tool, x))*searched_distance(tool, x))
+         call keep_worst(off(2), norm2(normal) - 1.0_wp)
+         do axis = 1, 3
+            do side = 1, 2
+               unused = x
+               unused(axis) = x(axis) + (2*side - 3)*h
+               call tool%gap_and_normal(unused, gaps(side), sides(:, side))
+            end do
+            slope(axis) = (gaps(2) - gaps(1))/(2.0_wp*h)
+            if (norm2(sides(:, 2) - sides(:, 1)) > 0.02_wp) exit
+         end do
+         if (axis <= 3) then
+            kinks = kinks + 1 ! two surface points are nearest: no gradient there
+         else
+            call keep_worst(off(3), maxval(abs(slope - normal)))
+         end if
+         ! the tool that has moved is the tool at rest seen from a place moved the other way
+         shift = chance%between(-1.0_wp, 1.0_wp)
+         tool%travel = tool%travel + shift
+         call tool%gap_and_normal(x + shift*tool%spec%axis, gaps(1), sides(:, 1))
+         call test%check_close([gaps(1), sides(:, 1)], [gap, normal], 1.0e-12_wp, name//': moves along its axis')
+      end do
+      call say(name//': gap against searched distance (size about 1)', off(1))
+      call say(name//': normal against gradient of the gap', off(3))
+      print '(3x,a,i0,a,i0,a,i0)', name//': inside ', inner, ' of ', places, ' places, next to a ridge ', kinks
+      call test%check_close(off(1), 0.0_wp, 1.0e-9_wp, name//': the gap is the signed distance')
+      call test%check_close(off(2), 0.0_wp, 1.0e-14_wp, name//': the normal has length 1')
+      call test%check_close(off(3), 0.0_wp, 1.0e-6_wp, name//': the normal is the gradient of the gap')
+      call test%check(inner > places/20 .and. inner < places - places/20, name//': places inside and outside were tried')
+      call test%check(kinks < places/10, name//': few places have no gradient')
+   end subroutine distances
+
+   !> On the axis, at the tip, at the centre: a unit normal and the right gap, and no division by zero.
+   subroutine special_places()
+      type(tool_t) :: tool
+      real(wp) :: gap, normal(3)
+      integer :: k
+      do k = 1, 3
+         tool = some_tool(k)
+         tool%spec%axis = [0.0_wp, 0.0_wp, -1.0_wp]
+         tool%spec%tip = 0.0_wp
+         tool%travel = 0.0_wp
+         call tool%gap_and_normal([0.0_wp, 0.0_wp, -0.3_wp], gap, normal)
+         call test%check_close([gap, normal], [0.3_wp, 0.0_wp, 0.0_wp, -1.0_wp], 1.0e-14_wp, trim(names(k))//': below the tip')
+         call tool%gap_and_normal([0.0_wp, 0.0_wp, 0.0_wp], gap, normal)
+         call test%check_close([gap, normal], [0.0_wp, 0.0_wp, 0.0_wp, -1.0_wp], 1.0e-14_wp, trim(names(k))//': at the tip')
+         call tool%gap_and_normal([0.0_wp, 0.0_wp, tool%spec%radius], gap, normal)
+         call test%check(gap < 0.0_wp, trim(names(k))//': on the axis inside')
+         call test%check_close(norm2(normal), 1.0_wp, 1.0e-14_wp, trim(names(k))//': on the axis inside there is a normal')
+      end do
+   end subroutine special_places
+
+   !> A random table of speeds; between random times the way is the integral.
+   subroutine travel()
+      type(tool_spec_t) :: spec
+      type(tool_t) :: tool
+      integer, parameter :: slices = 4000
+      real(wp) :: from, to, whole, time, edges(2), largest
+      integer :: k, n
+      n = 1 + int(chance%between(0.0_wp, 5.0_wp))
+      spec%times = [(real(k, wp) + chance%between(0.0_wp, 0.9_wp), k=1, n)]
+      spec%speeds = chance%several(n, -2.0_wp, 2.0_wp)
+      tool = make_tool(spec)
+      call test%check_close(tool%speed, tool%speed_at(0.0_wp), 0.0_wp, 'a tool starts with its speed')
+      do k = 1, n
+         call test%check_close(tool%speed_at(spec%times(k)), spec%speeds(k), 1.0e-14_wp, 'speeds at the given times')
+      end do
+      call test%check_close([tool%speed_at(-5.0_wp), tool%speed_at(99.0_wp)], [spec%speeds(1), spec%speeds(n)], 0.0_wp, &
+                            'speeds are held outside the given times')
+      do k = 1, n - 1
+         time = 0.3_wp*spec%times(k) + 0.7_wp*spec%times(k + 1)
+         call test%check_close(tool%speed_at(time), 0.3_wp*spec%speeds(k) + 0.7_wp*spec%speeds(k + 1), 1.0e-14_wp, &
+                               'speeds are linear in between')
+      end do
+      from = chance%between(0.0_wp, 4.0_wp)
+      to = from + chance%between(0.0_wp, 4.0_wp)
+      whole = 0.0_wp
+      do k = 1, slices ! the midpoint rule, exact but in the few slices with a kink
+         edges = from + (to - from)*[k - 1, k]/real(slices, wp)
+         whole = whole + tool%speed_at(0.5_wp*sum(edges))*(edges(2) - edges(1))
+      end do
+      call test%check_close(tool%travel_between(from, to), whole, 1.0e-5_wp, 'the way is the integral of the speed')
+      time = chance%between(from, to)
+      call test%check_close(tool%travel_between(from, time) + tool%travel_between(time, to), tool%travel_between(from, to), &
+                            1.0e-14_wp, 'ways add up')
+      call test%check_close(tool%travel_between(from, from), 0.0_wp, 0.0_wp, 'no time, no way')
+      tool%speed = 3.0_wp
+      largest = maxval(abs(tool%velocity() - 3.0_wp*tool%spec%axis))
+      call test%check_close(largest, 0.0_wp, 0.0_wp, 'the velocity is along the axis')
+   end subroutine travel
+
+end program tools

@@ -1,0 +1,256 @@
+!> Models whose particles wander at random, the same way on any number of ranks, and what is known of them all the while:
+!> every rank can tell where each particle must be and what it must carry.
+module m_wandering
+   use mpi_f08
+   use m_kinds, only: wp, i4, i8
+   use m_constants, only: block_size
+   use m_errors, only: error_t
+   use m_communicator, only: communicator_t
+   use m_scene, only: scene_t, grid_spec_t, body_spec_t, material_spec_t, tool_spec_t, probe_spec_t, shape_box, shape_sphere
+   use m_model, only: model_t
+   use m_effect, only: effect_t
+   use m_field_table, only: field_table_t, layout_t
+   use m_particle_store, only: particle_store_t
+   use m_migration, only: frame_of
+   use m_locate, only: locate_particles
+   use m_sorting, only: sorted_order
+   use m_chance, only: chance_of
+   implicit none
+   private
+   public :: wandering_scene, build_wandering, mark, wander, wrong_values, wrong_lists, all_ids, alone, ordered_ids
+
+   !> Adds a field that nothing but the tests knows.
+   type, extends(effect_t) :: marker_t
+   contains
+      procedure :: declare
+      procedure :: acceleration => no_acceleration
+   end type marker_t
+
+   real(wp), parameter :: longest_step = 0.9_wp !< of a cell
+
+contains
+
+   pure subroutine declare(self, table)
+      class(marker_t), intent(in) :: self
+      type(field_table_t), intent(inout) :: table
+      associate (unused => self); end associate
+      call table%declare('mark_of_the_tests', 5, '1', written=.true.)
+   end subroutine declare
+
+   pure subroutine no_acceleration(self, particles, table, layout, time, acceleration)
+      class(marker_t), intent(in) :: self
+      type(particle_store_t), intent(in) :: particles
+      type(field_table_t), intent(in) :: table
+      type(layout_t), intent(in) :: layout
+      real(wp), intent(in) :: time
+      real(wp), intent(inout) :: acceleration(:, :)
+      associate (unused => self, p => particles%count, c => table%columns, x => layout%position, t => time, &
+                 n => size(acceleration)); end associate
+   end subroutine no_acceleration
+
+   !> Two boxes and a sphere in a grid whose cell counts are a multiple of 8, one above and one below.
+   function wandering_scene() result(scene)
+      type(scene_t) :: scene
+      integer :: b
+      scene%title = 'wandering particles'
+      scene%end_time = 1.0_wp
+      scene%grid = grid_spec_t(lower=[0.5_wp, -1.0_wp, 2.0_wp], upper=[0.5_wp, -1.0_wp, 2.0_wp] + 0.1_wp*[33, 24, 23], &
+                               cell_size=0.1_wp, cells=[33, 24, 23])
+      scene%time%affine = .true.
+      allocate (scene%materials(2), scene%bodies(3), scene%tools(0), scene%probes(0))
+      scene%materials(1) = material_spec_t('soft', 'elastic', 1000.0_wp, 1.0e6_wp, 0.3_wp)
+      scene%materials(2) = material_spec_t('rubber', 'neo_hookean', 1000.0_wp, 1.0e6_wp, 0.3_wp)
+      do b = 1, 3
+         scene%bodies(b)%name = 'body'
+         scene%bodies(b)%material = 1 + mod(b, 2)
+         scene%bodies(b)%shape = shape_box
+         scene%bodies(b)%lower = scene%grid%lower + 0.1_wp*merge(2, 12, b == 1)
+         scene%bodies(b)%upper = scene%bodies(b)%lower + 0.1_wp*[7, 6, 5]
+         scene%bodies(b)%particles_per_cell = merge(8, 1, b == 1)
+      end do
+      scene%bodies(3)%shape = shape_sphere
+      scene%bodies(3)%center = scene%grid%lower + [2.6_wp, 1.0_wp, 1.5_wp]
+      scene%bodies(3)%radius = 0.4_wp
+      scene%bodies(3)%particles_per_cell = 27
+   end function wandering_scene
+
+   !> A communicator of this rank alone.
+   type(communicator_t) function alone()
+      alone%comm = MPI_COMM_SELF
+      alone%rank = 0
+      alone%ranks = 1
+   end function alone
+
+   subroutine build_wandering(model, comm, error)
+      type(model_t), intent(inout) :: model
+      type(communicator_t), intent(in) :: comm
+      type(error_t), intent(inout) :: error
+      allocate (model%effects(1))
+      allocate (marker_t :: model%effects(1)%effect)
+      call model%build(comm, wandering_scene(), error)
+      if (.not. error%happened()) call mark(model)
+   end subroutine build_wandering
+
+   !> What column c of a particle must hold: distinct, and with bits in all places; places are not touched.
+   pure real(wp) function marked(id, c)
+      integer(i8), intent(in) :: id
+      integer, intent(in) :: c
+      marked = 1.0_wp + chance_of(id, c)/3.0_wp
+   end function marked
+
+   !> Give every column but the place and the size its mark.
+   subroutine mark(model)
+      type(model_t), intent(inout) :: model
+      integer :: b, c, p
+      do b = 1, size(model%level%blocks)
+         associate (particles => model%level%blocks(b)%particles)
+            do c = 1, model%level%table%columns
+               if (is_place(model%level%layout, c)) cycle
+               do p = 1, particles%count
+                  particles%column(p, c) = marked(particles%id(p), c)
+               end do
+            end do
+         end associate
+      end do
+   end subroutine mark
+
+   pure logical function is_place(layout, c)
+      type(layout_t), intent(in) :: layout
+      integer, intent(in) :: c
+      is_place = (c >= layout%position .and. c < layout%position + 3) .or. c == layout%half_size
+   end function is_place
+
+   !> Collective: every particle makes a random step of less than a cell along each axis, inside the grid; then what a step does
+   !> with particles that moved.
+   subroutine wander(model, step)
+      type(model_t), intent(inout) :: model
+      integer, intent(in) :: step
+      real(wp) :: lowest(3), highest(3)
+      integer :: b, p
+      logical :: moved
+      do b = 1, size(model%level%blocks)
+         associate (level => model%level, block => model%level%blocks(b), x => model%level%layout%position)
+            block%leaver_count = 0
+            if (block%particles%count == 0) cycle
+            do p = 1, block%particles%count
+               block%particles%column(p, x:x + 2) = next_place(model, block%particles%id(p), &
+                                                               block%particles%column(p, x:x + 2), step)
+            end do
+            call locate_particles(block%particles%count, block%particles%column(:, x:x + 2), frame_of(level, block), &
+                                  block%cells%bin, block%leavers, block%leaver_count, moved, lowest, highest)
+            if (moved) block%cells%current = .false.
+         end associate
+      end do
+      call model%create_blocks()
+      call model%migration%move_leavers(model%communicator, model%level, model%exchange%ranks)
+      do b = 1, size(model%level%blocks)
+         call model%level%blocks(b)%refresh_lists(model%level%work)
+      end do
+   end subroutine wander
+
+   !> Drifting along x with the step, reflected at the sides.
+   pure function next_place(model, id, place, step) result(next)
+      type(model_t), intent(in) :: model
+      integer(i8), intent(in) :: id
+      real(wp), intent(in) :: place(3)
+      integer, intent(in) :: step
+      real(wp) :: next(3)
+      integer :: axis
+      associate (grid => model%level%grid)
+         do axis = 1, 3
+            next(axis) = place(axis) + longest_step*grid%cell*(2.0_wp*chance_of(id, 1000 + 3*step + axis) - 1.0_wp)
+            if (next(axis) < grid%lower(axis)) next(axis) = 2.0_wp*grid%lower(axis) - next(axis)
+            if (next(axis) > grid%upper(axis)) next(axis) = 2.0_wp*grid%upper(axis) - next(axis)
+         end do
+      end associate
+   end function next_place
+
+   !> Values on this rank that are not what the id says.
+   integer function wrong_values(model) result(wrong)
+      type(model_t), intent(in) :: model
+      integer :: b, c, p
+      wrong = 0
+      do b = 1, size(model%level%blocks)
+         associate (particles => model%level%blocks(b)%particles)
+            do p = 1, particles%count
+               if (particles%body(p) /= 1 + int(particles%id(p)/10_i8**12)) wrong = wrong + 1
+               do c = 1, model%level%table%columns
+                  if (is_place(model%level%layout, c)) cycle
+                  if (abs(particles%column(p, c) - marked(particles%id(p), c)) > 0.0_wp) wrong = wrong + 1
+               end do
+            end do
+         end associate
+      end do
+   end function wrong_values
+
+   !> Particles on this rank that are not in exactly one list, or not in that of a node nearest to them.
+   integer function wrong_lists(model) result(wrong)
+      type(model_t), intent(in) :: model
+      integer, allocatable :: listed(:)
+      integer :: b, i, j, k, bin, m, p
+      real(wp) :: node(3), distance(3)
+      wrong = 0
+      associate (grid => model%level%grid, x => model%level%layout%position)
+         do b = 1, size(model%level%blocks)
+            associate (block => model%level%blocks(b))
+               allocate (listed(block%particles%count), source=0)
+               if (.not. block%cells%current) wrong = wrong + 1
+               bin = 0
+               do k = 0, block_size - 1
+                  do j = 0, block_size - 1
+                     do i = 0, block_size - 1
+                        bin = bin + 1
+                        node = grid%lower + grid%cell*(block_size*block%place + [i, j, k])
+                        do m = block%cells%first(bin), block%cells%first(bin + 1) - 1
+                           p = block%cells%order(m)
+                           listed(p) = listed(p) + 1
+                           distance = block%particles%column(p, x:x + 2) - node
+                           if (any(abs(distance) > 0.5_wp*grid%cell*(1.0_wp + 1.0e-12_wp))) wrong = wrong + 1
+                           if (m == block%cells%first(bin)) cycle
+                           if (block%cells%order(m) <= block%cells%order(m - 1)) wrong = wrong + 1
+                        end do
+                     end do
+                  end do
+               end do
+               wrong = wrong + count(listed /= 1)
+               deallocate (listed)
+            end associate
+         end do
+      end associate
+   end function wrong_lists
+
+   !> Collective: ids of all ranks with the blocks and places in memory: rows block index, place, id, sorted by the first two.
+   function ordered_ids(model) result(rows)
+      type(model_t), intent(in) :: model
+      integer(i8), allocatable :: rows(:, :)
+      integer(i8), allocatable :: mine(:, :), all(:, :)
+      integer, allocatable :: counts(:), offsets(:)
+      integer :: b, n, p, r
+      n = int(model%level%particle_count())
+      allocate (mine(3, n), counts(model%communicator%ranks), offsets(model%communicator%ranks))
+      n = 0
+      do b = 1, size(model%level%blocks)
+         do p = 1, model%level%blocks(b)%particles%count
+            n = n + 1
+            mine(:, n) = [int(model%level%blocks(b)%index, i8), int(p, i8), model%level%blocks(b)%particles%id(p)]
+         end do
+      end do
+      call MPI_Allgather(3*n, 1, MPI_INTEGER, counts, 1, MPI_INTEGER, model%communicator%comm)
+      offsets(1) = 0
+      do r = 2, size(counts)
+         offsets(r) = offsets(r - 1) + counts(r - 1)
+      end do
+      allocate (all(3, sum(counts)/3))
+      call MPI_Allgatherv(mine, 3*n, MPI_INTEGER8, all, counts, offsets, MPI_INTEGER8, model%communicator%comm)
+      rows = all(:, sorted_order(all(1, :), all(2, :)))
+   end function ordered_ids
+
+   !> Collective: the ids of all particles of all ranks, rising.
+   function all_ids(model) result(ids)
+      type(model_t), intent(in) :: model
+      integer(i8), allocatable :: ids(:), rows(:, :)
+      rows = ordered_ids(model)
+      ids = rows(3, sorted_order(rows(3, :), rows(3, :)))
+   end function all_ids
+
+end module m_wandering
