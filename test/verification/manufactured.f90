@@ -1,0 +1,388 @@
+!> Axis-aligned manufactured solution in a unit cube, after Wallstedt and Guilkey (2008), An evaluation of explicit time
+!> integration schemes for use with the generalized interpolation material point method, J. Comput. Phys. 227, 9628-9642:
+!>
+!>    u_i = A sin(2 pi X_i) sin(phase_i + pi c t),   phases 0, 2 pi/3, 4 pi/3,   c = sqrt(E/density)
+!>
+!> Theirs is for another neo-Hookean law; the body force here is that of ours. With F diagonal, I = sum F_k^2 and J = F1 F2 F3,
+!>
+!>    P_i = mu J^(-2/3) (F_i - I/(3 F_i)) + K (J - 1) J/F_i
+!>    d P_i/d X_i = M_i d F_i/d X_i,   M_i = mu J^(-2/3) (5 I/(9 F_i^2) - 1/3) + K (J/F_i)^2
+!>    b_i = d2 u_i/dt2 - M_i (d F_i/d X_i)/density
+!>
+!> since F_i depends on X_i only. The cube fills the grid; u_i vanishes on the faces across i and goes on beyond them as its
+!> mirror image, so that these are symmetry planes.
+module m_manufactured
+   use mpi_f08, only: MPI_Allreduce, MPI_IN_PLACE, MPI_DOUBLE_PRECISION, MPI_SUM, MPI_MAX, MPI_Wtime
+   use m_kinds, only: wp, i8
+   use m_constants, only: pi
+   use m_errors, only: error_t
+   use m_communicator, only: communicator_t
+   use m_scene, only: scene_t, material_spec_t, boundary_symmetry, update_usl, update_usf
+   use m_field_table, only: field_table_t, layout_t
+   use m_particle_store, only: particle_store_t
+   use m_effect, only: effect_t
+   use m_model, only: model_t
+   use m_level_step, only: advance, bound_speeds
+   use m_migration, only: frame_of
+   use m_locate, only: locate_particles
+   implicit none
+   private
+   public :: solution_t, run_t, series_t, outcome_t, run, run_series
+
+   real(wp), parameter, public :: reference_density = 1.0_wp !< kg/m3
+   real(wp), parameter :: young = 1.0e4_wp     !< Pa
+   real(wp), parameter :: poisson = 0.3_wp
+   real(wp), parameter :: phase(3) = [0.0_wp, 2.0_wp*pi/3.0_wp, 4.0_wp*pi/3.0_wp]
+   real(wp), parameter, public :: wave_speed = sqrt(young/reference_density) !< c, m/s
+
+   !> Which body force: the right one, and two wrong ones to see that the test would notice.
+   integer, parameter, public :: force_right = 0, force_without_shear = 1, force_linear = 2
+
+   !> The solution of one amplitude.
+   type :: solution_t
+      real(wp) :: amplitude = 0.0_wp !< m
+      real(wp) :: shear = young/(2.0_wp*(1.0_wp + poisson))          !< Pa
+      real(wp) :: bulk = young/(3.0_wp*(1.0_wp - 2.0_wp*poisson))    !< Pa
+      integer :: force = force_right
+   contains
+      procedure :: displacement
+      procedure :: velocity
+      procedure :: stretch
+      procedure :: stretch_rate
+      procedure :: piola
+      procedure :: body_force
+      procedure :: forces
+   end type solution_t
+
+   !> Gives the particles the body force; they remember where they started, and the sine and cosine of 2 pi X.
+   type, extends(effect_t) :: manufactured_t
+      type(solution_t) :: solution
+   contains
+      procedure :: declare
+      procedure :: acceleration => add_body_force
+   end type manufactured_t
+
+   !> One run.
+   type :: run_t
+      integer :: cells = 8                 !< along an edge
+      integer :: particles_per_cell = 8
+      real(wp) :: amplitude = 0.001_wp     !< m
+      logical :: affine = .true.
+      integer :: stress_update = update_usl
+      integer :: force = force_right
+      real(wp) :: safety = 0.4_wp
+      real(wp) :: duration = 0.5_wp        !< periods of 2/c
+      logical :: staggered = .true.        !< first velocity that of half a step before the start, as leapfrog wants it
+   end type run_t
+
+   !> Errors of the positions over all particles and steps of one run.
+   type :: outcome_t
+      real(wp) :: l2 = 0.0_wp, largest = 0.0_wp !< m
+      real(wp) :: seconds = 0.0_wp
+      integer(i8) :: particles = 0
+      integer :: steps = 0
+      logical :: failed = .false.
+   end type outcome_t
+
+   !> Runs on several grids, and the orders fitted to all of them.
+   type :: series_t
+      type(outcome_t), allocatable :: outcomes(:)
+      real(wp) :: order_l2 = 0.0_wp, order_largest = 0.0_wp
+      real(wp) :: last_order_l2 = 0.0_wp !< between the two finest grids
+   end type series_t
+
+contains
+
+   !> u (m) of the particle that started at x0.
+   pure function displacement(self, x0, time) result(u)
+      class(solution_t), intent(in) :: self
+      real(wp), intent(in) :: x0(3), time
+      real(wp) :: u(3)
+      u = self%amplitude*sin(2.0_wp*pi*x0)*sin(phase + pi*wave_speed*time)
+   end function displacement
+
+   !> du/dt, m/s.
+   pure function velocity(self, x0, time) result(v)
+      class(solution_t), intent(in) :: self
+      real(wp), intent(in) :: x0(3), time
+      real(wp) :: v(3)
+      v = self%amplitude*pi*wave_speed*sin(2.0_wp*pi*x0)*cos(phase + pi*wave_speed*time)
+   end function velocity
+
+   !> The diagonal of F.
+   pure function stretch(self, x0, time) result(f)
+      class(solution_t), intent(in) :: self
+      real(wp), intent(in) :: x0(3), time
+      real(wp) :: f(3)
+      f = 1.0_wp + 2.0_wp*pi*self%amplitude*cos(2.0_wp*pi*x0)*sin(phase + pi*wave_speed*time)
+   end function stretch
+
+   !> dF/dt, 1/s.
+   pure function stretch_rate(self, x0, time) result(rate)
+      class(solution_t), intent(in) :: self
+      real(wp), intent(in) :: x0(3), time
+      real(wp) :: rate(3)
+      rate = 2.0_wp*pi*self%amplitude*pi*wave_speed*cos(2.0_wp*pi*x0)*cos(phase + pi*wave_speed*time)
+   end function stretch_rate
+
+   !> The diagonal of the first Piola-Kirchhoff stress, Pa.
+   pure function piola(self, x0, time) result(p)
+      class(solution_t), intent(in) :: self
+      real(wp), intent(in) :: x0(3), time
+      real(wp) :: p(3), f(3), j
+      f = self%stretch(x0, time)
+      j = product(f)
+      p = self%shear*j**(-2.0_wp/3.0_wp)*(f - sum(f**2)/(3.0_wp*f)) + self%bulk*(j - 1.0_wp)*j/f
+   end function piola
+
+   !> b, m/s2.
+   pure function body_force(self, x0, time) result(b)
+      class(solution_t), intent(in) :: self
+      real(wp), intent(in) :: x0(3), time
+      real(wp) :: b(3), all(1, 3)
+      call self%forces(1, reshape(sin(2.0_wp*pi*x0), [1, 3]), reshape(cos(2.0_wp*pi*x0), [1, 3]), time, all)
+      b = all(1, :)
+   end function body_force
+
+   !> b (m/s2) of the first n particles from the sine and cosine of 2 pi X.
+   pure subroutine forces(self, n, sine, cosine, time, b)
+      class(solution_t), intent(in) :: self
+      integer, intent(in) :: n
+      real(wp), intent(in) :: sine(:, :), cosine(:, :) !< (:, 3)
+      real(wp), intent(in) :: time
+      real(wp), intent(out) :: b(:, :)                 !< (:, 3)
+      real(wp) :: beat(3), f(3), j, factor, squares, shear, modulus(3)
+      integer :: p
+      beat = self%amplitude*sin(phase + pi*wave_speed*time)
+      shear = self%shear
+      if (self%force == force_without_shear) shear = 0.0_wp
+      do p = 1, n
+         f = 1.0_wp + 2.0_wp*pi*beat*cosine(p, :)
+         if (self%force == force_linear) f = 1.0_wp
+         j = f(1)*f(2)*f(3)
+         squares = sum(f**2)
+         factor = shear*j**(-2.0_wp/3.0_wp)
+         modulus = factor*(5.0_wp*squares/(9.0_wp*f**2) - 1.0_wp/3.0_wp) + self%bulk*(j/f)**2
+         b(p, :) = beat*sine(p, :)*(4.0_wp*pi**2*modulus/reference_density - (pi*wave_speed)**2)
+      end do
+   end subroutine forces
+
+   pure subroutine declare(self, table)
+      class(manufactured_t), intent(in) :: self
+      type(field_table_t), intent(inout) :: table
+      associate (unused => self%solution); end associate
+      call table%declare('initial_position', 3, 'm', written=.false.)
+      call table%declare('initial_sine', 3, '1', written=.false.)
+      call table%declare('initial_cosine', 3, '1', written=.false.)
+   end subroutine declare
+
+   pure subroutine add_body_force(self, particles, table, layout, time, acceleration)
+      class(manufactured_t), intent(in) :: self
+      type(particle_store_t), intent(in) :: particles
+      type(field_table_t), intent(in) :: table
+      type(layout_t), intent(in) :: layout
+      real(wp), intent(in) :: time
+      real(wp), intent(inout) :: acceleration(:, :)
+      real(wp) :: b(particles%count, 3)
+      integer :: n, s, c
+      associate (unused => layout%position); end associate
+      n = particles%count
+      s = table%column('initial_sine')
+      c = table%column('initial_cosine')
+      if (n == 0) return
+      call self%solution%forces(n, particles%column(:, s:s + 2), particles%column(:, c:c + 2), time, b)
+      acceleration(:n, :) = acceleration(:n, :) + b
+   end subroutine add_body_force
+
+   !> Collective: one run.
+   function run(communicator, setting) result(outcome)
+      type(communicator_t), intent(in) :: communicator
+      type(run_t), intent(in) :: setting
+      type(outcome_t) :: outcome
+      type(model_t) :: model
+      type(solution_t) :: solution
+      type(error_t) :: error
+      real(wp) :: time_step, span, start, sums(1), largest(1)
+      integer :: step
+      solution%amplitude = setting%amplitude
+      solution%force = setting%force
+      start = MPI_Wtime()
+      allocate (model%effects(1))
+      model%effects(1)%effect = manufactured_t(solution)
+      call model%build(communicator, make_scene(setting), error)
+      if (.not. error%happened()) then
+         outcome%particles = communicator%sum_count(model%level%particle_count())
+         span = setting%duration*2.0_wp/wave_speed
+         ! the fastest wave is where the body is stretched most; the same step all along, for its order to be seen
+         time_step = setting%safety*model%level%grid%cell/(sqrt((solution%bulk + 4.0_wp*solution%shear/3.0_wp)/reference_density &
+                     *(1.0_wp + 2.0_wp*pi*setting%amplitude)**3) + sqrt(3.0_wp)*pi*wave_speed*setting%amplitude)
+         outcome%steps = ceiling(span/time_step)
+         time_step = span/outcome%steps
+         call set_particles(model, solution, setting, time_step)
+         call bound_speeds(model)
+         do step = 1, outcome%steps
+            call advance(model, time_step, error)
+            if (error%happened()) exit
+            call add_errors(model, solution, outcome%l2, outcome%largest)
+         end do
+      end if
+      sums = outcome%l2
+      largest = outcome%largest
+      call MPI_Allreduce(MPI_IN_PLACE, sums, 1, MPI_DOUBLE_PRECISION, MPI_SUM, communicator%comm)
+      call MPI_Allreduce(MPI_IN_PLACE, largest, 1, MPI_DOUBLE_PRECISION, MPI_MAX, communicator%comm)
+      outcome%l2 = sqrt(sums(1)/(real(outcome%particles, wp)*max(1, outcome%steps)))
+      outcome%largest = largest(1)
+      outcome%failed = error%happened()
+      if (outcome%failed .and. communicator%is_root()) print '(2a)', '   stopped: ', error%message
+      outcome%seconds = MPI_Wtime() - start
+      call model%release()
+   end function run
+
+   !> A unit cube of one body between symmetry planes.
+   pure type(scene_t) function make_scene(setting) result(scene)
+      type(run_t), intent(in) :: setting
+      scene%title = 'manufactured'
+      scene%grid%upper = 1.0_wp
+      scene%grid%cell_size = 1.0_wp/setting%cells
+      scene%grid%cells = setting%cells
+      scene%grid%boundary = boundary_symmetry
+      scene%time%affine = setting%affine
+      scene%time%stress_update = setting%stress_update
+      allocate (scene%materials(1), scene%bodies(1), scene%tools(0), scene%probes(0))
+      scene%materials(1) = material_spec()
+      scene%bodies(1)%name = 'cube'
+      scene%bodies(1)%material = 1
+      scene%bodies(1)%upper = 1.0_wp
+      scene%bodies(1)%particles_per_cell = setting%particles_per_cell
+   end function make_scene
+
+   pure type(material_spec_t) function material_spec() result(spec)
+      spec%name = 'rubber'
+      spec%model = 'neo_hookean'
+      spec%density = reference_density
+      spec%young = young
+      spec%poisson = poisson
+   end function material_spec
+
+   !> Collective: the state of the solution at time 0. The velocity is that of half a step before, for a leapfrog; a law that
+   !> is called first in a step (usf) then finds the deformation of one step before.
+   subroutine set_particles(model, solution, setting, time_step)
+      type(model_t), intent(inout) :: model
+      type(solution_t), intent(in) :: solution
+      type(run_t), intent(in) :: setting
+      real(wp), intent(in) :: time_step
+      real(wp) :: x0(3), f(3), early, lag
+      integer :: b, p, first, s, c
+      early = merge(-0.5_wp*time_step, 0.0_wp, setting%staggered)
+      lag = merge(2.0_wp*early, 0.0_wp, setting%stress_update == update_usf)
+      first = model%level%table%column('initial_position')
+      s = model%level%table%column('initial_sine')
+      c = model%level%table%column('initial_cosine')
+      do b = 1, size(model%level%blocks)
+         associate (block => model%level%blocks(b), at => model%level%layout, column => model%level%blocks(b)%particles%column)
+            do p = 1, block%particles%count
+               x0 = column(p, at%position:at%position + 2)
+               f = solution%stretch(x0, lag)
+               column(p, first:first + 2) = x0
+               column(p, s:s + 2) = sin(2.0_wp*pi*x0)
+               column(p, c:c + 2) = cos(2.0_wp*pi*x0)
+               column(p, at%position:at%position + 2) = x0 + solution%displacement(x0, 0.0_wp)
+               column(p, at%velocity:at%velocity + 2) = solution%velocity(x0, early)
+               column(p, at%volume) = column(p, at%volume)*product(f)
+               column(p, at%deformation:at%deformation + 8:4) = f
+               column(p, at%stress:at%stress + 5) = 0.0_wp
+               column(p, at%stress:at%stress + 2) = solution%piola(x0, lag)*f/product(f)
+               if (at%gradient > 0) column(p, at%gradient:at%gradient + 8:4) = solution%stretch_rate(x0, early)/f
+            end do
+         end associate
+      end do
+      call settle(model)
+   end subroutine set_particles
+
+   !> Collective: particles that have been moved by hand get their bins, and their blocks where they left them.
+   subroutine settle(model)
+      type(model_t), intent(inout) :: model
+      real(wp) :: lowest(3), highest(3)
+      integer :: b
+      logical :: moved
+      associate (level => model%level, x => model%level%layout%position)
+         do b = 1, size(level%blocks)
+            associate (block => level%blocks(b))
+               block%leaver_count = 0
+               if (block%particles%count == 0) cycle
+               call locate_particles(block%particles%count, block%particles%column(:, x:x + 2), frame_of(level, block), &
+                                     block%cells%bin, block%leavers, block%leaver_count, moved, lowest, highest)
+               block%cells%current = .false.
+            end associate
+         end do
+      end associate
+      call model%create_blocks()
+      call model%migration%move_leavers(model%communicator, model%level, model%exchange%ranks)
+   end subroutine settle
+
+   !> Add the squared position errors of this rank's particles; raise the largest.
+   subroutine add_errors(model, solution, squares, largest)
+      type(model_t), intent(in) :: model
+      type(solution_t), intent(in) :: solution
+      real(wp), intent(inout) :: squares, largest
+      real(wp) :: beat(3), off(3)
+      integer :: b, p, first, s
+      first = model%level%table%column('initial_position')
+      s = model%level%table%column('initial_sine')
+      beat = solution%amplitude*sin(phase + pi*wave_speed*model%time)
+      do b = 1, size(model%level%blocks)
+         associate (particles => model%level%blocks(b)%particles, x => model%level%layout%position)
+            do p = 1, particles%count
+               off = particles%column(p, x:x + 2) - particles%column(p, first:first + 2) - beat*particles%column(p, s:s + 2)
+               squares = squares + sum(off**2)
+               largest = max(largest, norm2(off))
+            end do
+         end associate
+      end do
+   end subroutine add_errors
+
+   !> Collective: the same run on several grids; prints its table.
+   function run_series(communicator, setting, cells, title) result(series)
+      type(communicator_t), intent(in) :: communicator
+      type(run_t), intent(in) :: setting
+      integer, intent(in) :: cells(:)
+      character(len=*), intent(in) :: title
+      type(series_t) :: series
+      type(run_t) :: one
+      real(wp) :: orders(2)
+      integer :: g
+      allocate (series%outcomes(size(cells)))
+      if (communicator%is_root()) then
+         print '(/,a)', title
+         print '(a)', '   cells  particles  steps    L2 / m      Linf / m    L2 / A   order   Linf / A   order    time'
+      end if
+      one = setting
+      do g = 1, size(cells)
+         one%cells = cells(g)
+         series%outcomes(g) = run(communicator, one)
+         orders = 0.0_wp
+         associate (now => series%outcomes(g))
+            if (g > 1) orders = log([series%outcomes(g - 1)%l2/now%l2, series%outcomes(g - 1)%largest/now%largest]) &
+                                /log(real(cells(g), wp)/cells(g - 1))
+            if (communicator%is_root()) print '(i8,i11,i7,2es12.3,2(f10.5,f8.2),f8.1,a)', cells(g), now%particles, now%steps, &
+               now%l2, now%largest, now%l2/setting%amplitude, orders(1), now%largest/setting%amplitude, orders(2), &
+               now%seconds, ' s'
+         end associate
+      end do
+      series%last_order_l2 = orders(1)
+      series%order_l2 = fitted_order(real(cells, wp), series%outcomes%l2)
+      series%order_largest = fitted_order(real(cells, wp), series%outcomes%largest)
+      if (communicator%is_root()) print '(2(a,f6.2))', '   fitted order: L2 ', series%order_l2, ', Linf ', series%order_largest
+   end function run_series
+
+   !> Slope of the line through log(error) over log(cell).
+   pure real(wp) function fitted_order(cells, errors) result(order)
+      real(wp), intent(in) :: cells(:), errors(:)
+      real(wp) :: x(size(cells)), y(size(cells))
+      x = -log(cells)
+      y = log(errors)
+      x = x - sum(x)/size(x)
+      order = sum(x*y)/sum(x**2)
+   end function fitted_order
+
+end module m_manufactured
