@@ -7,6 +7,7 @@ module m_level_step
    use m_text, only: to_text
    use m_timers
    use m_scene, only: update_usl, update_usf, update_musl
+   use m_level, only: level_t
    use m_model, only: model_t
    use m_migration, only: frame_of, entered
    use m_particle_to_node, only: gather_to_nodes, gather_body_force
@@ -142,7 +143,11 @@ contains
             call scatter_to_particles(block%cells, level%solved(:, :, :, :, b), level%layout, frame_of(level, block), motion, &
                                       block%particles%column, level%gradient)
          end associate
-         if (with_stress) call update_stress(model, b, time_step, error)
+         if (with_stress) then
+            call update_stress(model, b, time_step, error)
+         else
+            call keep_gradient(model%level, b) ! what it goes with is the new velocity
+         end if
       end do
    end subroutine to_particles
 
@@ -182,11 +187,22 @@ contains
             first = last + 1
          end do
          call advance_volume(n, level%gradient, time_step, particles%column(:, level%layout%volume), smallest)
-         if (level%layout%gradient > 0) &
-            particles%column(:n, level%layout%gradient:level%layout%gradient + 8) = level%gradient(:n, :)
+         call keep_gradient(level, b)
          if (.not. smallest > 0.0_wp) call report_inversion(model, b, error)
       end associate
    end subroutine update_stress
+
+   !> Affine transfer: the velocity gradient that the particles of block b have just been given goes with them.
+   subroutine keep_gradient(level, b)
+      type(level_t), intent(inout) :: level
+      integer, intent(in) :: b
+      integer :: n
+      if (level%layout%gradient == 0) return
+      n = level%blocks(b)%particles%count
+      associate (column => level%blocks(b)%particles%column, first => level%layout%gradient)
+         column(:n, first:first + 8) = level%gradient(:n, :)
+      end associate
+   end subroutine keep_gradient
 
    !> With musl the positions wait until the stress is done.
    subroutine take_next_position(model)
