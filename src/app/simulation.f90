@@ -204,14 +204,14 @@ contains
          if (contact%active() .and. contact%solves > 0) then
             n = 6
             facts(3) = 'contact: '//to_text(contact%solves)//' solves, '// &
-                       to_text(real(contact%iterations, wp)/contact%solves, 3)//' iterations each, at most '// &
+                       to_text(real(contact%iterations, wp)/contact%solves, 3)//' iterations and '// &
+                       to_text(real(contact%system%products, wp)/contact%solves, 3)//' products each, at most '// &
                        to_text(contact%largest)//' candidates'
             facts(4) = 'contact: largest residual '//to_text(contact%worst_residual, 3)//' (relative), '// &
                        to_text(contact%unsolved)//' steps above the tolerance'
             facts(5) = 'contact: largest overlap '//to_text(contact%worst_overlap/self%model%level%grid%cell, 3)// &
                        ' cells'
-            facts(6) = 'contact: no tension; largest force across a gap, times the gap: '//to_text(bridge, 3)// &
-                       ' of largest force times cell'
+            facts(6) = 'contact: no tension; force times gap at most '//to_text(bridge, 3)//' of largest force times cell'
          end if
       end associate
       call self%console%summary(verdict, int(self%model%step), self%model%time, [facts(:n), table])

@@ -9,7 +9,7 @@ module m_contact
    use m_tool, only: tool_t, make_tool
    use m_communicator, only: communicator_t
    use m_field_table, only: field_table_t
-   use m_level, only: level_t, tile_last
+   use m_level, only: level_t, tile_last, node_values
    use m_materials, only: materials_t
    use m_boundary, only: held_components, constrain_nodes
    use m_stencil, only: stencil_t, set_stencil, frame_t
@@ -28,7 +28,7 @@ module m_contact
       real(wp) :: work = 0.0_wp         !< done by the tool since the start, J
    end type tool_state_t
 
-   !> A particle that would end the step inside a tool.
+   !> A particle that would end the step inside a tool, or within a margin of it.
    type :: candidate_t
       integer :: block = 0, particle = 0, tool = 0
       integer :: bin(3) = 0
@@ -185,7 +185,7 @@ contains
       self%candidates(self%count) = candidate
    end subroutine keep
 
-   !> True when a tile of the block at a place can hold nodes of a candidate. The same on every rank.
+   !> True when a bin of the block at a place can hold a candidate. The same on every rank.
    pure logical function near_tool(tools, level, place)
       type(tool_t), intent(in) :: tools(:)
       type(level_t), intent(in) :: level
@@ -210,15 +210,15 @@ contains
       integer :: i, j, k
       call candidate_stencil(level, c, stencil)
       speed = 0.0_wp
-         do k = -1, 1
-            do j = -1, 1
-               do i = -1, 1
-                  weight = stencil%weight(1, i, 1)*stencil%weight(1, j, 2)*stencil%weight(1, k, 3)
-                  speed = speed + weight*dot_product(c%normal, level%solved(2:4, c%bin(1) + 1 + i, c%bin(2) + 1 + j, &
-                                                                            c%bin(3) + 1 + k, c%block))
-               end do
+      do k = -1, 1
+         do j = -1, 1
+            do i = -1, 1
+               weight = stencil%weight(1, i, 1)*stencil%weight(1, j, 2)*stencil%weight(1, k, 3)
+               speed = speed + weight*dot_product(c%normal, level%solved(2:4, c%bin(1) + 1 + i, c%bin(2) + 1 + j, &
+                                                                         c%bin(3) + 1 + k, c%block))
             end do
          end do
+      end do
    end function normal_speed
 
    !> Weights of a candidate on its 27 nodes.
@@ -270,7 +270,7 @@ contains
                   call image_node(level, self%candidates(c), [i, j, k], node(s), at, held, turned)
                   weight = level%solved(1, at(1), at(2), at(3), self%candidates(c)%block)
                   self%system%mobility(:, self%system%node(s, c)) = 0.0_wp
-                  if (weight > 0.0_wp) self%system%mobility(:, self%system%node(s, c)) = merge(0.0_wp, time_step/weight, held)
+                  if (weight > 0.0_wp) self%system%mobility(:3, self%system%node(s, c)) = merge(0.0_wp, time_step/weight, held)
                end do
             end do
          end do
@@ -321,7 +321,7 @@ contains
       if (.not. residual <= hopeless) call fail(error, exit_numerical, 'the contact problem was not solved: relative residual '// &
                 to_text(residual)//' after '//to_text(iterations)//' iterations; try a larger max_iterations or a smaller safety')
       call self%system%multiply(x, w)
-      strongest = maxval(x(:self%count)*self%system%scale(:self%count))
+      strongest = self%system%communicator%maximum(maxval([0.0_wp, x*self%system%scale(:self%count)]))
       do c = 1, self%count
          associate (it => self%candidates(c))
             it%force = x(c)*self%system%scale(c)
@@ -342,7 +342,7 @@ contains
       type(level_t), intent(inout) :: level
       type(node_exchange_t), intent(inout) :: exchange
       real(wp), intent(in) :: time_step
-      real(wp) :: total(8, 0:tile_last, 0:tile_last, 0:tile_last)
+      real(wp) :: total(node_values, 0:tile_last, 0:tile_last, 0:tile_last)
       logical :: near(size(level%gathered, 5)), held(3), turned(3)
       integer :: b, c, i, j, k, m, s, node, at(3), neighbour(27)
       do b = 1, size(level%blocks)
@@ -357,7 +357,7 @@ contains
          do s = 1, 27
             call image_node(level, self%candidates(c), [mod(s - 1, 3), mod((s - 1)/3, 3), (s - 1)/9] - 1, node, at, held, turned)
             level%gathered(5:7, at(1), at(2), at(3), b) = level%gathered(5:7, at(1), at(2), at(3), b) &
-                                                          + self%candidates(c)%force*self%system%direction(:, s, c)
+                                                          + self%candidates(c)%force*self%system%direction(:3, s, c)
          end do
       end do
       call exchange%start(communicator, level%gathered)
@@ -371,16 +371,16 @@ contains
          end do
          if (all(neighbour == 0)) cycle
          call sum_tiles(neighbour, level%gathered, total)
-            do k = 0, tile_last
-               do j = 0, tile_last
-                  do i = 0, tile_last
-                     if (level%solved(1, i, j, k, b) <= 0.0_wp) cycle
-                     total(5:7, i, j, k) = total(5:7, i, j, k)/level%solved(1, i, j, k, b)
-                     level%solved(5:7, i, j, k, b) = level%solved(5:7, i, j, k, b) + total(5:7, i, j, k)
-                     level%solved(2:4, i, j, k, b) = level%solved(2:4, i, j, k, b) + time_step*total(5:7, i, j, k)
-                  end do
+         do k = 0, tile_last
+            do j = 0, tile_last
+               do i = 0, tile_last
+                  if (level%solved(1, i, j, k, b) <= 0.0_wp) cycle
+                  total(5:7, i, j, k) = total(5:7, i, j, k)/level%solved(1, i, j, k, b)
+                  level%solved(5:7, i, j, k, b) = level%solved(5:7, i, j, k, b) + total(5:7, i, j, k)
+                  level%solved(2:4, i, j, k, b) = level%solved(2:4, i, j, k, b) + time_step*total(5:7, i, j, k)
                end do
             end do
+         end do
          call constrain_nodes(level%grid, level%blocks(b)%place, level%solved(:, :, :, :, b))
       end do
    end subroutine move_nodes

@@ -1,5 +1,5 @@
 !> Bound-constrained quadratic problems on PETSc: minimise 1/2 x'Mx - b'x over x >= 0, M given by its product.
-!> The only module that includes PETSc. Its solver is TAO's gradient projection with conjugate gradients (Moré and Toraldo 1991).
+!> The only module that includes PETSc. An error inside PETSc aborts all ranks with PETSc's own words. Its solver is TAO's gradient projection with conjugate gradients (Moré and Toraldo 1991).
 module m_petsc_solver
 #include <petsc/finclude/petsctao.h>
 #undef MPI_Comm
@@ -15,7 +15,7 @@ module m_petsc_solver
       private
       logical :: started = .false.       !< this code has initialised PETSc
       integer, public :: capacity = -1   !< unknowns on this rank that the objects hold
-      Vec :: solution, right_side, lower, upper, work
+      Vec :: solution, right_side, lower, upper
       Mat :: hessian
       Tao :: tao
    contains
@@ -39,30 +39,29 @@ contains
       PetscInt :: n
       if (.not. self%started) then
          PETSC_COMM_WORLD = comm
-         call PetscInitialize(PETSC_NULL_CHARACTER, ierr)
+         PetscCallA(PetscInitialize(PETSC_NULL_CHARACTER, ierr))
          self%started = .true.
       end if
       if (self%capacity >= 0) call destroy(self)
       n = unknowns
-      call VecCreateMPI(comm, n, PETSC_DETERMINE, self%solution, ierr)
-      call VecDuplicate(self%solution, self%right_side, ierr)
-      call VecDuplicate(self%solution, self%lower, ierr)
-      call VecDuplicate(self%solution, self%upper, ierr)
-      call VecDuplicate(self%solution, self%work, ierr)
-      call VecSet(self%lower, 0.0_wp, ierr)
-      call VecSet(self%upper, PETSC_INFINITY, ierr)
-      call MatCreateShell(comm, n, n, PETSC_DETERMINE, PETSC_DETERMINE, 0, self%hessian, ierr)
-      call MatShellSetOperation(self%hessian, MATOP_MULT, multiply, ierr)
-      call MatSetOption(self%hessian, MAT_SYMMETRIC, PETSC_TRUE, ierr)
-      call TaoCreate(comm, self%tao, ierr)
-      call TaoSetType(self%tao, TAOGPCG, ierr)
-      call TaoSetSolution(self%tao, self%solution, ierr)
-      call TaoSetVariableBounds(self%tao, self%lower, self%upper, ierr)
-      call TaoSetObjectiveAndGradient(self%tao, PETSC_NULL_VEC, objective_and_gradient, 0, ierr)
-      call TaoSetHessian(self%tao, self%hessian, self%hessian, keep_hessian, 0, ierr)
-      call PetscOptionsSetValue(PETSC_NULL_OPTIONS, '-tao_subset_type', 'matrixfree', ierr)
-      call PetscOptionsSetValue(PETSC_NULL_OPTIONS, '-pc_type', 'none', ierr)
-      call TaoSetFromOptions(self%tao, ierr)
+      PetscCallA(VecCreateMPI(comm, n, PETSC_DETERMINE, self%solution, ierr))
+      PetscCallA(VecDuplicate(self%solution, self%right_side, ierr))
+      PetscCallA(VecDuplicate(self%solution, self%lower, ierr))
+      PetscCallA(VecDuplicate(self%solution, self%upper, ierr))
+      PetscCallA(VecSet(self%lower, 0.0_wp, ierr))
+      PetscCallA(VecSet(self%upper, PETSC_INFINITY, ierr))
+      PetscCallA(MatCreateShell(comm, n, n, PETSC_DETERMINE, PETSC_DETERMINE, 0, self%hessian, ierr))
+      PetscCallA(MatShellSetOperation(self%hessian, MATOP_MULT, multiply, ierr))
+      PetscCallA(MatSetOption(self%hessian, MAT_SYMMETRIC, PETSC_TRUE, ierr))
+      PetscCallA(TaoCreate(comm, self%tao, ierr))
+      PetscCallA(TaoSetType(self%tao, TAOGPCG, ierr))
+      PetscCallA(TaoSetSolution(self%tao, self%solution, ierr))
+      PetscCallA(TaoSetVariableBounds(self%tao, self%lower, self%upper, ierr))
+      PetscCallA(TaoSetObjectiveAndGradient(self%tao, PETSC_NULL_VEC, objective_and_gradient, 0, ierr))
+      PetscCallA(TaoSetHessian(self%tao, self%hessian, self%hessian, keep_hessian, 0, ierr))
+      PetscCallA(PetscOptionsSetValue(PETSC_NULL_OPTIONS, '-tao_subset_type', 'matrixfree', ierr))
+      PetscCallA(PetscOptionsSetValue(PETSC_NULL_OPTIONS, '-pc_type', 'none', ierr))
+      PetscCallA(TaoSetFromOptions(self%tao, ierr))
       self%capacity = unknowns
    end subroutine fit
 
@@ -86,17 +85,17 @@ contains
       current_right_side = self%right_side
       call fill(self%right_side, b)
       call fill(self%solution, x)
-      call VecNorm(self%right_side, NORM_2, size_of_b, ierr)
+      PetscCallA(VecNorm(self%right_side, NORM_2, size_of_b, ierr))
       limit = max_iterations
-      call TaoSetTolerances(self%tao, tolerance*size_of_b, 0.0_wp, 0.0_wp, ierr)
-      call TaoSetMaximumIterations(self%tao, limit, ierr)
-      call TaoSolve(self%tao, ierr)
-      call TaoGetSolutionStatus(self%tao, steps, objective, norm, infeasibility, change, reason, ierr)
+      PetscCallA(TaoSetTolerances(self%tao, tolerance*size_of_b, 0.0_wp, 0.0_wp, ierr))
+      PetscCallA(TaoSetMaximumIterations(self%tao, limit, ierr))
+      PetscCallA(TaoSolve(self%tao, ierr))
+      PetscCallA(TaoGetSolutionStatus(self%tao, steps, objective, norm, infeasibility, change, reason, ierr))
       iterations = steps
       residual = norm/max(size_of_b, tiny(size_of_b))
-      call VecGetArrayReadF90(self%solution, values, ierr)
+      PetscCallA(VecGetArrayReadF90(self%solution, values, ierr))
       x = max(values(:size(x)), 0.0_wp)
-      call VecRestoreArrayReadF90(self%solution, values, ierr)
+      PetscCallA(VecRestoreArrayReadF90(self%solution, values, ierr))
       nullify (current_operator)
    end subroutine solve
 
@@ -106,10 +105,10 @@ contains
       real(wp), intent(in) :: values(:)
       PetscScalar, pointer :: array(:)
       PetscErrorCode :: ierr
-      call VecGetArrayF90(vector, array, ierr)
+      PetscCallA(VecGetArrayF90(vector, array, ierr))
       array(:size(values)) = values
       array(size(values) + 1:) = 0.0_wp
-      call VecRestoreArrayF90(vector, array, ierr)
+      PetscCallA(VecRestoreArrayF90(vector, array, ierr))
    end subroutine fill
 
    !> PETSc's product with the matrix. Idle unknowns keep their value.
@@ -118,11 +117,11 @@ contains
       Vec :: x, y
       PetscErrorCode :: ierr
       PetscScalar, pointer :: from(:), to(:)
-      call VecGetArrayReadF90(x, from, ierr)
-      call VecGetArrayF90(y, to, ierr)
+      PetscCallA(VecGetArrayReadF90(x, from, ierr))
+      PetscCallA(VecGetArrayF90(y, to, ierr))
       call current_operator%multiply(from, to)
-      call VecRestoreArrayReadF90(x, from, ierr)
-      call VecRestoreArrayF90(y, to, ierr)
+      PetscCallA(VecRestoreArrayReadF90(x, from, ierr))
+      PetscCallA(VecRestoreArrayF90(y, to, ierr))
    end subroutine multiply
 
    !> 1/2 x'Mx - b'x and Mx - b.
@@ -136,10 +135,10 @@ contains
       Mat :: none
       none = PETSC_NULL_MAT
       call multiply(none, x, gradient, ierr)
-      call VecDot(x, gradient, quadratic, ierr)
-      call VecDot(x, current_right_side, linear, ierr)
+      PetscCallA(VecDot(x, gradient, quadratic, ierr))
+      PetscCallA(VecDot(x, current_right_side, linear, ierr))
       value = 0.5_wp*quadratic - linear
-      call VecAXPY(gradient, -1.0_wp, current_right_side, ierr)
+      PetscCallA(VecAXPY(gradient, -1.0_wp, current_right_side, ierr))
    end subroutine objective_and_gradient
 
    !> The matrix does not depend on x.
@@ -155,13 +154,12 @@ contains
    subroutine destroy(self)
       class(petsc_solver_t), intent(inout) :: self
       PetscErrorCode :: ierr
-      call TaoDestroy(self%tao, ierr)
-      call MatDestroy(self%hessian, ierr)
-      call VecDestroy(self%solution, ierr)
-      call VecDestroy(self%right_side, ierr)
-      call VecDestroy(self%lower, ierr)
-      call VecDestroy(self%upper, ierr)
-      call VecDestroy(self%work, ierr)
+      PetscCallA(TaoDestroy(self%tao, ierr))
+      PetscCallA(MatDestroy(self%hessian, ierr))
+      PetscCallA(VecDestroy(self%solution, ierr))
+      PetscCallA(VecDestroy(self%right_side, ierr))
+      PetscCallA(VecDestroy(self%lower, ierr))
+      PetscCallA(VecDestroy(self%upper, ierr))
       self%capacity = -1
    end subroutine destroy
 
@@ -170,7 +168,9 @@ contains
       class(petsc_solver_t), intent(inout) :: self
       PetscErrorCode :: ierr
       if (self%capacity >= 0) call destroy(self)
-      if (self%started) call PetscFinalize(ierr)
+      if (self%started) then
+         PetscCallA(PetscFinalize(ierr))
+      end if
       self%started = .false.
    end subroutine release
 

@@ -1,7 +1,7 @@
 !> Everything that a run writes under its output directory, and when.
 module m_recorder
    use m_kinds, only: wp
-   use m_constants, only: exit_files, pi
+   use m_constants, only: exit_files
    use m_errors, only: error_t, fail
    use m_filesystem, only: make_directory
    use m_text, only: to_text

@@ -1,7 +1,7 @@
 !> Which rank owns which block: METIS on the graph of blocks, weighted by particles and by the nodes that neighbours share.
 module m_decomposition
    use mpi_f08
-   use m_kinds, only: wp, i8
+   use m_kinds, only: wp
    use m_constants, only: exit_numerical
    use m_errors, only: error_t, fail
    use m_communicator, only: communicator_t

@@ -1,6 +1,6 @@
 !> The one routine of METIS that is used, through C binding.
 module m_metis
-   use, intrinsic :: iso_c_binding, only: c_int, c_float, c_ptr, c_null_ptr
+   use, intrinsic :: iso_c_binding, only: c_int, c_ptr, c_null_ptr
    implicit none
    private
    public :: partition_graph

@@ -10,10 +10,8 @@ module m_level
    public :: level_t
 
    integer, parameter, public :: tile_last = block_size + 1 !< tiles run from 0 to 9: one ghost node on each side
-   integer, parameter, public :: node_values = 8            !< values a node, one cache line
-
-   !> Places of the values of a node in the pools. `gathered`: what particles gave. `solved`: what particles take.
-   integer, parameter, public :: node_mass = 1, node_momentum = 2, node_force = 5, node_velocity = 2, node_acceleration = 5
+   integer, parameter, public :: node_values = 8            !< values a node, one cache line: mass, momentum or velocity (2 to 4),
+                                                            !< force or acceleration (5 to 7), spare
 
    type :: level_t
       type(grid_level_t) :: grid
@@ -25,7 +23,7 @@ module m_level
       integer, allocatable :: mirror_index(:) !< block indices of the neighbours on other ranks; mirror m has slot size(blocks) + m
       real(wp), allocatable :: gathered(:, :, :, :, :) !< (node_values, 0:9, 0:9, 0:9, slots)
       real(wp), allocatable :: solved(:, :, :, :, :)   !< (node_values, 0:9, 0:9, 0:9, own blocks)
-      real(wp), allocatable :: gradient(:, :)          !< work: velocity gradients of one block, where no field keeps them
+      real(wp), allocatable :: gradient(:, :)          !< work: velocity gradients of one block, from nodes to stress; body forces before that
       real(wp), allocatable :: work(:)                 !< work: one value a particle of one block
    contains
       procedure :: particle_count

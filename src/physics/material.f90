@@ -41,7 +41,7 @@ module m_material
          integer, intent(in) :: first, last
       end function energy_interface
 
-      !> How much longer or shorter a particle has become along a direction: current over first edge.
+      !> How much thicker or thinner a particle has become across a face with this normal: current over first thickness.
       pure real(wp) function stretch_interface(self, values, layout, direction)
          import :: material_t, layout_t, wp
          class(material_t), intent(in) :: self

@@ -1,7 +1,7 @@
 !> Sums over the whole model: energies, momentum, mass, and the balance that tells how well energy was kept.
 module m_energy
    use mpi_f08
-   use m_kinds, only: wp, i8
+   use m_kinds, only: wp
    use m_model, only: model_t
    implicit none
    private

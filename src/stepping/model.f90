@@ -1,4 +1,4 @@
-!> The discretised scene: levels, materials, tools, and what the ranks exchange. Everything that a step changes.
+!> The discretised scene: level, materials, tools, and what the ranks exchange. Everything that a step changes.
 module m_model
    use mpi_f08
    use m_kinds, only: wp, i8
@@ -175,7 +175,7 @@ contains
       call self%connect()
    end subroutine create_blocks
 
-   !> Collective: drop empty blocks, and place the blocks anew when the ranks' shares of the particles have drifted apart.
+   !> Collective: place the blocks anew, without the empty ones, when the ranks' shares of the particles have drifted apart.
    subroutine rebalance(self, error)
       class(model_t), intent(inout) :: self
       type(error_t), intent(inout) :: error
