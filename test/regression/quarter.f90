@@ -2,7 +2,7 @@
 !> A quarter inside two symmetry planes against the whole of the same symmetric problem: the same particles, place by place.
 program quarter
    use mpi_f08
-   use m_kinds, only: wp, i8
+   use m_kinds, only: wp
    use m_errors, only: error_t
    use m_communicator, only: communicator_t
    use m_scene, only: scene_t, grid_spec_t, material_spec_t, boundary_free, boundary_symmetry, boundary_roller, update_usl, &

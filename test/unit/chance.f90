@@ -1,5 +1,6 @@
 !> Chance that is the same on every rank and with every compiler, the worst of many errors, and lines of measured figures.
 module m_chance
+   use, intrinsic :: ieee_arithmetic, only: ieee_is_nan
    use m_kinds, only: wp, i8
    implicit none
    private
@@ -58,8 +59,11 @@ contains
    elemental subroutine keep_worst(worst, error)
       real(wp), intent(inout) :: worst
       real(wp), intent(in) :: error
-      if (error /= error) worst = error
-      if (abs(error) > worst) worst = abs(error)
+      if (ieee_is_nan(error)) then
+         worst = error
+      else if (.not. ieee_is_nan(worst)) then
+         worst = max(worst, abs(error))
+      end if
    end subroutine keep_worst
 
    !> A measured figure, on one line.

@@ -22,7 +22,7 @@ program weights
    do n = 1, 4
       do k = 1, tries
          half = chance%between(0.005_wp, 0.5_wp)
-         if (n <= 3) half = sizes(n)
+         if (n <= 3) half = sizes(min(n, 3))
          offset = chance%between(-0.5_wp, 0.5_wp)
          if (k == 1) offset = 0.0_wp
          if (k == 2) offset = 0.5_wp
