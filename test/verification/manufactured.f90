@@ -349,24 +349,27 @@ contains
       character(len=*), intent(in) :: title
       type(series_t) :: series
       type(run_t) :: one
+      type(outcome_t) :: coarser
       real(wp) :: orders(2)
-      integer :: g
+      integer :: coarser_cells, g
       allocate (series%outcomes(size(cells)))
       if (communicator%is_root()) then
          print '(/,a)', title
          print '(a)', '   cells  particles  steps    L2 / m      Linf / m    L2 / A   order   Linf / A   order    time'
       end if
       one = setting
+      coarser_cells = 0
       do g = 1, size(cells)
          one%cells = cells(g)
          series%outcomes(g) = run(communicator, one)
          orders = 0.0_wp
          associate (now => series%outcomes(g))
-            if (g > 1) orders = log([series%outcomes(g - 1)%l2/now%l2, series%outcomes(g - 1)%largest/now%largest]) &
-                                /log(real(cells(g), wp)/cells(g - 1))
+            if (g > 1) orders = log([coarser%l2/now%l2, coarser%largest/now%largest])/log(real(cells(g), wp)/coarser_cells)
             if (communicator%is_root()) print '(i8,i11,i7,2es12.3,2(f10.5,f8.2),f8.1,a)', cells(g), now%particles, now%steps, &
                now%l2, now%largest, now%l2/setting%amplitude, orders(1), now%largest/setting%amplitude, orders(2), &
                now%seconds, ' s'
+            coarser = now
+            coarser_cells = cells(g)
          end associate
       end do
       series%last_order_l2 = orders(1)
