@@ -19,7 +19,7 @@ from runs import *
 young, density, speed, radius = 1e6, 1000.0, 2 * np.pi, 0.4
 for transfer in ("affine", "plain"):
     run = f"free_flight_{transfer}"
-    history = conserved(run, of_mass=1e-14, of_momentum=1e-12, of_angular=1e-12)
+    history = conserved(run, of_mass=1e-13, of_momentum=1e-12, of_angular=1e-12)
     check(f"{run}: change of kinetic energy, relative", history["kinetic"] / history["kinetic"][0] - 1, 1e-12)
     check(f"{run}: largest stress over Young's modulus", stress(run) / young, 1e-11)
     first, last = snapshots(run)[0], snapshots(run)[-1]
@@ -29,7 +29,7 @@ for transfer in ("affine", "plain"):
 # In two turns of bodies 8 particles thick. Twice the particles along an edge make the drifts 9 (affine) and 4 (plain) times smaller.
 for transfer, of_angular, of_energy in (("affine", 0.02, 0.04), ("plain", 0.25, 0.4)):
     run = f"spin_{transfer}"
-    history = conserved(run, of_mass=1e-14, of_momentum=1e-12, of_angular=of_angular)
+    history = conserved(run, of_mass=1e-13, of_momentum=1e-12, of_angular=of_angular)
     whole = history["kinetic"] + history["strain"]
     check(f"{run}: change of energy, relative", whole / whole[0] - 1, of_energy)
     check(f"{run}: largest stress over density (speed of the rim)^2", stress(run) / (density * (speed * radius) ** 2), 2.0)
