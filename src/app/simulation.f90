@@ -8,6 +8,7 @@ module m_simulation
    use m_timers, only: phase_output
    use m_scene, only: scene_t
    use m_scene_reader, only: read_scene
+   use m_scene_checks, only: safety_limit
    use m_model, only: model_t
    use m_level_step, only: advance, bound_speeds
    use m_energy, only: balance_t
@@ -39,7 +40,6 @@ module m_simulation
    end type simulation_t
 
    integer, parameter :: rebalance_every = 200        !< steps
-   real(wp), parameter :: largest_courant = 1.0_wp    !< a given time step above this many cells a wave is refused
 
 contains
 
@@ -69,9 +69,10 @@ contains
    subroutine check_time_step(self)
       class(simulation_t), intent(inout) :: self
       real(wp) :: limit
-      limit = largest_courant*self%model%level%grid%cell/(self%model%bounds%wave_speed + self%model%bounds%particle_speed)
+      limit = safety_limit(self%scene)*self%model%level%grid%cell/(self%model%bounds%wave_speed + self%model%bounds%particle_speed)
       if (self%scene%time%time_step > limit) call fail(self%error, exit_input, '&time time_step='// &
-          to_text(self%scene%time%time_step)//': must be at most '//to_text(limit)//' s, one cell over the speed of sound')
+          to_text(self%scene%time%time_step)//': must be at most '//to_text(limit)//' s, '// &
+          to_text(safety_limit(self%scene))//' cells over the speed of sound')
    end subroutine check_time_step
 
    !> True when the scene has ended or the run cannot go on.

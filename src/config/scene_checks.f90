@@ -10,7 +10,7 @@ module m_scene_checks
    use m_scene_shapes, only: body_extent, body_distance, bodies_overlap, tool_overlaps
    implicit none
    private
-   public :: check_scene
+   public :: check_scene, safety_limit
 
    real(wp), parameter :: whole = 1.0e-9_wp     !< a length is so near, relatively, to a whole number of cells
    real(wp), parameter :: touching = 1.0e-6_wp  !< what overlaps by less than this share of a cell only touches
@@ -20,7 +20,7 @@ module m_scene_checks
 
    !> The largest safety for particles_per_cell 1, 8 and 27.
    integer, parameter :: safety_particles(3) = [1, 8, 27]
-   real(wp), parameter :: largest_safety(3) = [1.0_wp, 1.0_wp, 1.0_wp]
+   real(wp), parameter :: largest_safety(3) = [0.5_wp, 0.5_wp, 0.4_wp]
 
 contains
 
@@ -164,6 +164,16 @@ contains
          return
       end do
    end subroutine check_whole_particles
+
+   !> The largest safety factor that all bodies of a scene allow (doc/accuracy.md, stability).
+   pure real(wp) function safety_limit(scene)
+      type(scene_t), intent(in) :: scene
+      integer :: i
+      safety_limit = maxval(largest_safety)
+      do i = 1, size(scene%bodies)
+         safety_limit = min(safety_limit, largest_safety(findloc(safety_particles, scene%bodies(i)%particles_per_cell, dim=1)))
+      end do
+   end function safety_limit
 
    !> The safety factor is one that the body's particles allow.
    subroutine check_safety(text, scene, i, error)
