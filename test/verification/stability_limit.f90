@@ -9,10 +9,11 @@
 !> at 0.02 c, so that its particles cross cells. A run is unstable when the energy about its centre of mass exceeds twice the
 !> first; that energy stays within a few per cent below the limit and multiplies above it.
 !>
-!> What to expect (plain transfer): an outer node that one particle of half size l just touches has the mass m S and the stiffness
+!> What to expect, roughly: an outer node that one particle of half size l just touches has the mass m S and the stiffness
 !> c^2 m (dS/dx)^2 a direction, so that its frequency is c/sqrt(l h) however little it has; three such directions at a corner
-!> give c sqrt(3/(l h)), and a leapfrog 2/frequency: safety 2 sqrt(l/(3 h)) = 0.82, 0.58, 0.47 for 1, 8, 27 particles a cell.
-!> Inside the body, 1/sqrt(3) = 0.58. Affine transfer damps the shortest waves and so bears a little more.
+!> give c sqrt(3/(l h)), and a leapfrog 2/frequency: safety 2 sqrt(l/(3 h)) = 0.82, 0.58, 0.47 for 1, 8, 27 particles a cell;
+!> inside the body 1/sqrt(3) = 0.58. Measured at Poisson 0.3: 0.55, 0.50, 0.45. Nearly incompressible material bears
+!> less: 0.45, 0.42, 0.37 at Poisson 0.49. Affine transfer damps the shortest waves and bears a little more.
 !>
 !> Asserted: every line is stable up to the largest safety that the code should allow for its particles a cell (`allowed`), and the
 !> sweep does find instability with usl, at 1.0. With usf and musl, whose stresses and velocities belong to other instants than
@@ -48,12 +49,12 @@ program stability_limit
    real(wp), parameter :: travel = 0.02_wp                  !< c
    real(wp), parameter :: kept = 1.05_wp                    !< energy over the first one that is still as it should be
    integer, parameter :: particle_numbers(3) = [1, 8, 27]
-   real(wp), parameter :: allowed(3) = [0.5_wp, 0.5_wp, 0.4_wp]
+   real(wp), parameter :: allowed(3) = [0.4_wp, 0.4_wp, 0.35_wp]
    integer, parameter :: places = 8
    real(wp), parameter :: diagonal(6) = [0.0_wp, 0.03_wp, 0.1_wp, 0.2_wp, 0.35_wp, 0.5_wp] !< cells; the others by chance
    real(wp), parameter :: hopeless = 10.0_wp                !< a run is stopped there
-   real(wp), parameter :: safeties(11) = [0.3_wp, 0.4_wp, 0.45_wp, 0.5_wp, 0.55_wp, 0.6_wp, 0.65_wp, 0.7_wp, 0.8_wp, &
-                                          0.9_wp, 1.0_wp]
+   real(wp), parameter :: safeties(11) = [0.3_wp, 0.35_wp, 0.4_wp, 0.45_wp, 0.5_wp, 0.55_wp, 0.6_wp, 0.65_wp, 0.7_wp, &
+                                          0.8_wp, 1.0_wp]
    type(communicator_t) :: comm, alone
    type(assertions_t) :: test
    call comm%start()
@@ -74,13 +75,13 @@ contains
       do n = 1, 3
          do t = 1, 2
             call row(setting_t(particles_per_cell=particle_numbers(n), affine=t == 2), transfers(t), 'usl ')
+            call row(setting_t(particles_per_cell=particle_numbers(n), affine=t == 2, poisson=0.49_wp), transfers(t), 'usl ')
          end do
       end do
       do t = 1, 2
          call row(setting_t(affine=t == 2, stress_update=update_usf), transfers(t), 'usf ')
          call row(setting_t(affine=t == 2, stress_update=update_musl), transfers(t), 'musl')
          call row(setting_t(affine=t == 2, poisson=0.0_wp), transfers(t), 'usl ')
-         call row(setting_t(affine=t == 2, poisson=0.45_wp), transfers(t), 'usl ')
       end do
    end subroutine sweep
 
