@@ -21,7 +21,7 @@ module m_scene
 
    !> &time: how the scene is stepped.
    type, public :: time_spec_t
-      real(wp) :: safety = 0.4_wp        !< share of cell / (c + |v|)
+      real(wp) :: safety = 0.35_wp       !< share of cell / (c + |v|)
       real(wp) :: time_step = 0.0_wp     !< s; 0 means automatic
       integer :: stress_update = update_usl
       real(wp) :: flip_fraction = 1.0_wp !< 1 is FLIP, 0 is PIC

@@ -20,7 +20,7 @@ module m_scene_checks
 
    !> The largest safety for particles_per_cell 1, 8 and 27.
    integer, parameter :: safety_particles(3) = [1, 8, 27]
-   real(wp), parameter :: largest_safety(3) = [0.5_wp, 0.5_wp, 0.4_wp]
+   real(wp), parameter :: largest_safety(3) = [0.4_wp, 0.4_wp, 0.35_wp]
 
 contains
 

@@ -6,3 +6,4 @@ export OMPI_MCA_hwloc_base_binding_policy="${OMPI_MCA_hwloc_base_binding_policy:
 export OMPI_MCA_btl_vader_single_copy_mechanism="${OMPI_MCA_btl_vader_single_copy_mechanism:-none}"
 export OMPI_MCA_pml="${OMPI_MCA_pml:-ob1}" # looks for no network: a launch takes half the time
 export ASAN_OPTIONS="${ASAN_OPTIONS:-detect_leaks=0}" # of Open MPI itself
+export OMPI_MCA_ess_singleton_isolated="${OMPI_MCA_ess_singleton_isolated:-1}" # a program run without mpirun starts no daemon
