@@ -35,6 +35,7 @@ module m_contact
       real(wp) :: normal(3) = 0.0_wp
       real(wp) :: gap = 0.0_wp   !< of its contact point now, m
       real(wp) :: area = 0.0_wp  !< m2
+      real(wp) :: mass = 1.0_wp  !< kg
       real(wp) :: force = 0.0_wp !< N
       logical :: touches = .false. !< its contact point ends the step on the tool
    end type candidate_t
@@ -162,6 +163,7 @@ contains
                   free_speed = normal_speed(level, c)
                   if (c%gap + time_step*(free_speed - dot_product(c%normal, self%tools(t)%velocity())) > margin*edge) cycle
                   c%area = edge**2
+                  c%mass = column(p, at%mass)
                   c%force = column(p, self%pressure)*c%area
                   call keep(self, c)
                end do
@@ -276,7 +278,7 @@ contains
          end do
       end do
       call self%system%connect(neighbours)
-      call self%system%set_scale()
+      call self%system%set_scale(time_step/self%candidates(:self%count)%mass)
    end subroutine assemble
 
    !> The node that stands for a candidate's node: itself, or its mirror inside a symmetry plane. `node` is its number in the

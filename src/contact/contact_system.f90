@@ -11,9 +11,10 @@ module m_contact_system
 
    integer, parameter :: stencil_nodes = 27
    integer, parameter :: width = 4 !< three components and a spare one: one vector register
-   !> Compliance of a contact point, over the diagonal: makes the forces unique where more candidates than nodes share a face,
-   !> and the solve short. It changes the load by some 1e-4 and leaves an overlap of some 1e-3 cells (doc/accuracy.md).
-   real(wp), parameter :: compliance = 1.0e-2_wp
+   !> Compliance of a contact point, in dt/m of its particle (some hundredth of the diagonal at 8 particles a cell): makes the
+   !> forces unique where more candidates than nodes share a face, and the solve short. It changes the load by some 1e-4 and
+   !> leaves an overlap of some 1e-3 cells (doc/accuracy.md).
+   real(wp), parameter :: compliance = 5.0e-4_wp
 
    !> Nodes that this rank's candidates touch and that candidates of another rank touch too.
    type :: shared_nodes_t
@@ -32,6 +33,7 @@ module m_contact_system
       real(wp), allocatable :: mobility(:, :)    !< (4, nodes): dt/m, 0 for held components, s/kg
       real(wp), allocatable :: force(:, :)       !< (4, nodes): work
       real(wp), allocatable :: scale(:)          !< (candidates): makes the diagonal 1
+      real(wp), allocatable :: softness(:)       !< (candidates): what the compliance adds to the diagonal
       integer, allocatable :: grid_node(:)       !< (nodes): node in the grid
       type(shared_nodes_t), allocatable :: shared(:)
    contains
@@ -176,7 +178,7 @@ contains
       call self%spread(from)
       call self%exchange()
       call self%collect(to)
-      to(:self%candidates) = to(:self%candidates) + compliance*from(:self%candidates)
+      to(:self%candidates) = to(:self%candidates) + self%softness(:self%candidates)*from(:self%candidates)
       to(self%candidates + 1:) = from(self%candidates + 1:)
    end subroutine multiply
 
@@ -245,15 +247,16 @@ contains
       end do
    end subroutine collect
 
-   !> Scale unknowns so that the diagonal is 1; needs numbers and mobilities.
-   subroutine set_scale(self)
+   !> Scale unknowns so that the diagonal is 1 before the compliance is added; needs numbers and mobilities.
+   subroutine set_scale(self, particle_mobility)
       class(contact_system_t), intent(inout) :: self
+      real(wp), intent(in) :: particle_mobility(:) !< (candidates): dt/m of the particle, s/kg
       real(wp) :: diagonal
       integer :: c, s
       if (allocated(self%scale)) then
-         if (size(self%scale) < self%candidates) deallocate (self%scale)
+         if (size(self%scale) < self%candidates) deallocate (self%scale, self%softness)
       end if
-      if (.not. allocated(self%scale)) allocate (self%scale(2*self%candidates + 8))
+      if (.not. allocated(self%scale)) allocate (self%scale(2*self%candidates + 8), self%softness(2*self%candidates + 8))
       do c = 1, self%candidates
          diagonal = 0.0_wp
          do s = 1, stencil_nodes
@@ -261,6 +264,7 @@ contains
          end do
          self%scale(c) = 0.0_wp
          if (diagonal > 0.0_wp) self%scale(c) = 1.0_wp/sqrt(diagonal)
+         self%softness(c) = compliance*particle_mobility(c)*self%scale(c)**2
       end do
    end subroutine set_scale
 
