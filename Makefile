@@ -16,7 +16,7 @@ vectors := $(if $(filter x86_64,$(shell uname -m)),-mprefer-vector-width=512)
 
 FLAGS_opt ?= -std=f2008 -O3 -march=native -fopenmp-simd $(vectors) -g
 FLAGS_profile ?= $(FLAGS_opt) -fno-omit-frame-pointer -fno-optimize-sibling-calls
-FLAGS_debug ?= -std=f2008 -g -Og -fcheck=all -fsanitize=address,undefined -ffpe-trap=invalid,zero,overflow -fbacktrace \
+FLAGS_debug ?= -std=f2008 -g -Og -fcheck=all,no-array-temps -fsanitize=address,undefined -ffpe-trap=invalid,zero,overflow -fbacktrace \
                -Wall -Wextra -Wno-c-binding-type
 FLAGS_EXTRA ?=
 ifndef FLAGS_$(BUILD)

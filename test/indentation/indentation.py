@@ -8,6 +8,7 @@ number of cells along the cylinder's radius and height of 20 um. Per grid and de
 run's load within 2 % of the depth range on both sides; the reference is the finest file in test/references/fem.
 --bound   the mean of |error| over the second half of the depth range on the finest grid must be below this
 --falling and must fall with every finer grid
+--limit   the mean error that first order extrapolates from the two finest grids to none must lie within this
 Always: kinetic energy below 1 % of the tool's work over the second half of the depth range, and overlap below 0.01 cells.
 """
 import argparse
@@ -103,6 +104,12 @@ def study(tool, grids, args):
         print(f'  {wanted[i]*1e6:7.4f} {exact[i]*1e3:10.4f} {theory:+8.2f} ' + ' '.join(f'{c[i]:+8.2f}' for c in columns))
     if tool in args.bound and not errors[-1] < args.bound[tool]:
         faults.append(f'{tool}: mean |error| {errors[-1]:.2f} % on the finest grid, must be below {args.bound[tool]} %')
+    if len(grids) > 1:
+        coarse, fine = (np.mean(c[late]) for c in columns[-2:])
+        limit = fine + (fine - coarse)*grids[-2]/(grids[-1] - grids[-2])
+        print(f'{tool}: mean error extrapolated at first order from the two finest grids: {limit:+.2f} %')
+        if tool in args.limit and not abs(limit) < args.limit[tool]:
+            faults.append(f'{tool}: extrapolated error {limit:+.2f} %, must be within {args.limit[tool]} %')
     if args.falling and not all(b < a for a, b in zip(errors, errors[1:])):
         faults.append(f'{tool}: the error does not fall with every finer grid: {errors}')
     return faults
@@ -115,9 +122,11 @@ def main():
     parser.add_argument('ranks', type=int)
     parser.add_argument('study', nargs='+')
     parser.add_argument('--bound', nargs='*', default=[])
+    parser.add_argument('--limit', nargs='*', default=[])
     parser.add_argument('--falling', action='store_true')
     args = parser.parse_args()
     args.bound = {tool: float(value) for tool, value in (word.split('=') for word in args.bound)}
+    args.limit = {tool: float(value) for tool, value in (word.split('=') for word in args.limit)}
     faults = []
     for word in args.study:
         tool, grids = word.split('=')
