@@ -1,7 +1,7 @@
 !> Contact of the bodies with rigid tools: candidates, contact forces, their effect on the nodes (theory.md, eqs contact-*).
 module m_contact
    use mpi_f08
-   use m_kinds, only: wp, i4, i8
+   use m_kinds, only: wp, i8
    use m_constants, only: exit_numerical, block_size
    use m_errors, only: error_t, fail
    use m_text, only: to_text
@@ -12,7 +12,6 @@ module m_contact
    use m_level, only: level_t, tile_last, node_values
    use m_materials, only: materials_t
    use m_boundary, only: held_components, constrain_nodes
-   use m_stencil, only: stencil_t, set_stencil, frame_t
    use m_node_exchange, only: node_exchange_t, sum_tiles
    use m_contact_system, only: contact_system_t
    use m_petsc_solver, only: petsc_solver_t
@@ -32,6 +31,7 @@ module m_contact
    type :: candidate_t
       integer :: block = 0, particle = 0, tool = 0
       integer :: bin(3) = 0
+      real(wp) :: weight(-1:1, 3) = 0.0_wp !< of its contact point on the nodes around, by axis
       real(wp) :: normal(3) = 0.0_wp
       real(wp) :: gap = 0.0_wp   !< of its contact point now, m
       real(wp) :: area = 0.0_wp  !< m2
@@ -160,6 +160,8 @@ contains
                   c%tool = t
                   c%bin = [mod(block%cells%bin(p) - 1, block_size), mod((block%cells%bin(p) - 1)/block_size, block_size), &
                            (block%cells%bin(p) - 1)/block_size**2]
+                  position = position - self%tools(t)%spec%penetration_factor*thickness*c%normal
+                  c%weight = hat_weights((position - block%origin)*level%grid%per_cell - real(c%bin, wp))
                   free_speed = normal_speed(level, c)
                   if (c%gap + time_step*(free_speed - dot_product(c%normal, self%tools(t)%velocity())) > margin*edge) cycle
                   c%area = edge**2
@@ -203,37 +205,34 @@ contains
       end do
    end function near_tool
 
-   !> Speed along the normal that a particle's place gets from the solved nodes, m/s.
+   !> Hat functions of the three nodes around, by axis, at a place given in cells from the middle one. The traction acts at the
+   !> contact point, on the face of the particle: its nodes are those of a point there, not of the particle's volume. A uniform
+   !> pressure then makes a uniform stress, wherever the surface stands in its cell (theory.md, eq. contact-nodes).
+   pure function hat_weights(offset) result(weight)
+      real(wp), intent(in) :: offset(3) !< from -1 to 1
+      real(wp) :: weight(-1:1, 3)
+      weight(-1, :) = max(0.0_wp, -offset)
+      weight(0, :) = 1.0_wp - abs(offset)
+      weight(1, :) = max(0.0_wp, offset)
+   end function hat_weights
+
+   !> Speed along the normal that a contact point gets from the solved nodes, m/s.
    pure real(wp) function normal_speed(level, c) result(speed)
       type(level_t), intent(in) :: level
       type(candidate_t), intent(in) :: c
-      type(stencil_t) :: stencil
       real(wp) :: weight
       integer :: i, j, k
-      call candidate_stencil(level, c, stencil)
       speed = 0.0_wp
       do k = -1, 1
          do j = -1, 1
             do i = -1, 1
-               weight = stencil%weight(1, i, 1)*stencil%weight(1, j, 2)*stencil%weight(1, k, 3)
+               weight = c%weight(i, 1)*c%weight(j, 2)*c%weight(k, 3)
                speed = speed + weight*dot_product(c%normal, level%solved(2:4, c%bin(1) + 1 + i, c%bin(2) + 1 + j, &
                                                                          c%bin(3) + 1 + k, c%block))
             end do
          end do
       end do
    end function normal_speed
-
-   !> Weights of a candidate on its 27 nodes.
-   pure subroutine candidate_stencil(level, c, stencil)
-      type(level_t), intent(in) :: level
-      type(candidate_t), intent(in) :: c
-      type(stencil_t), intent(inout) :: stencil
-      associate (block => level%blocks(c%block), at => level%layout)
-         call set_stencil(stencil, [int(c%particle, i4)], block%particles%column(:, at%position:at%position + 2), &
-                          block%particles%column(:, at%half_size), &
-                          frame_t(block%origin, level%grid%cell, level%grid%per_cell), c%bin)
-      end associate
-   end subroutine candidate_stencil
 
    !> The operator of this step's candidates.
    subroutine assemble(self, communicator, level, neighbours, time_step)
@@ -242,21 +241,21 @@ contains
       type(level_t), intent(in) :: level
       integer, intent(in) :: neighbours(:)
       real(wp), intent(in) :: time_step
-      type(stencil_t) :: stencil
       integer :: c, i, j, k, s, node(27), at(3)
       real(wp) :: direction(3, 27), weight
       logical :: held(3), turned(3)
       call self%system%begin(communicator)
       do c = 1, self%count
-         call candidate_stencil(level, self%candidates(c), stencil)
          s = 0
          do k = -1, 1
             do j = -1, 1
                do i = -1, 1
                   s = s + 1
                   call image_node(level, self%candidates(c), [i, j, k], node(s), at, held, turned)
-                  weight = stencil%weight(1, i, 1)*stencil%weight(1, j, 2)*stencil%weight(1, k, 3)
-                  direction(:, s) = weight*merge(-self%candidates(c)%normal, self%candidates(c)%normal, turned)
+                  associate (it => self%candidates(c))
+                     weight = it%weight(i, 1)*it%weight(j, 2)*it%weight(k, 3)
+                     direction(:, s) = weight*merge(-it%normal, it%normal, turned)
+                  end associate
                end do
             end do
          end do
