@@ -161,7 +161,7 @@ contains
                   c%bin = [mod(block%cells%bin(p) - 1, block_size), mod((block%cells%bin(p) - 1)/block_size, block_size), &
                            (block%cells%bin(p) - 1)/block_size**2]
                   position = position - self%tools(t)%spec%penetration_factor*thickness*c%normal
-                  c%weight = hat_weights((position - block%origin)*level%grid%per_cell - real(c%bin, wp))
+                  c%weight = hat_weights(min(max((position - block%origin)*level%grid%per_cell - c%bin, -1.0_wp), 1.0_wp))
                   free_speed = normal_speed(level, c)
                   if (c%gap + time_step*(free_speed - dot_product(c%normal, self%tools(t)%velocity())) > margin*edge) cycle
                   c%area = edge**2
