@@ -1,10 +1,10 @@
 !> Particles take velocity, acceleration and velocity gradient from their nodes (theory.md, eq. to-particles).
 module m_node_to_particle
-   use m_kinds, only: wp, i4
+   use m_kinds, only: wp
    use m_constants, only: block_size
    use m_field_table, only: layout_t
    use m_cell_list, only: cell_list_t
-   use m_stencil, only: stencil_t, frame_t, batch, set_stencil
+   use m_stencil, only: stencil_t, frame_t, batch, chunk, set_stencil, bin_place
    implicit none
    private
    public :: scatter_to_particles, motion_t
@@ -18,6 +18,14 @@ module m_node_to_particle
       integer :: position       !< first column of where the new position goes
    end type motion_t
 
+   !> What the particles of a chunk take. Vectors may write `batch` - 1 beyond the last.
+   type :: taken_t
+      real(wp) :: motion(chunk + batch, 6)   !< velocity of the grid, acceleration
+      real(wp) :: gradient(chunk + batch, 9) !< d v_i / d x_j at 3 (j-1) + i
+   end type taken_t
+
+   integer, parameter :: few = 3 !< up to so many particles of a bin are done one by one
+
 contains
 
    !> Move a block's particles with its node tile and store their velocity gradients, d v_i / d x_j at 3 (j-1) + i.
@@ -28,69 +36,183 @@ contains
       type(frame_t), intent(in) :: frame
       type(motion_t), intent(in) :: motion
       real(wp), intent(inout), contiguous :: column(:, :)
-      real(wp), intent(inout), contiguous :: gradient(:, :) !< (:, 9), 1/s
+      real(wp), intent(inout), contiguous :: gradient(:, :) !< (:, 9), 1/s; may be columns of `column`
       type(stencil_t) :: stencil
-      integer :: i, j, k, bin, first, last
-      bin = 0
-      do k = 0, block_size - 1
-         do j = 0, block_size - 1
-            do i = 0, block_size - 1
-               bin = bin + 1
-               do first = cells%first(bin), cells%first(bin + 1) - 1, batch
-                  last = min(first + batch, cells%first(bin + 1)) - 1
-                  call set_stencil(stencil, cells%order(first:last), column(:, layout%position:layout%position + 2), &
-                                   column(:, layout%half_size), frame, [i, j, k])
-                  call take(cells%order(first:last), stencil, tile(:, i:i + 2, j:j + 2, k:k + 2), layout, motion, column, gradient)
-               end do
+      type(taken_t) :: taken
+      integer :: first, last, p, place(3), r
+      do first = 1, cells%first(size(cells%first)) - 1, chunk
+         call set_stencil(stencil, cells, first, column, layout, frame)
+         do r = 1, stencil%runs
+            place = bin_place(stencil%run_bin(r))
+            p = stencil%run_first(r)
+            last = stencil%run_first(r + 1) - 1
+            do while (last - p >= few)
+               call take_batch(stencil, p, min(last - p + 1, batch), place(1), place(2), place(3), tile, taken)
+               p = p + batch
+            end do
+            do p = p, last
+               call take_one(stencil, p, place(1), place(2), place(3), tile, taken)
             end do
          end do
+         call move(stencil, taken, layout, motion, column, gradient)
       end do
    end subroutine scatter_to_particles
 
-   !> One bin: lane = node quantity, so that a bin with one particle costs no more a particle than a full one.
-   pure subroutine take(members, stencil, nodes, layout, motion, column, gradient)
-      integer(i4), intent(in) :: members(:)
+   !> Particles first, first + 1, ... of one bin together: one lane a particle.
+   pure subroutine take_batch(stencil, first, n, i, j, k, tile, taken)
       type(stencil_t), intent(in) :: stencil
-      real(wp), intent(in) :: nodes(lanes, -1:1, -1:1, -1:1)
-      type(layout_t), intent(in) :: layout
-      type(motion_t), intent(in) :: motion
-      real(wp), intent(inout), contiguous :: column(:, :), gradient(:, :)
-      real(wp), dimension(lanes) :: value, slope_x, slope_y, slope_z, even, odd
-      real(wp) :: wyz, syz, wsz
-      integer :: axis, j, k, m, p, q
-      do m = 1, size(members)
-         value = 0.0_wp
-         slope_x = 0.0_wp
-         slope_y = 0.0_wp
-         slope_z = 0.0_wp
-         do k = -1, 1
-            do j = -1, 1
-               wyz = stencil%weight(m, j, 2)*stencil%weight(m, k, 3)
-               syz = stencil%slope(m, j, 2)*stencil%weight(m, k, 3)
-               wsz = stencil%weight(m, j, 2)*stencil%slope(m, k, 3)
+      integer, intent(in) :: first, n, i, j, k
+      real(wp), intent(in) :: tile(lanes, 0:block_size + 1, 0:block_size + 1, 0:block_size + 1)
+      type(taken_t), intent(inout) :: taken
+      real(wp), dimension(batch) :: wx1, wx2, wx3, sx1, sx2, sx3, wy, sy, wz, sz, odd
+      real(wp), dimension(batch, 6) :: even, plane, motion
+      real(wp), dimension(batch, 3) :: plane_x, plane_y, slope_x, slope_y, slope_z
+      integer :: b, c, p, q
+      wx1 = stencil%weight(first:first + batch - 1, -1, 1)
+      wx2 = stencil%weight(first:first + batch - 1, 0, 1)
+      wx3 = stencil%weight(first:first + batch - 1, 1, 1)
+      sx1 = stencil%slope(first:first + batch - 1, -1, 1)
+      sx2 = stencil%slope(first:first + batch - 1, 0, 1)
+      sx3 = stencil%slope(first:first + batch - 1, 1, 1)
+      motion = 0.0_wp
+      slope_x = 0.0_wp
+      slope_y = 0.0_wp
+      slope_z = 0.0_wp
+      do c = -1, 1
+         plane = 0.0_wp
+         plane_x = 0.0_wp
+         plane_y = 0.0_wp
+         do b = -1, 1
+            wy = stencil%weight(first:first + batch - 1, b, 2)
+            sy = stencil%slope(first:first + batch - 1, b, 2)
+            do q = 1, 6
                !$omp simd
-               do q = 1, lanes
-                  even(q) = stencil%weight(m, -1, 1)*nodes(q, -1, j, k) + stencil%weight(m, 0, 1)*nodes(q, 0, j, k) &
-                            + stencil%weight(m, 1, 1)*nodes(q, 1, j, k)
-                  odd(q) = stencil%slope(m, -1, 1)*nodes(q, -1, j, k) + stencil%slope(m, 0, 1)*nodes(q, 0, j, k) &
-                           + stencil%slope(m, 1, 1)*nodes(q, 1, j, k)
-                  value(q) = value(q) + wyz*even(q)
-                  slope_x(q) = slope_x(q) + wyz*odd(q)
-                  slope_y(q) = slope_y(q) + syz*even(q)
-                  slope_z(q) = slope_z(q) + wsz*even(q)
+               do p = 1, batch
+                  even(p, q) = wx1(p)*tile(1 + q, i, j + 1 + b, k + 1 + c) + wx2(p)*tile(1 + q, i + 1, j + 1 + b, k + 1 + c) &
+                               + wx3(p)*tile(1 + q, i + 2, j + 1 + b, k + 1 + c)
+                  plane(p, q) = plane(p, q) + wy(p)*even(p, q)
+               end do
+            end do
+            do q = 1, 3
+               !$omp simd
+               do p = 1, batch
+                  odd(p) = sx1(p)*tile(1 + q, i, j + 1 + b, k + 1 + c) + sx2(p)*tile(1 + q, i + 1, j + 1 + b, k + 1 + c) &
+                           + sx3(p)*tile(1 + q, i + 2, j + 1 + b, k + 1 + c)
+                  plane_x(p, q) = plane_x(p, q) + wy(p)*odd(p)
+                  plane_y(p, q) = plane_y(p, q) + sy(p)*even(p, q)
                end do
             end do
          end do
-         p = members(m)
-         do axis = 0, 2
-            column(p, motion%position + axis) = column(p, layout%position + axis) + motion%time_step*value(2 + axis)
-            column(p, layout%velocity + axis) = motion%flip_fraction*(column(p, layout%velocity + axis) &
-                                              + motion%time_step*value(5 + axis)) + (1.0_wp - motion%flip_fraction)*value(2 + axis)
-            gradient(p, 1 + axis) = slope_x(2 + axis)
-            gradient(p, 4 + axis) = slope_y(2 + axis)
-            gradient(p, 7 + axis) = slope_z(2 + axis)
+         wz = stencil%weight(first:first + batch - 1, c, 3)
+         sz = stencil%slope(first:first + batch - 1, c, 3)
+         do q = 1, 6
+            !$omp simd
+            do p = 1, batch
+               motion(p, q) = motion(p, q) + wz(p)*plane(p, q)
+            end do
+         end do
+         do q = 1, 3
+            !$omp simd
+            do p = 1, batch
+               slope_x(p, q) = slope_x(p, q) + wz(p)*plane_x(p, q)
+               slope_y(p, q) = slope_y(p, q) + wz(p)*plane_y(p, q)
+               slope_z(p, q) = slope_z(p, q) + sz(p)*plane(p, q)
+            end do
          end do
       end do
-   end subroutine take
+      taken%motion(first:first + n - 1, :) = motion(:n, :)
+      taken%gradient(first:first + n - 1, 1:3) = slope_x(:n, :)
+      taken%gradient(first:first + n - 1, 4:6) = slope_y(:n, :)
+      taken%gradient(first:first + n - 1, 7:9) = slope_z(:n, :)
+   end subroutine take_batch
+
+   !> One particle: one lane a node quantity, so that a bin with one particle costs no more a particle than a full one.
+   pure subroutine take_one(stencil, m, i, j, k, tile, taken)
+      type(stencil_t), intent(in) :: stencil
+      integer, intent(in) :: m, i, j, k
+      real(wp), intent(in) :: tile(lanes, 0:block_size + 1, 0:block_size + 1, 0:block_size + 1)
+      type(taken_t), intent(inout) :: taken
+      real(wp), dimension(lanes) :: motion, slope_x, slope_y, slope_z
+      real(wp) :: even, odd, plane, plane_x, plane_y, value, x, y, z
+      integer :: b, c, q
+      !$omp simd private(even, odd, plane, plane_x, plane_y, value, x, y, z)
+      do q = 1, lanes
+         value = 0.0_wp
+         x = 0.0_wp
+         y = 0.0_wp
+         z = 0.0_wp
+         do c = -1, 1
+            plane = 0.0_wp
+            plane_x = 0.0_wp
+            plane_y = 0.0_wp
+            do b = -1, 1
+               even = stencil%weight(m, -1, 1)*tile(q, i, j + 1 + b, k + 1 + c) &
+                      + stencil%weight(m, 0, 1)*tile(q, i + 1, j + 1 + b, k + 1 + c) &
+                      + stencil%weight(m, 1, 1)*tile(q, i + 2, j + 1 + b, k + 1 + c)
+               odd = stencil%slope(m, -1, 1)*tile(q, i, j + 1 + b, k + 1 + c) &
+                     + stencil%slope(m, 0, 1)*tile(q, i + 1, j + 1 + b, k + 1 + c) &
+                     + stencil%slope(m, 1, 1)*tile(q, i + 2, j + 1 + b, k + 1 + c)
+               plane = plane + stencil%weight(m, b, 2)*even
+               plane_x = plane_x + stencil%weight(m, b, 2)*odd
+               plane_y = plane_y + stencil%slope(m, b, 2)*even
+            end do
+            value = value + stencil%weight(m, c, 3)*plane
+            x = x + stencil%weight(m, c, 3)*plane_x
+            y = y + stencil%weight(m, c, 3)*plane_y
+            z = z + stencil%slope(m, c, 3)*plane
+         end do
+         motion(q) = value
+         slope_x(q) = x
+         slope_y(q) = y
+         slope_z(q) = z
+      end do
+      do q = 1, 3
+         taken%motion(m, q) = motion(1 + q)
+         taken%motion(m, 3 + q) = motion(4 + q)
+         taken%gradient(m, q) = slope_x(1 + q)
+         taken%gradient(m, 3 + q) = slope_y(1 + q)
+         taken%gradient(m, 6 + q) = slope_z(1 + q)
+      end do
+   end subroutine take_one
+
+   !> New positions, velocities and velocity gradients of a chunk.
+   pure subroutine move(stencil, taken, layout, motion, column, gradient)
+      type(stencil_t), intent(in) :: stencil
+      type(taken_t), intent(in) :: taken
+      type(layout_t), intent(in) :: layout
+      type(motion_t), intent(in) :: motion
+      real(wp), intent(inout), contiguous :: column(:, :), gradient(:, :)
+      integer :: axis, m, p, q
+      p = stencil%member(1) - 1
+      if (stencil%in_order) then
+         do axis = 0, 2
+            do m = 1, stencil%count
+               column(p + m, motion%position + axis) = column(p + m, layout%position + axis) &
+                                                       + motion%time_step*taken%motion(m, 1 + axis)
+            end do
+            do m = 1, stencil%count
+               column(p + m, layout%velocity + axis) = motion%flip_fraction*(column(p + m, layout%velocity + axis) &
+                        + motion%time_step*taken%motion(m, 4 + axis)) + (1.0_wp - motion%flip_fraction)*taken%motion(m, 1 + axis)
+            end do
+         end do
+         do q = 1, 9
+            do m = 1, stencil%count
+               gradient(p + m, q) = taken%gradient(m, q)
+            end do
+         end do
+      else
+         do m = 1, stencil%count
+            p = stencil%member(m)
+            do axis = 0, 2
+               column(p, motion%position + axis) = column(p, layout%position + axis) + motion%time_step*taken%motion(m, 1 + axis)
+               column(p, layout%velocity + axis) = motion%flip_fraction*(column(p, layout%velocity + axis) &
+                        + motion%time_step*taken%motion(m, 4 + axis)) + (1.0_wp - motion%flip_fraction)*taken%motion(m, 1 + axis)
+            end do
+            do q = 1, 9
+               gradient(p, q) = taken%gradient(m, q)
+            end do
+         end do
+      end if
+   end subroutine move
 
 end module m_node_to_particle

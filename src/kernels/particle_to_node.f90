@@ -1,20 +1,26 @@
 !> Particles give mass, momentum and internal force to their nodes (theory.md, eq. to-nodes).
 module m_particle_to_node
-   use m_kinds, only: wp, i4
+   use m_kinds, only: wp
    use m_constants, only: block_size
    use m_field_table, only: layout_t
    use m_cell_list, only: cell_list_t
-   use m_stencil, only: stencil_t, frame_t, batch, set_stencil
+   use m_stencil, only: stencil_t, frame_t, chunk, set_stencil, bin_place
    implicit none
    private
    public :: gather_to_nodes, gather_body_force
 
    integer, parameter :: lanes = 8 !< values a node: mass, momentum (3), force (3), spare
 
+   !> What the particles of a chunk give, one lane a node quantity. Lanes that carry nothing stay 0.
+   type :: load_t
+      real(wp) :: fixed(lanes, chunk) = 0.0_wp          !< what goes with the weight
+      real(wp) :: along(lanes, 3, chunk) = 0.0_wp       !< what goes with each axis: momentum m L, force -V sigma
+      real(wp) :: arm(lanes, -1:1, 3, chunk) = 0.0_wp   !< what multiplies it on nodes -1, 0, 1 along each axis
+   end type load_t
+
 contains
 
-   !> Set a block's node tile to what its own particles give. One lane a node quantity; the 27 nodes of a bin are summed in
-   !> registers over the bin's particles and added to the tile once.
+   !> Set a block's node tile to what its own particles give.
    !> Where the layout has a velocity gradient, it is carried along (affine transfer): m S (v + L (x_i - x_p)).
    pure subroutine gather_to_nodes(cells, column, layout, frame, tile)
       type(cell_list_t), intent(in) :: cells
@@ -23,94 +29,130 @@ contains
       type(frame_t), intent(in) :: frame
       real(wp), intent(out) :: tile(lanes, 0:block_size + 1, 0:block_size + 1, 0:block_size + 1)
       type(stencil_t) :: stencil
-      real(wp) :: constant(lanes, batch), along(lanes, 3, batch)
-      integer :: i, j, k, bin, first, last, n
+      type(load_t) :: load
+      integer :: first, place(3), r
       tile = 0.0_wp
-      bin = 0
-      do k = 0, block_size - 1
-         do j = 0, block_size - 1
-            do i = 0, block_size - 1
-               bin = bin + 1
-               do first = cells%first(bin), cells%first(bin + 1) - 1, batch
-                  last = min(first + batch, cells%first(bin + 1)) - 1
-                  n = last - first + 1
-                  call set_stencil(stencil, cells%order(first:last), column(:, layout%position:layout%position + 2), &
-                                   column(:, layout%half_size), frame, [i, j, k])
-                  call load(cells%order(first:last), column, layout, constant, along)
-                  call add(n, stencil, constant, along, frame%cell, tile(:, i:i + 2, j:j + 2, k:k + 2))
-               end do
-            end do
+      do first = 1, cells%first(size(cells%first)) - 1, chunk
+         call set_stencil(stencil, cells, first, column, layout, frame)
+         call set_load(load, stencil, column, layout)
+         do r = 1, stencil%runs
+            place = bin_place(stencil%run_bin(r))
+            call set_arms(load, stencil, stencil%run_first(r), stencil%run_first(r + 1) - 1, frame%cell)
+            call add(load, stencil, stencil%run_first(r), stencil%run_first(r + 1) - 1, place(1), place(2), place(3), tile)
          end do
       end do
    end subroutine gather_to_nodes
 
-   !> Per particle: the part that goes with the weight, and the parts that go with each axis (momentum: m L; force: -V sigma).
-   pure subroutine load(members, column, layout, constant, along)
-      integer(i4), intent(in) :: members(:)
+   !> What the particles of a chunk carry, from columns to lanes. Affine transfer is written about the nearest node, so that what
+   !> goes with an axis is 0 there: m S (v - L offset) + m S L (x_i - x_nearest).
+   pure subroutine set_load(load, stencil, column, layout)
+      type(load_t), intent(inout) :: load
+      type(stencil_t), intent(in) :: stencil
       real(wp), intent(in), contiguous :: column(:, :)
       type(layout_t), intent(in) :: layout
-      real(wp), intent(out) :: constant(lanes, batch), along(lanes, 3, batch)
-      real(wp) :: mass, volume, s(6)
-      integer :: axis, m, p
-      do m = 1, size(members)
-         p = members(m)
+      real(wp) :: mass, volume, l(3, 3)
+      integer :: m, p
+      do m = 1, stencil%count
+         p = stencil%member(m)
          mass = column(p, layout%mass)
          volume = -column(p, layout%volume)
-         constant(1, m) = mass
-         constant(2:4, m) = mass*column(p, layout%velocity:layout%velocity + 2)
-         constant(5:8, m) = 0.0_wp
-         s = volume*column(p, layout%stress:layout%stress + 5)
-         along(:, :, m) = 0.0_wp
-         if (layout%gradient > 0) then
-            do axis = 1, 3
-               along(2:4, axis, m) = mass*column(p, layout%gradient + 3*axis - 3:layout%gradient + 3*axis - 1)
-            end do
-         end if
-         along(5:7, 1, m) = [s(1), s(6), s(5)]
-         along(5:7, 2, m) = [s(6), s(2), s(4)]
-         along(5:7, 3, m) = [s(5), s(4), s(3)]
+         load%fixed(1, m) = mass
+         load%fixed(2, m) = mass*column(p, layout%velocity)
+         load%fixed(3, m) = mass*column(p, layout%velocity + 1)
+         load%fixed(4, m) = mass*column(p, layout%velocity + 2)
+         load%along(5, 1, m) = volume*column(p, layout%stress)
+         load%along(6, 1, m) = volume*column(p, layout%stress + 5)
+         load%along(7, 1, m) = volume*column(p, layout%stress + 4)
+         load%along(5, 2, m) = load%along(6, 1, m)
+         load%along(6, 2, m) = volume*column(p, layout%stress + 1)
+         load%along(7, 2, m) = volume*column(p, layout%stress + 3)
+         load%along(5, 3, m) = load%along(7, 1, m)
+         load%along(6, 3, m) = load%along(7, 2, m)
+         load%along(7, 3, m) = volume*column(p, layout%stress + 2)
       end do
-   end subroutine load
+      if (layout%gradient == 0) return
+      do m = 1, stencil%count
+         p = stencil%member(m)
+         mass = load%fixed(1, m)
+         l(:, 1) = mass*column(p, layout%gradient:layout%gradient + 2)
+         l(:, 2) = mass*column(p, layout%gradient + 3:layout%gradient + 5)
+         l(:, 3) = mass*column(p, layout%gradient + 6:layout%gradient + 8)
+         load%fixed(2:4, m) = load%fixed(2:4, m) - stencil%offset(m, 1)*l(:, 1) - stencil%offset(m, 2)*l(:, 2) &
+                              - stencil%offset(m, 3)*l(:, 3)
+         load%along(2:4, :, m) = l
+      end do
+   end subroutine set_load
 
-   !> Add n particles of one bin to the 27 nodes around it: for each row of three nodes one pass over the particles, with the
-   !> sums of the row in registers (the loop over lanes is outermost, the loop over particles runs at least once).
-   pure subroutine add(n, stencil, constant, along, cell, nodes)
-      integer, intent(in) :: n !< at least 1
+   !> What multiplies `along` at a node: the slope for forces, weight times distance from the nearest node for momenta.
+   pure subroutine set_arms(load, stencil, first, last, cell)
+      type(load_t), intent(inout) :: load
       type(stencil_t), intent(in) :: stencil
-      real(wp), intent(in) :: constant(lanes, batch), along(lanes, 3, batch), cell
-      real(wp), intent(inout) :: nodes(lanes, -1:1, -1:1, -1:1)
-      real(wp) :: arm(lanes, -1:1, 3, batch) ! momentum lanes: weight times distance; force lanes: slope
-      real(wp) :: lower, middle, upper, even, odd
-      integer :: a, axis, j, k, p, q
-      do p = 1, n
+      integer, intent(in) :: first, last
+      real(wp), intent(in) :: cell
+      real(wp), parameter :: momentum(lanes) = [0, 1, 1, 1, 0, 0, 0, 0], force(lanes) = [0, 0, 0, 0, 1, 1, 1, 0]
+      integer :: axis, p, q
+      do p = first, last
          do axis = 1, 3
-            do a = -1, 1
-               arm(1, a, axis, p) = 0.0_wp
-               arm(2:4, a, axis, p) = stencil%weight(p, a, axis)*(real(a, wp)*cell - stencil%offset(p, axis))
-               arm(5:7, a, axis, p) = stencil%slope(p, a, axis)
-               arm(8, a, axis, p) = 0.0_wp
+            !$omp simd
+            do q = 1, lanes
+               load%arm(q, -1, axis, p) = force(q)*stencil%slope(p, -1, axis) - momentum(q)*(cell*stencil%weight(p, -1, axis))
+               load%arm(q, 0, axis, p) = force(q)*stencil%slope(p, 0, axis)
+               load%arm(q, 1, axis, p) = force(q)*stencil%slope(p, 1, axis) + momentum(q)*(cell*stencil%weight(p, 1, axis))
             end do
          end do
       end do
-      do k = -1, 1
-         do j = -1, 1
-            !$omp simd private(lower, middle, upper, even, odd)
-            do q = 1, lanes
-               lower = 0.0_wp
-               middle = 0.0_wp
-               upper = 0.0_wp
-               do p = 1, max(n, 1)
-                  even = stencil%weight(p, j, 2)*(stencil%weight(p, k, 3)*constant(q, p) + arm(q, k, 3, p)*along(q, 3, p)) &
-                         + stencil%weight(p, k, 3)*arm(q, j, 2, p)*along(q, 2, p)
-                  odd = stencil%weight(p, j, 2)*stencil%weight(p, k, 3)*along(q, 1, p)
-                  lower = lower + stencil%weight(p, -1, 1)*even + arm(q, -1, 1, p)*odd
-                  middle = middle + stencil%weight(p, 0, 1)*even + arm(q, 0, 1, p)*odd
-                  upper = upper + stencil%weight(p, 1, 1)*even + arm(q, 1, 1, p)*odd
-               end do
-               nodes(q, -1, j, k) = nodes(q, -1, j, k) + lower
-               nodes(q, 0, j, k) = nodes(q, 0, j, k) + middle
-               nodes(q, 1, j, k) = nodes(q, 1, j, k) + upper
+   end subroutine set_arms
+
+   !> Add a run of particles of one bin to the 27 nodes around it. One lane a node quantity; plane by plane, with the plane's nine
+   !> sums in registers over the particles. Products are factorised: along x once a plane, along y once a row.
+   pure subroutine add(load, stencil, first, last, i, j, k, tile)
+      type(load_t), intent(in) :: load
+      type(stencil_t), intent(in) :: stencil
+      integer, intent(in) :: first, last, i, j, k
+      real(wp), intent(inout) :: tile(lanes, 0:block_size + 1, 0:block_size + 1, 0:block_size + 1)
+      real(wp) :: s11, s21, s31, s12, s22, s32, s13, s23, s33, from_x, from_y, from_z, u, v
+      integer :: a, p, q
+      do a = -1, 1
+         !$omp simd private(s11, s21, s31, s12, s22, s32, s13, s23, s33, from_x, from_y, from_z, u, v)
+         do q = 1, lanes
+            s11 = tile(q, i + 1 + a, j, k)
+            s21 = tile(q, i + 1 + a, j + 1, k)
+            s31 = tile(q, i + 1 + a, j + 2, k)
+            s12 = tile(q, i + 1 + a, j, k + 1)
+            s22 = tile(q, i + 1 + a, j + 1, k + 1)
+            s32 = tile(q, i + 1 + a, j + 2, k + 1)
+            s13 = tile(q, i + 1 + a, j, k + 2)
+            s23 = tile(q, i + 1 + a, j + 1, k + 2)
+            s33 = tile(q, i + 1 + a, j + 2, k + 2)
+            do p = first, max(first, last) ! at least one, so that the loop over lanes can become vectors
+               from_x = stencil%weight(p, a, 1)*load%fixed(q, p) + load%arm(q, a, 1, p)*load%along(q, 1, p)
+               from_y = stencil%weight(p, a, 1)*load%along(q, 2, p)
+               from_z = stencil%weight(p, a, 1)*load%along(q, 3, p)
+               u = stencil%weight(p, -1, 2)*from_x + load%arm(q, -1, 2, p)*from_y
+               v = stencil%weight(p, -1, 2)*from_z
+               s11 = s11 + stencil%weight(p, -1, 3)*u + load%arm(q, -1, 3, p)*v
+               s12 = s12 + stencil%weight(p, 0, 3)*u + load%arm(q, 0, 3, p)*v
+               s13 = s13 + stencil%weight(p, 1, 3)*u + load%arm(q, 1, 3, p)*v
+               u = stencil%weight(p, 0, 2)*from_x + load%arm(q, 0, 2, p)*from_y
+               v = stencil%weight(p, 0, 2)*from_z
+               s21 = s21 + stencil%weight(p, -1, 3)*u + load%arm(q, -1, 3, p)*v
+               s22 = s22 + stencil%weight(p, 0, 3)*u + load%arm(q, 0, 3, p)*v
+               s23 = s23 + stencil%weight(p, 1, 3)*u + load%arm(q, 1, 3, p)*v
+               u = stencil%weight(p, 1, 2)*from_x + load%arm(q, 1, 2, p)*from_y
+               v = stencil%weight(p, 1, 2)*from_z
+               s31 = s31 + stencil%weight(p, -1, 3)*u + load%arm(q, -1, 3, p)*v
+               s32 = s32 + stencil%weight(p, 0, 3)*u + load%arm(q, 0, 3, p)*v
+               s33 = s33 + stencil%weight(p, 1, 3)*u + load%arm(q, 1, 3, p)*v
             end do
+            tile(q, i + 1 + a, j, k) = s11
+            tile(q, i + 1 + a, j + 1, k) = s21
+            tile(q, i + 1 + a, j + 2, k) = s31
+            tile(q, i + 1 + a, j, k + 1) = s12
+            tile(q, i + 1 + a, j + 1, k + 1) = s22
+            tile(q, i + 1 + a, j + 2, k + 1) = s32
+            tile(q, i + 1 + a, j, k + 2) = s13
+            tile(q, i + 1 + a, j + 1, k + 2) = s23
+            tile(q, i + 1 + a, j + 2, k + 2) = s33
          end do
       end do
    end subroutine add
@@ -125,23 +167,20 @@ contains
       real(wp), intent(inout) :: tile(lanes, 0:block_size + 1, 0:block_size + 1, 0:block_size + 1)
       type(stencil_t) :: stencil
       real(wp) :: force(3), weight
-      integer :: a, b, c, i, j, k, bin, first, last, p
-      do bin = 1, block_size**3
-         i = mod(bin - 1, block_size)
-         j = mod((bin - 1)/block_size, block_size)
-         k = (bin - 1)/block_size**2
-         do first = cells%first(bin), cells%first(bin + 1) - 1, batch
-            last = min(first + batch, cells%first(bin + 1)) - 1
-            call set_stencil(stencil, cells%order(first:last), column(:, layout%position:layout%position + 2), &
-                             column(:, layout%half_size), frame, [i, j, k])
-            do p = first, last
-               force = column(cells%order(p), layout%mass)*acceleration(cells%order(p), :)
+      integer :: a, b, c, first, m, p, place(3), r
+      do first = 1, cells%first(size(cells%first)) - 1, chunk
+         call set_stencil(stencil, cells, first, column, layout, frame)
+         do r = 1, stencil%runs
+            place = bin_place(stencil%run_bin(r)) + 1
+            do m = stencil%run_first(r), stencil%run_first(r + 1) - 1
+               p = stencil%member(m)
+               force = column(p, layout%mass)*acceleration(p, :)
                do c = -1, 1
                   do b = -1, 1
                      do a = -1, 1
-                        weight = stencil%weight(p - first + 1, a, 1)*stencil%weight(p - first + 1, b, 2) &
-                                 *stencil%weight(p - first + 1, c, 3)
-                        tile(5:7, i + 1 + a, j + 1 + b, k + 1 + c) = tile(5:7, i + 1 + a, j + 1 + b, k + 1 + c) + weight*force
+                        weight = stencil%weight(m, a, 1)*stencil%weight(m, b, 2)*stencil%weight(m, c, 3)
+                        tile(5:7, place(1) + a, place(2) + b, place(3) + c) = &
+                           tile(5:7, place(1) + a, place(2) + b, place(3) + c) + weight*force
                      end do
                   end do
                end do
