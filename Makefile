@@ -14,7 +14,7 @@ FC := mpifort
 endif
 vectors := $(if $(filter x86_64,$(shell uname -m)),-mprefer-vector-width=512)
 
-FLAGS_opt ?= -std=f2008 -O3 -march=native -fopenmp-simd $(vectors) -g
+FLAGS_opt ?= -std=f2008 -O3 -march=native -fopenmp-simd -fno-tree-loop-distribute-patterns $(vectors) -g
 FLAGS_profile ?= $(FLAGS_opt) -fno-omit-frame-pointer -fno-optimize-sibling-calls
 FLAGS_debug ?= -std=f2008 -g -Og -fcheck=all,no-array-temps -fsanitize=address,undefined -ffpe-trap=invalid,zero,overflow -fbacktrace \
                -Wall -Wextra -Wno-c-binding-type
@@ -104,6 +104,11 @@ $(build)/obj/%.o: %.F90 $(build)/flags
 	@mkdir -p $(@D) $(build)/mod
 	@echo "  compile  $<"
 	@$(petsc_compile) -c -o $@ $<
+
+# The one loop that asks for cache lines ahead of their use (gfortran; other compilers read ahead by themselves or not at all).
+$(build)/obj/src/kernels/prefetch.o: private FLAGS_EXTRA += $(if $(filter gfortran%,$(notdir $(firstword $(FC))))$(filter \
+   mpifort,$(FC)),-fprefetch-loop-arrays --param simultaneous-prefetches=200 --param prefetch-min-insn-to-mem-ratio=0 \
+   --param min-insn-to-prefetch-ratio=0 --param prefetch-latency=200)
 
 # A module file that the compiler left alone (its interface is as it was) is older than its object; then nothing that uses it is
 # compiled again.

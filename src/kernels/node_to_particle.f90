@@ -4,7 +4,7 @@ module m_node_to_particle
    use m_constants, only: block_size
    use m_field_table, only: layout_t
    use m_cell_list, only: cell_list_t
-   use m_stencil, only: stencil_t, frame_t, batch, chunk, set_stencil, bin_place
+   use m_stencil, only: stencil_t, frame_t, batch, chunk, set_stencil
    implicit none
    private
    public :: scatter_to_particles, motion_t
@@ -39,29 +39,31 @@ contains
       real(wp), intent(inout), contiguous :: gradient(:, :) !< (:, 9), 1/s; may be columns of `column`
       type(stencil_t) :: stencil
       type(taken_t) :: taken
-      integer :: first, last, p, place(3), r
+      integer :: first, last, p, r
       do first = 1, cells%first(size(cells%first)) - 1, chunk
          call set_stencil(stencil, cells, first, column, layout, frame)
          do r = 1, stencil%runs
-            place = bin_place(stencil%run_bin(r))
-            p = stencil%run_first(r)
-            last = stencil%run_first(r + 1) - 1
-            do while (last - p >= few)
-               call take_batch(stencil, p, min(last - p + 1, batch), place(1), place(2), place(3), tile, taken)
-               p = p + batch
-            end do
-            do p = p, last
-               call take_one(stencil, p, place(1), place(2), place(3), tile, taken)
-            end do
+            associate (i => stencil%run_place(1, r), j => stencil%run_place(2, r), k => stencil%run_place(3, r))
+               p = stencil%run_first(r)
+               last = stencil%run_first(r + 1) - 1
+               do while (last - p >= few)
+                  call take_batch(stencil, p, i, j, k, tile, taken)
+                  p = p + batch
+               end do
+               do p = p, last
+                  call take_one(stencil, p, i, j, k, tile, taken)
+               end do
+            end associate
          end do
          call move(stencil, taken, layout, motion, column, gradient)
       end do
    end subroutine scatter_to_particles
 
-   !> Particles first, first + 1, ... of one bin together: one lane a particle.
-   pure subroutine take_batch(stencil, first, n, i, j, k, tile, taken)
+   !> The particle `first` and those behind it together: one lane a particle. What is taken by those that are not of the same bin
+   !> is nonsense, and overwritten when their turn comes.
+   pure subroutine take_batch(stencil, first, i, j, k, tile, taken)
       type(stencil_t), intent(in) :: stencil
-      integer, intent(in) :: first, n, i, j, k
+      integer, intent(in) :: first, i, j, k
       real(wp), intent(in) :: tile(lanes, 0:block_size + 1, 0:block_size + 1, 0:block_size + 1)
       type(taken_t), intent(inout) :: taken
       real(wp), dimension(batch) :: wx1, wx2, wx3, sx1, sx2, sx3, wy, sy, wz, sz, odd
@@ -120,10 +122,14 @@ contains
             end do
          end do
       end do
-      taken%motion(first:first + n - 1, :) = motion(:n, :)
-      taken%gradient(first:first + n - 1, 1:3) = slope_x(:n, :)
-      taken%gradient(first:first + n - 1, 4:6) = slope_y(:n, :)
-      taken%gradient(first:first + n - 1, 7:9) = slope_z(:n, :)
+      do q = 1, 6
+         taken%motion(first:first + batch - 1, q) = motion(:, q)
+      end do
+      do q = 1, 3
+         taken%gradient(first:first + batch - 1, q) = slope_x(:, q)
+         taken%gradient(first:first + batch - 1, 3 + q) = slope_y(:, q)
+         taken%gradient(first:first + batch - 1, 6 + q) = slope_z(:, q)
+      end do
    end subroutine take_batch
 
    !> One particle: one lane a node quantity, so that a bin with one particle costs no more a particle than a full one.

@@ -4,7 +4,7 @@ module m_particle_to_node
    use m_constants, only: block_size
    use m_field_table, only: layout_t
    use m_cell_list, only: cell_list_t
-   use m_stencil, only: stencil_t, frame_t, chunk, set_stencil, bin_place
+   use m_stencil, only: stencil_t, frame_t, chunk, set_stencil, fetch
    implicit none
    private
    public :: gather_to_nodes, gather_body_force
@@ -30,15 +30,15 @@ contains
       real(wp), intent(out) :: tile(lanes, 0:block_size + 1, 0:block_size + 1, 0:block_size + 1)
       type(stencil_t) :: stencil
       type(load_t) :: load
-      integer :: first, place(3), r
+      integer :: first, r
       tile = 0.0_wp
       do first = 1, cells%first(size(cells%first)) - 1, chunk
          call set_stencil(stencil, cells, first, column, layout, frame)
          call set_load(load, stencil, column, layout)
+         call set_arms(load, stencil, frame%cell)
          do r = 1, stencil%runs
-            place = bin_place(stencil%run_bin(r))
-            call set_arms(load, stencil, stencil%run_first(r), stencil%run_first(r + 1) - 1, frame%cell)
-            call add(load, stencil, stencil%run_first(r), stencil%run_first(r + 1) - 1, place(1), place(2), place(3), tile)
+            call add(load, stencil, stencil%run_first(r), stencil%run_first(r + 1) - 1, stencil%run_place(1, r), &
+                     stencil%run_place(2, r), stencil%run_place(3, r), tile)
          end do
       end do
    end subroutine gather_to_nodes
@@ -50,48 +50,57 @@ contains
       type(stencil_t), intent(in) :: stencil
       real(wp), intent(in), contiguous :: column(:, :)
       type(layout_t), intent(in) :: layout
-      real(wp) :: mass, volume, l(3, 3)
-      integer :: m, p
-      do m = 1, stencil%count
-         p = stencil%member(m)
-         mass = column(p, layout%mass)
-         volume = -column(p, layout%volume)
-         load%fixed(1, m) = mass
-         load%fixed(2, m) = mass*column(p, layout%velocity)
-         load%fixed(3, m) = mass*column(p, layout%velocity + 1)
-         load%fixed(4, m) = mass*column(p, layout%velocity + 2)
-         load%along(5, 1, m) = volume*column(p, layout%stress)
-         load%along(6, 1, m) = volume*column(p, layout%stress + 5)
-         load%along(7, 1, m) = volume*column(p, layout%stress + 4)
-         load%along(5, 2, m) = load%along(6, 1, m)
-         load%along(6, 2, m) = volume*column(p, layout%stress + 1)
-         load%along(7, 2, m) = volume*column(p, layout%stress + 3)
-         load%along(5, 3, m) = load%along(7, 1, m)
-         load%along(6, 3, m) = load%along(7, 2, m)
-         load%along(7, 3, m) = volume*column(p, layout%stress + 2)
+      integer, parameter :: voigt(3, 3) = reshape([0, 5, 4, 5, 1, 3, 4, 3, 2], [3, 3]) ! stress component, from 0
+      real(wp), dimension(chunk) :: mass, volume, own
+      real(wp) :: momentum(chunk, 3)
+      integer :: axis, i, n, p
+      n = stencil%count
+      call fetch(stencil, column(:, layout%volume), volume)
+      do axis = 1, 3
+         do i = axis, 3
+            call fetch(stencil, column(:, layout%stress + voigt(i, axis)), own)
+            !GCC$ novector
+            do p = 1, n
+               load%along(4 + i, axis, p) = -volume(p)*own(p)
+               load%along(4 + axis, i, p) = -volume(p)*own(p)
+            end do
+         end do
       end do
-      if (layout%gradient == 0) return
-      do m = 1, stencil%count
-         p = stencil%member(m)
-         mass = load%fixed(1, m)
-         l(:, 1) = mass*column(p, layout%gradient:layout%gradient + 2)
-         l(:, 2) = mass*column(p, layout%gradient + 3:layout%gradient + 5)
-         l(:, 3) = mass*column(p, layout%gradient + 6:layout%gradient + 8)
-         load%fixed(2:4, m) = load%fixed(2:4, m) - stencil%offset(m, 1)*l(:, 1) - stencil%offset(m, 2)*l(:, 2) &
-                              - stencil%offset(m, 3)*l(:, 3)
-         load%along(2:4, :, m) = l
+      call fetch(stencil, column(:, layout%mass), mass)
+      do i = 1, 3
+         call fetch(stencil, column(:, layout%velocity + i - 1), momentum(:, i))
+         momentum(:n, i) = mass(:n)*momentum(:n, i)
+      end do
+      if (layout%gradient > 0) then
+         do axis = 1, 3
+            do i = 1, 3
+               call fetch(stencil, column(:, layout%gradient + 3*(axis - 1) + i - 1), own)
+               own(:n) = mass(:n)*own(:n)
+               momentum(:n, i) = momentum(:n, i) - stencil%offset(:n, axis)*own(:n)
+               !GCC$ novector
+               do p = 1, n
+                  load%along(1 + i, axis, p) = own(p)
+               end do
+            end do
+         end do
+      end if
+      !GCC$ novector
+      do p = 1, n
+         load%fixed(1, p) = mass(p)
+         load%fixed(2, p) = momentum(p, 1)
+         load%fixed(3, p) = momentum(p, 2)
+         load%fixed(4, p) = momentum(p, 3)
       end do
    end subroutine set_load
 
    !> What multiplies `along` at a node: the slope for forces, weight times distance from the nearest node for momenta.
-   pure subroutine set_arms(load, stencil, first, last, cell)
+   pure subroutine set_arms(load, stencil, cell)
       type(load_t), intent(inout) :: load
       type(stencil_t), intent(in) :: stencil
-      integer, intent(in) :: first, last
       real(wp), intent(in) :: cell
       real(wp), parameter :: momentum(lanes) = [0, 1, 1, 1, 0, 0, 0, 0], force(lanes) = [0, 0, 0, 0, 1, 1, 1, 0]
       integer :: axis, p, q
-      do p = first, last
+      do p = 1, stencil%count
          do axis = 1, 3
             !$omp simd
             do q = 1, lanes
@@ -171,7 +180,7 @@ contains
       do first = 1, cells%first(size(cells%first)) - 1, chunk
          call set_stencil(stencil, cells, first, column, layout, frame)
          do r = 1, stencil%runs
-            place = bin_place(stencil%run_bin(r)) + 1
+            place = stencil%run_place(:, r) + 1
             do m = stencil%run_first(r), stencil%run_first(r + 1) - 1
                p = stencil%member(m)
                force = column(p, layout%mass)*acceleration(p, :)

@@ -4,12 +4,13 @@ module m_stencil
    use m_constants, only: block_size
    use m_field_table, only: layout_t
    use m_cell_list, only: cell_list_t
+   use m_prefetch, only: prefetch_columns
    implicit none
    private
-   public :: stencil_t, frame_t, set_stencil, bin_place, gimp_weights
+   public :: stencil_t, frame_t, set_stencil, fetch, gimp_weights
 
    integer, parameter, public :: batch = 8    !< particles in one vector
-   integer, parameter, public :: chunk = 32   !< particles of the list handled together: their weights stay in the first-level cache
+   integer, parameter, public :: chunk = 64   !< particles of the list handled together: their weights stay in the first-level cache
 
    !> Where a block stands and how large its cells are.
    type :: frame_t
@@ -24,11 +25,12 @@ module m_stencil
       real(wp) :: weight(chunk + batch, -1:1, 3) = 0.0_wp
       real(wp) :: slope(chunk + batch, -1:1, 3) = 0.0_wp
       real(wp) :: offset(chunk + batch, 3) = 0.0_wp
+      real(wp) :: warmth = 0.0_wp !< what prefetching read
       integer :: count = 0
       integer(i4) :: member(chunk) = 0        !< number of the particle in the block
       logical :: in_order = .false.           !< the particles follow each other in memory too
       integer :: runs = 0                     !< runs of particles of one bin
-      integer(i4) :: run_bin(chunk) = 0
+      integer :: run_place(3, chunk) = 0      !< their bins' places in the block, from 0: also the lowest of the 27 nodes in the tile
       integer(i4) :: run_first(chunk + 1) = 1 !< of the chunk's particles; run r ends before run_first(r + 1)
    end type stencil_t
 
@@ -42,55 +44,78 @@ contains
       real(wp), intent(in), contiguous :: column(:, :)
       type(layout_t), intent(in) :: layout
       type(frame_t), intent(in) :: frame
-      real(wp) :: place(chunk, 3), half(chunk)
-      integer(i4) :: bin(chunk), node(chunk, 3)
-      integer :: axis, begin, n, p, padded
-      n = min(chunk, cells%first(size(cells%first)) - first)
-      padded = batch*((n + batch - 1)/batch)
-      stencil%count = n
-      stencil%member(:n) = cells%order(first:first + n - 1)
-      begin = stencil%member(1)
-      stencil%in_order = .true.
-      do p = 1, n
-         stencil%in_order = stencil%in_order .and. stencil%member(p) == begin + p - 1
+      real(wp) :: place(chunk), half(chunk), node(chunk, 3)
+      integer :: axis, jumps, p, padded
+      call prefetch_columns(column, first, min(first + chunk, cells%first(size(cells%first))) - 1, stencil%warmth)
+      stencil%count = min(chunk, cells%first(size(cells%first)) - first)
+      padded = batch*((stencil%count + batch - 1)/batch)
+      jumps = 0
+      do p = 1, stencil%count
+         stencil%member(p) = cells%order(first + p - 1)
+         jumps = jumps + merge(0, 1, stencil%member(p) == cells%order(first) + p - 1)
       end do
-      if (stencil%in_order) then
-         half(:n) = column(begin:begin + n - 1, layout%half_size)
-         do axis = 1, 3
-            place(:n, axis) = column(begin:begin + n - 1, layout%position + axis - 1)
-         end do
-      else
-         do p = 1, n
-            half(p) = column(stencil%member(p), layout%half_size)
-            place(p, :) = column(stencil%member(p), layout%position:layout%position + 2)
-         end do
-      end if
-      half(n + 1:padded) = 0.25_wp*frame%cell
-      call find_runs(stencil, cells, first)
-      do p = 1, n
-         bin(p) = cells%bin(stencil%member(p)) - 1
-      end do
-      bin(n + 1:padded) = 0
-      !$omp simd
-      do p = 1, padded
-         node(p, 1) = iand(bin(p), block_size - 1)
-         node(p, 2) = iand(bin(p)/block_size, block_size - 1)
-         node(p, 3) = bin(p)/block_size**2
-      end do
+      stencil%in_order = jumps == 0
+      call find_runs(stencil, cells, first, node)
+      half(stencil%count + 1:padded) = frame%cell
+      call fetch(stencil, column(:, layout%half_size), half)
+      node(stencil%count + 1:padded, :) = 0.0_wp
       do axis = 1, 3
-         place(n + 1:padded, axis) = frame%origin(axis)
+         place(stencil%count + 1:padded) = frame%origin(axis)
+         call fetch(stencil, column(:, layout%position + axis - 1), place)
          !$omp simd
          do p = 1, padded
-            place(p, axis) = (place(p, axis) - frame%origin(axis))*frame%per_cell - real(node(p, axis), wp)
-            call gimp_weights(place(p, axis), half(p)*frame%per_cell, stencil%weight(p, -1, axis), stencil%weight(p, 0, axis), &
+            place(p) = (place(p) - frame%origin(axis))*frame%per_cell - node(p, axis)
+            call gimp_weights(place(p), half(p)*frame%per_cell, stencil%weight(p, -1, axis), stencil%weight(p, 0, axis), &
                               stencil%weight(p, 1, axis), stencil%slope(p, -1, axis), stencil%slope(p, 1, axis))
             stencil%slope(p, -1, axis) = stencil%slope(p, -1, axis)*frame%per_cell
             stencil%slope(p, 1, axis) = stencil%slope(p, 1, axis)*frame%per_cell
             stencil%slope(p, 0, axis) = -(stencil%slope(p, -1, axis) + stencil%slope(p, 1, axis))
-            stencil%offset(p, axis) = place(p, axis)*frame%cell
+            stencil%offset(p, axis) = place(p)*frame%cell
          end do
       end do
    end subroutine set_stencil
+
+   !> One column of the chunk's particles.
+   pure subroutine fetch(stencil, column, values)
+      type(stencil_t), intent(in) :: stencil
+      real(wp), intent(in), contiguous :: column(:)
+      real(wp), intent(inout) :: values(chunk)
+      integer :: before, p
+      if (stencil%in_order) then
+         before = stencil%member(1) - 1
+         do p = 1, stencil%count
+            values(p) = column(before + p)
+         end do
+      else
+         !GCC$ novector
+         do p = 1, stencil%count
+            values(p) = column(stencil%member(p))
+         end do
+      end if
+   end subroutine fetch
+
+   !> The runs of particles of one bin, and the node in the middle of each particle's bin.
+   pure subroutine find_runs(stencil, cells, first, node)
+      type(stencil_t), intent(inout) :: stencil
+      type(cell_list_t), intent(in) :: cells
+      integer, intent(in) :: first
+      real(wp), intent(inout) :: node(chunk, 3)
+      integer :: bin, last, p
+      stencil%runs = 0
+      p = 1
+      do while (p <= stencil%count)
+         bin = cells%bin(stencil%member(p))
+         last = min(stencil%count, cells%first(bin + 1) - first)
+         stencil%runs = stencil%runs + 1
+         stencil%run_first(stencil%runs) = p
+         stencil%run_place(:, stencil%runs) = [iand(bin - 1, block_size - 1), iand((bin - 1)/block_size, block_size - 1), &
+                                               (bin - 1)/block_size**2]
+         do p = p, last
+            node(p, :) = stencil%run_place(:, stencil%runs)
+         end do
+      end do
+      stencil%run_first(stencil%runs + 1) = p
+   end subroutine find_runs
 
    !> Weights and slopes on the nodes at -1, 0, +1 cells from the nearest node, without branches.
    !> Bardenhagen and Kober (2004), integrated for a hat function and a particle of half size not above half a cell.
@@ -111,29 +136,5 @@ contains
       slope_upper = overlap*per_edge
       middle = 1.0_wp - lower - upper
    end subroutine gimp_weights
-
-   !> The runs of particles of one bin.
-   pure subroutine find_runs(stencil, cells, first)
-      type(stencil_t), intent(inout) :: stencil
-      type(cell_list_t), intent(in) :: cells
-      integer, intent(in) :: first
-      integer :: p
-      stencil%runs = 0
-      p = 1
-      do while (p <= stencil%count)
-         stencil%runs = stencil%runs + 1
-         stencil%run_first(stencil%runs) = p
-         stencil%run_bin(stencil%runs) = cells%bin(stencil%member(p))
-         p = min(stencil%count, cells%first(stencil%run_bin(stencil%runs) + 1) - first) + 1
-      end do
-      stencil%run_first(stencil%runs + 1) = p
-   end subroutine find_runs
-
-   !> Place of a bin (from 1) in its block, from 0: also the lowest node of its 27 in the block's tile.
-   pure function bin_place(bin) result(place)
-      integer(i4), intent(in) :: bin
-      integer :: place(3)
-      place = [iand(bin - 1, block_size - 1), iand((bin - 1)/block_size, block_size - 1), (bin - 1)/block_size**2]
-   end function bin_place
 
 end module m_stencil

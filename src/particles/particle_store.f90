@@ -105,6 +105,14 @@ contains
    pure integer function run_end(self, first)
       class(particle_store_t), intent(in) :: self
       integer, intent(in) :: first
+      integer(i4) :: difference
+      integer :: p
+      difference = 0
+      do p = first, self%count
+         difference = ior(difference, ieor(self%body(p), self%body(first)))
+      end do
+      run_end = self%count
+      if (difference == 0) return
       do run_end = first, self%count - 1
          if (self%body(run_end + 1) /= self%body(first)) return
       end do

@@ -7,8 +7,10 @@ module m_level_step
    use m_text, only: to_text
    use m_timers
    use m_scene, only: update_usl, update_usf, update_musl
-   use m_level, only: level_t
-   use m_model, only: model_t
+   use m_field_table, only: layout_t
+   use m_particle_store, only: particle_store_t
+   use m_materials, only: materials_t
+   use m_model, only: model_t, bounds_t
    use m_migration, only: frame_of, entered
    use m_particle_to_node, only: gather_to_nodes, gather_body_force
    use m_node_to_particle, only: scatter_to_particles, motion_t
@@ -31,26 +33,25 @@ contains
       integer :: update
       logical :: new_blocks
       update = model%method%stress_update
-      call refresh_lists(model)                                        ! 1
+      model%bounds = bounds_t()
       if (update == update_usf) then
          call to_nodes(model)
          call solve(model, 0.0_wp)
          call strain(model, time_step, error)                          ! 6, first
       end if
-      call to_nodes(model)                                             ! 2, 3
+      call to_nodes(model)                                             ! 1, 2, 3
       call solve(model, time_step)
       if (model%contact%active()) then                                 ! 4
          call model%timers%enter(phase_contact)
          call model%contact%push(model%communicator, model%level, model%materials, model%exchange, model%time, time_step, error)
       end if
-      call to_particles(model, time_step, with_stress=update == update_usl, error=error) ! 5, 6
+      call to_particles(model, time_step, with_stress=update == update_usl, error=error) ! 5, 6, 7
       if (update == update_musl) then
          call to_nodes(model)
          call solve(model, 0.0_wp)
          call strain(model, time_step, error)                          ! 6, last
-         call take_next_position(model)
+         call take_next_position(model, error)                         ! 7, late
       end if
-      call locate(model, error)                                        ! 7
       call agree(model, new_blocks, error)
       if (error%happened()) return
       call model%timers%enter(phase_migration)
@@ -62,27 +63,15 @@ contains
       model%particle_steps = model%particle_steps + model%level%particle_count()
    end subroutine advance
 
-   !> 1. Lists of the particles of each bin, where particles have changed bin.
-   subroutine refresh_lists(model)
-      type(model_t), intent(inout) :: model
-      integer :: b
-      call model%timers%enter(phase_lists)
-      do b = 1, size(model%level%blocks)
-         call model%level%blocks(b)%refresh_lists(model%level%work)
-      end do
-   end subroutine refresh_lists
-
-   !> 2. Particles to nodes, blocks with remote neighbours first; 3. sums over blocks and ranks, while inner blocks work.
+   !> 1. Lists; 2. particles to nodes, blocks with remote neighbours first; 3. sums over blocks and ranks, while inner blocks work.
    subroutine to_nodes(model)
       type(model_t), intent(inout) :: model
       integer :: b
-      call model%timers%enter(phase_to_nodes)
       do b = 1, size(model%level%blocks)
          if (model%level%blocks(b)%shared) call gather(model, b)
       end do
       call model%timers%enter(phase_exchange)
       call model%exchange%start(model%communicator, model%level%gathered)
-      call model%timers%enter(phase_to_nodes)
       do b = 1, size(model%level%blocks)
          if (.not. model%level%blocks(b)%shared) call gather(model, b)
       end do
@@ -93,11 +82,14 @@ contains
       end do
    end subroutine to_nodes
 
-   !> Particles of one block to its tile.
+   !> Particles of one block to its tile; before that its lists, where particles have changed bin.
    subroutine gather(model, b)
       type(model_t), intent(inout) :: model
       integer, intent(in) :: b
       integer :: e
+      call model%timers%enter(phase_lists)
+      call model%level%blocks(b)%refresh_lists(model%level%work)
+      call model%timers%enter(phase_to_nodes)
       associate (level => model%level, block => model%level%blocks(b))
          call gather_to_nodes(block%cells, block%particles%column, level%layout, frame_of(level, block), &
                               level%gathered(:, :, :, :, b))
@@ -126,7 +118,8 @@ contains
       end do
    end subroutine solve
 
-   !> 5. Nodes to particles; 6. the stress, when it is its turn.
+   !> 5. Nodes to particles; 6. the stress, when it is its turn; 7. where the particles are now. Block by block, while its
+   !> particles are in the cache.
    subroutine to_particles(model, time_step, with_stress, error)
       type(model_t), intent(inout) :: model
       real(wp), intent(in) :: time_step
@@ -137,17 +130,9 @@ contains
       motion = motion_t(time_step, model%method%flip_fraction, model%level%layout%position)
       if (model%level%layout%next_position > 0) motion%position = model%level%layout%next_position
       do b = 1, size(model%level%blocks)
-         if (model%level%blocks(b)%particles%count == 0) cycle
-         call model%timers%enter(phase_to_particles)
-         associate (level => model%level, block => model%level%blocks(b))
-            call scatter_to_particles(block%cells, level%solved(:, :, :, :, b), level%layout, frame_of(level, block), motion, &
-                                      block%particles%column, level%gradient)
-         end associate
-         if (with_stress) then
-            call update_stress(model, b, time_step, error)
-         else
-            call keep_gradient(model%level, b) ! what it goes with is the new velocity
-         end if
+         call scatter(model, b, motion)
+         if (with_stress) call update_stress(model, b, time_step, error)
+         if (model%level%layout%next_position == 0) call locate(model, b, error)
       end do
    end subroutine to_particles
 
@@ -158,55 +143,68 @@ contains
       type(error_t), intent(inout) :: error
       integer :: b
       do b = 1, size(model%level%blocks)
-         if (model%level%blocks(b)%particles%count == 0) cycle
-         call model%timers%enter(phase_to_particles)
-         associate (level => model%level, block => model%level%blocks(b))
-            call scatter_to_particles(block%cells, level%solved(:, :, :, :, b), level%layout, frame_of(level, block), &
-                                      motion_t(0.0_wp, 1.0_wp, level%layout%position), block%particles%column, level%gradient)
-         end associate
+         call scatter(model, b, motion_t(0.0_wp, 1.0_wp, model%level%layout%position))
          call update_stress(model, b, time_step, error)
       end do
    end subroutine strain
 
-   !> 6. Material law and volume of one block, by runs of particles of one body.
+   !> Nodes to the particles of one block. Affine transfer: the velocity gradient goes with them.
+   subroutine scatter(model, b, motion)
+      type(model_t), intent(inout) :: model
+      integer, intent(in) :: b
+      type(motion_t), intent(in) :: motion
+      call model%timers%enter(phase_to_particles)
+      associate (level => model%level, block => model%level%blocks(b), first => model%level%layout%gradient)
+         if (first > 0) then
+            call scatter_to_particles(block%cells, level%solved(:, :, :, :, b), level%layout, frame_of(level, block), motion, &
+                                      block%particles%column, block%particles%column(:, first:first + 8))
+         else
+            call scatter_to_particles(block%cells, level%solved(:, :, :, :, b), level%layout, frame_of(level, block), motion, &
+                                      block%particles%column, level%gradient)
+         end if
+      end associate
+   end subroutine scatter
+
+   !> 6. Material law and volume of one block, with the velocity gradient that its particles have just been given.
    subroutine update_stress(model, b, time_step, error)
       type(model_t), intent(inout) :: model
       integer, intent(in) :: b
       real(wp), intent(in) :: time_step
       type(error_t), intent(inout) :: error
       real(wp) :: smallest
-      integer :: first, last, n
       call model%timers%enter(phase_stress)
-      associate (level => model%level, particles => model%level%blocks(b)%particles)
-         n = particles%count
-         first = 1
-         do while (first <= n)
-            last = particles%run_end(first)
-            call model%materials%slots(model%materials%of_body(particles%body(first)))%law%update(particles%column, level%layout, &
-                                                                                  level%gradient, time_step, first, last)
-            first = last + 1
-         end do
-         call advance_volume(n, level%gradient, time_step, particles%column(:, level%layout%volume), smallest)
-         call keep_gradient(level, b)
-         if (.not. smallest > 0.0_wp) call report_inversion(model, b, error)
+      associate (level => model%level, particles => model%level%blocks(b)%particles, first => model%level%layout%gradient)
+         if (first > 0) then
+            call deform(model, particles, particles%column(:, first:first + 8), time_step, smallest)
+         else
+            call deform(model, particles, level%gradient, time_step, smallest)
+         end if
       end associate
+      if (.not. smallest > 0.0_wp) call report_inversion(model, b, error)
    end subroutine update_stress
 
-   !> Affine transfer: the velocity gradient that the particles of block b have just been given goes with them.
-   subroutine keep_gradient(level, b)
-      type(level_t), intent(inout) :: level
-      integer, intent(in) :: b
-      integer :: n
-      if (level%layout%gradient == 0) return
-      n = level%blocks(b)%particles%count
-      associate (column => level%blocks(b)%particles%column, first => level%layout%gradient)
-         column(:n, first:first + 8) = level%gradient(:n, :)
-      end associate
-   end subroutine keep_gradient
+   !> Stress and volume of the particles, by runs of particles of one body.
+   subroutine deform(model, particles, gradient, time_step, smallest)
+      type(model_t), intent(in) :: model
+      type(particle_store_t), intent(inout) :: particles
+      real(wp), intent(in), contiguous :: gradient(:, :)
+      real(wp), intent(in) :: time_step
+      real(wp), intent(out) :: smallest !< determinant of the increments
+      integer :: first, last
+      first = 1
+      do while (first <= particles%count)
+         last = particles%run_end(first)
+         call model%materials%slots(model%materials%of_body(particles%body(first)))%law%update(particles%column, &
+                                                                       model%level%layout, gradient, time_step, first, last)
+         first = last + 1
+      end do
+      call advance_volume(particles%count, gradient, time_step, particles%column(:, model%level%layout%volume), smallest)
+   end subroutine deform
 
    !> With musl the positions wait until the stress is done.
-   subroutine take_next_position(model)
+   subroutine take_next_position(model, error)
       type(model_t), intent(inout) :: model
+      type(error_t), intent(inout) :: error
       integer :: b, n, x, y
       x = model%level%layout%position
       y = model%level%layout%next_position
@@ -215,29 +213,28 @@ contains
             n = particles%count
             particles%column(:n, x:x + 2) = particles%column(:n, y:y + 2)
          end associate
+         call locate(model, b, error)
       end do
    end subroutine take_next_position
 
-   !> 7. Bins of the particles where they are now; particles that left their block, and those that left the grid.
-   subroutine locate(model, error)
+   !> 7. Bins of one block's particles where they are now; particles that left the block, and those that left the grid; the
+   !> largest speeds.
+   subroutine locate(model, b, error)
       type(model_t), intent(inout) :: model
+      integer, intent(in) :: b
       type(error_t), intent(inout) :: error
       real(wp) :: lowest(3), highest(3)
-      integer :: b
       logical :: moved
       call model%timers%enter(phase_lists)
-      associate (level => model%level)
-         do b = 1, size(level%blocks)
-            associate (block => level%blocks(b), x => level%layout%position)
-               block%leaver_count = 0
-               if (block%particles%count == 0) cycle
-               call locate_particles(block%particles%count, block%particles%column(:, x:x + 2), frame_of(level, block), &
-                                     block%cells%bin, block%leavers, block%leaver_count, moved, lowest, highest)
-               if (moved) block%cells%current = .false.
-               if (any(lowest < level%grid%lower) .or. any(highest > level%grid%upper)) call report_outside(model, b, error)
-               if (block%leaver_count > 0) call check_leavers(model, b, error)
-            end associate
-         end do
+      associate (level => model%level, block => model%level%blocks(b), x => model%level%layout%position)
+         block%leaver_count = 0
+         if (block%particles%count == 0) return
+         call locate_particles(block%particles%count, block%particles%column(:, x:x + 2), frame_of(level, block), &
+                               block%cells%bin, block%leavers, block%leaver_count, moved, lowest, highest)
+         if (moved) block%cells%current = .false.
+         if (any(lowest < level%grid%lower) .or. any(highest > level%grid%upper)) call report_outside(model, b, error)
+         if (block%leaver_count > 0) call check_leavers(model, b, error)
+         call include_speeds(model%bounds, model%materials, block%particles, level%layout)
       end associate
    end subroutine locate
 
@@ -321,8 +318,7 @@ contains
       real(wp) :: bounds(4)
       integer :: b, l
       call model%timers%enter(phase_control)
-      bounds = 0.0_wp
-      call largest_speeds(model, bounds(1), bounds(2))
+      bounds = [model%bounds%wave_speed, model%bounds%particle_speed, 0.0_wp, 0.0_wp]
       if (.not. error%happened()) then
          do b = 1, size(model%level%blocks)
             do l = 1, model%level%blocks(b)%leaver_count
@@ -344,38 +340,35 @@ contains
    subroutine bound_speeds(model)
       type(model_t), intent(inout) :: model
       real(wp) :: bounds(2)
-      call largest_speeds(model, bounds(1), bounds(2))
+      integer :: b
+      model%bounds = bounds_t()
+      do b = 1, size(model%level%blocks)
+         call include_speeds(model%bounds, model%materials, model%level%blocks(b)%particles, model%level%layout)
+      end do
+      bounds = [model%bounds%wave_speed, model%bounds%particle_speed]
       call MPI_Allreduce(MPI_IN_PLACE, bounds, 2, MPI_DOUBLE_PRECISION, MPI_MAX, model%communicator%comm)
       model%bounds%wave_speed = bounds(1)
       model%bounds%particle_speed = bounds(2)
    end subroutine bound_speeds
 
-   !> Largest wave speed and particle speed (m/s) on this rank.
-   subroutine largest_speeds(model, wave, particle)
-      type(model_t), intent(in) :: model
-      real(wp), intent(out) :: wave, particle
+   !> Raise the bounds to the wave speed and particle speed of the fastest of these particles.
+   subroutine include_speeds(bounds, materials, particles, at)
+      type(bounds_t), intent(inout) :: bounds
+      type(materials_t), intent(in) :: materials
+      type(particle_store_t), intent(in) :: particles
+      type(layout_t), intent(in) :: at
       real(wp) :: speed_squared, specific_volume
-      integer :: b, first, last, m
-      wave = 0.0_wp
-      particle = 0.0_wp
-      associate (at => model%level%layout)
-         do b = 1, size(model%level%blocks)
-            associate (particles => model%level%blocks(b)%particles)
-               first = 1
-               do while (first <= particles%count)
-                  last = particles%run_end(first)
-                  call fastest(particles%column(:, at%velocity:at%velocity + 2), particles%column(:, at%mass), &
-                               particles%column(:, at%volume), first, last, speed_squared, specific_volume)
-                  m = model%materials%of_body(particles%body(first))
-                  wave = max(wave, model%materials%slots(m)%law%stiffest()*specific_volume)
-                  particle = max(particle, speed_squared)
-                  first = last + 1
-               end do
-            end associate
-         end do
-      end associate
-      wave = sqrt(wave)
-      particle = sqrt(particle)
-   end subroutine largest_speeds
+      integer :: first, last, m
+      first = 1
+      do while (first <= particles%count)
+         last = particles%run_end(first)
+         call fastest(particles%column(:, at%velocity:at%velocity + 2), particles%column(:, at%mass), &
+                      particles%column(:, at%volume), first, last, speed_squared, specific_volume)
+         m = materials%of_body(particles%body(first))
+         bounds%wave_speed = max(bounds%wave_speed, sqrt(materials%slots(m)%law%stiffest()*specific_volume))
+         bounds%particle_speed = max(bounds%particle_speed, sqrt(speed_squared))
+         first = last + 1
+      end do
+   end subroutine include_speeds
 
 end module m_level_step
