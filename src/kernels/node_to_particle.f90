@@ -36,7 +36,7 @@ contains
       type(frame_t), intent(in) :: frame
       type(motion_t), intent(in) :: motion
       real(wp), intent(inout), contiguous :: column(:, :)
-      real(wp), intent(inout), contiguous :: gradient(:, :) !< (:, 9), 1/s; may be columns of `column`
+      real(wp), intent(inout), contiguous :: gradient(:, :) !< (:, 9), 1/s
       type(stencil_t) :: stencil
       type(taken_t) :: taken
       integer :: first, last, p, r

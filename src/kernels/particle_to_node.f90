@@ -4,6 +4,7 @@ module m_particle_to_node
    use m_constants, only: block_size
    use m_field_table, only: layout_t
    use m_cell_list, only: cell_list_t
+   use m_prefetch, only: prefetch_columns
    use m_stencil, only: stencil_t, frame_t, chunk, set_stencil, fetch
    implicit none
    private
@@ -33,6 +34,7 @@ contains
       integer :: first, r
       tile = 0.0_wp
       do first = 1, cells%first(size(cells%first)) - 1, chunk
+         call prefetch_columns(column, first, min(first + chunk, cells%first(size(cells%first))) - 1, stencil%warmth)
          call set_stencil(stencil, cells, first, column, layout, frame)
          call set_load(load, stencil, column, layout)
          call set_arms(load, stencil, frame%cell)

@@ -4,7 +4,6 @@ module m_stencil
    use m_constants, only: block_size
    use m_field_table, only: layout_t
    use m_cell_list, only: cell_list_t
-   use m_prefetch, only: prefetch_columns
    implicit none
    private
    public :: stencil_t, frame_t, set_stencil, fetch, gimp_weights
@@ -46,7 +45,6 @@ contains
       type(frame_t), intent(in) :: frame
       real(wp) :: place(chunk), half(chunk), node(chunk, 3)
       integer :: axis, jumps, p, padded
-      call prefetch_columns(column, first, min(first + chunk, cells%first(size(cells%first))) - 1, stencil%warmth)
       stencil%count = min(chunk, cells%first(size(cells%first)) - first)
       padded = batch*((stencil%count + batch - 1)/batch)
       jumps = 0

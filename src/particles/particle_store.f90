@@ -35,7 +35,7 @@ contains
       end if
       room = capacity
       if (self%count > 0) room = capacity + capacity/8
-      room = lanes*((max(room, 1) + lanes - 1)/lanes)
+      room = lanes*(8*((max(room, 1) + 7*lanes - 1)/(8*lanes)) + 1)
       allocate (larger%column(room, columns), larger%id(room), larger%body(room))
       n = self%count
       if (n > 0) then

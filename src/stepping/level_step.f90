@@ -148,20 +148,18 @@ contains
       end do
    end subroutine strain
 
-   !> Nodes to the particles of one block. Affine transfer: the velocity gradient goes with them.
+   !> Nodes to the particles of one block. Affine transfer: the velocity gradient stays with them.
    subroutine scatter(model, b, motion)
       type(model_t), intent(inout) :: model
       integer, intent(in) :: b
       type(motion_t), intent(in) :: motion
+      integer :: n
       call model%timers%enter(phase_to_particles)
       associate (level => model%level, block => model%level%blocks(b), first => model%level%layout%gradient)
-         if (first > 0) then
-            call scatter_to_particles(block%cells, level%solved(:, :, :, :, b), level%layout, frame_of(level, block), motion, &
-                                      block%particles%column, block%particles%column(:, first:first + 8))
-         else
-            call scatter_to_particles(block%cells, level%solved(:, :, :, :, b), level%layout, frame_of(level, block), motion, &
-                                      block%particles%column, level%gradient)
-         end if
+         call scatter_to_particles(block%cells, level%solved(:, :, :, :, b), level%layout, frame_of(level, block), motion, &
+                                   block%particles%column, level%gradient)
+         n = block%particles%count
+         if (first > 0) block%particles%column(:n, first:first + 8) = level%gradient(:n, :)
       end associate
    end subroutine scatter
 
@@ -172,34 +170,20 @@ contains
       real(wp), intent(in) :: time_step
       type(error_t), intent(inout) :: error
       real(wp) :: smallest
-      call model%timers%enter(phase_stress)
-      associate (level => model%level, particles => model%level%blocks(b)%particles, first => model%level%layout%gradient)
-         if (first > 0) then
-            call deform(model, particles, particles%column(:, first:first + 8), time_step, smallest)
-         else
-            call deform(model, particles, level%gradient, time_step, smallest)
-         end if
-      end associate
-      if (.not. smallest > 0.0_wp) call report_inversion(model, b, error)
-   end subroutine update_stress
-
-   !> Stress and volume of the particles, by runs of particles of one body.
-   subroutine deform(model, particles, gradient, time_step, smallest)
-      type(model_t), intent(in) :: model
-      type(particle_store_t), intent(inout) :: particles
-      real(wp), intent(in), contiguous :: gradient(:, :)
-      real(wp), intent(in) :: time_step
-      real(wp), intent(out) :: smallest !< determinant of the increments
       integer :: first, last
-      first = 1
-      do while (first <= particles%count)
-         last = particles%run_end(first)
-         call model%materials%slots(model%materials%of_body(particles%body(first)))%law%update(particles%column, &
-                                                                       model%level%layout, gradient, time_step, first, last)
-         first = last + 1
-      end do
-      call advance_volume(particles%count, gradient, time_step, particles%column(:, model%level%layout%volume), smallest)
-   end subroutine deform
+      call model%timers%enter(phase_stress)
+      associate (level => model%level, particles => model%level%blocks(b)%particles)
+         first = 1
+         do while (first <= particles%count)
+            last = particles%run_end(first)
+            call model%materials%slots(model%materials%of_body(particles%body(first)))%law%update(particles%column, &
+                                                                     level%layout, level%gradient, time_step, first, last)
+            first = last + 1
+         end do
+         call advance_volume(particles%count, level%gradient, time_step, particles%column(:, level%layout%volume), smallest)
+         if (.not. smallest > 0.0_wp) call report_inversion(model, b, error)
+      end associate
+   end subroutine update_stress
 
    !> With musl the positions wait until the stress is done.
    subroutine take_next_position(model, error)
