@@ -1,6 +1,7 @@
 !> Nodes turn what they were given into velocity and acceleration (theory.md, eq. nodes).
 module m_node_solve
    use m_kinds, only: wp
+   use m_constants, only: block_size
    implicit none
    private
    public :: solve_nodes
@@ -12,13 +13,13 @@ contains
    !> In place: mass, momentum p, force f become mass, velocity p/m + dt f/m, acceleration f/m. Nodes without mass become zero.
    !> There is no mass threshold: weights and their slopes vanish together, so what a particle takes back stays bounded.
    pure subroutine solve_nodes(tile, time_step)
-      real(wp), intent(inout), contiguous :: tile(:, :, :, :) !< (8, :, :, :)
+      real(wp), intent(inout) :: tile(lanes, 0:block_size + 1, 0:block_size + 1, 0:block_size + 1)
       real(wp), intent(in) :: time_step !< s
       real(wp) :: per_mass
       integer :: i, j, k
-      do k = 1, size(tile, 4)
-         do j = 1, size(tile, 3)
-            do i = 1, size(tile, 2)
+      do k = 0, block_size + 1
+         do j = 0, block_size + 1
+            do i = 0, block_size + 1
                if (tile(1, i, j, k) > 0.0_wp) then
                   per_mass = 1.0_wp/tile(1, i, j, k)
                else

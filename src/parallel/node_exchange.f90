@@ -164,9 +164,9 @@ contains
    !> Sum over all tiles that hold the nodes of block b, in the order of their block indices.
    pure subroutine sum_tiles(neighbour, gathered, total)
       integer, intent(in) :: neighbour(27) !< slots around the block, 0 where there is none to be added
-      real(wp), intent(in), contiguous :: gathered(:, 0:, 0:, 0:, :)
-      real(wp), intent(out), contiguous :: total(:, 0:, 0:, 0:)
-      integer :: a(3), b(3), c(3), direction(3), n, j, k
+      real(wp), intent(in) :: gathered(node_values, 0:tile_last, 0:tile_last, 0:tile_last, *)
+      real(wp), intent(out) :: total(node_values, 0:tile_last, 0:tile_last, 0:tile_last)
+      integer :: a(3), b(3), c(3), direction(3), n, i, j, k, q
       total = 0.0_wp
       do n = 1, 27
          if (neighbour(n) == 0) cycle
@@ -176,8 +176,12 @@ contains
          c = overlap_first(-direction) - a
          do k = a(3), b(3)
             do j = a(2), b(2)
-               total(:, a(1):b(1), j, k) = total(:, a(1):b(1), j, k) &
-                                           + gathered(:, a(1) + c(1):b(1) + c(1), j + c(2), k + c(3), neighbour(n))
+               do i = a(1), b(1)
+                  !$omp simd
+                  do q = 1, node_values
+                     total(q, i, j, k) = total(q, i, j, k) + gathered(q, i + c(1), j + c(2), k + c(3), neighbour(n))
+                  end do
+               end do
             end do
          end do
       end do

@@ -2,8 +2,9 @@
 program weights
    use m_kinds, only: wp, i4
    use m_communicator, only: communicator_t
-   use m_gimp_weight, only: gimp_weights
-   use m_stencil, only: stencil_t, frame_t, set_stencil, batch
+   use m_field_table, only: layout_t
+   use m_cell_list, only: cell_list_t
+   use m_stencil, only: stencil_t, frame_t, set_stencil, gimp_weights, chunk
    use m_assertions, only: assertions_t
    use m_chance, only: chance_t, keep_worst, say
    use m_plain_weight, only: plain_weight
@@ -82,43 +83,76 @@ contains
       end do
    end subroutine continuity
 
-   !> set_stencil in metres, for blocks far from the origin.
+   !> set_stencil in metres, for blocks far from the origin: chunks of lists whose bins hold none, one or many particles, in the
+   !> order of memory or not.
    subroutine stencils()
+      integer, parameter :: most = 3*chunk
       type(stencil_t) :: stencil
       type(frame_t) :: frame
-      real(wp) :: position(20, 3), half(20), node, off(3)
-      integer :: bin(3), round, p, m, axis, a
-      integer(i4) :: members(batch)
+      type(cell_list_t) :: cells
+      type(layout_t) :: layout
+      real(wp) :: column(most, 4), node, off(3)
+      integer :: place(3), round, p, m, axis, a, r, count, first, seen, misplaced, in_order
+      layout%position = 1
+      layout%half_size = 4
       off = 0.0_wp
-      do round = 1, 500
+      misplaced = 0
+      in_order = 0
+      call cells%reserve(most)
+      do round = 1, 300
          frame%cell = 10.0_wp**chance%between(-8.0_wp, 2.0_wp)
          frame%per_cell = 1.0_wp/frame%cell
          frame%origin = chance%several(3, -50.0_wp, 50.0_wp)*frame%cell
-         bin = int(chance%several(3, 0.0_wp, 8.0_wp))
-         do p = 1, 20
-            position(p, :) = frame%origin + (bin + chance%several(3, -0.5_wp, 0.5_wp))*frame%cell
-            half(p) = sizes(1 + mod(p, 3))*frame%cell
+         count = int(chance%between(1.0_wp, real(most + 1, wp)))
+         do p = 1, count
+            place = int(chance%several(3, 0.0_wp, merge(8.0_wp, 2.0_wp, mod(round, 2) == 0)))
+            cells%bin(p) = int(1 + place(1) + 8*(place(2) + 8*place(3)), i4)
+            if (mod(round, 5) == 0) cells%bin(p) = 77_i4 ! one full bin
+            place = bin_place(int(cells%bin(p)))
+            column(p, 1:3) = frame%origin + (place + chance%several(3, -0.5_wp, 0.5_wp))*frame%cell
+            column(p, 4) = sizes(1 + mod(p, 3))*frame%cell
          end do
-         members = int(chance%several(batch, 1.0_wp, 21.0_wp), i4)
-         call set_stencil(stencil, members(:1 + mod(round, batch)), position, half, frame, bin)
-         do m = 1, 1 + mod(round, batch)
-            p = members(m)
-            do axis = 1, 3
-               node = frame%origin(axis) + bin(axis)*frame%cell
-               call keep_worst(off(3), (stencil%offset(m, axis) - (position(p, axis) - node))*frame%per_cell)
-               do a = -1, 1
-                  call keep_worst(off(1), stencil%weight(m, a, axis) &
-                                  - plain_weight((position(p, axis) - node)*frame%per_cell - a, half(p)*frame%per_cell))
-                  call keep_worst(off(2), stencil%slope(m, a, axis)*frame%cell &
-                                  - aimag(plain_weight(cmplx((position(p, axis) - node)*frame%per_cell - a, 1.0e-30_wp, wp), &
-                                                       half(p)*frame%per_cell))/1.0e-30_wp)
+         call cells%build(count)
+         seen = 0
+         do first = 1, count, chunk
+            call set_stencil(stencil, cells, first, column, layout, frame)
+            if (stencil%in_order) in_order = in_order + 1
+            if (stencil%in_order .neqv. all(stencil%member(:stencil%count) == [(stencil%member(1) + p, p=0, stencil%count - 1)])) &
+               misplaced = misplaced + 1
+            do r = 1, stencil%runs
+               place = stencil%run_place(:, r)
+               do m = stencil%run_first(r), stencil%run_first(r + 1) - 1
+                  seen = seen + 1
+                  p = stencil%member(m)
+                  if (p /= cells%order(seen) .or. any(place /= bin_place(int(cells%bin(p))))) misplaced = misplaced + 1
+                  do axis = 1, 3
+                     node = frame%origin(axis) + place(axis)*frame%cell
+                     call keep_worst(off(3), (stencil%offset(m, axis) - (column(p, axis) - node))*frame%per_cell)
+                     do a = -1, 1
+                        call keep_worst(off(1), stencil%weight(m, a, axis) &
+                                        - plain_weight((column(p, axis) - node)*frame%per_cell - a, column(p, 4)*frame%per_cell))
+                        call keep_worst(off(2), stencil%slope(m, a, axis)*frame%cell &
+                                        - aimag(plain_weight(cmplx((column(p, axis) - node)*frame%per_cell - a, 1.0e-30_wp, wp), &
+                                                             column(p, 4)*frame%per_cell))/1.0e-30_wp)
+                     end do
+                  end do
                end do
             end do
          end do
+         if (seen /= count) misplaced = misplaced + 1
       end do
+      call test%check_equal(misplaced, 0, 'every particle once, in the order of the list, with its bin')
+      call test%check(in_order > 10, 'some chunks were in the order of memory')
       call test%check_close(off(1), 0.0_wp, 1.0e-13_wp, 'weights of a stencil')
       call test%check_close(off(2), 0.0_wp, 2.0e-13_wp, 'slopes of a stencil')
       call test%check_close(off(3), 0.0_wp, 1.0e-13_wp, 'offsets of a stencil')
    end subroutine stencils
+
+   !> Place of a bin in its block, from 0.
+   pure function bin_place(bin) result(place)
+      integer, intent(in) :: bin
+      integer :: place(3)
+      place = [mod(bin - 1, 8), mod((bin - 1)/8, 8), (bin - 1)/64]
+   end function bin_place
 
 end program weights
