@@ -13,7 +13,7 @@ module m_contact
    use m_materials, only: materials_t
    use m_boundary, only: held_components, constrain_nodes
    use m_node_exchange, only: node_exchange_t, sum_tiles
-   use m_contact_system, only: contact_system_t
+   use m_contact_system, only: contact_system_t, cell_nodes
    use m_petsc_solver, only: petsc_solver_t
    implicit none
    private
@@ -30,12 +30,11 @@ module m_contact
    !> A particle that would end the step inside a tool, or within a margin of it.
    type :: candidate_t
       integer :: block = 0, particle = 0, tool = 0
-      integer :: bin(3) = 0
-      real(wp) :: weight(-1:1, 3) = 0.0_wp !< of its contact point on the nodes around, by axis
+      integer :: corner(3) = 0            !< lowest node of the cell that holds its contact point, in the block, from 0
+      real(wp) :: weight(0:1, 3) = 0.0_wp !< of its contact point on the nodes of that cell, by axis
       real(wp) :: normal(3) = 0.0_wp
       real(wp) :: gap = 0.0_wp   !< of its contact point now, m
       real(wp) :: area = 0.0_wp  !< m2
-      real(wp) :: mass = 1.0_wp  !< kg
       real(wp) :: force = 0.0_wp !< N
       logical :: touches = .false. !< its contact point ends the step on the tool
    end type candidate_t
@@ -136,44 +135,62 @@ contains
       type(level_t), intent(inout) :: level
       type(materials_t), intent(in) :: materials
       real(wp), intent(in) :: time_step
-      type(candidate_t) :: c
-      real(wp) :: edge, thickness, free_speed, position(3)
-      integer :: b, m, p, t
+      real(wp) :: middle(3), gap, normal(3), reach
+      integer :: b, bin, l, n, t
       self%count = 0
       self%states%overlap = 0.0_wp
+      reach = 0.5_wp*(1.0_wp + sqrt(3.0_wp))*level%grid%cell
       do b = 1, size(level%blocks)
          if (.not. near_tool(self%tools, level, level%blocks(b)%place)) cycle
-         associate (block => level%blocks(b), column => level%blocks(b)%particles%column, at => level%layout)
+         associate (block => level%blocks(b))
             do t = 1, size(self%tools)
-               do p = 1, block%particles%count
-                  position = column(p, at%position:at%position + 2)
-                  call self%tools(t)%gap_and_normal(position, c%gap, c%normal)
-                  edge = 2.0_wp*column(p, at%half_size)
-                  if (c%gap > edge + 0.5_wp*level%grid%cell) cycle
-                  m = materials%of_body(block%particles%body(p))
-                  thickness = edge*materials%slots(m)%law%stretch(column(p, :), at, c%normal)
-                  c%gap = c%gap - self%tools(t)%spec%penetration_factor*thickness
-                  if (c%gap > 0.5_wp*level%grid%cell) cycle
-                  self%states(t)%overlap = max(self%states(t)%overlap, -c%gap)
-                  c%block = b
-                  c%particle = p
-                  c%tool = t
-                  c%bin = [mod(block%cells%bin(p) - 1, block_size), mod((block%cells%bin(p) - 1)/block_size, block_size), &
-                           (block%cells%bin(p) - 1)/block_size**2]
-                  position = position - self%tools(t)%spec%penetration_factor*thickness*c%normal
-                  c%weight = hat_weights(min(max((position - block%origin)*level%grid%per_cell - c%bin, -1.0_wp), 1.0_wp))
-                  free_speed = normal_speed(level, c)
-                  if (c%gap + time_step*(free_speed - dot_product(c%normal, self%tools(t)%velocity())) > margin*edge) cycle
-                  c%area = edge**2
-                  c%mass = column(p, at%mass)
-                  c%force = column(p, self%pressure)*c%area
-                  call keep(self, c)
+               do bin = 1, size(block%cells%first) - 1
+                  if (block%cells%first(bin) == block%cells%first(bin + 1)) cycle
+                  middle = block%origin + bin_place(bin)*level%grid%cell
+                  call self%tools(t)%gap_and_normal(middle, gap, normal)
+                  if (gap > reach + level%grid%cell) cycle ! further than a particle's edge, which is at most a cell
+                  do l = block%cells%first(bin), block%cells%first(bin + 1) - 1
+                     call consider(self, level, materials, time_step, b, int(block%cells%order(l)), bin, t)
+                  end do
                end do
             end do
-            column(:block%particles%count, self%pressure) = 0.0_wp
+            n = block%particles%count
+            block%particles%column(:n, self%pressure) = 0.0_wp
          end associate
       end do
    end subroutine find
+
+   !> Keep a particle of a bin as a candidate if the free motion would carry it into the tool, or almost.
+   subroutine consider(self, level, materials, time_step, b, p, bin, tool)
+      class(contact_t), intent(inout) :: self
+      type(level_t), intent(in) :: level
+      type(materials_t), intent(in) :: materials
+      real(wp), intent(in) :: time_step
+      integer, intent(in) :: b, p, bin, tool
+      type(candidate_t) :: c
+      real(wp) :: edge, thickness, position(3)
+      integer :: m
+      associate (block => level%blocks(b), column => level%blocks(b)%particles%column, at => level%layout)
+         position = column(p, at%position:at%position + 2)
+         call self%tools(tool)%gap_and_normal(position, c%gap, c%normal)
+         edge = 2.0_wp*column(p, at%half_size)
+         if (c%gap > edge + 0.5_wp*level%grid%cell) return
+         m = materials%of_body(block%particles%body(p))
+         thickness = edge*materials%slots(m)%law%stretch(column(p, :), at, c%normal)
+         c%gap = c%gap - self%tools(tool)%spec%penetration_factor*thickness
+         if (c%gap > 0.5_wp*level%grid%cell) return
+         self%states(tool)%overlap = max(self%states(tool)%overlap, -c%gap)
+         c%block = b
+         c%particle = p
+         c%tool = tool
+         position = position - self%tools(tool)%spec%penetration_factor*thickness*c%normal
+         call set_cell(c, bin_place(bin), (position - block%origin)*level%grid%per_cell)
+         if (c%gap + time_step*(normal_speed(level, c) - dot_product(c%normal, self%tools(tool)%velocity())) > margin*edge) return
+         c%area = edge**2
+         c%force = column(p, self%pressure)*c%area
+         call keep(self, c)
+      end associate
+   end subroutine consider
 
    !> Append a candidate to the list.
    subroutine keep(self, candidate)
@@ -205,16 +222,26 @@ contains
       end do
    end function near_tool
 
-   !> Hat functions of the three nodes around, by axis, at a place given in cells from the middle one. The traction acts at the
-   !> contact point, on the face of the particle: its nodes are those of a point there, not of the particle's volume. A uniform
-   !> pressure then makes a uniform stress, wherever the surface stands in its cell (theory.md, eq. contact-nodes).
-   pure function hat_weights(offset) result(weight)
-      real(wp), intent(in) :: offset(3) !< from -1 to 1
-      real(wp) :: weight(-1:1, 3)
-      weight(-1, :) = max(0.0_wp, -offset)
-      weight(0, :) = 1.0_wp - abs(offset)
-      weight(1, :) = max(0.0_wp, offset)
-   end function hat_weights
+   !> The cell around a contact point and the hat functions of its nodes there. The traction acts at the contact point, on the
+   !> face of the particle: its nodes are those of a point there, not of the particle's volume. A uniform pressure then makes a
+   !> uniform stress, wherever the surface stands in its cell (theory.md, eq. contact-nodes).
+   pure subroutine set_cell(c, node, place)
+      type(candidate_t), intent(inout) :: c
+      integer, intent(in) :: node(3)   !< in the middle of the particle's bin, from 0
+      real(wp), intent(in) :: place(3) !< of the contact point, in cells from the block's first node
+      real(wp) :: offset(3)
+      offset = min(max(place - node, -1.0_wp), 1.0_wp) ! a stretched particle's point stays within the nodes of its bin
+      c%corner = node - merge(1, 0, offset < 0.0_wp)
+      c%weight(1, :) = offset - (c%corner - node)
+      c%weight(0, :) = 1.0_wp - c%weight(1, :)
+   end subroutine set_cell
+
+   !> Place of a bin in its block, from 0.
+   pure function bin_place(bin) result(place)
+      integer, intent(in) :: bin
+      integer :: place(3)
+      place = [mod(bin - 1, block_size), mod((bin - 1)/block_size, block_size), (bin - 1)/block_size**2]
+   end function bin_place
 
    !> Speed along the normal that a contact point gets from the solved nodes, m/s.
    pure real(wp) function normal_speed(level, c) result(speed)
@@ -223,12 +250,12 @@ contains
       real(wp) :: weight
       integer :: i, j, k
       speed = 0.0_wp
-      do k = -1, 1
-         do j = -1, 1
-            do i = -1, 1
+      do k = 0, 1
+         do j = 0, 1
+            do i = 0, 1
                weight = c%weight(i, 1)*c%weight(j, 2)*c%weight(k, 3)
-               speed = speed + weight*dot_product(c%normal, level%solved(2:4, c%bin(1) + 1 + i, c%bin(2) + 1 + j, &
-                                                                         c%bin(3) + 1 + k, c%block))
+               speed = speed + weight*dot_product(c%normal, level%solved(2:4, c%corner(1) + 1 + i, c%corner(2) + 1 + j, &
+                                                                         c%corner(3) + 1 + k, c%block))
             end do
          end do
       end do
@@ -241,15 +268,15 @@ contains
       type(level_t), intent(in) :: level
       integer, intent(in) :: neighbours(:)
       real(wp), intent(in) :: time_step
-      integer :: c, i, j, k, s, node(27), at(3)
-      real(wp) :: direction(3, 27), weight
+      integer :: c, i, j, k, s, node(cell_nodes), at(3)
+      real(wp) :: direction(3, cell_nodes), weight
       logical :: held(3), turned(3)
       call self%system%begin(communicator)
       do c = 1, self%count
          s = 0
-         do k = -1, 1
-            do j = -1, 1
-               do i = -1, 1
+         do k = 0, 1
+            do j = 0, 1
+               do i = 0, 1
                   s = s + 1
                   call image_node(level, self%candidates(c), [i, j, k], node(s), at, held, turned)
                   associate (it => self%candidates(c))
@@ -264,9 +291,9 @@ contains
       call self%system%number_nodes()
       do c = 1, self%count
          s = 0
-         do k = -1, 1
-            do j = -1, 1
-               do i = -1, 1
+         do k = 0, 1
+            do j = 0, 1
+               do i = 0, 1
                   s = s + 1
                   call image_node(level, self%candidates(c), [i, j, k], node(s), at, held, turned)
                   weight = level%solved(1, at(1), at(2), at(3), self%candidates(c)%block)
@@ -277,7 +304,7 @@ contains
          end do
       end do
       call self%system%connect(neighbours)
-      call self%system%set_scale(time_step/self%candidates(:self%count)%mass)
+      call self%system%set_scale()
    end subroutine assemble
 
    !> The node that stands for a candidate's node: itself, or its mirror inside a symmetry plane. `node` is its number in the
@@ -289,7 +316,7 @@ contains
       integer, intent(out) :: node, at(3)
       logical, intent(out) :: held(3), turned(3)
       integer :: place(3), image(3)
-      place = block_size*level%blocks(c%block)%place + c%bin + offset
+      place = block_size*level%blocks(c%block)%place + c%corner + offset
       call held_components(level%grid, place, held, turned, image)
       at = image - block_size*level%blocks(c%block)%place + 1
       associate (n => level%grid%cells + 3)
@@ -355,8 +382,8 @@ contains
       end do
       do c = 1, self%count
          b = self%candidates(c)%block
-         do s = 1, 27
-            call image_node(level, self%candidates(c), [mod(s - 1, 3), mod((s - 1)/3, 3), (s - 1)/9] - 1, node, at, held, turned)
+         do s = 1, cell_nodes
+            call image_node(level, self%candidates(c), [mod(s - 1, 2), mod((s - 1)/2, 2), (s - 1)/4], node, at, held, turned)
             level%gathered(5:7, at(1), at(2), at(3), b) = level%gathered(5:7, at(1), at(2), at(3), b) &
                                                           + self%candidates(c)%force*self%system%direction(:3, s, c)
          end do

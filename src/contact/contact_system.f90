@@ -9,12 +9,11 @@ module m_contact_system
    private
    public :: contact_system_t
 
-   integer, parameter :: stencil_nodes = 27
+   integer, parameter, public :: cell_nodes = 8 !< nodes of the cell around a contact point
    integer, parameter :: width = 4 !< three components and a spare one: one vector register
-   !> Compliance of a contact point, in dt/m of its particle (some hundredth of the diagonal at 8 particles a cell): makes the
-   !> forces unique where more candidates than nodes share a face, and the solve short. It changes the load by some 1e-4 and
-   !> leaves an overlap of some 1e-3 cells (doc/accuracy.md).
-   real(wp), parameter :: compliance = 5.0e-4_wp
+   !> Compliance of a contact point, relative to what its own nodes give way: makes the forces unique where more candidates than
+   !> nodes share a face. It changes the load by some 1e-4 and leaves an overlap of some 1e-3 cells (doc/accuracy.md).
+   real(wp), parameter :: compliance = 5.0e-3_wp
 
    !> Nodes that this rank's candidates touch and that candidates of another rank touch too.
    type :: shared_nodes_t
@@ -28,12 +27,11 @@ module m_contact_system
       integer :: candidates = 0
       integer :: nodes = 0
       integer(i8) :: products = 0                !< times the operator was applied, over the run
-      integer, allocatable :: node(:, :)         !< (27, candidates): node in the grid, counted from 1; then its local number
-      real(wp), allocatable :: direction(:, :, :) !< (4, 27, candidates): weight times normal, as that node sees it
+      integer, allocatable :: node(:, :)         !< (8, candidates): node in the grid, counted from 1; then its local number
+      real(wp), allocatable :: direction(:, :, :) !< (4, 8, candidates): weight times normal, as that node sees it
       real(wp), allocatable :: mobility(:, :)    !< (4, nodes): dt/m, 0 for held components, s/kg
       real(wp), allocatable :: force(:, :)       !< (4, nodes): work
       real(wp), allocatable :: scale(:)          !< (candidates): makes the diagonal 1
-      real(wp), allocatable :: softness(:)       !< (candidates): what the compliance adds to the diagonal
       integer, allocatable :: grid_node(:)       !< (nodes): node in the grid
       type(shared_nodes_t), allocatable :: shared(:)
    contains
@@ -57,20 +55,20 @@ contains
       self%communicator = communicator
       self%candidates = 0
       self%nodes = 0
-      if (.not. allocated(self%node)) allocate (self%node(stencil_nodes, 64), self%direction(width, stencil_nodes, 64))
+      if (.not. allocated(self%node)) allocate (self%node(cell_nodes, 64), self%direction(width, cell_nodes, 64))
    end subroutine begin
 
    !> Add a candidate: its nodes in the grid and the vectors that go with them.
    subroutine add_candidate(self, node, direction)
       class(contact_system_t), intent(inout) :: self
-      integer, intent(in) :: node(stencil_nodes)
-      real(wp), intent(in) :: direction(3, stencil_nodes) !< weight times normal, as each node sees it
+      integer, intent(in) :: node(cell_nodes)
+      real(wp), intent(in) :: direction(3, cell_nodes) !< weight times normal, as each node sees it
       integer, allocatable :: more_nodes(:, :)
       real(wp), allocatable :: more_directions(:, :, :)
       integer :: n
       n = self%candidates
       if (n == size(self%node, 2)) then
-         allocate (more_nodes(stencil_nodes, 2*n), more_directions(width, stencil_nodes, 2*n))
+         allocate (more_nodes(cell_nodes, 2*n), more_directions(width, cell_nodes, 2*n))
          more_nodes(:, :n) = self%node
          more_directions(:, :, :n) = self%direction
          call move_alloc(more_nodes, self%node)
@@ -178,7 +176,7 @@ contains
       call self%spread(from)
       call self%exchange()
       call self%collect(to)
-      to(:self%candidates) = to(:self%candidates) + self%softness(:self%candidates)*from(:self%candidates)
+      to(:self%candidates) = to(:self%candidates) + compliance*from(:self%candidates)
       to(self%candidates + 1:) = from(self%candidates + 1:)
    end subroutine multiply
 
@@ -192,7 +190,7 @@ contains
       do c = 1, self%candidates
          f = x(c)*self%scale(c)
          if (f == 0.0_wp) cycle
-         do s = 1, stencil_nodes
+         do s = 1, cell_nodes
             n = self%node(s, c)
             !$omp simd
             do i = 1, width
@@ -236,7 +234,7 @@ contains
       self%force(:, :self%nodes) = self%force(:, :self%nodes)*self%mobility(:, :self%nodes)
       do c = 1, self%candidates
          total = 0.0_wp
-         do s = 1, stencil_nodes
+         do s = 1, cell_nodes
             n = self%node(s, c)
             !$omp simd
             do i = 1, width
@@ -248,23 +246,21 @@ contains
    end subroutine collect
 
    !> Scale unknowns so that the diagonal is 1 before the compliance is added; needs numbers and mobilities.
-   subroutine set_scale(self, particle_mobility)
+   subroutine set_scale(self)
       class(contact_system_t), intent(inout) :: self
-      real(wp), intent(in) :: particle_mobility(:) !< (candidates): dt/m of the particle, s/kg
       real(wp) :: diagonal
       integer :: c, s
       if (allocated(self%scale)) then
-         if (size(self%scale) < self%candidates) deallocate (self%scale, self%softness)
+         if (size(self%scale) < self%candidates) deallocate (self%scale)
       end if
-      if (.not. allocated(self%scale)) allocate (self%scale(2*self%candidates + 8), self%softness(2*self%candidates + 8))
+      if (.not. allocated(self%scale)) allocate (self%scale(2*self%candidates + 8))
       do c = 1, self%candidates
          diagonal = 0.0_wp
-         do s = 1, stencil_nodes
+         do s = 1, cell_nodes
             diagonal = diagonal + sum(self%direction(:, s, c)**2*self%mobility(:, self%node(s, c)))
          end do
          self%scale(c) = 0.0_wp
          if (diagonal > 0.0_wp) self%scale(c) = 1.0_wp/sqrt(diagonal)
-         self%softness(c) = compliance*particle_mobility(c)*self%scale(c)**2
       end do
    end subroutine set_scale
 

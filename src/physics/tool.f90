@@ -12,6 +12,7 @@ module m_tool
       type(tool_spec_t) :: spec
       real(wp) :: travel = 0.0_wp !< along the axis since the start, m
       real(wp) :: speed = 0.0_wp  !< along the axis, m/s
+      real(wp) :: cosine = 1.0_wp, sine = 0.0_wp !< of a cone's half angle
    contains
       procedure :: speed_at
       procedure :: travel_between
@@ -27,6 +28,8 @@ contains
       tool%spec = spec
       tool%travel = 0.0_wp
       tool%speed = tool%speed_at(0.0_wp)
+      tool%cosine = cos(spec%half_angle)
+      tool%sine = sin(spec%half_angle)
    end function make_tool
 
    !> Speed (m/s) at a time (s): linear in between the given times, held outside them.
@@ -93,21 +96,21 @@ contains
          end if
          gap = gap - self%spec%radius
       case (tool_cone)
-         call cone(self%spec%half_angle, height, radius, radial, self%spec%axis, gap, normal)
+         call cone(self%cosine, self%sine, height, radius, radial, self%spec%axis, gap, normal)
       case (tool_flat)
          call flat(self%spec%radius, height, radius, radial, self%spec%axis, gap, normal)
       end select
    end subroutine gap_and_normal
 
    !> Infinite cone, apex at height 0. Below the apex' normal cone the apex itself is nearest.
-   pure subroutine cone(half_angle, height, radius, radial, axis, gap, normal)
-      real(wp), intent(in) :: half_angle, height, radius, radial(3), axis(3)
+   pure subroutine cone(cosine, sine, height, radius, radial, axis, gap, normal)
+      real(wp), intent(in) :: cosine, sine, height, radius, radial(3), axis(3)
       real(wp), intent(out) :: gap, normal(3)
       real(wp) :: along
-      along = height*cos(half_angle) + radius*sin(half_angle) ! along the generator from the apex
+      along = height*cosine + radius*sine ! along the generator from the apex
       if (along >= 0.0_wp) then
-         normal = cos(half_angle)*radial + sin(half_angle)*axis
-         gap = radius*cos(half_angle) - height*sin(half_angle)
+         normal = cosine*radial + sine*axis
+         gap = radius*cosine - height*sine
          if (radius <= 0.0_wp) normal = axis
       else
          gap = norm2([height, radius])
