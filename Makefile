@@ -48,7 +48,7 @@ library_objects := $(patsubst src/%,$(build)/obj/src/%.o,$(basename $(filter-out
 program := $(if $(filter $(main),$(sources)),$(build)/gimp3d)
 
 # Goals that compile nothing need no list of what depends on what.
-plain_goals := help clean clean-all deps venv demo test test-all plots
+plain_goals := help clean clean-all deps venv demo test test-all bench plots
 ifneq ($(filter-out $(plain_goals),$(or $(MAKECMDGOALS),gimp3d)),)
 include $(build)/depends.mk
 stale_modules := $(filter-out $(modules:%=$(build)/mod/%.mod),$(wildcard $(build)/mod/*.mod))
@@ -172,7 +172,7 @@ clean-all: clean
 
 # ---- use ------------------------------------------------------------------------------------------------------------------------
 
-.PHONY: demo test test-all plots
+.PHONY: demo test test-all bench plots
 
 # What mpirun needs in a container, as root, or with more ranks than cores; harmless elsewhere. The tests have theirs in test/harness/mpi.sh.
 export OMPI_ALLOW_RUN_AS_ROOT ?= 1
@@ -204,6 +204,13 @@ test:
 ## test-all    the same with the long tests
 test-all:
 	@$(MAKE) --no-print-directory test TEST_OPTIONS=--all
+
+## bench       time the benchmark scenes: the tables of doc/performance.md; BENCH="block growth" makes these tables only
+bench:
+	$(set_up)
+	@$(MAKE) --no-print-directory $(jobs) tests TESTS=performance/probe
+	@$(python) test/performance/bench.py $(build)/bench $(build)/gimp3d $(build)/test/performance/probe $(if $(BENCH),--only $(BENCH)) \
+	   --build '$(shell $(FC) --version 2>/dev/null | head -n 1); $(flags).'
 
 ## plots       RUN=directory: draw load_depth.png, section.png, energy.png from what a run wrote there
 plots:

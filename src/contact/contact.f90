@@ -58,6 +58,7 @@ module m_contact
       procedure :: declare
       procedure :: active
       procedure :: push
+      procedure :: candidates_of_blocks
       procedure :: release
       procedure, private :: find
       procedure, private :: assemble
@@ -191,6 +192,19 @@ contains
          call keep(self, c)
       end associate
    end subroutine consider
+
+   !> Candidates of the last step that this rank had, by the index of their block.
+   pure function candidates_of_blocks(self, level) result(counts)
+      class(contact_t), intent(in) :: self
+      type(level_t), intent(in) :: level
+      integer :: counts(size(level%owner))
+      integer :: b, c
+      counts = 0
+      do c = 1, self%count
+         b = level%blocks(self%candidates(c)%block)%index
+         counts(b) = counts(b) + 1
+      end do
+   end function candidates_of_blocks
 
    !> Append a candidate to the list.
    subroutine keep(self, candidate)

@@ -15,6 +15,9 @@ module m_contact_system
    !> nodes share a face. It changes the load by some 1e-4 and leaves an overlap of some 1e-3 cells (doc/accuracy.md).
    real(wp), parameter :: compliance = 5.0e-3_wp
 
+   integer, parameter :: chebyshev_steps = 2           !< of the preconditioner
+   real(wp), parameter :: chebyshev_range = 6.0_wp    !< it works on eigenvalues from the bound down to this part of it
+
    !> Nodes that this rank's candidates touch and that candidates of another rank touch too.
    type :: shared_nodes_t
       integer :: rank = -1
@@ -32,6 +35,7 @@ module m_contact_system
       real(wp), allocatable :: mobility(:, :)    !< (4, nodes): dt/m, 0 for held components, s/kg
       real(wp), allocatable :: force(:, :)       !< (4, nodes): work
       real(wp), allocatable :: scale(:)          !< (candidates): makes the diagonal 1
+      real(wp) :: bound = 1.0_wp                 !< no eigenvalue of M is larger
       integer, allocatable :: grid_node(:)       !< (nodes): node in the grid
       type(shared_nodes_t), allocatable :: shared(:)
    contains
@@ -40,7 +44,9 @@ module m_contact_system
       procedure :: number_nodes
       procedure :: connect
       procedure :: multiply
+      procedure :: precondition
       procedure :: set_scale
+      procedure, private :: bound_rows
       procedure, private :: spread
       procedure, private :: exchange
       procedure, private :: collect
@@ -180,6 +186,33 @@ contains
       to(self%candidates + 1:) = from(self%candidates + 1:)
    end subroutine multiply
 
+   !> A few steps of Chebyshev's iteration for M to = from on the unknowns where `from` is not exactly 0: fewer steps of the outer
+   !> solver, whose own cost and sums over ranks outweigh a product with M.
+   subroutine precondition(self, from, to)
+      class(contact_system_t), intent(inout) :: self
+      real(wp), intent(in) :: from(:)
+      real(wp), intent(out) :: to(:)
+      real(wp), dimension(self%candidates) :: left, change, product
+      real(wp) :: middle, half_width, ratio, next
+      integer :: n, s
+      n = self%candidates
+      middle = 0.5_wp*self%bound*(1.0_wp + 1.0_wp/chebyshev_range)
+      half_width = 0.5_wp*self%bound*(1.0_wp - 1.0_wp/chebyshev_range)
+      ratio = half_width/middle
+      to(n + 1:) = from(n + 1:)
+      left = from(:n)
+      change = left/middle
+      to(:n) = change
+      do s = 2, chebyshev_steps
+         call self%multiply(change, product)
+         left = merge(left - product, 0.0_wp, abs(from(:n)) > 0.0_wp)
+         next = 1.0_wp/(2.0_wp*middle/half_width - ratio)
+         change = next*ratio*change + (2.0_wp*next/half_width)*left
+         to(:n) = to(:n) + change
+         ratio = next
+      end do
+   end subroutine precondition
+
    !> Contact forces of this rank's candidates to their nodes.
    subroutine spread(self, x)
       class(contact_system_t), intent(inout) :: self
@@ -245,7 +278,7 @@ contains
       end do
    end subroutine collect
 
-   !> Scale unknowns so that the diagonal is 1 before the compliance is added; needs numbers and mobilities.
+   !> Collective: scale unknowns so that the diagonal is 1 before the compliance is added; needs numbers, mobilities and neighbours.
    subroutine set_scale(self)
       class(contact_system_t), intent(inout) :: self
       real(wp) :: diagonal
@@ -262,6 +295,35 @@ contains
          self%scale(c) = 0.0_wp
          if (diagonal > 0.0_wp) self%scale(c) = 1.0_wp/sqrt(diagonal)
       end do
+      call self%bound_rows()
    end subroutine set_scale
+
+   !> Collective: the largest sum of magnitudes over a row of M (Gershgorin), with the magnitudes of weights and the largest of a
+   !> node's mobilities.
+   subroutine bound_rows(self)
+      class(contact_system_t), intent(inout) :: self
+      real(wp) :: row
+      integer :: c, s
+      self%force(:, :self%nodes) = 0.0_wp
+      do c = 1, self%candidates
+         do s = 1, cell_nodes
+            associate (node => self%node(s, c))
+               self%force(1, node) = self%force(1, node) + self%scale(c)*norm2(self%direction(:3, s, c))
+            end associate
+         end do
+      end do
+      call self%exchange()
+      self%bound = 0.0_wp
+      do c = 1, self%candidates
+         row = 0.0_wp
+         do s = 1, cell_nodes
+            associate (node => self%node(s, c))
+               row = row + norm2(self%direction(:3, s, c))*maxval(self%mobility(:3, node))*self%force(1, node)
+            end associate
+         end do
+         self%bound = max(self%bound, self%scale(c)*row)
+      end do
+      self%bound = self%communicator%maximum(self%bound) + compliance
+   end subroutine bound_rows
 
 end module m_contact_system

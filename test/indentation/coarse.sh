@@ -2,4 +2,4 @@
 # The sphere on two coarse grids: the load nears the finite elements (the finer grids are in study.sh).
 #test: limit 120
 . "$(dirname "$0")/../harness/env.sh"
-"$PYTHON" "$ROOT/test/indentation/indentation.py" "$WORK" "$GIMP3D" 2 sphere=20,30 --bound sphere=3 --falling
+"$PYTHON" "$ROOT/test/indentation/indentation.py" "$WORK" "$GIMP3D" 2 sphere=20,30 --bound sphere=3 --falling sphere

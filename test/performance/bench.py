@@ -1,0 +1,224 @@
+#!/usr/bin/env python3
+"""Time the program on benchmark scenes and set it beside what the machine can do: the tables of doc/performance.md.
+
+usage: bench.py WORK GIMP3D PROBE [--repeats N] [--only TABLE ...] [--build TEXT]
+
+TABLE is one of block, contact, pairs, growth, large (all when none is named).
+block    an elastic block of 32 x 32 x 32 cells in motion: moved along (ordered) or tumbling (disordered), 1 and 8 particles a cell,
+         affine and plain transfer, 1 and 2 ranks
+contact  E2 and E3 over the last tenth of their depth: a whole run less one of nine tenths
+pairs    2 ranks against two independent copies of 1 rank run side by side, and against one
+growth   10^5 to 4 x 10^6 particles, disordered, 1 rank
+large    16 million particles, a few steps, 2 ranks
+A probe of multiply-adds and of a memory copy runs before and after each scene. An update is one particle through one whole step,
+everything included. Floors: 1.6 kFLOP and 390 bytes an update. Figures are medians of the repeats.
+"""
+import argparse
+import pathlib
+import platform
+import re
+import statistics
+import subprocess
+import time
+
+ROOT = pathlib.Path(__file__).resolve().parents[2]
+PHASES = ['lists', 'to nodes', 'exchange', 'nodes', 'contact', 'to particles', 'stress', 'migration', 'control', 'balance', 'output',
+          'the rest']
+KERNELS = ['to nodes', 'to particles', 'stress']
+FLOPS, BYTES = 1600.0, 390.0  # an update
+STEP = 3.19e-12               # s, of the block scenes
+
+
+def block_scene(cells, per_cell, motion, transfer, steps, out):
+    """An elastic cube of `cells` cells an edge in free flight; disordered: it tumbles, edges at a tenth of the wave speed."""
+    h, margin = 64e-9, 8
+    size = (cells + 2*margin + 7)//8*8
+    spin = 4e8*32/cells
+    turning = f', angular_velocity={spin/2!r},{spin/4!r},{spin!r}' if motion == 'disordered' else ''
+    return f"""&scene title='bench', end_time={steps*STEP!r} /
+&grid lower=0,0,0, upper={size*h!r},{size*h!r},{size*h!r}, cell_size={h!r} /
+&time time_step={STEP!r}, transfer='{transfer}' /
+&material name='aluminium', model='elastic', density=2710, young=70e9, poisson=0.33 /
+&body material='aluminium', shape='box', lower={margin*h!r},{margin*h!r},{margin*h!r},
+      upper={(margin + cells)*h!r},{(margin + cells)*h!r},{(margin + cells)*h!r}, particles_per_cell={per_cell},
+      velocity=100,50,20{turning} /
+&output directory='{out}', formats='none', history_every=1 /
+"""
+
+
+def shipped_scene(name, out, share=1.0, history=True):
+    """A scene of input/, up to a share of its time, without snapshots."""
+    text = (ROOT/'input'/f'{name}.nml').read_text()
+    text = re.sub(r'end_time=(\S+)', lambda m: f'end_time={float(m[1])*share!r}', text)
+    return re.sub(r'&output.*/', f"&output directory='{out}', formats='none'{'' if history else ', history_every=1'} /", text)
+
+
+class Bench:
+    """Runs scenes and keeps what they cost."""
+
+    def __init__(self, work, gimp3d, probe, repeats):
+        self.work, self.gimp3d, self.probe_path, self.repeats = work, gimp3d, probe, repeats
+        self.gflops, self.gbytes, self.runs = [], [], 0
+
+    def probe(self):
+        words = subprocess.run([self.probe_path], capture_output=True, text=True, check=True).stdout.split()
+        self.gflops.append(float(words[1]))
+        self.gbytes.append(float(words[3]))
+
+    def out(self):
+        self.runs += 1
+        return self.work/f'run_{self.runs}'
+
+    def start(self, ranks, scene):
+        return subprocess.Popen(['mpirun', '-n', str(ranks), self.gimp3d], stdin=subprocess.PIPE, stdout=subprocess.PIPE,
+                                stderr=subprocess.STDOUT, text=True), scene
+
+    def finish(self, started):
+        process, scene = started
+        log, _ = process.communicate(scene if process.stdin and not process.stdin.closed else None)
+        if process.returncode != 0:
+            raise SystemExit(f'a run ended with status {process.returncode}:\n{log[-1500:]}')
+        return read_costs(log)
+
+    def run(self, ranks, scene):
+        return self.finish(self.start(ranks, scene))
+
+    def several(self, ranks, make_scene):
+        self.probe()
+        costs = [self.run(ranks, make_scene(self.out())) for _ in range(self.repeats)]
+        self.probe()
+        return median_costs(costs)
+
+    def side_by_side(self, copies, make_scene):
+        """Seconds that the slowest of several 1-rank copies needs, median."""
+        seconds = []
+        for _ in range(self.repeats):
+            started = [self.start(1, make_scene(self.out())) for _ in range(copies)]
+            for process, scene in started:
+                process.stdin.write(scene)
+                process.stdin.close()
+            found = []
+            for process, _ in started:
+                log = process.stdout.read()
+                process.wait()
+                found.append(read_costs(log)['seconds'])
+            seconds.append(max(found))
+        return statistics.median(seconds)
+
+
+def read_costs(log):
+    """Nanoseconds a particle-step of each phase (all ranks together), updates, seconds, particles, bytes a particle."""
+    costs = {}
+    for line in log.splitlines():
+        found = re.match(r'(%s|all) {2,}.*?(\d+) +([\d.]+) +([\d.]+) %%$' % '|'.join(PHASES), line)
+        if found:
+            costs[found[1]] = float(found[3])
+    last = re.search(r'^(\d+) particle-steps on (\d+) ranks', log, re.M)
+    size = re.search(r'^particles +(\d+) on .*, (\d+) B a particle', log, re.M)
+    solves = re.search(r'^contact: (\d+) solves, (\S+) iterations and (\S+) products', log, re.M)
+    costs['updates'], costs['ranks'] = int(last[1]), int(last[2])
+    costs['seconds'] = costs['all']*costs['updates']*1e-9/costs['ranks']
+    costs['particles'], costs['bytes'] = int(size[1]), int(size[2])
+    if solves:
+        costs['solves'], costs['products'] = int(solves[1]), float(solves[3])
+    return costs
+
+
+def median_costs(costs):
+    return {key: statistics.median(c.get(key, 0.0) for c in costs) for key in costs[0]}
+
+
+def row(cells):
+    print('| ' + ' | '.join(cells) + ' |', flush=True)
+
+
+def head(titles):
+    print()
+    row(titles)
+    row(['---']*len(titles))
+
+
+def table_block(bench):
+    head(['particles a cell', 'motion', 'transfer', 'ranks', 'million updates/s and core', 'share of flop floor [%]',
+          'share of byte floor [%]', *(f'{p} [ns]' for p in PHASES if p not in ('contact', 'balance', 'output')), 'all [ns]',
+          'not kernels [%]', 'B/particle'])
+    for per_cell in 8, 1:
+        for motion in 'ordered', 'disordered':
+            for transfer in 'affine', 'plain':
+                for ranks in 1, 2:
+                    c = bench.several(ranks, lambda out: block_scene(32, per_cell, motion, transfer, 60, out))
+                    rest = 100*(1 - sum(c[k] for k in KERNELS)/c['all'])
+                    row([str(per_cell), motion, transfer, str(ranks), f'{1e3/c["all"]:.2f}',
+                         f'{100*FLOPS/bench.gflops[-1]/c["all"]:.0f}', f'{100*BYTES/bench.gbytes[-1]/c["all"]:.0f}',
+                         *(f'{c.get(p, 0):.1f}' for p in PHASES if p not in ('contact', 'balance', 'output')), f'{c["all"]:.1f}',
+                         f'{rest:.0f}', f'{c["bytes"]:.0f}'])
+
+
+def table_contact(bench):
+    head(['scene', 'ranks', 'contact over the run [% of the step]', 'contact over the last tenth [% of the step]',
+          'contact over the last tenth [ms a step]', 'products a solve, run', 'million updates/s and core'])
+    for name, steps in ('cone', 3800), ('deep_sphere', 1192):
+        for ranks in 1, 2:
+            bench.probe()
+            whole = bench.run(ranks, shipped_scene(name, bench.out()))
+            most = bench.run(ranks, shipped_scene(name, bench.out(), 0.9))
+            seconds = [c['contact']*c['updates']*1e-9/ranks for c in (whole, most)]
+            late = (seconds[0] - seconds[1])/(whole['seconds'] - most['seconds'])
+            row([name, str(ranks), f'{100*whole["contact"]/whole["all"]:.0f}', f'{100*late:.0f}',
+                 f'{1e3*(seconds[0] - seconds[1])/(0.1*steps):.2f}', f'{whole["products"]:.0f}', f'{1e3/whole["all"]:.2f}'])
+
+
+def table_pairs(bench):
+    head(['scene', '1 rank [s]', '2 ranks [s]', 'two 1-rank copies side by side [s]', '2 ranks over the two copies', '2 ranks over 1'])
+    scenes = {'E1': lambda out: shipped_scene('scaling', out, 0.05, history=False),
+              'E2, first half': lambda out: shipped_scene('cone', out, 0.5)}
+    for name, make in scenes.items():
+        one = bench.several(1, make)['seconds']
+        two = bench.several(2, make)['seconds']
+        both = bench.side_by_side(2, make)
+        row([name, f'{one:.2f}', f'{two:.2f}', f'{both:.2f}', f'{both/2/two:.2f}', f'{one/two:.2f}'])
+
+
+def table_growth(bench):
+    head(['particles', 'steps', 'ns an update', 'of the smallest', 'B/particle'])
+    first = None
+    for cells, steps in (24, 120), (32, 60), (50, 30), (79, 15):
+        c = bench.several(1, lambda out: block_scene(cells, 8, 'disordered', 'affine', steps, out))
+        stepping = c['all'] - c['the rest']
+        first = first or stepping
+        row([f'{c["particles"]:.0f}', str(steps), f'{stepping:.1f}', f'{stepping/first:.2f}', f'{c["bytes"]:.0f}'])
+    print('\nWithout start and end of the run, which few steps do not repay.')
+
+
+def table_large(bench):
+    head(['particles', 'ranks', 'million updates/s and core', 'GB in all', 'B/particle'])
+    c = bench.run(2, block_scene(126, 8, 'disordered', 'affine', 6, bench.out()))
+    stepping = c['all'] - c['the rest']
+    row([f'{c["particles"]}', '2', f'{1e3/stepping:.2f}', f'{c["bytes"]*c["particles"]/1e9:.2f}', f'{c["bytes"]}'])
+
+
+def main():
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser.add_argument('work', type=pathlib.Path)
+    parser.add_argument('gimp3d')
+    parser.add_argument('probe')
+    parser.add_argument('--repeats', type=int, default=5)
+    parser.add_argument('--only', nargs='*', default=[])
+    parser.add_argument('--build', default='')
+    args = parser.parse_args()
+    args.work.mkdir(parents=True, exist_ok=True)
+    bench = Bench(args.work, args.gimp3d, args.probe, args.repeats)
+    begun = time.time()
+    tables = {'block': table_block, 'contact': table_contact, 'pairs': table_pairs, 'growth': table_growth, 'large': table_large}
+    for name in args.only or tables:
+        tables[name](bench)
+    processor = next((line.split(':')[1].strip() for line in open('/proc/cpuinfo') if line.startswith('model name')),
+                     platform.machine()) if pathlib.Path('/proc/cpuinfo').exists() else platform.machine()
+    bench.probe()
+    print(f'\nProcessor: {processor}. {args.build} Probes, least to most over the session: multiply-add {min(bench.gflops):.1f} to '
+          f'{max(bench.gflops):.1f} GFLOP/s a core, copy {min(bench.gbytes):.1f} to {max(bench.gbytes):.1f} GB/s. '
+          f'Medians of {args.repeats} (contact, large: one run); {time.time() - begun:.0f} s in all.')
+
+
+if __name__ == '__main__':
+    main()
