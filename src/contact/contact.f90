@@ -9,11 +9,10 @@ module m_contact
    use m_tool, only: tool_t, make_tool
    use m_communicator, only: communicator_t
    use m_field_table, only: field_table_t
-   use m_level, only: level_t, tile_last, node_values
+   use m_level, only: level_t
    use m_materials, only: materials_t
    use m_boundary, only: held_components, constrain_nodes
-   use m_node_exchange, only: node_exchange_t, sum_tiles
-   use m_contact_system, only: contact_system_t, cell_nodes
+   use m_contact_system, only: contact_system_t, nodal_forces_t, cell_nodes
    use m_petsc_solver, only: petsc_solver_t
    implicit none
    private
@@ -35,6 +34,7 @@ module m_contact
       real(wp) :: normal(3) = 0.0_wp
       real(wp) :: gap = 0.0_wp   !< of its contact point now, m
       real(wp) :: area = 0.0_wp  !< m2
+      real(wp) :: mass = 1.0_wp  !< kg
       real(wp) :: force = 0.0_wp !< N
       logical :: touches = .false. !< its contact point ends the step on the tool
    end type candidate_t
@@ -58,7 +58,6 @@ module m_contact
       procedure :: declare
       procedure :: active
       procedure :: push
-      procedure :: candidates_of_blocks
       procedure :: release
       procedure, private :: find
       procedure, private :: assemble
@@ -101,12 +100,12 @@ contains
 
    !> Collective: add the contact forces of one step to the solved nodes. On entry `solved` holds what the nodes would do
    !> without contact; tools stand where they are at `time`, and on return where they are at time + time_step.
-   subroutine push(self, communicator, level, materials, exchange, time, time_step, error)
+   subroutine push(self, communicator, level, materials, neighbours, time, time_step, error)
       class(contact_t), intent(inout) :: self
       type(communicator_t), intent(in) :: communicator
       type(level_t), intent(inout) :: level
       type(materials_t), intent(in) :: materials
-      type(node_exchange_t), intent(inout) :: exchange
+      integer, intent(in) :: neighbours(:)    !< ranks, rising
       real(wp), intent(in) :: time, time_step !< s
       type(error_t), intent(inout) :: error
       integer :: t, needs(2)
@@ -119,9 +118,9 @@ contains
       if (needs(1) > 0) then
          self%largest = max(self%largest, int(needs(1), i8))
          if (needs(2) > 0) call self%solver%fit(communicator%comm%MPI_VAL, 64*((3*self%count/2)/64 + 1))
-         call self%assemble(communicator, level, exchange%ranks, time_step)
+         call self%assemble(communicator, level, neighbours, time_step)
          call self%solve(level, time_step, error)
-         call self%move_nodes(communicator, level, exchange, time_step)
+         call self%move_nodes(level, time_step)
       end if
       call self%sum_up(communicator, time_step)
       do t = 1, size(self%tools)
@@ -188,23 +187,11 @@ contains
          call set_cell(c, bin_place(bin), (position - block%origin)*level%grid%per_cell)
          if (c%gap + time_step*(normal_speed(level, c) - dot_product(c%normal, self%tools(tool)%velocity())) > margin*edge) return
          c%area = edge**2
+         c%mass = column(p, at%mass)
          c%force = column(p, self%pressure)*c%area
          call keep(self, c)
       end associate
    end subroutine consider
-
-   !> Candidates of the last step that this rank had, by the index of their block.
-   pure function candidates_of_blocks(self, level) result(counts)
-      class(contact_t), intent(in) :: self
-      type(level_t), intent(in) :: level
-      integer :: counts(size(level%owner))
-      integer :: b, c
-      counts = 0
-      do c = 1, self%count
-         b = level%blocks(self%candidates(c)%block)%index
-         counts(b) = counts(b) + 1
-      end do
-   end function candidates_of_blocks
 
    !> Append a candidate to the list.
    subroutine keep(self, candidate)
@@ -318,7 +305,7 @@ contains
          end do
       end do
       call self%system%connect(neighbours)
-      call self%system%set_scale()
+      call self%system%set_scale(time_step/self%candidates(:self%count)%mass)
    end subroutine assemble
 
    !> The node that stands for a candidate's node: itself, or its mirror inside a symmetry plane. `node` is its number in the
@@ -337,6 +324,16 @@ contains
          node = image(1) + 2 + n(1)*(image(2) + 1 + n(2)*(image(3) + 1))
       end associate
    end subroutine image_node
+
+   !> Place in the grid of a node that image_node has numbered.
+   pure function node_place(level, node) result(place)
+      type(level_t), intent(in) :: level
+      integer, intent(in) :: node
+      integer :: place(3)
+      associate (n => level%grid%cells + 3)
+         place = [mod(node - 1, n(1)), mod((node - 1)/n(1), n(2)), (node - 1)/(n(1)*n(2))] - 1
+      end associate
+   end function node_place
 
    !> Forces of the candidates: no tension, no pressure across a gap, no way into the tool.
    subroutine solve(self, level, time_step, error)
@@ -376,56 +373,60 @@ contains
       end do
    end subroutine solve
 
-   !> Collective: hand the contact forces to all nodes that they act on, and change velocity and acceleration there.
-   !> The sums run as those of the step do, through the tiles; only blocks near a tool take part.
-   subroutine move_nodes(self, communicator, level, exchange, time_step)
+   !> Collective among neighbours: change velocity and acceleration of the nodes that contact forces act on, in every tile here that
+   !> has them, and then of their mirror images.
+   subroutine move_nodes(self, level, time_step)
       class(contact_t), intent(inout) :: self
-      type(communicator_t), intent(in) :: communicator
       type(level_t), intent(inout) :: level
-      type(node_exchange_t), intent(inout) :: exchange
       real(wp), intent(in) :: time_step
-      real(wp) :: total(node_values, 0:tile_last, 0:tile_last, 0:tile_last)
-      logical :: near(size(level%gathered, 5)), held(3), turned(3)
-      integer :: b, c, i, j, k, m, s, node, at(3), neighbour(27)
-      do b = 1, size(level%blocks)
-         near(b) = near_tool(self%tools, level, level%blocks(b)%place)
-         if (near(b)) level%gathered(:, :, :, :, b) = 0.0_wp
-      end do
-      do m = 1, size(level%mirror_index)
-         near(size(level%blocks) + m) = near_tool(self%tools, level, level%grid%block_place(level%mirror_index(m)))
-      end do
+      type(nodal_forces_t), allocatable :: parts(:)
+      real(wp) :: unknowns(self%count)
+      logical :: changed(size(level%blocks))
+      integer :: b, c, n, r
+      unknowns = 0.0_wp
       do c = 1, self%count
-         b = self%candidates(c)%block
-         do s = 1, cell_nodes
-            call image_node(level, self%candidates(c), [mod(s - 1, 2), mod((s - 1)/2, 2), (s - 1)/4], node, at, held, turned)
-            level%gathered(5:7, at(1), at(2), at(3), b) = level%gathered(5:7, at(1), at(2), at(3), b) &
-                                                          + self%candidates(c)%force*self%system%direction(:3, s, c)
+         if (self%system%scale(c) > 0.0_wp) unknowns(c) = self%candidates(c)%force/self%system%scale(c)
+      end do
+      call self%system%nodal_forces(unknowns, parts)
+      changed = .false.
+      do r = 1, size(parts)
+         do n = 1, size(parts(r)%node)
+            call push_node(level, node_place(level, parts(r)%node(n)), parts(r)%force(:3, n), time_step, changed)
          end do
       end do
-      call exchange%start(communicator, level%gathered)
-      call exchange%wait(level%gathered)
       do b = 1, size(level%blocks)
-         neighbour = level%blocks(b)%neighbour
-         do m = 1, 27
-            if (neighbour(m) > 0) then
-               if (.not. near(neighbour(m))) neighbour(m) = 0
-            end if
-         end do
-         if (all(neighbour == 0)) cycle
-         call sum_tiles(neighbour, level%gathered, total)
-         do k = 0, tile_last
-            do j = 0, tile_last
-               do i = 0, tile_last
-                  if (level%solved(1, i, j, k, b) <= 0.0_wp) cycle
-                  total(5:7, i, j, k) = total(5:7, i, j, k)/level%solved(1, i, j, k, b)
-                  level%solved(5:7, i, j, k, b) = level%solved(5:7, i, j, k, b) + total(5:7, i, j, k)
-                  level%solved(2:4, i, j, k, b) = level%solved(2:4, i, j, k, b) + time_step*total(5:7, i, j, k)
-               end do
-            end do
-         end do
-         call constrain_nodes(level%grid, level%blocks(b)%place, level%solved(:, :, :, :, b))
+         if (changed(b)) call constrain_nodes(level%grid, level%blocks(b)%place, level%solved(:, :, :, :, b))
       end do
    end subroutine move_nodes
+
+   !> Add a force to a node in all tiles here that have it: its block's, and those of the blocks next to it if it is on their rim.
+   pure subroutine push_node(level, place, force, time_step, changed)
+      type(level_t), intent(inout) :: level
+      integer, intent(in) :: place(3)
+      real(wp), intent(in) :: force(3), time_step
+      logical, intent(inout) :: changed(:)
+      integer :: at(3), block(3), home(3), i, j, k, low(3), high(3), slot
+      home = floor(real(place, wp)/block_size)
+      low = home - merge(1, 0, modulo(place, block_size) == 0)
+      high = home + merge(1, 0, modulo(place, block_size) == block_size - 1)
+      do k = low(3), high(3)
+         do j = low(2), high(2)
+            do i = low(1), high(1)
+               block = [i, j, k]
+               if (any(block < 0) .or. any(block >= level%grid%blocks)) cycle
+               slot = level%slot(i, j, k)
+               if (slot == 0 .or. slot > size(level%blocks)) cycle
+               at = place - block_size*block + 1
+               associate (node => level%solved(:, at(1), at(2), at(3), slot))
+                  if (node(1) <= 0.0_wp) cycle
+                  node(5:7) = node(5:7) + force/node(1)
+                  node(2:4) = node(2:4) + time_step*force/node(1)
+               end associate
+               changed(slot) = .true.
+            end do
+         end do
+      end do
+   end subroutine push_node
 
    !> Collective: loads, areas, overlaps and work of the tools.
    subroutine sum_up(self, communicator, time_step)

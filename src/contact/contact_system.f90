@@ -7,23 +7,28 @@ module m_contact_system
    use m_petsc_operator, only: petsc_operator_t
    implicit none
    private
-   public :: contact_system_t
+   public :: contact_system_t, nodal_forces_t
 
    integer, parameter, public :: cell_nodes = 8 !< nodes of the cell around a contact point
    integer, parameter :: width = 4 !< three components and a spare one: one vector register
-   !> Compliance of a contact point, relative to what its own nodes give way: makes the forces unique where more candidates than
-   !> nodes share a face. It changes the load by some 1e-4 and leaves an overlap of some 1e-3 cells (doc/accuracy.md).
-   real(wp), parameter :: compliance = 5.0e-3_wp
-
-   integer, parameter :: chebyshev_steps = 2           !< of the preconditioner
-   real(wp), parameter :: chebyshev_range = 6.0_wp    !< it works on eigenvalues from the bound down to this part of it
+   !> Compliance of a contact point, in dt/m of its particle (some hundredth of the diagonal at 8 particles a cell): makes the
+   !> forces unique where more candidates than nodes share a face. Relative to the particle, not to the diagonal, which differs
+   !> between a quarter model and the whole.
+   real(wp), parameter :: compliance = 5.0e-4_wp
 
    !> Nodes that this rank's candidates touch and that candidates of another rank touch too.
    type :: shared_nodes_t
       integer :: rank = -1
-      integer, allocatable :: nodes(:) !< local numbers, in the order of the grid
+      integer, allocatable :: nodes(:)  !< local numbers, in the order of the grid
+      integer, allocatable :: theirs(:) !< nodes in the grid that its candidates touch, rising
       real(wp), allocatable :: given(:, :), taken(:, :)
    end type shared_nodes_t
+
+   !> Forces that the candidates of one rank give to nodes.
+   type :: nodal_forces_t
+      integer, allocatable :: node(:)      !< in the grid, rising
+      real(wp), allocatable :: force(:, :) !< (4, :), N; the last is idle
+   end type nodal_forces_t
 
    type, extends(petsc_operator_t) :: contact_system_t
       type(communicator_t) :: communicator
@@ -35,7 +40,7 @@ module m_contact_system
       real(wp), allocatable :: mobility(:, :)    !< (4, nodes): dt/m, 0 for held components, s/kg
       real(wp), allocatable :: force(:, :)       !< (4, nodes): work
       real(wp), allocatable :: scale(:)          !< (candidates): makes the diagonal 1
-      real(wp) :: bound = 1.0_wp                 !< no eigenvalue of M is larger
+      real(wp), allocatable :: softness(:)       !< (candidates): what the compliance adds to the diagonal
       integer, allocatable :: grid_node(:)       !< (nodes): node in the grid
       type(shared_nodes_t), allocatable :: shared(:)
    contains
@@ -44,9 +49,8 @@ module m_contact_system
       procedure :: number_nodes
       procedure :: connect
       procedure :: multiply
-      procedure :: precondition
+      procedure :: nodal_forces
       procedure :: set_scale
-      procedure, private :: bound_rows
       procedure, private :: spread
       procedure, private :: exchange
       procedure, private :: collect
@@ -147,7 +151,7 @@ contains
          self%shared(n)%nodes = common(self%grid_node, theirs)
          count = size(self%shared(n)%nodes)
          allocate (self%shared(n)%given(width, count), self%shared(n)%taken(width, count))
-         deallocate (theirs)
+         call move_alloc(theirs, self%shared(n)%theirs)
       end do
       call MPI_Waitall(size(neighbours), requests, MPI_STATUSES_IGNORE)
    end subroutine connect
@@ -182,36 +186,9 @@ contains
       call self%spread(from)
       call self%exchange()
       call self%collect(to)
-      to(:self%candidates) = to(:self%candidates) + compliance*from(:self%candidates)
+      to(:self%candidates) = to(:self%candidates) + self%softness(:self%candidates)*from(:self%candidates)
       to(self%candidates + 1:) = from(self%candidates + 1:)
    end subroutine multiply
-
-   !> A few steps of Chebyshev's iteration for M to = from on the unknowns where `from` is not exactly 0: fewer steps of the outer
-   !> solver, whose own cost and sums over ranks outweigh a product with M.
-   subroutine precondition(self, from, to)
-      class(contact_system_t), intent(inout) :: self
-      real(wp), intent(in) :: from(:)
-      real(wp), intent(out) :: to(:)
-      real(wp), dimension(self%candidates) :: left, change, product
-      real(wp) :: middle, half_width, ratio, next
-      integer :: n, s
-      n = self%candidates
-      middle = 0.5_wp*self%bound*(1.0_wp + 1.0_wp/chebyshev_range)
-      half_width = 0.5_wp*self%bound*(1.0_wp - 1.0_wp/chebyshev_range)
-      ratio = half_width/middle
-      to(n + 1:) = from(n + 1:)
-      left = from(:n)
-      change = left/middle
-      to(:n) = change
-      do s = 2, chebyshev_steps
-         call self%multiply(change, product)
-         left = merge(left - product, 0.0_wp, abs(from(:n)) > 0.0_wp)
-         next = 1.0_wp/(2.0_wp*middle/half_width - ratio)
-         change = next*ratio*change + (2.0_wp*next/half_width)*left
-         to(:n) = to(:n) + change
-         ratio = next
-      end do
-   end subroutine precondition
 
    !> Contact forces of this rank's candidates to their nodes.
    subroutine spread(self, x)
@@ -232,6 +209,32 @@ contains
          end do
       end do
    end subroutine spread
+
+   !> Collective among neighbours: the forces of the unknowns x on nodes, a part for each neighbour rank with candidates and this one,
+   !> by rising rank, so that all ranks that know a node add up its force in one order.
+   subroutine nodal_forces(self, x, parts)
+      class(contact_system_t), intent(inout) :: self
+      real(wp), intent(in) :: x(:)
+      type(nodal_forces_t), allocatable, intent(out) :: parts(:)
+      type(MPI_Request) :: requests(2*size(self%shared))
+      integer :: n, own, r
+      call self%spread(x)
+      own = 1 + count(self%shared%rank < self%communicator%rank)
+      allocate (parts(size(self%shared) + 1))
+      parts(own)%node = self%grid_node(:self%nodes)
+      parts(own)%force = self%force(:, :self%nodes)
+      do r = 1, size(self%shared)
+         associate (shared => self%shared(r), part => parts(merge(r, r + 1, r < own)))
+            call move_alloc(shared%theirs, part%node)
+            n = size(part%node)
+            allocate (part%force(width, n))
+            call MPI_Irecv(part%force, width*n, MPI_DOUBLE_PRECISION, shared%rank, 5, self%communicator%comm, requests(2*r - 1))
+            call MPI_Isend(parts(own)%force, width*self%nodes, MPI_DOUBLE_PRECISION, shared%rank, 5, self%communicator%comm, &
+                           requests(2*r))
+         end associate
+      end do
+      call MPI_Waitall(size(requests), requests, MPI_STATUSES_IGNORE)
+   end subroutine nodal_forces
 
    !> Add what other ranks' candidates give to the nodes that are shared with them.
    subroutine exchange(self)
@@ -278,15 +281,16 @@ contains
       end do
    end subroutine collect
 
-   !> Collective: scale unknowns so that the diagonal is 1 before the compliance is added; needs numbers, mobilities and neighbours.
-   subroutine set_scale(self)
+   !> Scale unknowns so that the diagonal is 1 before the compliance is added; needs numbers and mobilities.
+   subroutine set_scale(self, particle_mobility)
       class(contact_system_t), intent(inout) :: self
+      real(wp), intent(in) :: particle_mobility(:) !< (candidates): dt/m of the particle, s/kg
       real(wp) :: diagonal
       integer :: c, s
       if (allocated(self%scale)) then
-         if (size(self%scale) < self%candidates) deallocate (self%scale)
+         if (size(self%scale) < self%candidates) deallocate (self%scale, self%softness)
       end if
-      if (.not. allocated(self%scale)) allocate (self%scale(2*self%candidates + 8))
+      if (.not. allocated(self%scale)) allocate (self%scale(2*self%candidates + 8), self%softness(2*self%candidates + 8))
       do c = 1, self%candidates
          diagonal = 0.0_wp
          do s = 1, cell_nodes
@@ -294,36 +298,8 @@ contains
          end do
          self%scale(c) = 0.0_wp
          if (diagonal > 0.0_wp) self%scale(c) = 1.0_wp/sqrt(diagonal)
+         self%softness(c) = compliance*particle_mobility(c)*self%scale(c)**2
       end do
-      call self%bound_rows()
    end subroutine set_scale
-
-   !> Collective: the largest sum of magnitudes over a row of M (Gershgorin), with the magnitudes of weights and the largest of a
-   !> node's mobilities.
-   subroutine bound_rows(self)
-      class(contact_system_t), intent(inout) :: self
-      real(wp) :: row
-      integer :: c, s
-      self%force(:, :self%nodes) = 0.0_wp
-      do c = 1, self%candidates
-         do s = 1, cell_nodes
-            associate (node => self%node(s, c))
-               self%force(1, node) = self%force(1, node) + self%scale(c)*norm2(self%direction(:3, s, c))
-            end associate
-         end do
-      end do
-      call self%exchange()
-      self%bound = 0.0_wp
-      do c = 1, self%candidates
-         row = 0.0_wp
-         do s = 1, cell_nodes
-            associate (node => self%node(s, c))
-               row = row + norm2(self%direction(:3, s, c))*maxval(self%mobility(:3, node))*self%force(1, node)
-            end associate
-         end do
-         self%bound = max(self%bound, self%scale(c)*row)
-      end do
-      self%bound = self%communicator%maximum(self%bound) + compliance
-   end subroutine bound_rows
 
 end module m_contact_system

@@ -9,12 +9,10 @@ module m_petsc_operator
    type, abstract :: petsc_operator_t
    contains
       procedure(multiply_interface), deferred :: multiply
-      procedure(multiply_interface), deferred :: precondition
    end type petsc_operator_t
 
    abstract interface
-      !> Collective. multiply: to = M from. precondition: to = a symmetric positive approximation of the inverse of M, restricted
-      !> to the unknowns where `from` is not exactly 0, times from. Both may be longer than the unknowns in use, the rest is copied.
+      !> Collective: to = M from; both may be longer than the unknowns in use, the rest is copied.
       subroutine multiply_interface(self, from, to)
          import :: petsc_operator_t, wp
          class(petsc_operator_t), intent(inout) :: self

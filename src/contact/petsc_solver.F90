@@ -35,8 +35,6 @@ contains
       class(petsc_solver_t), intent(inout) :: self
       integer, intent(in) :: comm     !< the handle of the communicator
       integer, intent(in) :: unknowns !< on this rank; may be 0
-      KSP :: linear
-      PC :: preconditioner
       PetscErrorCode :: ierr
       PetscInt :: n
       if (.not. self%started) then
@@ -62,11 +60,8 @@ contains
       PetscCallA(TaoSetObjectiveAndGradient(self%tao, PETSC_NULL_VEC, objective_and_gradient, 0, ierr))
       PetscCallA(TaoSetHessian(self%tao, self%hessian, self%hessian, keep_hessian, 0, ierr))
       PetscCallA(PetscOptionsSetValue(PETSC_NULL_OPTIONS, '-tao_subset_type', 'matrixfree', ierr))
+      PetscCallA(PetscOptionsSetValue(PETSC_NULL_OPTIONS, '-pc_type', 'none', ierr))
       PetscCallA(TaoSetFromOptions(self%tao, ierr))
-      PetscCallA(TaoGetKSP(self%tao, linear, ierr))
-      PetscCallA(KSPGetPC(linear, preconditioner, ierr))
-      PetscCallA(PCSetType(preconditioner, PCSHELL, ierr))
-      PetscCallA(PCShellSetApply(preconditioner, precondition, ierr))
       self%capacity = unknowns
    end subroutine fit
 
@@ -128,19 +123,6 @@ contains
       PetscCallA(VecRestoreArrayReadF90(x, from, ierr))
       PetscCallA(VecRestoreArrayF90(y, to, ierr))
    end subroutine multiply
-
-   !> PETSc's preconditioner. The unknowns that a face of the solver leaves out have residual 0 there.
-   subroutine precondition(preconditioner, x, y, ierr)
-      PC :: preconditioner
-      Vec :: x, y
-      PetscErrorCode :: ierr
-      PetscScalar, pointer :: from(:), to(:)
-      PetscCallA(VecGetArrayReadF90(x, from, ierr))
-      PetscCallA(VecGetArrayF90(y, to, ierr))
-      call current_operator%precondition(from, to)
-      PetscCallA(VecRestoreArrayReadF90(x, from, ierr))
-      PetscCallA(VecRestoreArrayF90(y, to, ierr))
-   end subroutine precondition
 
    !> 1/2 x'Mx - b'x and Mx - b.
    subroutine objective_and_gradient(tao_, x, value, gradient, context, ierr)

@@ -17,13 +17,11 @@ module m_decomposition
 
 contains
 
-   !> Collective: an owner for every block that exists (counts >= 0), the same on every rank; -1 elsewhere. Particles are spread
-   !> evenly, and so are contact candidates if there are any: contact is a phase of its own.
-   subroutine choose_owners(communicator, grid, counts, candidates, owner, error)
+   !> Collective: an owner for every block that exists (counts >= 0), the same on every rank; -1 elsewhere.
+   subroutine choose_owners(communicator, grid, counts, owner, error)
       type(communicator_t), intent(in) :: communicator
       type(grid_level_t), intent(in) :: grid
       integer, intent(in) :: counts(:) !< particles of each block by index; -1 where there is no block; the same on every rank
-      integer, intent(in) :: candidates(:) !< contact candidates of each block by index; the same on every rank
       integer, intent(out) :: owner(0:, 0:, 0:)
       type(error_t), intent(inout) :: error
       integer, allocatable :: vertex(:), part(:)
@@ -38,7 +36,7 @@ contains
       end do
       allocate (part(n))
       failed = .false.
-      if (communicator%is_root()) call partition(grid, counts, candidates, vertex, communicator%ranks, part, failed)
+      if (communicator%is_root()) call partition(grid, counts, vertex, communicator%ranks, part, failed)
       call MPI_Bcast(failed, 1, MPI_LOGICAL, 0, communicator%comm)
       if (failed) then
          call fail(error, exit_numerical, 'METIS could not place the blocks on the ranks; try another number of ranks')
@@ -54,12 +52,12 @@ contains
    end subroutine choose_owners
 
    !> Part of every block. With no more blocks than ranks, one block a rank.
-   subroutine partition(grid, counts, candidates, vertex, ranks, part, failed)
+   subroutine partition(grid, counts, vertex, ranks, part, failed)
       type(grid_level_t), intent(in) :: grid
-      integer, intent(in) :: counts(:), candidates(:), vertex(:), ranks
+      integer, intent(in) :: counts(:), vertex(:), ranks
       integer, intent(out) :: part(:)
       logical, intent(out) :: failed
-      integer, allocatable :: offsets(:), adjacent(:), edge_weights(:), weights(:, :)
+      integer, allocatable :: offsets(:), adjacent(:), edge_weights(:), weights(:)
       integer :: index, n, v, edges, place(3), other(3), d(3)
       failed = .false.
       part = 0
@@ -68,15 +66,13 @@ contains
          part = [(v - 1, v=1, size(part))]
          return
       end if
-      allocate (offsets(size(part) + 1), adjacent(26*size(part)), edge_weights(26*size(part)), &
-                weights(merge(2, 1, any(candidates > 0)), size(part)))
+      allocate (offsets(size(part) + 1), adjacent(26*size(part)), edge_weights(26*size(part)), weights(size(part)))
       edges = 0
       offsets(1) = 0
       do index = 1, size(counts)
          v = vertex(index)
          if (v == 0) cycle
-         weights(1, v) = counts(index) + block_cost
-         if (size(weights, 1) > 1) weights(2, v) = candidates(index)
+         weights(v) = counts(index) + block_cost
          place = grid%block_place(index)
          do n = 1, 27
             d = [mod(n - 1, 3), mod((n - 1)/3, 3), (n - 1)/9] - 1

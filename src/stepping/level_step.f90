@@ -43,7 +43,8 @@ contains
       call solve(model, time_step)
       if (model%contact%active()) then                                 ! 4
          call model%timers%enter(phase_contact)
-         call model%contact%push(model%communicator, model%level, model%materials, model%exchange, model%time, time_step, error)
+         call model%contact%push(model%communicator, model%level, model%materials, model%exchange%ranks, model%time, &
+                                 time_step, error)
       end if
       call to_particles(model, time_step, with_stress=update == update_usl, error=error) ! 5, 6, 7
       if (update == update_musl) then

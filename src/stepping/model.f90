@@ -49,9 +49,7 @@ module m_model
       procedure :: release
    end type model_t
 
-   real(wp), parameter :: tolerated_imbalance = 1.15_wp !< particles of the most loaded rank over the mean
-   real(wp), parameter :: tolerated_contact = 1.5_wp    !< contact candidates of the most loaded rank over the mean
-   integer, parameter :: enough_candidates = 64         !< a rank: fewer are not worth spreading
+   real(wp), parameter :: tolerated_imbalance = 1.15_wp !< most loaded rank over the mean
 
 contains
 
@@ -74,7 +72,7 @@ contains
          allocate (self%level%owner(0:n(1) - 1, 0:n(2) - 1, 0:n(3) - 1), source=-1)
       end associate
       call count_particles(self, scene, counts)
-      call choose_owners(communicator, self%level%grid, counts, 0*counts, self%level%owner, error)
+      call choose_owners(communicator, self%level%grid, counts, self%level%owner, error)
       if (error%happened()) return
       call self%connect()
       do b = 1, size(self%level%blocks)
@@ -177,26 +175,28 @@ contains
       call self%connect()
    end subroutine create_blocks
 
-   !> Collective: place the blocks anew, without the empty ones, when the ranks' shares of the particles or of the contact
-   !> candidates have drifted apart.
+   !> Collective: place the blocks anew, without the empty ones, when the ranks' shares of the particles have drifted apart.
    subroutine rebalance(self, error)
       class(model_t), intent(inout) :: self
       type(error_t), intent(inout) :: error
-      integer, allocatable :: counts(:), candidates(:), owner(:, :, :)
+      integer, allocatable :: counts(:), owner(:, :, :)
+      integer(i8) :: own, total
+      real(wp) :: heaviest
       integer :: b
       if (self%communicator%ranks == 1) return
       call self%timers%enter(phase_balance)
-      if (drifted(self)) then
+      own = self%level%particle_count()
+      total = self%communicator%sum_count(own)
+      heaviest = self%communicator%maximum(real(own, wp))
+      if (heaviest*self%communicator%ranks > tolerated_imbalance*total) then
          allocate (counts(size(self%level%owner)), source=0)
          do b = 1, size(self%level%blocks)
             counts(self%level%blocks(b)%index) = self%level%blocks(b)%particles%count
          end do
-         candidates = self%contact%candidates_of_blocks(self%level)
          call MPI_Allreduce(MPI_IN_PLACE, counts, size(counts), MPI_INTEGER, MPI_SUM, self%communicator%comm)
-         call MPI_Allreduce(MPI_IN_PLACE, candidates, size(counts), MPI_INTEGER, MPI_SUM, self%communicator%comm)
          where (counts == 0) counts = -1
          allocate (owner, mold=self%level%owner)
-         call choose_owners(self%communicator, self%level%grid, counts, candidates, owner, error)
+         call choose_owners(self%communicator, self%level%grid, counts, owner, error)
          if (.not. error%happened()) then
             call self%migration%move_blocks(self%communicator, self%level, owner)
             self%level%owner(:, :, :) = owner
@@ -206,23 +206,6 @@ contains
       end if
       call self%timers%leave()
    end subroutine rebalance
-
-   !> Collective: the most loaded rank has too much, in particles or in contact candidates; candidates count once there are
-   !> enough of them to be spread.
-   logical function drifted(self)
-      class(model_t), intent(in) :: self
-      integer(i8) :: particles, candidates
-      real(wp) :: most_particles, most_candidates
-      associate (communicator => self%communicator, own => self%level%particle_count())
-         particles = communicator%sum_count(own)
-         most_particles = communicator%maximum(real(own, wp))
-         candidates = communicator%sum_count(int(self%contact%count, i8))
-         most_candidates = communicator%maximum(real(self%contact%count, wp))
-         drifted = most_particles*communicator%ranks > tolerated_imbalance*particles
-         if (candidates < enough_candidates*communicator%ranks) return
-         drifted = drifted .or. most_candidates*communicator%ranks > tolerated_contact*candidates
-      end associate
-   end function drifted
 
    !> Free what MPI and PETSc hold.
    subroutine release(self)

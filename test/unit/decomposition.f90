@@ -22,7 +22,6 @@ program decomposition
       call large_body(parts)
       call few_blocks(parts)
    end do
-   call contact_in_a_corner()
    call one_block()
    call holes()
    call test%finish()
@@ -74,7 +73,7 @@ contains
          if (all(place >= 1 .and. place <= [12, 11, 10])) counts(index) = 8*8**3
       end do
       allocate (owner(0:grid%blocks(1) - 1, 0:grid%blocks(2) - 1, 0:grid%blocks(3) - 1))
-      call choose_owners(as_of(parts), grid, counts, 0*counts, owner, error)
+      call choose_owners(as_of(parts), grid, counts, owner, error)
       call test%check(.not. error%happened(), 'METIS places the blocks')
       load = loads(grid, counts, owner, parts)
       share = real(maxval(load), wp)*parts/sum(load)
@@ -82,30 +81,6 @@ contains
       call test%check(share <= 1.15_wp, 'a large body is balanced within 15 %')
       call test%check(minval(load) > 0, 'no part of a large body is empty')
    end subroutine large_body
-
-   !> A layer of 12 x 12 blocks of which a corner of 4 x 4 has contact candidates: they are shared out too.
-   subroutine contact_in_a_corner()
-      type(grid_level_t) :: grid
-      type(error_t) :: error
-      integer, allocatable :: counts(:), candidates(:), owner(:, :, :), load(:)
-      integer :: index, parts, place(3)
-      grid = grid_of([96, 96, 8])
-      allocate (counts(product(grid%blocks)), source=512)
-      allocate (candidates(size(counts)), source=0)
-      do index = 1, size(counts)
-         place = grid%block_place(index)
-         if (all(place(1:2) < 4) .and. place(3) == 0) candidates(index) = 50
-      end do
-      allocate (owner(0:grid%blocks(1) - 1, 0:grid%blocks(2) - 1, 0:grid%blocks(3) - 1))
-      do parts = 2, 4
-         call choose_owners(as_of(parts), grid, counts, candidates, owner, error)
-         call test%check(.not. error%happened(), 'METIS places blocks by particles and candidates')
-         load = loads(grid, counts, owner, parts)
-         call test%check(real(maxval(load), wp)*parts <= 1.15_wp*sum(load), 'particles are balanced within 15 %')
-         load = loads(grid, candidates, owner, parts)
-         call test%check(real(maxval(load), wp)*parts <= 1.3_wp*sum(load), 'candidates are balanced within 30 %')
-      end do
-   end subroutine contact_in_a_corner
 
    !> Up to five blocks, for more ranks than blocks or fewer.
    subroutine few_blocks(parts)
@@ -119,7 +94,7 @@ contains
          allocate (counts(product(grid%blocks)), source=-1)
          counts(:blocks) = 100
          allocate (owner(0:grid%blocks(1) - 1, 0:grid%blocks(2) - 1, 0:grid%blocks(3) - 1))
-         call choose_owners(as_of(parts), grid, counts, 0*counts, owner, error)
+         call choose_owners(as_of(parts), grid, counts, owner, error)
          call test%check(.not. error%happened(), 'few blocks are placed')
          load = loads(grid, counts, owner, parts)
          if (parts >= blocks) call test%check_equal(maxval(load), 100, 'with no more blocks than ranks, one block a rank')
