@@ -210,8 +210,8 @@ contains
       end do
    end subroutine spread
 
-   !> Collective among neighbours: the forces of the unknowns x on nodes, a part for each neighbour rank with candidates and this one,
-   !> by rising rank, so that all ranks that know a node add up its force in one order.
+   !> Collective among neighbours: the forces of the unknowns x on nodes, a part for each neighbour rank and this one, by rising
+   !> rank, so that all ranks that know a node add up its force in one order. Once after each `connect`, whose lists it takes.
    subroutine nodal_forces(self, x, parts)
       class(contact_system_t), intent(inout) :: self
       real(wp), intent(in) :: x(:)

@@ -1,6 +1,7 @@
 #!/usr/bin/env python3
 """What a contact history must show. usage: contact.py in_and_out DIR_1 DIR_2 DIR_4 | whole QUARTER_DIR WHOLE_DIR"""
 import pathlib
+import re
 import sys
 import numpy as np
 
@@ -30,6 +31,11 @@ def in_and_out(folders):
     good &= check((first[off:, 2:6] == 0).all(), 'load and area are exactly 0 after the tool has left')
     overlap = first[:, 6].max()/1e-6
     good &= check(overlap < 0.005, f'largest overlap {overlap:.2g} cells, below 0.005')
+    summary = (pathlib.Path(folders[0])/'run.log').read_text()
+    residual = float(re.search(r'largest residual (\S+)', summary)[1])
+    bridge = float(re.search(r'force times gap at most (\S+) of', summary)[1])
+    good &= check(residual <= 1e-9, f'largest residual {residual:.2g}, at most the tolerance of 1e-9')
+    good &= check(bridge < 1e-8, f'no pressure across a gap: force times gap {bridge:.2g} of largest force times cell, below 1e-8')
     for folder, other in zip(folders[1:], runs[1:]):
         same = other.shape == first.shape
         worst = abs(other[:, 2:5] - first[:, 2:5]).max()/largest if same else np.nan

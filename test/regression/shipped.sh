@@ -1,0 +1,16 @@
+#!/bin/sh
+# Every scene of input/ is accepted, steps and ends well: the first thousandth of its time on 2 ranks.
+#test: limit 120
+. "$(dirname "$0")/../harness/env.sh"
+for scene in "$ROOT"/input/*.nml; do
+   name=$(basename "$scene" .nml)
+   awk '
+      match($0, /end_time=[-+0-9.eEdD]+/) {
+         value = substr($0, RSTART + 9, RLENGTH - 9)
+         $0 = substr($0, 1, RSTART + 8) sprintf("%.9g", value/1000) substr($0, RSTART + RLENGTH)
+      }
+      { print }' "$scene" >"$name.nml"
+   run_scene 2 "$name.nml" "$name.log" || fail "$name ended with status $?: $(tail -n 3 "$name.log")"
+   grep -q '^finished' "$name.log" || fail "$name has no closing summary"
+   echo "ok      $name: $(grep 'steps to' "$name.log")"
+done
