@@ -12,6 +12,7 @@ module m_contact
    use m_level, only: level_t
    use m_materials, only: materials_t
    use m_boundary, only: held_components, constrain_nodes
+   use m_stencil, only: bin_place
    use m_contact_system, only: contact_system_t, nodal_forces_t, cell_nodes
    use m_petsc_solver, only: petsc_solver_t
    implicit none
@@ -237,13 +238,6 @@ contains
       c%weight(0, :) = 1.0_wp - c%weight(1, :)
    end subroutine set_cell
 
-   !> Place of a bin in its block, from 0.
-   pure function bin_place(bin) result(place)
-      integer, intent(in) :: bin
-      integer :: place(3)
-      place = [mod(bin - 1, block_size), mod((bin - 1)/block_size, block_size), (bin - 1)/block_size**2]
-   end function bin_place
-
    !> Speed along the normal that a contact point gets from the solved nodes, m/s.
    pure real(wp) function normal_speed(level, c) result(speed)
       type(level_t), intent(in) :: level
@@ -380,14 +374,9 @@ contains
       type(level_t), intent(inout) :: level
       real(wp), intent(in) :: time_step
       type(nodal_forces_t), allocatable :: parts(:)
-      real(wp) :: unknowns(self%count)
       logical :: changed(size(level%blocks))
-      integer :: b, c, n, r
-      unknowns = 0.0_wp
-      do c = 1, self%count
-         if (self%system%scale(c) > 0.0_wp) unknowns(c) = self%candidates(c)%force/self%system%scale(c)
-      end do
-      call self%system%nodal_forces(unknowns, parts)
+      integer :: b, n, r
+      call self%system%nodal_forces(self%candidates(:self%count)%force, parts)
       changed = .false.
       do r = 1, size(parts)
          do n = 1, size(parts(r)%node)
@@ -406,7 +395,7 @@ contains
       real(wp), intent(in) :: force(3), time_step
       logical, intent(inout) :: changed(:)
       integer :: at(3), block(3), home(3), i, j, k, low(3), high(3), slot
-      home = floor(real(place, wp)/block_size)
+      home = (place - modulo(place, block_size))/block_size
       low = home - merge(1, 0, modulo(place, block_size) == 0)
       high = home + merge(1, 0, modulo(place, block_size) == block_size - 1)
       do k = low(3), high(3)

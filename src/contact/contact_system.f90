@@ -90,7 +90,7 @@ contains
       self%direction(width, :, n + 1) = 0.0_wp
    end subroutine add_candidate
 
-   !> Number the nodes that candidates touch, in the order of the grid, over the box around them.
+   !> Number the nodes that candidates touch, in the order of the grid, over the range of their numbers.
    subroutine number_nodes(self)
       class(contact_system_t), intent(inout) :: self
       integer, allocatable :: number(:)
@@ -183,7 +183,7 @@ contains
       real(wp), intent(in) :: from(:)
       real(wp), intent(out) :: to(:)
       self%products = self%products + 1
-      call self%spread(from)
+      call self%spread(from(:self%candidates)*self%scale(:self%candidates))
       call self%exchange()
       call self%collect(to)
       to(:self%candidates) = to(:self%candidates) + self%softness(:self%candidates)*from(:self%candidates)
@@ -191,14 +191,14 @@ contains
    end subroutine multiply
 
    !> Contact forces of this rank's candidates to their nodes.
-   subroutine spread(self, x)
+   subroutine spread(self, forces)
       class(contact_system_t), intent(inout) :: self
-      real(wp), intent(in) :: x(:)
+      real(wp), intent(in) :: forces(:) !< (candidates), N
       real(wp) :: f
       integer :: c, i, n, s
       self%force(:, :self%nodes) = 0.0_wp
       do c = 1, self%candidates
-         f = x(c)*self%scale(c)
+         f = forces(c)
          if (f == 0.0_wp) cycle
          do s = 1, cell_nodes
             n = self%node(s, c)
@@ -210,15 +210,15 @@ contains
       end do
    end subroutine spread
 
-   !> Collective among neighbours: the forces of the unknowns x on nodes, a part for each neighbour rank and this one, by rising
+   !> Collective among neighbours: what the candidates' forces (N) give to nodes, a part for each neighbour rank and this one, by rising
    !> rank, so that all ranks that know a node add up its force in one order. Once after each `connect`, whose lists it takes.
-   subroutine nodal_forces(self, x, parts)
+   subroutine nodal_forces(self, forces, parts)
       class(contact_system_t), intent(inout) :: self
-      real(wp), intent(in) :: x(:)
+      real(wp), intent(in) :: forces(:) !< (candidates), N
       type(nodal_forces_t), allocatable, intent(out) :: parts(:)
       type(MPI_Request) :: requests(2*size(self%shared))
       integer :: n, own, r
-      call self%spread(x)
+      call self%spread(forces)
       own = 1 + count(self%shared%rank < self%communicator%rank)
       allocate (parts(size(self%shared) + 1))
       parts(own)%node = self%grid_node(:self%nodes)

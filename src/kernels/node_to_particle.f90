@@ -4,7 +4,7 @@ module m_node_to_particle
    use m_constants, only: block_size
    use m_field_table, only: layout_t
    use m_cell_list, only: cell_list_t
-   use m_stencil, only: stencil_t, frame_t, batch, chunk, set_stencil
+   use m_stencil, only: stencil_t, frame_t, batch, chunk, set_stencil, fetch, put_back
    implicit none
    private
    public :: scatter_to_particles, motion_t
@@ -188,37 +188,21 @@ contains
       type(layout_t), intent(in) :: layout
       type(motion_t), intent(in) :: motion
       real(wp), intent(inout), contiguous :: column(:, :), gradient(:, :)
-      integer :: axis, m, p, q
-      p = stencil%member(1) - 1
-      if (stencil%in_order) then
-         do axis = 0, 2
-            do m = 1, stencil%count
-               column(p + m, motion%position + axis) = column(p + m, layout%position + axis) &
-                                                       + motion%time_step*taken%motion(m, 1 + axis)
-            end do
-            do m = 1, stencil%count
-               column(p + m, layout%velocity + axis) = motion%flip_fraction*(column(p + m, layout%velocity + axis) &
-                        + motion%time_step*taken%motion(m, 4 + axis)) + (1.0_wp - motion%flip_fraction)*taken%motion(m, 1 + axis)
-            end do
-         end do
-         do q = 1, 9
-            do m = 1, stencil%count
-               gradient(p + m, q) = taken%gradient(m, q)
-            end do
-         end do
-      else
-         do m = 1, stencil%count
-            p = stencil%member(m)
-            do axis = 0, 2
-               column(p, motion%position + axis) = column(p, layout%position + axis) + motion%time_step*taken%motion(m, 1 + axis)
-               column(p, layout%velocity + axis) = motion%flip_fraction*(column(p, layout%velocity + axis) &
-                        + motion%time_step*taken%motion(m, 4 + axis)) + (1.0_wp - motion%flip_fraction)*taken%motion(m, 1 + axis)
-            end do
-            do q = 1, 9
-               gradient(p, q) = taken%gradient(m, q)
-            end do
-         end do
-      end if
+      real(wp) :: own(chunk)
+      integer :: axis, n, q
+      n = stencil%count
+      do axis = 1, 3
+         call fetch(stencil, column(:, layout%position + axis - 1), own)
+         own(:n) = own(:n) + motion%time_step*taken%motion(:n, axis)
+         call put_back(stencil, own, column(:, motion%position + axis - 1))
+         call fetch(stencil, column(:, layout%velocity + axis - 1), own)
+         own(:n) = motion%flip_fraction*(own(:n) + motion%time_step*taken%motion(:n, 3 + axis)) &
+                   + (1.0_wp - motion%flip_fraction)*taken%motion(:n, axis)
+         call put_back(stencil, own, column(:, layout%velocity + axis - 1))
+      end do
+      do q = 1, 9
+         call put_back(stencil, taken%gradient(:n, q), gradient(:, q))
+      end do
    end subroutine move
 
 end module m_node_to_particle

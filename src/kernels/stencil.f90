@@ -6,7 +6,7 @@ module m_stencil
    use m_cell_list, only: cell_list_t
    implicit none
    private
-   public :: stencil_t, frame_t, set_stencil, fetch, gimp_weights
+   public :: stencil_t, frame_t, set_stencil, fetch, put_back, bin_place, gimp_weights
 
    integer, parameter, public :: batch = 8    !< particles in one vector
    integer, parameter, public :: chunk = 64   !< particles of the list handled together: their weights stay in the first-level cache
@@ -92,6 +92,32 @@ contains
       end if
    end subroutine fetch
 
+   !> The counterpart of fetch: values of the chunk's particles to one column.
+   pure subroutine put_back(stencil, values, column)
+      type(stencil_t), intent(in) :: stencil
+      real(wp), intent(in) :: values(:) !< at least as long as the chunk has particles
+      real(wp), intent(inout), contiguous :: column(:)
+      integer :: before, p
+      if (stencil%in_order) then
+         before = stencil%member(1) - 1
+         do p = 1, stencil%count
+            column(before + p) = values(p)
+         end do
+      else
+         !GCC$ novector
+         do p = 1, stencil%count
+            column(stencil%member(p)) = values(p)
+         end do
+      end if
+   end subroutine put_back
+
+   !> Place of a bin (from 1) in its block, from 0: also the lowest of the 27 nodes in the block's tile.
+   pure function bin_place(bin) result(place)
+      integer, intent(in) :: bin
+      integer :: place(3)
+      place = [iand(bin - 1, block_size - 1), iand((bin - 1)/block_size, block_size - 1), (bin - 1)/block_size**2]
+   end function bin_place
+
    !> The runs of particles of one bin, and the node in the middle of each particle's bin.
    pure subroutine find_runs(stencil, cells, first, node)
       type(stencil_t), intent(inout) :: stencil
@@ -106,8 +132,7 @@ contains
          last = min(stencil%count, cells%first(bin + 1) - first)
          stencil%runs = stencil%runs + 1
          stencil%run_first(stencil%runs) = p
-         stencil%run_place(:, stencil%runs) = [iand(bin - 1, block_size - 1), iand((bin - 1)/block_size, block_size - 1), &
-                                               (bin - 1)/block_size**2]
+         stencil%run_place(:, stencil%runs) = bin_place(bin)
          do p = p, last
             node(p, :) = stencil%run_place(:, stencil%runs)
          end do

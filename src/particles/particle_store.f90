@@ -5,7 +5,10 @@ module m_particle_store
    private
    public :: particle_store_t
 
-   integer, parameter :: lanes = 8 !< the capacity is a multiple of this
+   !> Values in a cache line. A capacity is an odd number of lines: with a power of two, the same rows of all columns would share
+   !> their few places in the caches.
+   integer, parameter :: line = 8
+   integer, parameter :: stretch = 256 !< particles whose bodies are compared at once
 
    !> `column(p, c)` is component c (see m_field_table) of particle p; only the first `count` particles are alive.
    type :: particle_store_t
@@ -35,7 +38,7 @@ contains
       end if
       room = capacity
       if (self%count > 0) room = capacity + capacity/8
-      room = lanes*(8*((max(room, 1) + 7*lanes - 1)/(8*lanes)) + 1)
+      room = line*(8*((max(room, 1) + 7*line - 1)/(8*line)) + 1) ! lines: one more than a multiple of 8
       allocate (larger%column(room, columns), larger%id(room), larger%body(room))
       n = self%count
       if (n > 0) then
@@ -106,14 +109,18 @@ contains
       class(particle_store_t), intent(in) :: self
       integer, intent(in) :: first
       integer(i4) :: difference
-      integer :: p
-      difference = 0
-      do p = first, self%count
-         difference = ior(difference, ieor(self%body(p), self%body(first)))
+      integer :: begin, last, p
+      begin = first
+      do while (begin < self%count) ! in stretches that are vectors, up to the one in which the run ends
+         last = min(begin + stretch, self%count)
+         difference = 0
+         do p = begin + 1, last
+            difference = ior(difference, ieor(self%body(p), self%body(first)))
+         end do
+         if (difference /= 0) exit
+         begin = last
       end do
-      run_end = self%count
-      if (difference == 0) return
-      do run_end = first, self%count - 1
+      do run_end = begin, self%count - 1
          if (self%body(run_end + 1) /= self%body(first)) return
       end do
       run_end = self%count

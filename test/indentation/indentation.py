@@ -4,8 +4,8 @@
 usage: indentation.py WORK GIMP3D RANKS TOOL=CELLS,CELLS,... [TOOL=...] [--bound TOOL=PERCENT ...] [--falling TOOL ...]
 
 TOOL is sphere, cone or flat: the scenes input/sphere.nml, input/cone_cylinder.nml, input/flat_cylinder.nml; flat8 is flat with 8
-particles a cell instead of 1. CELLS is the number of cells along the cylinder's radius and height of 20 um. Per grid and depth the load is a straight line fitted to the
-run's load within 2 % of the depth range on both sides; the reference is the finest file in test/references/fem.
+particles a cell instead of 1. CELLS is the number of cells along the cylinder's radius and height of 20 um. Per grid and depth the
+load is a straight line fitted to the run's load within 2 % of the depth range on both sides; the reference is the finest file in test/references/fem.
 --bound   the mean of |error| over the second half of the depth range on the finest grid must be below this
 --falling and must fall with every finer grid
 Always: kinetic energy below 1 % of the tool's work over the second half of the depth range, and overlap below 0.01 cells.
@@ -105,10 +105,6 @@ def study(tool, grids, args):
         print(f'  {wanted[i]*1e6:7.4f} {exact[i]*1e3:10.4f} {theory:+8.2f} ' + ' '.join(f'{c[i]:+8.2f}' for c in columns))
     if tool in args.bound and not errors[-1] < args.bound[tool]:
         faults.append(f'{tool}: mean |error| {errors[-1]:.2f} % on the finest grid, must be below {args.bound[tool]} %')
-    if len(grids) > 1:
-        coarse, fine = (np.mean(c[late]) for c in columns[-2:])
-        limit = fine + (fine - coarse)*grids[-2]/(grids[-1] - grids[-2])
-        print(f'{tool}: mean error extrapolated at first order from the two finest grids: {limit:+.2f} %')
     if tool in args.falling and not all(b < a for a, b in zip(errors, errors[1:])):
         faults.append(f'{tool}: the error does not fall with every finer grid: {errors}')
     return faults

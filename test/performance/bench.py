@@ -75,7 +75,7 @@ class Bench:
 
     def finish(self, started):
         process, scene = started
-        log, _ = process.communicate(scene if process.stdin and not process.stdin.closed else None)
+        log, _ = process.communicate(scene)
         if process.returncode != 0:
             raise SystemExit(f'a run ended with status {process.returncode}:\n{log[-1500:]}')
         return read_costs(log)

@@ -11,11 +11,11 @@ program probe
    print '(a,f9.3,a,f9.3)', 'gflops ', flops/1.0e9_wp, ' gbytes ', bytes/1.0e9_wp
 contains
 
-   !> Sixteen independent chains of vectors, all in registers.
+   !> Twelve independent chains of vectors, all in registers.
    real(wp) function multiply_adds() result(rate)
       integer, parameter :: lanes = 8, chains = 12, rounds = 4000000
       real(wp) :: a(lanes, chains), factor(lanes), shift(lanes), begun, took
-      integer :: c, l, r, t
+      integer :: t
       rate = 0.0_wp
       factor = 0.999999_wp
       shift = 1.0e-6_wp
