@@ -18,9 +18,10 @@ FLAGS_opt ?= -std=f2008 -O3 -march=native -fopenmp-simd -fno-tree-loop-distribut
 FLAGS_profile ?= $(FLAGS_opt) -fno-omit-frame-pointer -fno-optimize-sibling-calls
 FLAGS_debug ?= -std=f2008 -g -Og -fcheck=all,no-array-temps -fsanitize=address,undefined -ffpe-trap=invalid,zero,overflow -fbacktrace \
                -Wall -Wextra -Wno-c-binding-type
+FLAGS_avx2 ?= $(FLAGS_opt) -mno-avx512f -mprefer-vector-width=256
 FLAGS_EXTRA ?=
 ifndef FLAGS_$(BUILD)
-$(error BUILD=$(BUILD): the builds are opt, debug, profile)
+$(error BUILD=$(BUILD): the builds are opt, debug, profile, avx2)
 endif
 flags = $(strip $(FLAGS_$(BUILD)) $(FLAGS_EXTRA))
 
@@ -66,7 +67,7 @@ chosen_binaries := $(filter $(wanted),$(test_binaries))
 .DELETE_ON_ERROR:
 .SUFFIXES:
 
-## gimp3d      build the program (the default); BUILD=opt (default), debug or profile
+## gimp3d      build the program (the default); BUILD=opt (default), debug, profile or avx2 (without AVX-512)
 gimp3d: library $(program)
 ifeq ($(program),)
 	@echo "$(main) is not there yet: built $(build)/libgimp3d.a only"
@@ -159,12 +160,12 @@ build/venv/complete: post/requirements.txt
 
 ## help        this list
 help:
-	@echo "make [BUILD=opt|debug|profile] [TARGET]"
+	@echo "make [BUILD=opt|debug|profile|avx2] [TARGET]"
 	@sed -n 's/^## /  /p' Makefile
 
 ## clean       remove what was compiled
 clean:
-	rm -rf build/opt build/debug build/profile gimp3d
+	rm -rf build/opt build/debug build/profile build/avx2 gimp3d
 
 ## clean-all   clean, and the Python packages too (results under out/ stay)
 clean-all: clean
@@ -208,8 +209,8 @@ test-all:
 ## bench       time the benchmark scenes: the tables of doc/performance.md; BENCH="block growth" makes these tables only
 bench:
 	$(set_up)
-	@$(MAKE) --no-print-directory $(jobs) tests TESTS=performance/probe
-	@$(python) test/performance/bench.py $(build)/bench $(build)/gimp3d $(build)/test/performance/probe $(if $(BENCH),--only $(BENCH)) \
+	@$(MAKE) --no-print-directory $(jobs) tests TESTS=performance
+	@$(python) test/performance/bench.py $(build)/bench $(build)/gimp3d $(build)/test/performance $(if $(BENCH),--only $(BENCH)) \
 	   --build '$(shell $(FC) --version 2>/dev/null | head -n 1); $(flags).'
 
 ## plots       RUN=directory: draw load_depth.png, section.png, energy.png from what a run wrote there

@@ -184,10 +184,12 @@ contains
       class(simulation_t), intent(inout) :: self
       type(cost_t) :: cost
       character(len=cost_line_length), allocatable :: table(:)
-      character(len=cost_line_length) :: facts(8)
+      character(len=cost_line_length) :: facts(9)
       character(len=:), allocatable :: verdict, path
-      real(wp) :: bridge
+      real(wp) :: bridge, messages, bytes
       integer :: n
+      messages = self%communicator%maximum(real(self%model%exchange%messages, wp)/self%model%step)
+      bytes = self%communicator%maximum(real(self%model%exchange%bytes, wp)/self%model%step)
       bridge = self%communicator%maximum(self%model%contact%worst_bridge)
       cost%timers = self%model%timers
       cost%particle_steps = self%communicator%sum_count(self%model%particle_steps)
@@ -215,6 +217,10 @@ contains
             facts(6) = 'contact: no tension; force times gap at most '//to_text(bridge, 3)//' of largest force times cell'
          end if
       end associate
+      if (self%communicator%ranks > 1) then
+         n = n + 1
+         facts(n) = 'node sums: at most '//to_text(messages, 4)//' messages and '//to_text(bytes, 9)//' B sent by a rank in a step'
+      end if
       call self%console%summary(verdict, int(self%model%step), self%model%time, [facts(:n), table])
    end subroutine summarise
 

@@ -77,6 +77,7 @@ module m_scene
    type, public :: contact_spec_t
       real(wp) :: tolerance = 1.0e-8_wp  !< residual of the contact problem relative to its right-hand side
       integer :: max_iterations = 200
+      real(wp) :: compliance = 0.01_wp   !< of a contact point, in time step over mass of its particle
    end type contact_spec_t
 
    !> &output

@@ -156,6 +156,7 @@ contains
       case ('contact')
          call group%get('tolerance', scene%contact%tolerance, above(0.0_wp, '', below=1.0_wp))
          call group%get('max_iterations', scene%contact%max_iterations, least=1)
+         call group%get('compliance', scene%contact%compliance, above(0.0_wp, '', at_most=1.0_wp))
       case ('output')
          call read_output(group, scene%output)
       end select

@@ -34,7 +34,8 @@ contains
          text = text//'&probe'//new//word('name', scene%probes(i)%name)//reals('position', scene%probes(i)%position)//'/'//new
       end do
       text = text//'&contact'//new//real_1('tolerance', scene%contact%tolerance)// &
-             integer_1('max_iterations', scene%contact%max_iterations)//'/'//new
+             integer_1('max_iterations', scene%contact%max_iterations)// &
+             real_1('compliance', scene%contact%compliance)//'/'//new
       if (scene%output%present) text = text//output_text(scene%output)
    end function scene_as_namelist
 

@@ -5,12 +5,13 @@ module m_contact
    use m_constants, only: exit_numerical, block_size
    use m_errors, only: error_t, fail
    use m_text, only: to_text
-   use m_scene, only: tool_spec_t, contact_spec_t
+   use m_scene, only: tool_spec_t, contact_spec_t, boundary_symmetry
    use m_tool, only: tool_t, make_tool
    use m_communicator, only: communicator_t
    use m_field_table, only: field_table_t
    use m_level, only: level_t
    use m_materials, only: materials_t
+   use m_grid_level, only: grid_level_t
    use m_boundary, only: held_components, constrain_nodes
    use m_stencil, only: bin_place
    use m_contact_system, only: contact_system_t, nodal_forces_t, cell_nodes
@@ -32,7 +33,8 @@ module m_contact
       integer :: block = 0, particle = 0, tool = 0
       integer :: corner(3) = 0            !< lowest node of the cell that holds its contact point, in the block, from 0
       real(wp) :: weight(0:1, 3) = 0.0_wp !< of its contact point on the nodes of that cell, by axis
-      real(wp) :: normal(3) = 0.0_wp
+      real(wp) :: normal(3) = 0.0_wp      !< outward from the tool
+      real(wp) :: facing(3) = 0.0_wp      !< the same, mirrored where the contact point has been folded back at a symmetry plane
       real(wp) :: gap = 0.0_wp   !< of its contact point now, m
       real(wp) :: area = 0.0_wp  !< m2
       real(wp) :: mass = 1.0_wp  !< kg
@@ -67,6 +69,7 @@ module m_contact
       procedure, private :: sum_up
    end type contact_t
 
+   real(wp), parameter :: fastest = 0.4_wp        !< no contact point comes nearer by more cells in a step: the largest safety
    real(wp), parameter :: margin = 0.05_wp        !< candidates come in this far before they touch, in particle edges
    real(wp), parameter :: recovery = 0.01_wp      !< overlap is taken back by at most this much a step, in particle edges
    real(wp), parameter :: touching = 1.0e-4_wp    !< a smaller gap counts as contact, in particle edges
@@ -136,20 +139,22 @@ contains
       type(level_t), intent(inout) :: level
       type(materials_t), intent(in) :: materials
       real(wp), intent(in) :: time_step
-      real(wp) :: middle(3), gap, normal(3), reach
+      real(wp) :: middle(3), gap, normal(3), reach, edge
       integer :: b, bin, l, n, t
       self%count = 0
       self%states%overlap = 0.0_wp
-      reach = 0.5_wp*(1.0_wp + sqrt(3.0_wp))*level%grid%cell
+      reach = (0.5_wp*sqrt(3.0_wp) + fastest)*level%grid%cell
       do b = 1, size(level%blocks)
+         if (level%blocks(b)%particles%count == 0) cycle
          if (.not. near_tool(self%tools, level, level%blocks(b)%place)) cycle
          associate (block => level%blocks(b))
+            edge = 2.0_wp*maxval(block%particles%column(:block%particles%count, level%layout%half_size))
             do t = 1, size(self%tools)
                do bin = 1, size(block%cells%first) - 1
                   if (block%cells%first(bin) == block%cells%first(bin + 1)) cycle
                   middle = block%origin + bin_place(bin)*level%grid%cell
                   call self%tools(t)%gap_and_normal(middle, gap, normal)
-                  if (gap > reach + level%grid%cell) cycle ! further than a particle's edge, which is at most a cell
+                  if (gap > reach + edge) cycle
                   do l = block%cells%first(bin), block%cells%first(bin + 1) - 1
                      call consider(self, level, materials, time_step, b, int(block%cells%order(l)), bin, t)
                   end do
@@ -175,17 +180,17 @@ contains
          position = column(p, at%position:at%position + 2)
          call self%tools(tool)%gap_and_normal(position, c%gap, c%normal)
          edge = 2.0_wp*column(p, at%half_size)
-         if (c%gap > edge + 0.5_wp*level%grid%cell) return
+         if (c%gap > edge + fastest*level%grid%cell) return
          m = materials%of_body(block%particles%body(p))
          thickness = edge*materials%slots(m)%law%stretch(column(p, :), at, c%normal)
          c%gap = c%gap - self%tools(tool)%spec%penetration_factor*thickness
-         if (c%gap > 0.5_wp*level%grid%cell) return
+         if (c%gap > fastest*level%grid%cell) return
          self%states(tool)%overlap = max(self%states(tool)%overlap, -c%gap)
          c%block = b
          c%particle = p
          c%tool = tool
          position = position - self%tools(tool)%spec%penetration_factor*thickness*c%normal
-         call set_cell(c, bin_place(bin), (position - block%origin)*level%grid%per_cell)
+         call set_cell(c, level%grid, block%place, bin_place(bin), (position - block%origin)*level%grid%per_cell)
          if (c%gap + time_step*(normal_speed(level, c) - dot_product(c%normal, self%tools(tool)%velocity())) > margin*edge) return
          c%area = edge**2
          c%mass = column(p, at%mass)
@@ -226,13 +231,28 @@ contains
 
    !> The cell around a contact point and the hat functions of its nodes there. The traction acts at the contact point, on the
    !> face of the particle: its nodes are those of a point there, not of the particle's volume. A uniform pressure then makes a
-   !> uniform stress, wherever the surface stands in its cell (theory.md, eq. contact-nodes).
-   pure subroutine set_cell(c, node, place)
+   !> uniform stress, wherever the surface stands in its cell (theory.md, eq. contact-nodes). A point beyond a symmetry plane is
+   !> the mirror image of one inside, with the mirrored normal.
+   pure subroutine set_cell(c, grid, block, node, place)
       type(candidate_t), intent(inout) :: c
+      type(grid_level_t), intent(in) :: grid
+      integer, intent(in) :: block(3)  !< place of the block
       integer, intent(in) :: node(3)   !< in the middle of the particle's bin, from 0
       real(wp), intent(in) :: place(3) !< of the contact point, in cells from the block's first node
-      real(wp) :: offset(3)
-      offset = min(max(place - node, -1.0_wp), 1.0_wp) ! a stretched particle's point stays within the nodes of its bin
+      real(wp) :: folded(3), offset(3), beyond
+      integer :: axis, side
+      c%facing = c%normal
+      folded = place
+      do axis = 1, 3
+         do side = 1, 2
+            if (grid%boundary(side, axis) /= boundary_symmetry) cycle
+            beyond = place(axis) + block_size*block(axis) - merge(0, grid%cells(axis), side == 1)
+            if (merge(beyond >= 0.0_wp, beyond <= 0.0_wp, side == 1)) cycle
+            folded(axis) = place(axis) - 2.0_wp*beyond
+            c%facing(axis) = -c%normal(axis)
+         end do
+      end do
+      offset = min(max(folded - node, -1.0_wp), 1.0_wp) ! a stretched particle's point stays within the nodes of its bin
       c%corner = node - merge(1, 0, offset < 0.0_wp)
       c%weight(1, :) = offset - (c%corner - node)
       c%weight(0, :) = 1.0_wp - c%weight(1, :)
@@ -249,7 +269,7 @@ contains
          do j = 0, 1
             do i = 0, 1
                weight = c%weight(i, 1)*c%weight(j, 2)*c%weight(k, 3)
-               speed = speed + weight*dot_product(c%normal, level%solved(2:4, c%corner(1) + 1 + i, c%corner(2) + 1 + j, &
+               speed = speed + weight*dot_product(c%facing, level%solved(2:4, c%corner(1) + 1 + i, c%corner(2) + 1 + j, &
                                                                          c%corner(3) + 1 + k, c%block))
             end do
          end do
@@ -264,8 +284,8 @@ contains
       integer, intent(in) :: neighbours(:)
       real(wp), intent(in) :: time_step
       integer :: c, i, j, k, s, node(cell_nodes), at(3)
-      real(wp) :: direction(3, cell_nodes), weight
-      logical :: held(3), turned(3)
+      real(wp) :: weight(cell_nodes), mass
+      logical :: held(3)
       call self%system%begin(communicator)
       do c = 1, self%count
          s = 0
@@ -273,15 +293,14 @@ contains
             do j = 0, 1
                do i = 0, 1
                   s = s + 1
-                  call image_node(level, self%candidates(c), [i, j, k], node(s), at, held, turned)
+                  call image_node(level, self%candidates(c), [i, j, k], node(s), at, held)
                   associate (it => self%candidates(c))
-                     weight = it%weight(i, 1)*it%weight(j, 2)*it%weight(k, 3)
-                     direction(:, s) = weight*merge(-it%normal, it%normal, turned)
+                     weight(s) = it%weight(i, 1)*it%weight(j, 2)*it%weight(k, 3)
                   end associate
                end do
             end do
          end do
-         call self%system%add_candidate(node, direction)
+         call self%system%add_candidate(node, weight, self%candidates(c)%facing)
       end do
       call self%system%number_nodes()
       do c = 1, self%count
@@ -290,27 +309,29 @@ contains
             do j = 0, 1
                do i = 0, 1
                   s = s + 1
-                  call image_node(level, self%candidates(c), [i, j, k], node(s), at, held, turned)
-                  weight = level%solved(1, at(1), at(2), at(3), self%candidates(c)%block)
+                  call image_node(level, self%candidates(c), [i, j, k], node(s), at, held)
+                  mass = level%solved(1, at(1), at(2), at(3), self%candidates(c)%block)
                   self%system%mobility(:, self%system%node(s, c)) = 0.0_wp
-                  if (weight > 0.0_wp) self%system%mobility(:3, self%system%node(s, c)) = merge(0.0_wp, time_step/weight, held)
+                  if (mass > 0.0_wp) self%system%mobility(:3, self%system%node(s, c)) = merge(0.0_wp, time_step/mass, held)
                end do
             end do
          end do
       end do
       call self%system%connect(neighbours)
-      call self%system%set_scale(time_step/self%candidates(:self%count)%mass)
+      call self%system%set_scale(self%spec%compliance*time_step/self%candidates(:self%count)%mass)
    end subroutine assemble
 
-   !> The node that stands for a candidate's node: itself, or its mirror inside a symmetry plane. `node` is its number in the
-   !> grid (nodes from -1 to cells + 1), `at` its place in the block's tile.
-   pure subroutine image_node(level, c, offset, node, at, held, turned)
+   !> The node that stands for a candidate's node: itself, or its mirror inside a symmetry plane where the contact point lies on
+   !> the plane and the node beyond has no weight. `node` is its number in the grid (nodes from -1 to cells + 1), `at` its place in
+   !> the block's tile.
+   pure subroutine image_node(level, c, offset, node, at, held)
       type(level_t), intent(in) :: level
       type(candidate_t), intent(in) :: c
       integer, intent(in) :: offset(3)
       integer, intent(out) :: node, at(3)
-      logical, intent(out) :: held(3), turned(3)
+      logical, intent(out) :: held(3)
       integer :: place(3), image(3)
+      logical :: turned(3)
       place = block_size*level%blocks(c%block)%place + c%corner + offset
       call held_components(level%grid, place, held, turned, image)
       at = image - block_size*level%blocks(c%block)%place + 1

@@ -11,10 +11,6 @@ module m_contact_system
 
    integer, parameter, public :: cell_nodes = 8 !< nodes of the cell around a contact point
    integer, parameter :: width = 4 !< three components and a spare one: one vector register
-   !> Compliance of a contact point, in dt/m of its particle (some hundredth of the diagonal at 8 particles a cell): makes the
-   !> forces unique where more candidates than nodes share a face. Relative to the particle, not to the diagonal, which differs
-   !> between a quarter model and the whole.
-   real(wp), parameter :: compliance = 5.0e-4_wp
 
    !> Nodes that this rank's candidates touch and that candidates of another rank touch too.
    type :: shared_nodes_t
@@ -36,7 +32,8 @@ module m_contact_system
       integer :: nodes = 0
       integer(i8) :: products = 0                !< times the operator was applied, over the run
       integer, allocatable :: node(:, :)         !< (8, candidates): node in the grid, counted from 1; then its local number
-      real(wp), allocatable :: direction(:, :, :) !< (4, 8, candidates): weight times normal, as that node sees it
+      real(wp), allocatable :: weight(:, :)      !< (8, candidates): of the contact point on its nodes
+      real(wp), allocatable :: normal(:, :)      !< (4, candidates): the direction in which a force acts; the last is 0
       real(wp), allocatable :: mobility(:, :)    !< (4, nodes): dt/m, 0 for held components, s/kg
       real(wp), allocatable :: force(:, :)       !< (4, nodes): work
       real(wp), allocatable :: scale(:)          !< (candidates): makes the diagonal 1
@@ -65,29 +62,32 @@ contains
       self%communicator = communicator
       self%candidates = 0
       self%nodes = 0
-      if (.not. allocated(self%node)) allocate (self%node(cell_nodes, 64), self%direction(width, cell_nodes, 64))
+      if (.not. allocated(self%node)) allocate (self%node(cell_nodes, 64), self%weight(cell_nodes, 64), &
+                                                   self%normal(width, 64))
    end subroutine begin
 
-   !> Add a candidate: its nodes in the grid and the vectors that go with them.
-   subroutine add_candidate(self, node, direction)
+   !> Add a candidate: its nodes in the grid, their weights, and the direction in which its force acts.
+   subroutine add_candidate(self, node, weight, normal)
       class(contact_system_t), intent(inout) :: self
       integer, intent(in) :: node(cell_nodes)
-      real(wp), intent(in) :: direction(3, cell_nodes) !< weight times normal, as each node sees it
+      real(wp), intent(in) :: weight(cell_nodes), normal(3)
       integer, allocatable :: more_nodes(:, :)
-      real(wp), allocatable :: more_directions(:, :, :)
+      real(wp), allocatable :: more_weights(:, :), more_normals(:, :)
       integer :: n
       n = self%candidates
       if (n == size(self%node, 2)) then
-         allocate (more_nodes(cell_nodes, 2*n), more_directions(width, cell_nodes, 2*n))
+         allocate (more_nodes(cell_nodes, 2*n), more_weights(cell_nodes, 2*n), more_normals(width, 2*n))
          more_nodes(:, :n) = self%node
-         more_directions(:, :, :n) = self%direction
+         more_weights(:, :n) = self%weight
+         more_normals(:, :n) = self%normal
          call move_alloc(more_nodes, self%node)
-         call move_alloc(more_directions, self%direction)
+         call move_alloc(more_weights, self%weight)
+         call move_alloc(more_normals, self%normal)
       end if
       self%candidates = n + 1
       self%node(:, n + 1) = node
-      self%direction(:3, :, n + 1) = direction
-      self%direction(width, :, n + 1) = 0.0_wp
+      self%weight(:, n + 1) = weight
+      self%normal(:, n + 1) = [normal, 0.0_wp]
    end subroutine add_candidate
 
    !> Number the nodes that candidates touch, in the order of the grid, over the range of their numbers.
@@ -194,17 +194,17 @@ contains
    subroutine spread(self, forces)
       class(contact_system_t), intent(inout) :: self
       real(wp), intent(in) :: forces(:) !< (candidates), N
-      real(wp) :: f
+      real(wp) :: f(width)
       integer :: c, i, n, s
       self%force(:, :self%nodes) = 0.0_wp
       do c = 1, self%candidates
-         f = forces(c)
-         if (f == 0.0_wp) cycle
+         if (abs(forces(c)) <= 0.0_wp) cycle
+         f = forces(c)*self%normal(:, c)
          do s = 1, cell_nodes
             n = self%node(s, c)
             !$omp simd
             do i = 1, width
-               self%force(i, n) = self%force(i, n) + f*self%direction(i, s, c)
+               self%force(i, n) = self%force(i, n) + self%weight(s, c)*f(i)
             end do
          end do
       end do
@@ -274,17 +274,17 @@ contains
             n = self%node(s, c)
             !$omp simd
             do i = 1, width
-               total(i) = total(i) + self%direction(i, s, c)*self%force(i, n)
+               total(i) = total(i) + self%weight(s, c)*self%force(i, n)
             end do
          end do
-         y(c) = sum(total)*self%scale(c)
+         y(c) = sum(total*self%normal(:, c))*self%scale(c)
       end do
    end subroutine collect
 
    !> Scale unknowns so that the diagonal is 1 before the compliance is added; needs numbers and mobilities.
-   subroutine set_scale(self, particle_mobility)
+   subroutine set_scale(self, compliance)
       class(contact_system_t), intent(inout) :: self
-      real(wp), intent(in) :: particle_mobility(:) !< (candidates): dt/m of the particle, s/kg
+      real(wp), intent(in) :: compliance(:) !< (candidates): of each contact point, s/kg
       real(wp) :: diagonal
       integer :: c, s
       if (allocated(self%scale)) then
@@ -294,11 +294,11 @@ contains
       do c = 1, self%candidates
          diagonal = 0.0_wp
          do s = 1, cell_nodes
-            diagonal = diagonal + sum(self%direction(:, s, c)**2*self%mobility(:, self%node(s, c)))
+            diagonal = diagonal + self%weight(s, c)**2*sum(self%normal(:, c)**2*self%mobility(:, self%node(s, c)))
          end do
          self%scale(c) = 0.0_wp
          if (diagonal > 0.0_wp) self%scale(c) = 1.0_wp/sqrt(diagonal)
-         self%softness(c) = compliance*particle_mobility(c)*self%scale(c)**2
+         self%softness(c) = compliance(c)*self%scale(c)**2
       end do
    end subroutine set_scale
 

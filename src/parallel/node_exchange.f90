@@ -19,7 +19,7 @@ module m_node_exchange
       type(MPI_Datatype), allocatable :: give(:), take(:)
       type(MPI_Request), allocatable, private :: requests(:)
       integer(i8) :: bytes_each = 0                     !< sent by this rank in one exchange
-      integer(i8) :: exchanges = 0
+      integer(i8) :: messages = 0, bytes = 0            !< sent by this rank over the run
    contains
       procedure :: build
       procedure :: start
@@ -138,7 +138,8 @@ contains
       do r = 1, n
          call MPI_Isend(gathered, 1, self%give(r), self%ranks(r), 1, communicator%comm, self%requests(n + r))
       end do
-      self%exchanges = self%exchanges + 1
+      self%messages = self%messages + n
+      self%bytes = self%bytes + self%bytes_each
    end subroutine start
 
    !> Wait until the mirrors are filled and the own tiles may be written again.

@@ -1,19 +1,23 @@
 #!/usr/bin/env python3
 """Time the program on benchmark scenes and set it beside what the machine can do: the tables of doc/performance.md.
 
-usage: bench.py WORK GIMP3D PROBE [--repeats N] [--only TABLE ...] [--build TEXT]
+usage: bench.py WORK GIMP3D TOOLS [--repeats N] [--only TABLE ...] [--build TEXT]
 
-TABLE is one of block, contact, pairs, growth, large (all when none is named).
+TOOLS is the folder of the programs probe and ranks. TABLE is one of block, contact, pairs, growth, large, model (all when none
+is named).
 block    an elastic block of 32 x 32 x 32 cells in motion: moved along (ordered) or tumbling (disordered), 1 and 8 particles a cell,
          affine and plain transfer, 1 and 2 ranks
 contact  E2 and E3 over the last tenth of their depth: a whole run less one of nine tenths
 pairs    2 ranks against two independent copies of 1 rank run side by side, and against one
 growth   10^5 to 4 x 10^6 particles, disordered, 1 rank
 large    16 million particles, a few steps, 2 ranks
+model    what 1 to 512 ranks would give: the program's own placement and message lists (ranks.f90), a measured time an update, and an
+         assumed network; the counts are checked against runs on 2, 4 and 8 ranks
 A probe of multiply-adds and of a memory copy runs before and after each scene. An update is one particle through one whole step,
 everything included. Floors: 1.6 kFLOP and 390 bytes an update. Figures are medians of the repeats.
 """
 import argparse
+import math
 import pathlib
 import platform
 import re
@@ -27,6 +31,7 @@ PHASES = ['lists', 'to nodes', 'exchange', 'nodes', 'contact', 'to particles', '
 KERNELS = ['to nodes', 'to particles', 'stress']
 FLOPS, BYTES = 1600.0, 390.0  # an update
 STEP = 3.19e-12               # s, of the block scenes
+LATENCY, BANDWIDTH = 2e-6, 5e9 # s a message, B/s a rank: an assumed network
 
 
 def block_scene(cells, per_cell, motion, transfer, steps, out):
@@ -56,12 +61,12 @@ def shipped_scene(name, out, share=1.0, history=True):
 class Bench:
     """Runs scenes and keeps what they cost."""
 
-    def __init__(self, work, gimp3d, probe, repeats):
-        self.work, self.gimp3d, self.probe_path, self.repeats = work, gimp3d, probe, repeats
+    def __init__(self, work, gimp3d, tools, repeats):
+        self.work, self.gimp3d, self.tools, self.repeats = work, gimp3d, tools, repeats
         self.gflops, self.gbytes, self.runs = [], [], 0
 
     def probe(self):
-        words = subprocess.run([self.probe_path], capture_output=True, text=True, check=True).stdout.split()
+        words = subprocess.run([self.tools/'probe'], capture_output=True, text=True, check=True).stdout.split()
         self.gflops.append(float(words[1]))
         self.gbytes.append(float(words[3]))
 
@@ -119,6 +124,9 @@ def read_costs(log):
     costs['updates'], costs['ranks'] = int(last[1]), int(last[2])
     costs['seconds'] = costs['all']*costs['updates']*1e-9/costs['ranks']
     costs['particles'], costs['bytes'] = int(size[1]), int(size[2])
+    sent = re.search(r'^node sums: at most (\S+) messages and (\S+) B sent', log, re.M)
+    if sent:
+        costs['messages'], costs['sent'] = float(sent[1]), float(sent[2])
     if solves:
         costs['solves'], costs['products'] = int(solves[1]), float(solves[3])
     return costs
@@ -197,19 +205,55 @@ def table_large(bench):
     row([f'{c["particles"]}', '2', f'{1e3/stepping:.2f}', f'{c["bytes"]*c["particles"]/1e9:.2f}', f'{c["bytes"]}'])
 
 
+def placements(bench, scene, ranks):
+    """What the most loaded of so many ranks holds and sends, a dictionary for each number of ranks."""
+    text = subprocess.run([bench.tools/'ranks', *map(str, ranks)], input=scene, capture_output=True, text=True, check=True).stdout
+    titles, *lines = (line.split() for line in text.splitlines())
+    return [dict(zip(titles, map(int, line))) for line in lines]
+
+
+def table_model(bench):
+    scenes = {'E1': lambda out: shipped_scene('scaling', out, 0.02, history=False),
+              '16 million': lambda out: block_scene(126, 8, 'ordered', 'affine', 1, out)}
+    update = bench.several(2, scenes['E1'])
+    update = (update['all'] - update['the rest'])*1e-9
+    head(['scene', 'ranks', 'particles a rank, mean', 'most', 'blocks, most', 'neighbours, most', 'MB sent in a step, most',
+          'work [ms a step]', 'messages [ms a step]', 'million updates/s and core', 'share of 1 rank'])
+    for name, make in scenes.items():
+        first = None
+        for p in placements(bench, make(bench.out()), (1, 2, 4, 8, 64, 512)):
+            work = p['particles_most']*update
+            # node sums and migration: one message a neighbour each; one sum over all ranks
+            network = 2*p['neighbours_most']*LATENCY + p['bytes_most']/BANDWIDTH + 2*math.log2(p['ranks'])*LATENCY
+            rate = p['particles_mean']/(work + network)*1e-6
+            first = first or rate
+            row([name, str(p['ranks']), str(p['particles_mean']), str(p['particles_most']), str(p['blocks_most']),
+                 str(p['neighbours_most']), f'{p["bytes_most"]*1e-6:.2f}', f'{1e3*work:.3f}', f'{1e3*network:.3f}', f'{rate:.2f}',
+                 f'{rate/first:.2f}'])
+    print(f'\nMeasured: {update*1e9:.0f} ns an update on 2 ranks. Assumed: {LATENCY*1e6:.0f} us a message, {BANDWIDTH*1e-9:.0f} GB/s '
+          'a rank, nothing overlapped, ranks that do not slow each other. No contact.')
+    head(['ranks (E1, run)', 'messages a step, most', 'by the model', 'bytes a step, most', 'by the model'])
+    for p in placements(bench, scenes['E1'](bench.out()), (2, 4, 8)):
+        c = bench.run(p['ranks'], scenes['E1'](bench.out()))
+        row([str(p['ranks']), f'{c["messages"]:.0f}', str(p['neighbours_most']), f'{c["sent"]:.0f}', str(p['bytes_most'])])
+        if (c['messages'], c['sent']) != (p['neighbours_most'], p['bytes_most']):
+            raise SystemExit('the model counts other messages than the run')
+
+
 def main():
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument('work', type=pathlib.Path)
     parser.add_argument('gimp3d')
-    parser.add_argument('probe')
+    parser.add_argument('tools', type=pathlib.Path)
     parser.add_argument('--repeats', type=int, default=5)
     parser.add_argument('--only', nargs='*', default=[])
     parser.add_argument('--build', default='')
     args = parser.parse_args()
     args.work.mkdir(parents=True, exist_ok=True)
-    bench = Bench(args.work, args.gimp3d, args.probe, args.repeats)
+    bench = Bench(args.work, args.gimp3d, args.tools, args.repeats)
     begun = time.time()
-    tables = {'block': table_block, 'contact': table_contact, 'pairs': table_pairs, 'growth': table_growth, 'large': table_large}
+    tables = {'block': table_block, 'contact': table_contact, 'pairs': table_pairs, 'growth': table_growth, 'large': table_large,
+              'model': table_model}
     for name in args.only or tables:
         tables[name](bench)
     processor = next((line.split(':')[1].strip() for line in open('/proc/cpuinfo') if line.startswith('model name')),
