@@ -5,7 +5,7 @@ module m_simulation
    use m_errors, only: error_t, fail
    use m_communicator, only: communicator_t
    use m_text, only: to_text, si
-   use m_timers, only: phase_output
+   use m_timers, only: timers_t, phase_output, phase_contact
    use m_scene, only: scene_t
    use m_scene_reader, only: read_scene
    use m_scene_checks, only: safety_limit
@@ -28,6 +28,8 @@ module m_simulation
       type(console_t) :: console
       type(error_t) :: error
       integer(i8) :: particles = 0
+      type(timers_t) :: early        !< where the time had gone when the last tenth of the scene began
+      real(wp) :: early_elapsed = 0.0_wp !< and how much of it, s; 0 before that
    contains
       procedure :: initialise
       procedure :: done
@@ -88,6 +90,10 @@ contains
       call advance(self%model, self%next_time_step(), self%error)
       if (self%error%happened()) return
       call self%record()
+      if (self%early_elapsed <= 0.0_wp .and. self%model%time >= 0.9_wp*self%scene%end_time) then
+         self%early = self%model%timers
+         self%early_elapsed = self%console%elapsed()
+      end if
       if (mod(self%model%step, int(rebalance_every, i8)) == 0) call self%model%rebalance(self%error)
       call self%console%progress(int(self%model%step), self%model%time, self%scene%end_time, self%balance%error())
    end subroutine step
@@ -184,13 +190,14 @@ contains
       class(simulation_t), intent(inout) :: self
       type(cost_t) :: cost
       character(len=cost_line_length), allocatable :: table(:)
-      character(len=cost_line_length) :: facts(9)
+      character(len=cost_line_length) :: facts(10)
       character(len=:), allocatable :: verdict, path
-      real(wp) :: bridge, messages, bytes
+      real(wp) :: bridge, messages, bytes, late(2)
       integer :: n
       messages = self%communicator%maximum(real(self%model%exchange%messages, wp)/self%model%step)
       bytes = self%communicator%maximum(real(self%model%exchange%bytes, wp)/self%model%step)
       bridge = self%communicator%maximum(self%model%contact%worst_bridge)
+      late = contact_share(self)
       cost%timers = self%model%timers
       cost%particle_steps = self%communicator%sum_count(self%model%particle_steps)
       cost%elapsed = self%console%elapsed()
@@ -205,7 +212,7 @@ contains
       facts(2) = 'momentum: changed by '//to_text(norm2(self%balance%now%momentum - self%balance%start%momentum), 3)//' kg m/s'
       associate (contact => self%model%contact)
          if (contact%active() .and. contact%solves > 0) then
-            n = 6
+            n = 7
             facts(3) = 'contact: '//to_text(contact%solves)//' solves, '// &
                        to_text(real(contact%iterations, wp)/contact%solves, 3)//' iterations and '// &
                        to_text(real(contact%system%products, wp)/contact%solves, 3)//' products each, at most '// &
@@ -215,6 +222,8 @@ contains
             facts(5) = 'contact: largest overlap '//to_text(contact%worst_overlap/self%model%level%grid%cell, 3)// &
                        ' cells'
             facts(6) = 'contact: no tension; force times gap at most '//to_text(bridge, 3)//' of largest force times cell'
+            facts(7) = 'contact: '//to_text(late(1), 3)//' % of the elapsed time, '//to_text(late(2), 3)// &
+                       ' % over the last tenth of the scene'
          end if
       end associate
       if (self%communicator%ranks > 1) then
@@ -223,5 +232,20 @@ contains
       end if
       call self%console%summary(verdict, int(self%model%step), self%model%time, [facts(:n), table])
    end subroutine summarise
+
+   !> Collective: what share of the time contact took, per cent: over the run, and over the last tenth of the scene.
+   function contact_share(self) result(share)
+      class(simulation_t), intent(in) :: self
+      real(wp) :: share(2)
+      real(wp) :: elapsed, seconds
+      integer :: i
+      elapsed = self%console%elapsed()
+      seconds = self%model%timers%seconds(phase_contact)
+      share(1) = seconds/elapsed
+      share(2) = (seconds - self%early%seconds(phase_contact))/(elapsed - self%early_elapsed)
+      do i = 1, 2
+         share(i) = 100.0_wp*self%communicator%maximum(share(i))
+      end do
+   end function contact_share
 
 end module m_simulation

@@ -7,7 +7,7 @@ TOOLS is the folder of the programs probe and ranks. TABLE is one of block, cont
 is named).
 block    an elastic block of 32 x 32 x 32 cells in motion: moved along (ordered) or tumbling (disordered), 1 and 8 particles a cell,
          affine and plain transfer, 1 and 2 ranks
-contact  E2 and E3 over the last tenth of their depth: a whole run less one of nine tenths
+contact  E2 and E3, over the run and over the last tenth of their depth
 pairs    2 ranks against two independent copies of 1 rank run side by side, and against one
 growth   10^5 to 4 x 10^6 particles, disordered, 1 rank
 large    16 million particles, a few steps, 2 ranks
@@ -88,9 +88,9 @@ class Bench:
     def run(self, ranks, scene):
         return self.finish(self.start(ranks, scene))
 
-    def several(self, ranks, make_scene):
+    def several(self, ranks, make_scene, repeats=None):
         self.probe()
-        costs = [self.run(ranks, make_scene(self.out())) for _ in range(self.repeats)]
+        costs = [self.run(ranks, make_scene(self.out())) for _ in range(repeats or self.repeats)]
         self.probe()
         return median_costs(costs)
 
@@ -125,6 +125,9 @@ def read_costs(log):
     costs['seconds'] = costs['all']*costs['updates']*1e-9/costs['ranks']
     costs['particles'], costs['bytes'] = int(size[1]), int(size[2])
     sent = re.search(r'^node sums: at most (\S+) messages and (\S+) B sent', log, re.M)
+    share = re.search(r'^contact: (\S+) % of the elapsed time, (\S+) % over the last tenth', log, re.M)
+    if share:
+        costs['contact share'], costs['late contact share'] = float(share[1]), float(share[2])
     if sent:
         costs['messages'], costs['sent'] = float(sent[1]), float(sent[2])
     if solves:
@@ -163,17 +166,13 @@ def table_block(bench):
 
 
 def table_contact(bench):
-    head(['scene', 'ranks', 'contact over the run [% of the step]', 'contact over the last tenth [% of the step]',
-          'contact over the last tenth [ms a step]', 'products a solve, run', 'million updates/s and core'])
-    for name, steps in ('cone', 3800), ('deep_sphere', 1192):
-        for ranks in 1, 2:
-            bench.probe()
-            whole = bench.run(ranks, shipped_scene(name, bench.out()))
-            most = bench.run(ranks, shipped_scene(name, bench.out(), 0.9))
-            seconds = [c['contact']*c['updates']*1e-9/ranks for c in (whole, most)]
-            late = (seconds[0] - seconds[1])/(whole['seconds'] - most['seconds'])
-            row([name, str(ranks), f'{100*whole["contact"]/whole["all"]:.0f}', f'{100*late:.0f}',
-                 f'{1e3*(seconds[0] - seconds[1])/(0.1*steps):.2f}', f'{whole["products"]:.0f}', f'{1e3/whole["all"]:.2f}'])
+    head(['scene', 'transfer', 'ranks', 'contact over the run [%]', 'over the last tenth [%]', 'products a solve',
+          'contact [ns an update]', 'all else [ns an update]', 'million updates/s and core'])
+    for name, transfer, ranks in (('cone', 'affine', 1), ('cone', 'affine', 2), ('cone', 'plain', 2), ('deep_sphere', 'affine', 1),
+                                  ('deep_sphere', 'affine', 2)):
+        c = bench.several(ranks, lambda out: shipped_scene(name, out).replace('&time', f"&time transfer='{transfer}',"), repeats=3)
+        row([name, transfer, str(ranks), f'{c["contact share"]:.0f}', f'{c["late contact share"]:.0f}', f'{c["products"]:.0f}',
+             f'{c["contact"]:.0f}', f'{c["all"] - c["contact"]:.0f}', f'{1e3/c["all"]:.2f}'])
 
 
 def table_pairs(bench):
@@ -261,7 +260,7 @@ def main():
     bench.probe()
     print(f'\nProcessor: {processor}. {args.build} Probes, least to most over the session: multiply-add {min(bench.gflops):.1f} to '
           f'{max(bench.gflops):.1f} GFLOP/s a core, copy {min(bench.gbytes):.1f} to {max(bench.gbytes):.1f} GB/s. '
-          f'Medians of {args.repeats} (contact, large: one run); {time.time() - begun:.0f} s in all.')
+          f'Medians of {args.repeats} (contact: 3, large: one run); {time.time() - begun:.0f} s in all.')
 
 
 if __name__ == '__main__':
