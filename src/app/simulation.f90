@@ -190,10 +190,12 @@ contains
       class(simulation_t), intent(inout) :: self
       type(cost_t) :: cost
       character(len=cost_line_length), allocatable :: table(:)
-      character(len=cost_line_length) :: facts(10)
+      character(len=cost_line_length) :: facts(11)
       character(len=:), allocatable :: verdict, path
       real(wp) :: bridge, messages, bytes, late(2)
+      integer(i8) :: resting
       integer :: n
+      resting = self%communicator%sum_count(self%model%particle_steps_at_rest)
       messages = self%communicator%maximum(real(self%model%exchange%messages, wp)/self%model%step)
       bytes = self%communicator%maximum(real(self%model%exchange%bytes, wp)/self%model%step)
       bridge = self%communicator%maximum(self%model%contact%worst_bridge)
@@ -226,6 +228,10 @@ contains
                        ' % over the last tenth of the scene'
          end if
       end associate
+      if (resting > 0) then
+         n = n + 1
+         facts(n) = 'at rest: '//to_text(100.0_wp*resting/cost%particle_steps, 3)//' % of the particle-steps had nothing to do'
+      end if
       if (self%communicator%ranks > 1) then
          n = n + 1
          facts(n) = 'node sums: at most '//to_text(messages, 4)//' messages and '//to_text(bytes, 9)//' B sent by a rank in a step'

@@ -158,6 +158,8 @@ contains
       end associate
       if (record(n + 4) > 0.0_wp) block%cells%bin(block%particles%count) = int(record(n + 4), i4)
       block%cells%current = .false.
+      block%at_rest = .false.
+      block%tile_holds = .false.
    end subroutine store
 
    !> Collective: take the particles of the blocks whose owner changes out of this rank and send them; returns when all

@@ -17,6 +17,9 @@ module m_block
       logical :: shared = .false.        !< a neighbour lives on another rank
       integer(i4), allocatable :: leavers(:) !< particles that left during this step, rising
       integer :: leaver_count = 0
+      logical :: at_rest = .false.       !< no particle moves, none is under stress
+      logical :: tile_holds = .false.    !< its tile in `gathered` is what these particles at rest give
+      real(wp) :: wave_speed = 0.0_wp    !< largest of its particles, m/s
    contains
       procedure :: reserve
       procedure :: refresh_lists

@@ -9,6 +9,7 @@ module m_level_step
    use m_scene, only: update_usl, update_usf, update_musl
    use m_field_table, only: layout_t
    use m_particle_store, only: particle_store_t
+   use m_block, only: block_t
    use m_materials, only: materials_t
    use m_model, only: model_t, bounds_t
    use m_migration, only: frame_of, entered
@@ -88,6 +89,7 @@ contains
       type(model_t), intent(inout) :: model
       integer, intent(in) :: b
       integer :: e
+      if (model%level%blocks(b)%tile_holds .and. size(model%effects) == 0) return
       call model%timers%enter(phase_lists)
       call model%level%blocks(b)%refresh_lists(model%level%work)
       call model%timers%enter(phase_to_nodes)
@@ -104,6 +106,7 @@ contains
                                    level%gradient(:, 1:3), level%gathered(:, :, :, :, b))
          end if
          call fold_symmetry(level%grid, block%place, level%gathered(:, :, :, :, b))
+         block%tile_holds = block%at_rest
       end associate
    end subroutine gather
 
@@ -131,11 +134,33 @@ contains
       motion = motion_t(time_step, model%method%flip_fraction, model%level%layout%position)
       if (model%level%layout%next_position > 0) motion%position = model%level%layout%next_position
       do b = 1, size(model%level%blocks)
+         if (stays_at_rest(model, b)) then
+            model%particle_steps_at_rest = model%particle_steps_at_rest + model%level%blocks(b)%particles%count
+            cycle
+         end if
          call scatter(model, b, motion)
          if (with_stress) call update_stress(model, b, time_step, error)
          if (model%level%layout%next_position == 0) call locate(model, b, error)
       end do
    end subroutine to_particles
+
+   !> True when the particles of a block are at rest and their nodes leave them so: nothing of the rest of the step would change
+   !> a bit of them.
+   logical function stays_at_rest(model, b) result(stays)
+      type(model_t), intent(inout) :: model
+      integer, intent(in) :: b
+      associate (block => model%level%blocks(b))
+         stays = block%at_rest .and. model%skip_at_rest
+         if (stays) stays = .not. any(abs(model%level%solved(2:7, :, :, :, b)) > 0.0_wp)
+         if (.not. stays) then
+            block%at_rest = .false.
+            block%tile_holds = .false.
+            return
+         end if
+         block%leaver_count = 0
+         model%bounds%wave_speed = max(model%bounds%wave_speed, block%wave_speed)
+      end associate
+   end function stays_at_rest
 
    !> The stress from the velocity of the nodes as they stand: velocity gradient only, no motion.
    subroutine strain(model, time_step, error)
@@ -144,6 +169,7 @@ contains
       type(error_t), intent(inout) :: error
       integer :: b
       do b = 1, size(model%level%blocks)
+         if (stays_at_rest(model, b)) cycle
          call scatter(model, b, motion_t(0.0_wp, 1.0_wp, model%level%layout%position))
          call update_stress(model, b, time_step, error)
       end do
@@ -213,15 +239,38 @@ contains
       call model%timers%enter(phase_lists)
       associate (level => model%level, block => model%level%blocks(b), x => model%level%layout%position)
          block%leaver_count = 0
-         if (block%particles%count == 0) return
+         block%at_rest = block%particles%count == 0
+         if (block%at_rest) return
          call locate_particles(block%particles%count, block%particles%column(:, x:x + 2), frame_of(level, block), &
                                block%cells%bin, block%leavers, block%leaver_count, moved, lowest, highest)
          if (moved) block%cells%current = .false.
          if (any(lowest < level%grid%lower) .or. any(highest > level%grid%upper)) call report_outside(model, b, error)
          if (block%leaver_count > 0) call check_leavers(model, b, error)
-         call include_speeds(model%bounds, model%materials, block%particles, level%layout)
+         call include_speeds(model%bounds, model%materials, level%layout, block)
+         block%at_rest = block%leaver_count == 0 .and. .not. moved .and. rests(block%particles, level%layout)
       end associate
    end subroutine locate
+
+   !> True when no particle has a velocity, a velocity gradient or a stress.
+   pure logical function rests(particles, at)
+      type(particle_store_t), intent(in) :: particles
+      type(layout_t), intent(in) :: at
+      integer :: c, n
+      rests = .false.
+      n = particles%count
+      do c = at%velocity, at%velocity + 2
+         if (any(abs(particles%column(:n, c)) > 0.0_wp)) return
+      end do
+      do c = at%stress, at%stress + 5
+         if (any(abs(particles%column(:n, c)) > 0.0_wp)) return
+      end do
+      if (at%gradient > 0) then
+         do c = at%gradient, at%gradient + 8
+            if (any(abs(particles%column(:n, c)) > 0.0_wp)) return
+         end do
+      end if
+      rests = .true.
+   end function rests
 
    !> Leavers must be finite, and not further than the next block.
    subroutine check_leavers(model, b, error)
@@ -328,7 +377,7 @@ contains
       integer :: b
       model%bounds = bounds_t()
       do b = 1, size(model%level%blocks)
-         call include_speeds(model%bounds, model%materials, model%level%blocks(b)%particles, model%level%layout)
+         call include_speeds(model%bounds, model%materials, model%level%layout, model%level%blocks(b))
       end do
       bounds = [model%bounds%wave_speed, model%bounds%particle_speed]
       call MPI_Allreduce(MPI_IN_PLACE, bounds, 2, MPI_DOUBLE_PRECISION, MPI_MAX, model%communicator%comm)
@@ -336,24 +385,28 @@ contains
       model%bounds%particle_speed = bounds(2)
    end subroutine bound_speeds
 
-   !> Raise the bounds to the wave speed and particle speed of the fastest of these particles.
-   subroutine include_speeds(bounds, materials, particles, at)
+   !> Wave speed of a block; raise the bounds to it and to the speed of its fastest particle.
+   subroutine include_speeds(bounds, materials, at, block)
       type(bounds_t), intent(inout) :: bounds
       type(materials_t), intent(in) :: materials
-      type(particle_store_t), intent(in) :: particles
       type(layout_t), intent(in) :: at
+      type(block_t), intent(inout) :: block
       real(wp) :: speed_squared, specific_volume
       integer :: first, last, m
+      block%wave_speed = 0.0_wp
       first = 1
-      do while (first <= particles%count)
-         last = particles%run_end(first)
-         call fastest(particles%column(:, at%velocity:at%velocity + 2), particles%column(:, at%mass), &
-                      particles%column(:, at%volume), first, last, speed_squared, specific_volume)
-         m = materials%of_body(particles%body(first))
-         bounds%wave_speed = max(bounds%wave_speed, sqrt(materials%slots(m)%law%stiffest()*specific_volume))
-         bounds%particle_speed = max(bounds%particle_speed, sqrt(speed_squared))
-         first = last + 1
-      end do
+      associate (particles => block%particles)
+         do while (first <= particles%count)
+            last = particles%run_end(first)
+            call fastest(particles%column(:, at%velocity:at%velocity + 2), particles%column(:, at%mass), &
+                         particles%column(:, at%volume), first, last, speed_squared, specific_volume)
+            m = materials%of_body(particles%body(first))
+            block%wave_speed = max(block%wave_speed, sqrt(materials%slots(m)%law%stiffest()*specific_volume))
+            bounds%particle_speed = max(bounds%particle_speed, sqrt(speed_squared))
+            first = last + 1
+         end do
+      end associate
+      bounds%wave_speed = max(bounds%wave_speed, block%wave_speed)
    end subroutine include_speeds
 
 end module m_level_step

@@ -41,6 +41,8 @@ module m_model
       real(wp) :: time = 0.0_wp                       !< s
       integer(i8) :: step = 0
       integer(i8) :: particle_steps = 0               !< particle updates on this rank so far
+      integer(i8) :: particle_steps_at_rest = 0       !< of these, how many had nothing to do
+      logical :: skip_at_rest = .true.                !< leave out blocks that are at rest: the same bits, less time
    contains
       procedure :: build
       procedure :: connect

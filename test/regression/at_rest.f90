@@ -1,0 +1,86 @@
+!> A small box flies into a long bar at rest: leaving out the blocks that are at rest changes no bit of any particle.
+program at_rest
+   use m_kinds, only: wp, i8
+   use m_errors, only: error_t
+   use m_communicator, only: communicator_t
+   use m_scene, only: scene_t, grid_spec_t, material_spec_t, update_usl, update_usf, update_musl
+   use m_model, only: model_t
+   use m_level_step, only: advance
+   use m_assertions, only: assertions_t
+   implicit none
+   real(wp), parameter :: young = 1.0e6_wp, density = 1000.0_wp, cell = 0.125_wp
+   integer, parameter :: codes(3) = [update_usl, update_usf, update_musl], steps = 60
+   type(communicator_t) :: comm
+   type(assertions_t) :: test
+   integer :: u
+   call comm%start()
+   call test%start(comm, 'at rest')
+   do u = 1, 3
+      call hit(codes(u))
+   end do
+   call test%finish()
+
+contains
+
+   subroutine hit(update)
+      integer, intent(in) :: update
+      type(model_t) :: skipping, plain
+      type(error_t) :: error
+      real(wp) :: share
+      integer :: step
+      plain%skip_at_rest = .false.
+      call skipping%build(comm, box_and_bar(update), error)
+      call plain%build(comm, box_and_bar(update), error)
+      do step = 1, steps
+         call advance(skipping, 0.35_wp*cell/sqrt(young/density), error)
+         call advance(plain, 0.35_wp*cell/sqrt(young/density), error)
+         call test%check(.not. error%happened(), 'both go on')
+         call test%check_equal(different_bits(skipping, plain), 0, 'the same bits')
+         call test%check(abs(skipping%bounds%wave_speed - plain%bounds%wave_speed) <= 0.0_wp, 'the same time step')
+      end do
+      share = real(comm%sum_count(skipping%particle_steps_at_rest), wp)/comm%sum_count(skipping%particle_steps)
+      if (comm%is_root()) print '(a,f5.1,a)', '  left out: ', 100.0_wp*share, ' % of the particle-steps'
+      call test%check(share > 0.2_wp .and. share < 0.9_wp, 'some blocks rest, and not all')
+      call test%check_equal(plain%particle_steps_at_rest, 0_i8, 'none is left out when told so')
+      call skipping%release()
+      call plain%release()
+   end subroutine hit
+
+   !> Values of particles, over all blocks of this rank, whose bits differ between two models.
+   integer function different_bits(a, b) result(different)
+      type(model_t), intent(in) :: a, b
+      integer :: i, c, n
+      different = abs(size(a%level%blocks) - size(b%level%blocks))
+      if (different > 0) return
+      do i = 1, size(a%level%blocks)
+         n = a%level%blocks(i)%particles%count
+         different = different + abs(n - b%level%blocks(i)%particles%count)
+         if (different > 0) return
+         do c = 1, a%level%table%columns
+            different = different + count(transfer(a%level%blocks(i)%particles%column(:n, c), [0_i8]) &
+                                          /= transfer(b%level%blocks(i)%particles%column(:n, c), [0_i8]))
+         end do
+      end do
+   end function different_bits
+
+   function box_and_bar(update) result(scene)
+      integer, intent(in) :: update
+      type(scene_t) :: scene
+      scene%title = 'box and bar'
+      scene%end_time = 1.0_wp
+      scene%grid = grid_spec_t(upper=cell*[64, 16, 16], cell_size=cell, cells=[64, 16, 16])
+      scene%time%stress_update = update
+      allocate (scene%materials(1), scene%bodies(2), scene%tools(0), scene%probes(0))
+      scene%materials(1) = material_spec_t('soft', 'elastic', density, young, 0.3_wp)
+      scene%bodies(1)%name = 'box'
+      scene%bodies(1)%material = 1
+      scene%bodies(1)%lower = cell*[1, 6, 6]
+      scene%bodies(1)%upper = cell*[4, 9, 9]
+      scene%bodies(1)%velocity = [5.0_wp, 0.3_wp, -0.2_wp]
+      scene%bodies(2)%name = 'bar'
+      scene%bodies(2)%material = 1
+      scene%bodies(2)%lower = cell*[9, 6, 6]
+      scene%bodies(2)%upper = cell*[62, 9, 9]
+   end function box_and_bar
+
+end program at_rest
