@@ -5,10 +5,14 @@ module m_simulation
    use m_errors, only: error_t, fail
    use m_communicator, only: communicator_t
    use m_text, only: to_text, si
-   use m_timers, only: timers_t, phase_output, phase_contact
+   use m_timers, only: phase_output, phase_contact
    use m_scene, only: scene_t
    use m_scene_reader, only: read_scene
    use m_scene_checks, only: safety_limit
+   use m_offer, only: catalogue_t
+   use m_field_table, only: bytes_per_column
+   use m_materials, only: known_materials
+   use m_effects, only: known_effects
    use m_model, only: model_t
    use m_level_step, only: advance, bound_speeds
    use m_energy, only: balance_t
@@ -21,6 +25,7 @@ module m_simulation
 
    type :: simulation_t
       type(communicator_t) :: communicator
+      type(catalogue_t) :: catalogue
       type(scene_t) :: scene
       type(model_t) :: model
       type(balance_t) :: balance
@@ -28,8 +33,8 @@ module m_simulation
       type(console_t) :: console
       type(error_t) :: error
       integer(i8) :: particles = 0
-      type(timers_t) :: early        !< where the time had gone when the last tenth of the scene began
-      real(wp) :: early_elapsed = 0.0_wp !< and how much of it, s; 0 before that
+      real(wp) :: early_elapsed = 0.0_wp !< wall-clock time when the last tenth of the scene began, s; 0 before that
+      real(wp) :: early_contact = 0.0_wp !< of that, in contact, s
    contains
       procedure :: initialise
       procedure :: done
@@ -50,7 +55,9 @@ contains
       class(simulation_t), intent(inout) :: self
       call self%communicator%start()
       call self%console%start(self%communicator)
-      call read_scene(self%communicator, self%scene, self%error)
+      call known_materials(self%catalogue)
+      call known_effects(self%catalogue)
+      call read_scene(self%communicator, self%catalogue, self%scene, self%error)
       if (self%error%happened()) return
       call self%model%build(self%communicator, self%scene, self%error)
       if (self%error%happened()) return
@@ -91,10 +98,13 @@ contains
       if (self%error%happened()) return
       call self%record()
       if (self%early_elapsed <= 0.0_wp .and. self%model%time >= 0.9_wp*self%scene%end_time) then
-         self%early = self%model%timers
+         self%early_contact = self%model%timers%seconds(phase_contact)
          self%early_elapsed = self%console%elapsed()
       end if
-      if (mod(self%model%step, int(rebalance_every, i8)) == 0) call self%model%rebalance(self%error)
+      if (mod(self%model%step, int(rebalance_every, i8)) == 0) then
+         call self%model%effect_step%fold(self%communicator)
+         call self%model%rebalance(self%error)
+      end if
       call self%console%progress(int(self%model%step), self%model%time, self%scene%end_time, self%balance%error())
    end subroutine step
 
@@ -149,24 +159,36 @@ contains
       end associate
    end subroutine introduce
 
-   !> The effects that the scene calls for, and those that it could have called for.
+   !> What the scene calls for, with the bytes a particle that it adds, and what it could have called for.
    function effects_text(self) result(text)
       class(simulation_t), intent(in) :: self
       character(len=:), allocatable :: text, off
+      integer :: e, k
       text = ''
       off = ''
-      call add(self%scene%time%affine, 'affine transfer (72 B a particle)')
-      call add(size(self%scene%tools) > 0, 'tool contact (8 B a particle)')
-      call add(size(self%scene%probes) > 0, 'probes')
+      associate (table => self%model%level%table, effects => self%model%effects)
+         call add(self%scene%time%affine, 'affine transfer', table%bytes_of('velocity_gradient'))
+         call add(size(self%scene%tools) > 0, 'tool contact', table%bytes_of('contact_pressure'))
+         call add(size(self%scene%probes) > 0, 'probes', 0)
+         do k = 1, size(self%catalogue%effects)
+            associate (name => self%catalogue%effects(k)%it%name)
+               if (all([(effects(e)%effect%name /= name, e=1, size(effects))])) call add(.false., name, 0)
+               do e = 1, size(effects)
+                  if (effects(e)%effect%name == name) call add(.true., name, bytes_per_column*effects(e)%columns)
+               end do
+            end associate
+         end do
+      end associate
       if (text == '') text = 'none'
       if (off /= '') text = text//'; left out: '//off
    contains
-      subroutine add(on, name)
+      subroutine add(on, name, bytes)
          logical, intent(in) :: on
          character(len=*), intent(in) :: name
+         integer, intent(in) :: bytes !< a particle
          if (on) then
             if (text /= '') text = text//', '
-            text = text//name
+            text = text//name//' ('//to_text(bytes)//' B a particle)'
          else
             if (off /= '') off = off//', '
             off = off//name
@@ -248,7 +270,7 @@ contains
       elapsed = self%console%elapsed()
       seconds = self%model%timers%seconds(phase_contact)
       share(1) = seconds/elapsed
-      share(2) = (seconds - self%early%seconds(phase_contact))/(elapsed - self%early_elapsed)
+      share(2) = (seconds - self%early_contact)/(elapsed - self%early_elapsed)
       do i = 1, 2
          share(i) = 100.0_wp*self%communicator%maximum(share(i))
       end do

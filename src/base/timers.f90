@@ -1,4 +1,4 @@
-!> Wall-clock time by phase of the step.
+!> Wall-clock time by phase of the step, and by effect.
 module m_timers
    use, intrinsic :: iso_fortran_env, only: int64
    use m_kinds, only: wp, i8
@@ -13,13 +13,18 @@ module m_timers
    character(len=12), parameter, public :: phase_names(phases) = [character(len=12) :: 'lists', 'to nodes', 'exchange', 'nodes', &
                                            'contact', 'to particles', 'stress', 'migration', 'control', 'balance', 'output']
 
-   !> Seconds and calls of each phase on this rank. One phase runs at a time.
+   integer, parameter :: name_length = len(phase_names)
+
+   !> Seconds and calls of each row on this rank: the phases, then one row an effect. One row runs at a time.
    type :: timers_t
-      real(wp) :: seconds(phases) = 0.0_wp
-      integer(i8) :: calls(phases) = 0_i8
+      character(len=name_length), allocatable :: names(:)
+      real(wp), allocatable :: seconds(:)
+      integer(i8), allocatable :: calls(:)
       integer(int64), private :: begun = 0
       integer, private :: running = 0
    contains
+      procedure :: start
+      procedure :: row_of
       procedure :: enter
       procedure :: leave
    end type timers_t
@@ -35,17 +40,39 @@ contains
       wall_time = real(count, wp)/real(rate, wp)
    end function wall_time
 
-   !> Begin a phase; the one that runs ends here.
-   subroutine enter(self, phase)
+   !> The rows of the phases, at zero.
+   subroutine start(self)
+      class(timers_t), intent(out) :: self
+      self%names = phase_names
+      allocate (self%seconds(phases), source=0.0_wp)
+      allocate (self%calls(phases), source=0_i8)
+   end subroutine start
+
+   !> The row with a name behind those of the phases; a new one at the end if there is none yet.
+   integer function row_of(self, name) result(row)
       class(timers_t), intent(inout) :: self
-      integer, intent(in) :: phase
+      character(len=*), intent(in) :: name
+      character(len=name_length) :: short
+      short = name
+      do row = phases + 1, size(self%names)
+         if (self%names(row) == short) return
+      end do
+      self%names = [self%names, short]
+      self%seconds = [self%seconds, 0.0_wp]
+      self%calls = [self%calls, 0_i8]
+   end function row_of
+
+   !> Begin a row; the one that runs ends here.
+   subroutine enter(self, row)
+      class(timers_t), intent(inout) :: self
+      integer, intent(in) :: row
       call self%leave()
-      self%running = phase
-      self%calls(phase) = self%calls(phase) + 1
+      self%running = row
+      self%calls(row) = self%calls(row) + 1
       call system_clock(self%begun)
    end subroutine enter
 
-   !> End the running phase, if any.
+   !> End the running row, if any.
    subroutine leave(self)
       class(timers_t), intent(inout) :: self
       integer(int64) :: now, rate

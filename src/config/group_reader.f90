@@ -1,4 +1,5 @@
-!> Typed access to the variables of one group: each is asked for once, by one call that says what is allowed.
+!> Typed access to the variables of one group: each is asked for once, by one call that says what is allowed. Begun with
+!> `begin_text` the same calls write the values that they are given: one procedure a group so reads and writes it.
 !> Reading goes on after a fault; `finish` reports the one that matters most: an unknown variable (also the cause of
 !> a missing one), then one that does not belong to the choice made, then the first wrong value.
 module m_group_reader
@@ -6,6 +7,7 @@ module m_group_reader
    use m_constants, only: exit_input
    use m_errors, only: error_t, fail
    use m_namelist_group, only: group_t
+   use m_namelist_lines, only: text_line, words_line, reals_line, integer_line
    use m_number_text, only: read_real, read_integer, number_good, number_infinite, number_size
    use m_text, only: to_text
    use m_value_range, only: range_t
@@ -14,7 +16,7 @@ module m_group_reader
    private
 
    integer, parameter, public :: name_length = 64 !< characters of a name that becomes part of a file name
-   integer, parameter :: most_known = 40          !< variables of a group
+   integer, parameter :: most_known = 120         !< variables of a group, those of choices not made included
 
    !> A group while it is read.
    type, public :: group_reader_t
@@ -25,9 +27,15 @@ module m_group_reader
       logical :: used(most_known) = .true.                   !< each belongs to the choice made
       character(len=name_length) :: choices(most_known) = '' !< that choice, as shape='box'
       character(len=name_length) :: choice = ''              !< the last one made
+      logical :: set_aside = .false.                         !< what is asked for belongs to a choice that was not made
+      logical :: writing = .false.
+      character(len=:), allocatable :: lines                 !< written so far
       type(error_t) :: first_fault
    contains
       procedure :: begin
+      procedure :: begin_text
+      procedure :: text => written_text
+      procedure :: others
       procedure :: finish
       procedure :: names
       procedure :: is_given
@@ -42,6 +50,7 @@ module m_group_reader
       procedure :: get_option
       procedure, private :: get_real, get_reals, get_integer
       procedure, private :: look_up
+      procedure, private :: writes
       procedure, private :: check_count
       procedure, private :: number
       procedure, private :: word_index
@@ -57,6 +66,38 @@ contains
       allocate (self%group%entries(0))
       if (present(group)) self%group = group
    end subroutine begin
+
+   !> Write a group instead of reading one.
+   subroutine begin_text(self, name)
+      class(group_reader_t), intent(out) :: self
+      character(len=*), intent(in) :: name
+      call self%begin()
+      self%group%name = name
+      self%writing = .true.
+      self%lines = ''
+   end subroutine begin_text
+
+   !> The group that has been written.
+   function written_text(self) result(text)
+      class(group_reader_t), intent(in) :: self
+      character(len=:), allocatable :: text
+      text = '&'//self%group%name//new_line('a')//self%lines//'/'//new_line('a')
+   end function written_text
+
+   !> True while what is asked for belongs to choices that the scene has not made: its names are known, but may not be used.
+   subroutine others(self, set_aside)
+      class(group_reader_t), intent(inout) :: self
+      logical, intent(in) :: set_aside
+      self%set_aside = set_aside
+   end subroutine others
+
+   !> Whether the value of a variable is to be written.
+   pure logical function writes(self, used)
+      class(group_reader_t), intent(in) :: self
+      logical, intent(in), optional :: used
+      writes = self%writing .and. .not. self%set_aside
+      if (writes .and. present(used)) writes = used
+   end function writes
 
    !> All variables asked for: report the fault that matters most, if any.
    subroutine finish(self, error)
@@ -89,34 +130,50 @@ contains
       list = self%known(:self%count)
    end function names
 
+   !> Whether the scene gives a variable; false while writing.
    pure logical function is_given(self, name)
       class(group_reader_t), intent(in) :: self
       character(len=*), intent(in) :: name
       is_given = self%group%find_entry(name) > 0
    end function is_given
 
-   !> Record that the value of a variable is wrong; the sentence begins with its place.
+   !> Record that the value of a variable is wrong; the sentence begins with its place. Nothing is wrong with what is written, or
+   !> belongs to a choice that was not made.
    subroutine refuse(self, name, sentence)
       class(group_reader_t), intent(inout) :: self
       character(len=*), intent(in) :: name, sentence
+      if (self%writing .or. self%set_aside) return
       call fail(self%first_fault, exit_input, self%group%entry_place(name)//': '//sentence)
    end subroutine refuse
 
-   !> Note that a variable exists; its index in the group, or 0 when it is not given (refused when it is required).
+   !> Note that a variable exists; its index in the group, or 0 when it is not given (refused when it is required). What others
+   !> than the choice made know too stays as it is.
    integer function look_up(self, name, expected, required, used) result(found)
       class(group_reader_t), intent(inout) :: self
       character(len=*), intent(in) :: name, expected
       logical, intent(in), optional :: required, used
-      self%count = self%count + 1
-      self%known(self%count) = name
+      integer :: k
+      found = 0
+      k = findloc(self%known(:self%count) == name, .true., dim=1)
+      if (k > 0 .and. self%set_aside) return
+      if (k == 0) then
+         self%count = self%count + 1
+         k = self%count
+         self%known(k) = name
+      end if
+      if (self%set_aside) then
+         self%used(k) = .false.
+         self%choices(k) = self%choice
+         return
+      end if
       found = self%group%find_entry(name)
       if (present(used)) then
-         self%used(self%count) = used
-         self%choices(self%count) = self%choice
+         self%used(k) = used
+         self%choices(k) = self%choice
          if (.not. used) found = 0
          if (.not. used) return
       end if
-      if (.not. present(required)) return
+      if (self%writing .or. .not. present(required)) return
       if (required .and. found == 0) call self%refuse(name, 'missing; '//expected)
    end function look_up
 
@@ -179,6 +236,7 @@ contains
       logical :: good
       expected = trim('must be a number '//range%limits())
       found = self%look_up(name, expected, required, used)
+      if (self%writes(used)) self%lines = self%lines//reals_line(name, [value])
       call self%check_count(found, 1, expected, good)
       if (good) call self%number(found, 1, range, value, expected)
    end subroutine get_real
@@ -195,6 +253,7 @@ contains
       logical :: good
       expected = trim('must be '//to_text(size(values))//' numbers '//range%limits())
       found = self%look_up(name, expected, required, used)
+      if (self%writes(used)) self%lines = self%lines//reals_line(name, values)
       call self%check_count(found, size(values), expected, good)
       if (.not. good) return
       do i = 1, size(values)
@@ -213,6 +272,7 @@ contains
       integer :: found, i
       expected = trim('must be numbers '//range%limits())
       found = self%look_up(name, expected, required, used)
+      if (self%writes(used) .and. allocated(values)) self%lines = self%lines//reals_line(name, values)
       if (found == 0) return
       values = [(0.0_wp, i=1, size(self%group%entries(found)%values))]
       do i = 1, size(values)
@@ -232,6 +292,7 @@ contains
       logical :: good
       expected = 'must be a whole number, at least '//to_text(least)
       found = self%look_up(name, expected, required, used)
+      if (self%writes(used)) self%lines = self%lines//integer_line(name, value)
       call self%check_count(found, 1, expected, good)
       if (.not. good) return
       call read_integer(self%group%entries(found)%value_text(1), new, good)
@@ -256,6 +317,7 @@ contains
          expected = expected//', '//to_text(options(i))
       end do
       found = self%look_up(name, expected)
+      if (self%writes()) self%lines = self%lines//integer_line(name, value)
       call self%check_count(found, 1, expected, good)
       if (.not. good) return
       call read_integer(self%group%entries(found)%value_text(1), new, good)
@@ -278,6 +340,7 @@ contains
       logical :: good
       expected = 'must be a text in quotes, of 1 to '//to_text(longest)//' characters'
       found = self%look_up(name, expected, required)
+      if (self%writes()) self%lines = self%lines//text_line(name, value)
       call self%check_count(found, 1, expected, good)
       if (.not. good) return
       text = trim(self%group%entries(found)%value_text(1))
@@ -298,6 +361,7 @@ contains
       logical :: good
       expected = 'must be in quotes, of 1 to '//to_text(name_length)//' letters, digits, _ or -'
       found = self%look_up(name, expected, required)
+      if (self%writes()) self%lines = self%lines//text_line(name, value)
       call self%check_count(found, 1, expected, good)
       if (.not. good) return
       text = self%group%entries(found)%value_text(1)
@@ -333,6 +397,10 @@ contains
       expected = 'must be in quotes, one of '//joined(words)
       if (size(values) > 1) expected = 'must be '//to_text(size(values))//' words in quotes, each one of '//joined(words)
       found = self%look_up(name, expected, required)
+      if (self%writes()) then
+         self%lines = self%lines//words_line(name, words(values))
+         return
+      end if
       if (found == 0 .and. present(required)) then
          if (required) values = 0
       end if
@@ -372,6 +440,7 @@ contains
       integer :: found, i, k
       expected = 'must be words in quotes, each one of '//joined(words)
       found = self%look_up(name, expected)
+      if (self%writes()) self%lines = self%lines//words_line(name, pack(words, chosen))
       if (found == 0) return
       chosen = .false.
       do i = 1, size(self%group%entries(found)%values)

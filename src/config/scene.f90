@@ -2,6 +2,7 @@
 !> doc/input.md is the table of all names.
 module m_scene
    use m_kinds, only: wp
+   use m_offer, only: offer_t, offer_slot_t
    implicit none
    private
 
@@ -31,10 +32,10 @@ module m_scene
    !> &material
    type, public :: material_spec_t
       character(len=:), allocatable :: name
-      character(len=:), allocatable :: model !< elastic, neo_hookean
       real(wp) :: density = 0.0_wp       !< kg/m3
       real(wp) :: young = 0.0_wp         !< Pa
       real(wp) :: poisson = 0.0_wp
+      class(offer_t), allocatable :: law !< the model, with its own variables
    end type material_spec_t
 
    !> &body
@@ -102,6 +103,7 @@ module m_scene
       type(body_spec_t), allocatable :: bodies(:)
       type(tool_spec_t), allocatable :: tools(:)
       type(probe_spec_t), allocatable :: probes(:)
+      type(offer_slot_t), allocatable :: effects(:) !< in the order of the catalogue, then of the text
    end type scene_t
 
 end module m_scene

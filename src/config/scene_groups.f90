@@ -1,10 +1,12 @@
 !> What each group of a scene may say: its variables, their defaults and what is allowed. doc/input.md is the same as a table.
+!> Each describe_* both reads its group and writes it (see m_group_reader): what it gives to the reader are the values as they are.
 module m_scene_groups
    use m_kinds, only: wp
    use m_constants, only: pi, exit_input
    use m_errors, only: error_t, fail
    use m_group_reader, only: group_reader_t, name_length
    use m_namelist_text, only: namelist_text_t
+   use m_offer, only: catalogue_t, offer_t, offer_slot_t, offered, offered_names
    use m_text, only: to_text
    use m_scene
    use m_scene_words
@@ -12,7 +14,7 @@ module m_scene_groups
    use m_words, only: advice, joined, lower_case
    implicit none
    private
-   public :: read_groups, known_variables
+   public :: read_groups, describe_group, known_variables
 
    integer, parameter :: longest_title = 200, longest_path = 1000
    real(wp), parameter :: largest_penetration_factor = 0.5_wp
@@ -20,14 +22,15 @@ module m_scene_groups
 contains
 
    !> Fill a scene from its groups; what goes across groups is not checked here.
-   subroutine read_groups(text, scene, error)
+   subroutine read_groups(text, catalogue, scene, error)
       type(namelist_text_t), intent(in) :: text
+      type(catalogue_t), intent(in) :: catalogue
       type(scene_t), intent(inout) :: scene
       type(error_t), intent(inout) :: error
       type(group_reader_t) :: group
       character(len=name_length), allocatable :: material_names(:)
       integer :: kind, number
-      call check_group_names(text, error)
+      call check_group_names(text, catalogue%effects, error)
       if (error%happened()) return
       allocate (scene%materials(text%count_groups('material')), scene%bodies(text%count_groups('body')))
       allocate (scene%tools(text%count_groups('tool')), scene%probes(text%count_groups('probe')))
@@ -36,7 +39,7 @@ contains
       do kind = 1, size(group_words)
          do number = 1, text%count_groups(trim(group_words(kind)))
             call group%begin(text%groups(text%find_group(trim(group_words(kind)), number)))
-            call read_group(trim(group_words(kind)), group, number, material_names, scene)
+            call describe_group(trim(group_words(kind)), group, number, material_names, catalogue, scene)
             call group%finish(error)
             if (error%happened()) return
             call check_name(text, scene, trim(group_words(kind)), number, error)
@@ -44,23 +47,52 @@ contains
             if (group_words(kind) == 'material') material_names(number) = scene%materials(number)%name
          end do
       end do
+      call read_effects(text, catalogue%effects, scene%effects, error)
    end subroutine read_groups
 
-   !> Every group is known, built, there when it must be, and once when it may be there only once.
-   subroutine check_group_names(text, error)
+   !> The effects that the scene calls for: each a copy of its prototype with the values of its group.
+   subroutine read_effects(text, offers, effects, error)
       type(namelist_text_t), intent(in) :: text
+      type(offer_slot_t), intent(in) :: offers(:)
+      type(offer_slot_t), allocatable, intent(out) :: effects(:)
       type(error_t), intent(inout) :: error
+      type(group_reader_t) :: group
+      integer :: e, number, n
+      n = 0
+      allocate (effects(sum([(text%count_groups(offers(e)%it%name), e=1, size(offers))])))
+      do e = 1, size(offers)
+         do number = 1, text%count_groups(offers(e)%it%name)
+            n = n + 1
+            allocate (effects(n)%it, source=offers(e)%it)
+            call group%begin(text%groups(text%find_group(offers(e)%it%name, number)))
+            call effects(n)%it%variables(group)
+            call group%finish(error)
+            if (error%happened()) return
+         end do
+      end do
+   end subroutine read_effects
+
+   !> Every group is known, built, there when it must be, and once when it may be there only once.
+   subroutine check_group_names(text, effects, error)
+      type(namelist_text_t), intent(in) :: text
+      type(offer_slot_t), intent(in) :: effects(:)
+      type(error_t), intent(inout) :: error
+      character(len=name_length) :: words(size(group_words) + size(effects))
       character(len=:), allocatable :: start
-      integer :: i, kind
+      logical :: repeats(size(words))
+      integer :: i, e, kind
+      words(:size(group_words)) = group_words
+      words(size(group_words) + 1:) = offered_names(effects)
+      repeats = [group_repeats, (effects(e)%it%repeats, e=1, size(effects))]
       do i = 1, size(text%groups)
          associate (group => text%groups(i))
             start = 'line '//to_text(group%line)//', &'//group%name
-            kind = findloc(group_words == group%name, .true., dim=1)
+            kind = findloc(words == group%name, .true., dim=1)
             if (any(later_groups == group%name)) then
-               call fail(error, exit_input, start//': not available in this version; allowed: '//joined(group_words))
+               call fail(error, exit_input, start//': not available in this version; allowed: '//joined(words))
             else if (kind == 0) then
-               call fail(error, exit_input, start//': unknown group'//advice(group%name, group_words))
-            else if (.not. group_repeats(kind) .and. text%find_group(group%name, 1) /= i) then
+               call fail(error, exit_input, start//': unknown group'//advice(group%name, words))
+            else if (.not. repeats(kind) .and. text%find_group(group%name, 1) /= i) then
                call fail(error, exit_input, start//': given twice; first on '//text%line_of(group%name, 1))
             end if
          end associate
@@ -106,51 +138,67 @@ contains
    end function name_of
 
    !> `group variable`, a line each, of all that can be read.
-   function known_variables() result(text)
+   function known_variables(catalogue) result(text)
+      type(catalogue_t), intent(in) :: catalogue
       character(len=:), allocatable :: text
       type(group_reader_t) :: group
       type(scene_t) :: scene
+      class(offer_t), allocatable :: effect
       character(len=name_length) :: material_names(0)
-      character(len=name_length), allocatable :: names(:)
-      integer :: kind, i
+      integer :: kind
       allocate (scene%materials(1), scene%bodies(1), scene%tools(1), scene%probes(1))
       text = ''
       do kind = 1, size(group_words)
          call group%begin()
-         call read_group(trim(group_words(kind)), group, 1, material_names, scene)
-         names = group%names()
-         do i = 1, size(names)
-            text = text//trim(group_words(kind))//' '//trim(names(i))//new_line('a')
-         end do
+         call describe_group(trim(group_words(kind)), group, 1, material_names, catalogue, scene)
+         text = text//listed(trim(group_words(kind)), group%names())
       end do
+      do kind = 1, size(catalogue%effects)
+         call group%begin()
+         allocate (effect, source=catalogue%effects(kind)%it)
+         call effect%variables(group)
+         text = text//listed(effect%name, group%names())
+         deallocate (effect)
+      end do
+   contains
+      function listed(kind, names) result(lines)
+         character(len=*), intent(in) :: kind, names(:)
+         character(len=:), allocatable :: lines
+         integer :: i
+         lines = ''
+         do i = 1, size(names)
+            lines = lines//kind//' '//trim(names(i))//new_line('a')
+         end do
+      end function listed
    end function known_variables
 
-   !> The number-th group of its kind.
-   subroutine read_group(kind, group, number, material_names, scene)
+   !> The number-th group of its kind, read or written.
+   subroutine describe_group(kind, group, number, material_names, catalogue, scene)
       character(len=*), intent(in) :: kind
       type(group_reader_t), intent(inout) :: group
       integer, intent(in) :: number
       character(len=*), intent(in) :: material_names(:)
+      type(catalogue_t), intent(in) :: catalogue
       type(scene_t), intent(inout) :: scene
       select case (kind)
       case ('scene')
-         scene%title = 'untitled'
+         if (.not. allocated(scene%title)) scene%title = 'untitled'
          call group%get_text('title', scene%title, longest_title)
          call group%get('end_time', scene%end_time, above(0.0_wp, 's'), required=.true.)
       case ('grid')
-         call read_grid(group, scene%grid)
+         call describe_grid(group, scene%grid)
       case ('time')
-         call read_time(group, scene%time)
+         call describe_time(group, scene%time)
       case ('material')
-         call read_material(group, scene%materials(number))
+         call describe_material(group, catalogue%models, scene%materials(number))
       case ('body')
-         scene%bodies(number)%name = 'body'//to_text(number)
-         call read_body(group, material_names, scene%bodies(number))
+         if (.not. allocated(scene%bodies(number)%name)) scene%bodies(number)%name = 'body'//to_text(number)
+         call describe_body(group, material_names, scene%bodies(number))
       case ('tool')
-         scene%tools(number)%name = 'tool'//to_text(number)
-         call read_tool(group, scene%tools(number))
+         if (.not. allocated(scene%tools(number)%name)) scene%tools(number)%name = 'tool'//to_text(number)
+         call describe_tool(group, scene%tools(number))
       case ('probe')
-         scene%probes(number)%name = 'probe'//to_text(number)
+         if (.not. allocated(scene%probes(number)%name)) scene%probes(number)%name = 'probe'//to_text(number)
          call group%get_name('name', scene%probes(number)%name)
          call group%get('position', scene%probes(number)%position, any_value('m'), required=.true.)
       case ('contact')
@@ -158,23 +206,25 @@ contains
          call group%get('max_iterations', scene%contact%max_iterations, least=1)
          call group%get('compliance', scene%contact%compliance, above(0.0_wp, '', at_most=1.0_wp))
       case ('output')
-         call read_output(group, scene%output)
+         call describe_output(group, scene%output)
       end select
-   end subroutine read_group
+   end subroutine describe_group
 
-   subroutine read_grid(group, grid)
+   subroutine describe_grid(group, grid)
       type(group_reader_t), intent(inout) :: group
       type(grid_spec_t), intent(inout) :: grid
-      integer :: choices(6)
+      integer :: choices(6), side
       call group%get('lower', grid%lower, any_value('m'), required=.true.)
       call group%get('upper', grid%upper, any_value('m'), required=.true.)
       call group%get('cell_size', grid%cell_size, above(0.0_wp, 'm'), required=.true.)
-      choices = 1
+      do side = 1, 6
+         choices(side) = findloc(boundary_codes, grid%boundary(side), dim=1)
+      end do
       call group%get_choices('boundary', choices, boundary_words)
       grid%boundary = boundary_codes(max(choices, 1))
-   end subroutine read_grid
+   end subroutine describe_grid
 
-   subroutine read_time(group, time)
+   subroutine describe_time(group, time)
       type(group_reader_t), intent(inout) :: group
       type(time_spec_t), intent(inout) :: time
       integer :: velocity_update, transfer
@@ -182,7 +232,7 @@ contains
       call group%get('safety', time%safety, above(0.0_wp, '', at_most=1.0_wp))
       call group%get('time_step', time%time_step, at_least(0.0_wp, 's'))
       call group%get_choice('stress_update', time%stress_update, stress_update_words)
-      transfer = 1
+      transfer = merge(1, 2, time%affine)
       call group%get_choice('transfer', transfer, transfer_words)
       time%affine = transfer == 1
       velocity_update = 1
@@ -190,23 +240,38 @@ contains
       flip = velocity_update /= 2
       call group%get('flip_fraction', time%flip_fraction, at_least(0.0_wp, '', at_most=1.0_wp), used=flip)
       if (.not. flip) time%flip_fraction = 0.0_wp
-   end subroutine read_time
+   end subroutine describe_time
 
-   subroutine read_material(group, material)
+   !> What all materials have, then what the law has. Variables of the other laws are known, but may not be used.
+   subroutine describe_material(group, models, material)
       type(group_reader_t), intent(inout) :: group
+      type(offer_slot_t), intent(in) :: models(:)
       type(material_spec_t), intent(inout) :: material
-      integer :: model
-      material%name = ''
+      class(offer_t), allocatable :: other
+      integer :: model, m
+      if (.not. allocated(material%name)) material%name = ''
       call group%get_name('name', material%name, required=.true.)
-      model = 1
-      call group%get_choice('model', model, model_words, required=.true.)
-      material%model = trim(model_words(max(model, 1)))
+      model = 0
+      if (allocated(material%law)) model = offered(models, material%law%name)
+      call group%get_choice('model', model, offered_names(models), required=.true.)
       call group%get('density', material%density, above(0.0_wp, 'kg/m3'), required=.true.)
       call group%get('young', material%young, above(0.0_wp, 'Pa'), required=.true.)
       call group%get('poisson', material%poisson, above(-1.0_wp, '', below=0.5_wp), required=.true.)
-   end subroutine read_material
+      if (model > 0) then
+         if (.not. allocated(material%law)) allocate (material%law, source=models(model)%it)
+         call material%law%variables(group)
+      end if
+      do m = 1, size(models)
+         if (m == model) cycle
+         allocate (other, source=models(m)%it)
+         call group%others(set_aside=model > 0) ! an unknown model is the fault, not what comes with it
+         call other%variables(group)
+         call group%others(set_aside=.false.)
+         deallocate (other)
+      end do
+   end subroutine describe_material
 
-   subroutine read_body(group, material_names, body)
+   subroutine describe_body(group, material_names, body)
       type(group_reader_t), intent(inout) :: group
       character(len=*), intent(in) :: material_names(:)
       type(body_spec_t), intent(inout) :: body
@@ -227,9 +292,9 @@ contains
       call group%get_option('particles_per_cell', body%particles_per_cell, [1, 8, 27])
       call group%get('velocity', body%velocity, any_value('m/s'))
       call group%get('angular_velocity', body%angular_velocity, any_value('rad/s'))
-   end subroutine read_body
+   end subroutine describe_body
 
-   subroutine read_tool(group, tool)
+   subroutine describe_tool(group, tool)
       type(group_reader_t), intent(inout) :: group
       type(tool_spec_t), intent(inout) :: tool
       real(wp) :: degrees
@@ -238,7 +303,7 @@ contains
       call group%get_choice('shape', tool%shape, tool_shape_words, required=.true.)
       cone = tool%shape == tool_cone .or. tool%shape == 0
       round = tool%shape /= tool_cone
-      degrees = 0.0_wp
+      degrees = degrees_of(tool%half_angle)
       call group%get('half_angle', degrees, above(0.0_wp, 'degrees', below=90.0_wp), required=.true., used=cone)
       tool%half_angle = degrees*(pi/180.0_wp)
       call group%get('radius', tool%radius, above(0.0_wp, 'm'), required=.true., used=round)
@@ -256,7 +321,26 @@ contains
       call group%get('penetration_factor', tool%penetration_factor, at_least(0.0_wp, '', at_most=largest_penetration_factor))
       call group%get('friction', tool%friction, any_value(''))
       if (abs(tool%friction) > 0.0_wp) call group%refuse('friction', 'must be 0; friction is not available in this version')
-   end subroutine read_tool
+   end subroutine describe_tool
+
+   !> Degrees that read back to exactly this angle in radians: those of the fewest digits, among the neighbours if need be.
+   function degrees_of(radians) result(degrees)
+      real(wp), intent(in) :: radians
+      real(wp) :: degrees, nearest
+      character(len=:), allocatable :: text
+      integer :: digits, step
+      nearest = radians*(180.0_wp/pi)
+      do digits = 1, 17
+         text = to_text(nearest, digits)
+         read (text, *) degrees
+         if (abs(degrees*(pi/180.0_wp) - radians) <= 0.0_wp) return
+      end do
+      do step = -4, 4
+         degrees = nearest + step*spacing(nearest)
+         if (abs(degrees*(pi/180.0_wp) - radians) <= 0.0_wp) return
+      end do
+      degrees = nearest
+   end function degrees_of
 
    !> Give an axis the length 1. One that has it keeps its bits, so that what is written reads back the same.
    subroutine make_unit(group, axis)
@@ -270,19 +354,19 @@ contains
       end if
    end subroutine make_unit
 
-   subroutine read_output(group, output)
+   subroutine describe_output(group, output)
       type(group_reader_t), intent(inout) :: group
       type(output_spec_t), intent(inout) :: output
       logical :: formats(3)
-      output%directory = ''
+      if (.not. allocated(output%directory)) output%directory = ''
       call group%get_text('directory', output%directory, longest_path, required=.true.)
       call group%get('every', output%every, at_least(0.0_wp, 's'))
       call group%get('history_every', output%history_every, at_least(0.0_wp, 's'))
-      formats = [.true., .false., .false.]
+      formats = [output%hdf5, output%tecplot, .not. (output%hdf5 .or. output%tecplot)]
       call group%get_set('formats', formats, format_words)
       if (formats(3) .and. any(formats(1:2))) call group%refuse('formats', 'none must stand alone')
       output%hdf5 = formats(1)
       output%tecplot = formats(2)
-   end subroutine read_output
+   end subroutine describe_output
 
 end module m_scene_groups

@@ -5,6 +5,7 @@ module m_scene_reader
    use m_errors, only: error_t, fail
    use m_filesystem, only: read_standard_input, can_make_directory
    use m_namelist_text, only: namelist_text_t
+   use m_offer, only: catalogue_t
    use m_scene, only: scene_t
    use m_scene_checks, only: check_scene
    use m_scene_groups, only: read_groups
@@ -18,8 +19,9 @@ contains
 
    !> Collective: read the scene from the standard input of rank 0, all of it. Every rank gets the same scene or error.
    !> Nothing is written.
-   subroutine read_scene(communicator, scene, error)
+   subroutine read_scene(communicator, catalogue, scene, error)
       type(communicator_t), intent(in) :: communicator
+      type(catalogue_t), intent(in) :: catalogue !< of laws and effects
       type(scene_t), intent(out) :: scene
       type(error_t), intent(inout) :: error
       character(len=:), allocatable :: text
@@ -30,12 +32,13 @@ contains
       if (.not. ok) call fail(error, exit_input, 'standard input cannot be read; give a scene: gimp3d < scene.nml')
       call communicator%agree(error)
       if (error%happened()) return
-      call interpret_scene(communicator, text, scene, error)
+      call interpret_scene(communicator, catalogue, text, scene, error)
    end subroutine read_scene
 
    !> Collective: as read_scene, from a text that rank 0 holds.
-   subroutine interpret_scene(communicator, text, scene, error)
+   subroutine interpret_scene(communicator, catalogue, text, scene, error)
       type(communicator_t), intent(in) :: communicator
+      type(catalogue_t), intent(in) :: catalogue
       character(len=:), allocatable, intent(inout) :: text
       type(scene_t), intent(out) :: scene
       type(error_t), intent(inout) :: error
@@ -46,7 +49,7 @@ contains
       if (.not. error%happened()) then
          if (size(parsed%groups) == 0) call fail(error, exit_input, 'the scene is empty; give one: gimp3d < scene.nml')
       end if
-      if (.not. error%happened()) call read_groups(parsed, scene, error)
+      if (.not. error%happened()) call read_groups(parsed, catalogue, scene, error)
       if (.not. error%happened()) call check_scene(parsed, scene, error)
       if (.not. error%happened()) call check_directory(communicator, parsed, scene, error)
       call communicator%agree(error)

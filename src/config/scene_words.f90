@@ -10,18 +10,16 @@ module m_scene_words
    character(len=*), parameter, public :: stress_update_words(3) = [character(len=4) :: 'usl', 'usf', 'musl']
    character(len=*), parameter, public :: velocity_update_words(2) = [character(len=4) :: 'flip', 'pic']
    character(len=*), parameter, public :: transfer_words(2) = [character(len=6) :: 'affine', 'plain']
-   character(len=*), parameter, public :: model_words(2) = [character(len=11) :: 'elastic', 'neo_hookean']
    character(len=*), parameter, public :: body_shape_words(3) = [character(len=8) :: 'box', 'sphere', 'cylinder']
    character(len=*), parameter, public :: tool_shape_words(3) = [character(len=6) :: 'sphere', 'cone', 'flat']
    character(len=*), parameter, public :: format_words(3) = [character(len=7) :: 'hdf5', 'tecplot', 'none']
 
-   !> Groups, and for each whether it must be there and whether it may be repeated.
+   !> Groups that are no effects, and for each whether it must be there and whether it may be repeated.
    character(len=*), parameter, public :: group_words(9) = [character(len=8) :: 'scene', 'grid', 'time', 'material', 'body', &
                                                             'tool', 'probe', 'contact', 'output']
    logical, parameter, public :: group_required(9) = [.true., .true., .false., .true., .true., .false., .false., .false., .false.]
    logical, parameter, public :: group_repeats(9) = [.false., .false., .false., .true., .true., .true., .true., .false., .false.]
 
    !> Groups of later versions.
-   character(len=*), parameter, public :: later_groups(5) = [character(len=10) :: 'level', 'pressure', 'gravity', 'damping', &
-                                                             'checkpoint']
+   character(len=*), parameter, public :: later_groups(3) = [character(len=10) :: 'level', 'pressure', 'checkpoint']
 end module m_scene_words

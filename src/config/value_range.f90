@@ -31,24 +31,22 @@ contains
       real(wp), intent(in) :: limit
       character(len=*), intent(in) :: unit
       real(wp), intent(in), optional :: below, at_most
-      range = at_least(limit, unit, at_most)
+      range = at_least(limit, unit, below, at_most)
       range%lower_open = .true.
-      if (.not. present(below)) return
-      range%has_upper = .true.
-      range%upper_open = .true.
-      range%upper = below
    end function above
 
-   !> Not less than `limit`; at most `at_most` where given.
-   pure type(range_t) function at_least(limit, unit, at_most) result(range)
+   !> Not less than `limit`; less than `below` or at most `at_most` where given.
+   pure type(range_t) function at_least(limit, unit, below, at_most) result(range)
       real(wp), intent(in) :: limit
       character(len=*), intent(in) :: unit
-      real(wp), intent(in), optional :: at_most
+      real(wp), intent(in), optional :: below, at_most
       range%unit = unit
       range%has_lower = .true.
       range%lower = limit
-      range%has_upper = present(at_most)
+      range%has_upper = present(at_most) .or. present(below)
+      range%upper_open = present(below)
       if (present(at_most)) range%upper = at_most
+      if (present(below)) range%upper = below
    end function at_least
 
    elemental logical function holds(self, value)

@@ -1,4 +1,4 @@
-!> Where the wall-clock time of a run went, by phase of the step: a file, and lines for the closing summary.
+!> Where the wall-clock time of a run went, by phase of the step and effect: a file, and lines for the closing summary.
 module m_cost_report
    use mpi_f08
    use m_kinds, only: wp, i8
@@ -6,17 +6,16 @@ module m_cost_report
    use m_communicator, only: communicator_t
    use m_history, only: history_t, history_header_t, history_text_length
    use m_text, only: to_text, duration
-   use m_timers, only: timers_t, phases, phase_names
+   use m_timers, only: timers_t
    implicit none
    private
    public :: write_cost_report
 
    integer, parameter, public :: cost_line_length = 96
-   integer, parameter :: rows = phases + 2 ! the phases, what none of them covers, all
 
    !> What the report is about.
    type, public :: cost_t
-      type(timers_t) :: timers             !< of this rank, no phase running
+      type(timers_t) :: timers             !< of this rank, nothing running; the same rows on all ranks
       integer(i8) :: particle_steps = 0_i8 !< of all ranks over the run
       real(wp) :: elapsed = 0.0_wp         !< wall-clock time of the run, s
       real(wp) :: time = 0.0_wp            !< physical time reached, s
@@ -33,35 +32,43 @@ contains
       character(len=cost_line_length), allocatable, intent(out) :: lines(:)
       type(error_t), intent(inout) :: error
       type(history_t) :: table
-      real(wp) :: values(7, rows)
+      real(wp) :: values(7, rows_of(cost))
       integer :: r
       call gather(communicator, cost, values)
       call make_lines(communicator, cost, values, lines)
       call table%open(communicator, path, header(communicator, cost), error)
-      do r = 1, rows
+      do r = 1, size(values, 2)
          if (.not. error%happened()) call table%append(values(:, r), error)
       end do
       call table%close(error)
       call communicator%agree(error)
    end subroutine write_cost_report
 
+   !> Rows of the report: those of the timers, what none of them covers, all.
+   pure integer function rows_of(cost) result(rows)
+      type(cost_t), intent(in) :: cost
+      rows = size(cost%timers%seconds) + 2
+   end function rows_of
+
    !> Columns: number of the row, seconds min, mean, max over the ranks, calls, ns per particle-step, share in percent.
    subroutine gather(communicator, cost, values)
       type(communicator_t), intent(in) :: communicator
       type(cost_t), intent(in) :: cost
-      real(wp), intent(out) :: values(7, rows)
-      real(wp), dimension(rows) :: least, total, most
-      integer(i8) :: calls(phases)
-      integer :: r
-      total(1:phases) = cost%timers%seconds
-      total(phases + 1) = max(0.0_wp, cost%elapsed - sum(cost%timers%seconds))
+      real(wp), intent(out) :: values(:, :) !< (7, rows)
+      real(wp), dimension(size(values, 2)) :: least, total, most
+      integer(i8) :: calls(size(cost%timers%calls))
+      integer :: r, rows, timed
+      rows = size(values, 2)
+      timed = rows - 2
+      total(1:timed) = cost%timers%seconds
+      total(timed + 1) = max(0.0_wp, cost%elapsed - sum(cost%timers%seconds))
       total(rows) = cost%elapsed
       call MPI_Allreduce(total, least, rows, MPI_DOUBLE_PRECISION, MPI_MIN, communicator%comm)
       call MPI_Allreduce(total, most, rows, MPI_DOUBLE_PRECISION, MPI_MAX, communicator%comm)
       call MPI_Allreduce(MPI_IN_PLACE, total, rows, MPI_DOUBLE_PRECISION, MPI_SUM, communicator%comm)
-      call MPI_Allreduce(cost%timers%calls, calls, phases, MPI_INTEGER8, MPI_MAX, communicator%comm)
+      call MPI_Allreduce(cost%timers%calls, calls, timed, MPI_INTEGER8, MPI_MAX, communicator%comm)
       values = 0.0_wp
-      values(5, 1:phases) = real(calls, wp)
+      values(5, 1:timed) = real(calls, wp)
       do r = 1, rows
          values(1:4, r) = [real(r, wp), least(r), total(r)/communicator%ranks, most(r)]
          if (cost%particle_steps > 0) values(6, r) = 1.0e9_wp*total(r)/real(cost%particle_steps, wp)
@@ -70,32 +77,29 @@ contains
    end subroutine gather
 
    !> Name of a row.
-   pure function row_name(r) result(name)
+   pure function row_name(cost, r) result(name)
+      type(cost_t), intent(in) :: cost
       integer, intent(in) :: r
-      character(len=len(phase_names)) :: name
-      select case (r)
-      case (:phases)
-         name = phase_names(r)
-      case (phases + 1)
-         name = 'the rest'
-      case default
-         name = 'all'
-      end select
+      character(len=len(cost%timers%names)) :: name
+      name = 'all'
+      if (r == rows_of(cost) - 1) name = 'the rest'
+      if (r < rows_of(cost) - 1) name = cost%timers%names(r)
    end function row_name
 
    function header(communicator, cost) result(head)
       type(communicator_t), intent(in) :: communicator
       type(cost_t), intent(in) :: cost
       type(history_header_t) :: head
-      integer :: r
-      head%title = 'where the time went, by phase of the step'
+      integer :: r, rows
+      rows = rows_of(cost)
+      head%title = 'where the time went, by phase of the step and effect'
       head%zone = 'cost'
       head%solution_time = cost%time
       allocate (head%columns(7), head%notes(rows + 3))
       head%columns(:) = [character(len=history_text_length) :: 'phase [-]', 'least of the ranks [s]', 'mean of the ranks [s]', &
                          'most of the ranks [s]', 'calls [-]', 'all ranks per particle-step [ns]', 'share of elapsed time [%]']
       do r = 1, rows
-         head%notes(r) = 'phase_'//to_text(r)//'='//trim(row_name(r))
+         head%notes(r) = 'phase_'//to_text(r)//'='//trim(row_name(cost, r))
       end do
       head%notes(rows + 1) = 'ranks='//to_text(communicator%ranks)
       head%notes(rows + 2) = 'particle_steps='//to_text(cost%particle_steps)
@@ -108,7 +112,8 @@ contains
       type(cost_t), intent(in) :: cost
       real(wp), intent(in) :: values(:, :)
       character(len=cost_line_length), allocatable, intent(out) :: lines(:)
-      integer :: r, n, shown(rows)
+      integer :: r, n, rows, shown(size(values, 2))
+      rows = size(values, 2)
       n = 0
       do r = 1, rows
          if (values(4, r) <= 0.0_wp .and. r < rows) cycle ! a phase this run does not have
@@ -119,7 +124,7 @@ contains
       write (lines(1), '(a12,3a11,a12,a16,a9)') 'seconds     ', 'least', 'mean', 'most', 'calls', 'ns/part.-step', 'share'
       do r = 1, n
          associate (v => values(:, shown(r)))
-            write (lines(r + 1), '(a12,3f11.3,i12,f16.2,f7.1,a)') row_name(shown(r)), v(2:4), int(v(5), i8), v(6:7), ' %'
+            write (lines(r + 1), '(a12,3f11.3,i12,f16.2,f7.1,a)') row_name(cost, shown(r)), v(2:4), int(v(5), i8), v(6:7), ' %'
          end associate
       end do
       lines(n + 2) = to_text(cost%particle_steps)//' particle-steps on '//to_text(communicator%ranks)//' ranks in '// &

@@ -121,7 +121,7 @@ contains
       integer :: n
       self%rows = 1 + int(model%time/self%history_every*(1.0_wp + 1.0e-12_wp))
       if (.not. self%writes) return
-      call self%energy%append([model%time, balance%now%kinetic, balance%now%strain, 0.0_wp, 0.0_wp, balance%external_work, &
+      call self%energy%append([model%time, balance%now%kinetic, balance%now%strain, 0.0_wp, balance%damped, balance%external_work, &
                                balance%error(), balance%now%momentum, balance%now%angular_momentum, balance%now%mass], error)
       do n = 1, size(self%tools)
          associate (tool => model%contact%tools(n), state => model%contact%states(n))

@@ -4,6 +4,8 @@ module m_field_table
    private
    public :: field_t, field_table_t, layout_t
 
+   integer, parameter, public :: bytes_per_column = 8 !< of one particle
+
    !> One field: `components` columns of the particle store, beginning at column `first`.
    type :: field_t
       character(len=:), allocatable :: name
@@ -27,6 +29,7 @@ module m_field_table
    contains
       procedure :: declare
       procedure :: column
+      procedure :: bytes_of
       procedure :: layout
    end type field_table_t
 
@@ -55,6 +58,17 @@ contains
          if (self%fields(f)%name == name) column = self%fields(f)%first
       end do
    end function column
+
+   !> Bytes a particle that a field takes, 0 if it is not declared.
+   pure integer function bytes_of(self, name)
+      class(field_table_t), intent(in) :: self
+      character(len=*), intent(in) :: name
+      integer :: f
+      bytes_of = 0
+      do f = 1, size(self%fields)
+         if (self%fields(f)%name == name) bytes_of = bytes_per_column*self%fields(f)%components
+      end do
+   end function bytes_of
 
    !> Where the kernels find their fields.
    pure type(layout_t) function layout(self)

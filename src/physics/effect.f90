@@ -1,41 +1,134 @@
-!> What an optional effect must offer. One effect is one file that extends effect_t; a scene without it pays nothing.
+!> What an optional effect must offer. One effect is one file that extends effect_t, and one line in effects.f90; a scene without
+!> it pays nothing.
 module m_effect
    use m_kinds, only: wp
+   use m_block, only: block_t
+   use m_cell_list, only: cell_list_t
    use m_field_table, only: field_table_t, layout_t
+   use m_grid_level, only: grid_level_t
+   use m_offer, only: offer_t
    use m_particle_store, only: particle_store_t
    implicit none
    private
-   public :: effect_t, effect_slot_t
+   public :: effect_t, effect_slot_t, hooks_t
 
-   type, abstract :: effect_t
+   !> Which of its procedures an effect wants called during a step.
+   type :: hooks_t
+      logical :: acceleration = .false.
+      logical :: add_forces = .false.
+      logical :: on_nodes = .false.
+      logical :: on_gradient = .false.
+      logical :: on_stress = .false.
+      logical :: dissipates = .false. !< what it does to nodes counts as damped energy, not as external work
+   end type hooks_t
+
+   type, abstract, extends(offer_t) :: effect_t
    contains
-      procedure(declare_interface), deferred :: declare
-      procedure(acceleration_interface), deferred :: acceleration
+      procedure(hooks_interface), deferred :: hooks
+      procedure :: declare
+      procedure :: initialise
+      procedure :: acceleration
+      procedure :: add_forces
+      procedure :: on_nodes
+      procedure :: on_gradient
+      procedure :: on_stress
    end type effect_t
 
    !> One effect of a scene; an array of effects of different type.
    type :: effect_slot_t
       class(effect_t), allocatable :: effect
+      integer :: columns = 0 !< of the field table that it was the first to ask for
+      integer :: row = 0     !< of the timers
    end type effect_slot_t
 
    abstract interface
-      !> Add the particle fields that the effect needs.
-      pure subroutine declare_interface(self, table)
-         import :: effect_t, field_table_t
+      !> Asked once, when the model is built.
+      pure type(hooks_t) function hooks_interface(self)
+         import :: effect_t, hooks_t
          class(effect_t), intent(in) :: self
-         type(field_table_t), intent(inout) :: table
-      end subroutine declare_interface
-
-      !> Add to the body force per mass (m/s2) of the block's particles at a time (s).
-      pure subroutine acceleration_interface(self, particles, table, layout, time, acceleration)
-         import :: effect_t, field_table_t, layout_t, particle_store_t, wp
-         class(effect_t), intent(in) :: self
-         type(particle_store_t), intent(in) :: particles
-         type(field_table_t), intent(in) :: table
-         type(layout_t), intent(in) :: layout
-         real(wp), intent(in) :: time
-         real(wp), intent(inout) :: acceleration(:, :) !< (:, 3)
-      end subroutine acceleration_interface
+      end function hooks_interface
    end interface
+
+   ! The default of every other procedure is to do nothing. `associate` there is for the compiler, which warns of what is not used.
+
+contains
+
+   !> Add the particle fields that the effect needs. Their columns do not change afterwards: the effect may keep
+   !> `table%column(name)`.
+   subroutine declare(self, table)
+      class(effect_t), intent(inout) :: self
+      type(field_table_t), intent(inout) :: table
+      associate (unused => self%repeats, unchanged => table%columns); end associate
+   end subroutine declare
+
+   !> First values of its fields in a block that has just been filled; they are zero before.
+   subroutine initialise(self, particles, table, layout, grid)
+      class(effect_t), intent(in) :: self
+      type(particle_store_t), intent(inout) :: particles
+      type(field_table_t), intent(in) :: table
+      type(layout_t), intent(in) :: layout
+      type(grid_level_t), intent(in) :: grid
+      associate (unused => self%repeats, p => particles%count, t => table%columns, l => layout%mass, g => grid%cell); end associate
+   end subroutine initialise
+
+   !> Add to the body force per mass (m/s2) of the block's particles at a time (s). Its work counts as external.
+   pure subroutine acceleration(self, particles, table, layout, time, body_force)
+      class(effect_t), intent(in) :: self
+      type(particle_store_t), intent(in) :: particles
+      type(field_table_t), intent(in) :: table
+      type(layout_t), intent(in) :: layout
+      real(wp), intent(in) :: time
+      real(wp), intent(inout) :: body_force(:, :) !< (:, 3)
+      associate (unused => self%repeats, p => particles%count, t => table%columns, l => layout%mass, s => time, &
+                 b => size(body_force)); end associate
+   end subroutine acceleration
+
+   !> Add forces (N, places 5 to 7 of a node) to the tile of what a block's own particles give, before the sum over blocks; a
+   !> force outside a symmetry plane is folded back afterwards. Their work counts as external.
+   pure subroutine add_forces(self, block, table, layout, grid, time, tile)
+      class(effect_t), intent(in) :: self
+      type(block_t), intent(in) :: block
+      type(field_table_t), intent(in) :: table
+      type(layout_t), intent(in) :: layout
+      type(grid_level_t), intent(in) :: grid
+      real(wp), intent(in) :: time !< s, of the beginning of the step
+      real(wp), intent(inout), contiguous :: tile(:, 0:, 0:, 0:)
+      associate (unused => self%repeats, b => block%index, t => table%columns, l => layout%mass, g => grid%cell, s => time, &
+                 n => size(tile)); end associate
+   end subroutine add_forces
+
+   !> Change the velocity at the end of the step (2 to 4) and the acceleration (5 to 7) of the solved nodes of a block, before
+   !> what is held is held. All of the tile, from nothing but the node's own values: a node stands in the tiles of several blocks,
+   !> which must all get the same bits. Place 1 is the mass, which may be zero. The model measures the work.
+   pure subroutine on_nodes(self, time, time_step, tile)
+      class(effect_t), intent(in) :: self
+      real(wp), intent(in) :: time      !< s, of the beginning of the step
+      real(wp), intent(in) :: time_step !< s
+      real(wp), intent(inout), contiguous :: tile(:, 0:, 0:, 0:)
+      associate (unused => self%repeats, s => time, d => time_step, n => size(tile)); end associate
+   end subroutine on_nodes
+
+   !> Change the velocity gradients (1/s, d v_i/d x_j at 3 (j-1) + i) that strain the particles of a block. Affine transfer keeps
+   !> them as they were.
+   pure subroutine on_gradient(self, cells, particles, layout, time_step, gradient)
+      class(effect_t), intent(in) :: self
+      type(cell_list_t), intent(in) :: cells
+      type(particle_store_t), intent(in) :: particles
+      type(layout_t), intent(in) :: layout
+      real(wp), intent(in) :: time_step !< s
+      real(wp), intent(inout), contiguous :: gradient(:, :) !< (:, 9)
+      associate (unused => self%repeats, c => cells%current, p => particles%count, l => layout%mass, d => time_step, &
+                 n => size(gradient)); end associate
+   end subroutine on_gradient
+
+   !> Change stress or own fields of the particles of a block, whose stress and volume have just been advanced by `gradient`.
+   pure subroutine on_stress(self, particles, layout, gradient, time_step)
+      class(effect_t), intent(in) :: self
+      type(particle_store_t), intent(inout) :: particles
+      type(layout_t), intent(in) :: layout
+      real(wp), intent(in), contiguous :: gradient(:, :) !< (:, 9), 1/s
+      real(wp), intent(in) :: time_step !< s
+      associate (unused => self%repeats, p => particles%count, l => layout%mass, d => time_step, n => size(gradient)); end associate
+   end subroutine on_stress
 
 end module m_effect

@@ -2,22 +2,24 @@
 module m_material
    use m_kinds, only: wp
    use m_field_table, only: field_table_t, layout_t
+   use m_group_reader, only: group_reader_t
+   use m_offer, only: offer_t
    implicit none
    private
    public :: material_t
 
-   type, abstract :: material_t
+   type, abstract, extends(offer_t) :: material_t
       real(wp) :: density = 0.0_wp !< of the undeformed material, kg/m3
       real(wp) :: lame = 0.0_wp    !< first Lame constant, Pa
       real(wp) :: shear = 0.0_wp   !< shear modulus, Pa
    contains
+      procedure :: variables
       procedure :: declare
       procedure :: stiffest
       procedure(update_interface), deferred :: update
       procedure(energy_interface), deferred :: strain_energy
       procedure(stretch_interface), deferred :: stretch
    end type material_t
-
 
    abstract interface
       !> Advance the stress of particles first..last (all of this material) by dt times their velocity gradient.
@@ -52,6 +54,13 @@ module m_material
    end interface
 
 contains
+
+   !> Read or write the variables of the law beyond density, young and poisson; most have none.
+   subroutine variables(self, group)
+      class(material_t), intent(inout) :: self
+      type(group_reader_t), intent(inout) :: group
+      associate (unused => self%density, unchanged => group); end associate
+   end subroutine variables
 
    !> Add the fields that the law needs beyond stress; most need none.
    pure subroutine declare(self, table)

@@ -1,13 +1,14 @@
 !> The list of material laws: one line a law.
 module m_materials
    use m_kinds, only: wp
+   use m_offer, only: catalogue_t, offer, offered
    use m_scene, only: scene_t, material_spec_t
    use m_material, only: material_t
    use m_elastic, only: elastic_t
    use m_neo_hookean, only: neo_hookean_t
    implicit none
    private
-   public :: materials_t, make_materials
+   public :: materials_t, known_materials, make_materials, material_of
 
    !> One material of a scene; an array of laws of different type.
    type :: material_slot_t
@@ -22,26 +23,52 @@ module m_materials
 
 contains
 
+   !> Add all laws to a catalogue.
+   subroutine known_materials(catalogue)
+      type(catalogue_t), intent(inout) :: catalogue
+      call offer(catalogue%models, 'elastic', elastic_t())
+      call offer(catalogue%models, 'neo_hookean', neo_hookean_t())
+   end subroutine known_materials
+
    !> The materials of a scene.
    function make_materials(scene) result(materials)
       type(scene_t), intent(in) :: scene
       type(materials_t) :: materials
       integer :: m
-      materials%slots = [(make_material(scene%materials(m)), m=1, size(scene%materials))]
+      allocate (materials%slots(size(scene%materials)))
+      do m = 1, size(scene%materials)
+         call make_material(scene%materials(m), materials%slots(m)%law)
+      end do
       materials%of_body = scene%bodies%material
    end function make_materials
 
-   !> The law that a material group names. The name has been checked by the reader.
-   function make_material(spec) result(slot)
+   !> The law of a material group, with the constants that all laws have.
+   subroutine make_material(spec, law)
       type(material_spec_t), intent(in) :: spec
-      type(material_slot_t) :: slot
-      select case (spec%model)
-      case ('elastic'); allocate (elastic_t :: slot%law)
-      case ('neo_hookean'); allocate (neo_hookean_t :: slot%law)
+      class(material_t), allocatable, intent(out) :: law
+      select type (known => spec%law)
+      class is (material_t)
+         allocate (law, source=known)
       end select
-      slot%law%density = spec%density
-      slot%law%lame = spec%young*spec%poisson/((1.0_wp + spec%poisson)*(1.0_wp - 2.0_wp*spec%poisson))
-      slot%law%shear = spec%young/(2.0_wp*(1.0_wp + spec%poisson))
-   end function make_material
+      law%density = spec%density
+      law%lame = spec%young*spec%poisson/((1.0_wp + spec%poisson)*(1.0_wp - 2.0_wp*spec%poisson))
+      law%shear = spec%young/(2.0_wp*(1.0_wp + spec%poisson))
+   end subroutine make_material
+
+   !> A material group for programs that make a scene themselves. Variables of the law's own keep their defaults.
+   function material_of(name, model, density, young, poisson) result(spec)
+      character(len=*), intent(in) :: name, model !< `model` as in a scene
+      real(wp), intent(in) :: density             !< kg/m3
+      real(wp), intent(in) :: young               !< Pa
+      real(wp), intent(in) :: poisson
+      type(material_spec_t) :: spec
+      type(catalogue_t) :: catalogue
+      call known_materials(catalogue)
+      spec%name = name
+      spec%density = density
+      spec%young = young
+      spec%poisson = poisson
+      allocate (spec%law, source=catalogue%models(offered(catalogue%models, model))%it)
+   end function material_of
 
 end module m_materials

@@ -21,7 +21,8 @@ module m_energy
    !> Where energy came from and went to since the start.
    type :: balance_t
       type(sums_t) :: start, now
-      real(wp) :: external_work = 0.0_wp      !< done by the tools, J
+      real(wp) :: external_work = 0.0_wp      !< done by tools and effects, J
+      real(wp) :: damped = 0.0_wp             !< taken out by effects, J
       real(wp) :: largest = 0.0_wp            !< largest energy or work seen, J: what the error is relative to
       real(wp) :: worst = 0.0_wp              !< largest error seen, J
    contains
@@ -112,17 +113,20 @@ contains
    !> Collective: bring the balance up to the model as it stands.
    subroutine follow(self, model)
       class(balance_t), intent(inout) :: self
-      type(model_t), intent(in) :: model
+      type(model_t), intent(inout) :: model
       self%now = measure(model)
-      self%external_work = sum(model%contact%states%work)
-      self%largest = max(self%largest, abs(self%external_work), self%now%kinetic + self%now%strain)
+      call model%effect_step%fold(model%communicator)
+      self%external_work = sum(model%contact%states%work) + model%effect_step%external_work
+      self%damped = model%effect_step%damped
+      self%largest = max(self%largest, abs(self%external_work), abs(self%damped), self%now%kinetic + self%now%strain)
       self%worst = max(self%worst, abs(self%excess()))
    end subroutine follow
 
    !> Energy that is there and should not be (above 0) or is missing, J.
    pure real(wp) function excess(self)
       class(balance_t), intent(in) :: self
-      excess = self%now%kinetic + self%now%strain - self%start%kinetic - self%start%strain - self%external_work
+      excess = self%now%kinetic + self%now%strain - self%start%kinetic - self%start%strain - self%external_work &
+               + self%damped
    end function excess
 
    !> The same relative to the largest energy or work seen.

@@ -13,7 +13,7 @@ module m_level_step
    use m_materials, only: materials_t
    use m_model, only: model_t, bounds_t
    use m_migration, only: frame_of, entered
-   use m_particle_to_node, only: gather_to_nodes, gather_body_force
+   use m_particle_to_node, only: gather_to_nodes
    use m_node_to_particle, only: scatter_to_particles, motion_t
    use m_node_exchange, only: sum_tiles
    use m_node_solve, only: solve_nodes
@@ -88,23 +88,14 @@ contains
    subroutine gather(model, b)
       type(model_t), intent(inout) :: model
       integer, intent(in) :: b
-      integer :: e
-      if (model%level%blocks(b)%tile_holds .and. size(model%effects) == 0) return
+      if (model%level%blocks(b)%tile_holds .and. .not. model%effect_step%works) return
       call model%timers%enter(phase_lists)
       call model%level%blocks(b)%refresh_lists(model%level%work)
       call model%timers%enter(phase_to_nodes)
       associate (level => model%level, block => model%level%blocks(b))
          call gather_to_nodes(block%cells, block%particles%column, level%layout, frame_of(level, block), &
                               level%gathered(:, :, :, :, b))
-         if (size(model%effects) > 0) then
-            level%gradient(:, 1:3) = 0.0_wp
-            do e = 1, size(model%effects)
-               call model%effects(e)%effect%acceleration(block%particles, level%table, level%layout, model%time, &
-                                                         level%gradient(:, 1:3))
-            end do
-            call gather_body_force(block%cells, block%particles%column, level%layout, frame_of(level, block), &
-                                   level%gradient(:, 1:3), level%gathered(:, :, :, :, b))
-         end if
+         if (model%effect_step%works) call model%effect_step%give_forces(model%effects, level, b, model%time, model%timers)
          call fold_symmetry(level%grid, block%place, level%gathered(:, :, :, :, b))
          block%tile_holds = block%at_rest
       end associate
@@ -118,6 +109,8 @@ contains
       call model%timers%enter(phase_nodes)
       do b = 1, size(model%level%blocks)
          call solve_nodes(model%level%solved(:, :, :, :, b), time_step)
+         if (size(model%effect_step%on_nodes) > 0 .and. time_step > 0.0_wp) &
+            call model%effect_step%change_nodes(model%effects, model%level, b, model%time, time_step, model%timers)
          call constrain_nodes(model%level%grid, model%level%blocks(b)%place, model%level%solved(:, :, :, :, b))
       end do
    end subroutine solve
@@ -138,6 +131,7 @@ contains
             model%particle_steps_at_rest = model%particle_steps_at_rest + model%level%blocks(b)%particles%count
             cycle
          end if
+         if (model%effect_step%works) call model%effect_step%measure(model%level, b, time_step)
          call scatter(model, b, motion)
          if (with_stress) call update_stress(model, b, time_step, error)
          if (model%level%layout%next_position == 0) call locate(model, b, error)
@@ -198,6 +192,8 @@ contains
       type(error_t), intent(inout) :: error
       real(wp) :: smallest
       integer :: first, last
+      if (size(model%effect_step%on_gradient) > 0) &
+         call model%effect_step%change_gradient(model%effects, model%level, b, time_step, model%timers)
       call model%timers%enter(phase_stress)
       associate (level => model%level, particles => model%level%blocks(b)%particles)
          first = 1
@@ -210,6 +206,8 @@ contains
          call advance_volume(particles%count, level%gradient, time_step, particles%column(:, level%layout%volume), smallest)
          if (.not. smallest > 0.0_wp) call report_inversion(model, b, error)
       end associate
+      if (size(model%effect_step%on_stress) > 0) &
+         call model%effect_step%change_stress(model%effects, model%level, b, time_step, model%timers)
    end subroutine update_stress
 
    !> With musl the positions wait until the stress is done.

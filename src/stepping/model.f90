@@ -16,6 +16,8 @@ module m_model
    use m_migration, only: migration_t, entered, frame_of
    use m_materials, only: materials_t, make_materials
    use m_effect, only: effect_slot_t
+   use m_effects, only: make_effects
+   use m_effect_step, only: effect_step_t
    use m_contact, only: contact_t
    implicit none
    private
@@ -33,6 +35,7 @@ module m_model
       type(level_t) :: level
       type(materials_t) :: materials
       type(effect_slot_t), allocatable :: effects(:)
+      type(effect_step_t) :: effect_step
       type(contact_t) :: contact
       type(node_exchange_t) :: exchange
       type(migration_t) :: migration
@@ -55,19 +58,21 @@ module m_model
 
 contains
 
-   !> Collective: make the model of a checked scene. `effects` of the caller, if any, are kept.
+   !> Collective: make the model of a checked scene. Effects that the caller has set are kept, and those of the scene then left out.
    subroutine build(self, communicator, scene, error)
       class(model_t), intent(inout) :: self
       type(communicator_t), intent(in) :: communicator
       type(scene_t), intent(in) :: scene
       type(error_t), intent(inout) :: error
       integer, allocatable :: counts(:)
-      integer :: b, body
+      integer :: b, body, e
       self%communicator = communicator
       self%method = scene%time
       self%materials = make_materials(scene)
-      if (.not. allocated(self%effects)) allocate (self%effects(0))
+      if (.not. allocated(self%effects)) call make_effects(scene, self%effects)
       self%level%grid = make_grid_level(scene%grid)
+      call self%timers%start()
+      call self%effect_step%build(self%effects, product(self%level%grid%blocks), self%timers)
       call self%contact%build(scene%tools, scene%contact)
       call declare_fields(self)
       associate (n => self%level%grid%blocks)
@@ -83,6 +88,10 @@ contains
                             scene%materials(scene%bodies(body)%material)%density, first_id(body))
          end do
          call set_bins(self%level, self%level%blocks(b))
+         do e = 1, size(self%effects)
+            call self%effects(e)%effect%initialise(self%level%blocks(b)%particles, self%level%table, self%level%layout, &
+                                                   self%level%grid)
+         end do
       end do
       call self%level%size_work()
    contains
@@ -124,7 +133,9 @@ contains
          end do
          if (self%contact%active()) call self%contact%declare(table)
          do m = 1, size(self%effects)
+            self%effects(m)%columns = table%columns
             call self%effects(m)%effect%declare(table)
+            self%effects(m)%columns = table%columns - self%effects(m)%columns
          end do
          self%level%layout = table%layout()
       end associate

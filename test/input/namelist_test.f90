@@ -11,6 +11,9 @@ program namelist_test
    use m_number_text, only: read_real, read_integer, number_good, number_none, number_infinite, number_size
    use m_scene, only: scene_t, body_spec_t, tool_spec_t, shape_box, shape_sphere, shape_cylinder, tool_sphere, tool_cone, &
                       tool_flat, boundary_fixed, boundary_free, update_musl
+   use m_offer, only: catalogue_t
+   use m_materials, only: known_materials
+   use m_effects, only: known_effects
    use m_scene_reader, only: interpret_scene
    use m_scene_shapes, only: body_extent, body_distance, tool_distance, bodies_overlap, tool_overlaps
    use m_scene_writer, only: scene_as_namelist
@@ -18,10 +21,13 @@ program namelist_test
    implicit none
    character(len=*), parameter :: new = new_line('a')
    type(communicator_t) :: communicator
+   type(catalogue_t) :: catalogue
    type(assertions_t) :: test
 
    call communicator%start()
    call test%start(communicator, 'namelist')
+   call known_materials(catalogue)
+   call known_effects(catalogue)
    call test_grammar()
    call test_numbers()
    call test_words()
@@ -194,7 +200,7 @@ contains
       type(error_t) :: error
       character(len=:), allocatable :: text
       text = hard_scene()
-      call interpret_scene(communicator, text, scene, error)
+      call interpret_scene(communicator, catalogue, text, scene, error)
       call test%check(.not. error%happened(), 'scene: accepted')
       if (error%happened()) print '(a)', error%message
       if (error%happened()) return
@@ -218,10 +224,10 @@ contains
       character(len=:), allocatable :: text, again
       integer :: i
       text = hard_scene()
-      call interpret_scene(communicator, text, first, error)
+      call interpret_scene(communicator, catalogue, text, first, error)
       if (.not. error%happened()) text = scene_as_namelist(first)
       again = text
-      if (.not. error%happened()) call interpret_scene(communicator, again, second, error)
+      if (.not. error%happened()) call interpret_scene(communicator, catalogue, again, second, error)
       call test%check(.not. error%happened(), 'round trip: read again')
       if (error%happened()) print '(a)', error%message
       if (error%happened()) return

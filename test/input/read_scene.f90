@@ -11,11 +11,15 @@ program read_scene_driver
    use m_filesystem, only: read_file
    use m_text, only: to_text
    use m_scene, only: scene_t
+   use m_offer, only: catalogue_t
+   use m_materials, only: known_materials
+   use m_effects, only: known_effects
    use m_scene_groups, only: known_variables
    use m_scene_reader, only: read_scene, interpret_scene, longest_scene
    use m_scene_writer, only: scene_as_namelist
    implicit none
    type(communicator_t) :: communicator
+   type(catalogue_t) :: catalogue
    type(scene_t) :: scene
    type(error_t) :: error
    integer :: i, status
@@ -27,14 +31,16 @@ program read_scene_driver
    end interface
 
    call communicator%start()
+   call known_materials(catalogue)
+   call known_effects(catalogue)
    status = 0
    if (command_argument_count() == 0) then
-      call read_scene(communicator, scene, error)
+      call read_scene(communicator, catalogue, scene, error)
       status = error%status
       if (communicator%is_root() .and. error%happened()) write (error_unit, '(a)') 'gimp3d: '//error%message
       if (communicator%is_root() .and. .not. error%happened()) write (*, '(a)', advance='no') scene_as_namelist(scene)
    else if (argument(1) == '--names') then
-      if (communicator%is_root()) write (*, '(a)', advance='no') known_variables()
+      if (communicator%is_root()) write (*, '(a)', advance='no') known_variables(catalogue)
    else
       do i = 1, command_argument_count()
          call try_file(argument(i))
@@ -65,7 +71,7 @@ contains
       ok = .true.
       text = ''
       if (communicator%is_root()) call read_file(path, longest_scene, text, ok)
-      call interpret_scene(communicator, text, found, fault)
+      call interpret_scene(communicator, catalogue, text, found, fault)
       if (fault%happened()) then
          said = fault%message//new_line('a')
       else

@@ -167,6 +167,7 @@ contains
       type(cost_t) :: cost
       type(error_t) :: error
       character(len=cost_line_length), allocatable :: lines(:)
+      call cost%timers%start()
       cost%timers%seconds(phase_stress) = 1.0_wp + comm%rank
       cost%timers%seconds(phase_output) = 0.5_wp
       cost%timers%calls(phase_stress) = 10

@@ -1,9 +1,11 @@
+!test: ranks 1 2
 !> A small box flies into a long bar at rest: leaving out the blocks that are at rest changes no bit of any particle.
 program at_rest
    use m_kinds, only: wp, i8
    use m_errors, only: error_t
    use m_communicator, only: communicator_t
-   use m_scene, only: scene_t, grid_spec_t, material_spec_t, update_usl, update_usf, update_musl
+   use m_scene, only: scene_t, grid_spec_t, update_usl, update_usf, update_musl
+   use m_materials, only: material_of
    use m_model, only: model_t
    use m_level_step, only: advance
    use m_assertions, only: assertions_t
@@ -71,7 +73,7 @@ contains
       scene%grid = grid_spec_t(upper=cell*[64, 16, 16], cell_size=cell, cells=[64, 16, 16])
       scene%time%stress_update = update
       allocate (scene%materials(1), scene%bodies(2), scene%tools(0), scene%probes(0))
-      scene%materials(1) = material_spec_t('soft', 'elastic', density, young, 0.3_wp)
+      scene%materials(1) = material_of('soft', 'elastic', density, young, 0.3_wp)
       scene%bodies(1)%name = 'box'
       scene%bodies(1)%material = 1
       scene%bodies(1)%lower = cell*[1, 6, 6]

@@ -5,8 +5,9 @@ program quarter
    use m_kinds, only: wp
    use m_errors, only: error_t
    use m_communicator, only: communicator_t
-   use m_scene, only: scene_t, grid_spec_t, material_spec_t, boundary_free, boundary_symmetry, boundary_roller, update_usl, &
+   use m_scene, only: scene_t, grid_spec_t, boundary_free, boundary_symmetry, boundary_roller, update_usl, &
                       update_musl
+   use m_materials, only: material_of
    use m_model, only: model_t
    use m_level_step, only: advance
    use m_assertions, only: assertions_t
@@ -77,7 +78,7 @@ contains
       if (low == 0) scene%grid%boundary([1, 3]) = boundary_symmetry
       if (up == 0) scene%grid%boundary([2, 4]) = boundary_symmetry
       allocate (scene%materials(1), scene%bodies(1), scene%tools(0), scene%probes(0))
-      scene%materials(1) = material_spec_t('soft', law, 1000.0_wp, 1.0e6_wp, 0.3_wp)
+      scene%materials(1) = material_of('soft', law, 1000.0_wp, 1.0e6_wp, 0.3_wp)
       scene%bodies(1)%name = 'box'
       scene%bodies(1)%material = 1
       scene%bodies(1)%lower = cell*[low*half, low*half, 0]

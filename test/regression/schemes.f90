@@ -5,7 +5,8 @@ program schemes
    use m_constants, only: pi
    use m_errors, only: error_t
    use m_communicator, only: communicator_t
-   use m_scene, only: scene_t, grid_spec_t, material_spec_t, update_usl, update_usf, update_musl
+   use m_scene, only: scene_t, grid_spec_t, update_usl, update_usf, update_musl
+   use m_materials, only: material_of
    use m_model, only: model_t
    use m_level_step, only: advance
    use m_energy, only: sums_t, measure
@@ -89,7 +90,7 @@ contains
       scene%time%flip_fraction = flip
       scene%time%affine = affine
       allocate (scene%materials(1), scene%bodies(1), scene%tools(0), scene%probes(0))
-      scene%materials(1) = material_spec_t('soft', 'elastic', density, young, 0.0_wp)
+      scene%materials(1) = material_of('soft', 'elastic', density, young, 0.0_wp)
       scene%bodies(1)%name = 'bar'
       scene%bodies(1)%material = 1
       scene%bodies(1)%lower = cell*[4, 3, 3]

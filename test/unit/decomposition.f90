@@ -5,9 +5,10 @@ program decomposition
    use m_kinds, only: wp, i8
    use m_errors, only: error_t
    use m_communicator, only: communicator_t
-   use m_scene, only: scene_t, grid_spec_t, body_spec_t, material_spec_t
+   use m_scene, only: scene_t, grid_spec_t, body_spec_t
    use m_grid_level, only: grid_level_t, make_grid_level
    use m_decomposition, only: choose_owners
+   use m_materials, only: material_of
    use m_model, only: model_t
    use m_level_step, only: advance
    use m_assertions, only: assertions_t
@@ -110,7 +111,7 @@ contains
       scene%end_time = 1.0_wp
       scene%grid = grid_spec_t(upper=[40.0_wp, 40.0_wp, 40.0_wp], cell_size=1.0_wp, cells=[40, 40, 40])
       allocate (scene%materials(1), scene%bodies(1), scene%tools(0), scene%probes(0))
-      scene%materials(1) = material_spec_t('soft', 'elastic', 1.0_wp, 1.0_wp, 0.3_wp)
+      scene%materials(1) = material_of('soft', 'elastic', 1.0_wp, 1.0_wp, 0.3_wp)
       scene%bodies(1)%name = 'box'
       scene%bodies(1)%material = 1
       scene%bodies(1)%lower = lower

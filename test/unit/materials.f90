@@ -3,9 +3,9 @@ program materials
    use m_kinds, only: wp
    use m_constants, only: pi
    use m_communicator, only: communicator_t
-   use m_scene, only: scene_t, material_spec_t
+   use m_scene, only: scene_t
    use m_field_table, only: field_table_t, layout_t
-   use m_materials, only: materials_t, make_materials
+   use m_materials, only: materials_t, make_materials, material_of
    use m_deform, only: advance_volume, fastest
    use m_assertions, only: assertions_t
    use m_chance, only: chance_t, keep_worst, say
@@ -42,8 +42,8 @@ contains
       type(scene_t) :: scene
       type(field_table_t) :: table
       allocate (scene%bodies(0), scene%materials(2), scene%tools(0), scene%probes(0))
-      scene%materials(1) = material_spec_t('one', 'elastic', 2710.0_wp, young, poisson)
-      scene%materials(2) = material_spec_t('two', 'neo_hookean', 2710.0_wp, young, poisson)
+      scene%materials(1) = material_of('one', 'elastic', 2710.0_wp, young, poisson)
+      scene%materials(2) = material_of('two', 'neo_hookean', 2710.0_wp, young, poisson)
       laws = make_materials(scene)
       call table%declare('mass', 1, 'kg', .true.)
       call table%declare('volume', 1, 'm3', .true.)

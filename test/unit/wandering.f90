@@ -6,9 +6,11 @@ module m_wandering
    use m_constants, only: block_size
    use m_errors, only: error_t
    use m_communicator, only: communicator_t
-   use m_scene, only: scene_t, grid_spec_t, body_spec_t, material_spec_t, tool_spec_t, probe_spec_t, shape_box, shape_sphere
+   use m_scene, only: scene_t, grid_spec_t, body_spec_t, tool_spec_t, probe_spec_t, shape_box, shape_sphere
+   use m_materials, only: material_of
    use m_model, only: model_t
-   use m_effect, only: effect_t
+   use m_effect, only: effect_t, hooks_t
+   use m_group_reader, only: group_reader_t
    use m_field_table, only: field_table_t, layout_t
    use m_particle_store, only: particle_store_t
    use m_migration, only: frame_of
@@ -22,31 +24,34 @@ module m_wandering
    !> Adds a field that nothing but the tests knows.
    type, extends(effect_t) :: marker_t
    contains
+      procedure :: variables => no_variables
+      procedure :: hooks
       procedure :: declare
-      procedure :: acceleration => no_acceleration
    end type marker_t
 
    real(wp), parameter :: longest_step = 0.9_wp !< of a cell
 
 contains
 
-   pure subroutine declare(self, table)
+   !> No scene calls for it by name.
+   subroutine no_variables(self, group)
+      class(marker_t), intent(inout) :: self
+      type(group_reader_t), intent(inout) :: group
+      associate (unused => self, unchanged => group); end associate
+   end subroutine no_variables
+
+   pure type(hooks_t) function hooks(self)
       class(marker_t), intent(in) :: self
+      associate (unused => self); end associate
+      hooks = hooks_t()
+   end function hooks
+
+   subroutine declare(self, table)
+      class(marker_t), intent(inout) :: self
       type(field_table_t), intent(inout) :: table
       associate (unused => self); end associate
       call table%declare('mark_of_the_tests', 5, '1', written=.true.)
    end subroutine declare
-
-   pure subroutine no_acceleration(self, particles, table, layout, time, acceleration)
-      class(marker_t), intent(in) :: self
-      type(particle_store_t), intent(in) :: particles
-      type(field_table_t), intent(in) :: table
-      type(layout_t), intent(in) :: layout
-      real(wp), intent(in) :: time
-      real(wp), intent(inout) :: acceleration(:, :)
-      associate (unused => self, p => particles%count, c => table%columns, x => layout%position, t => time, &
-                 n => size(acceleration)); end associate
-   end subroutine no_acceleration
 
    !> Two boxes and a sphere in a grid whose cell counts are a multiple of 8, one above and one below.
    function wandering_scene() result(scene)
@@ -58,8 +63,8 @@ contains
                                cell_size=0.1_wp, cells=[33, 24, 23])
       scene%time%affine = .true.
       allocate (scene%materials(2), scene%bodies(3), scene%tools(0), scene%probes(0))
-      scene%materials(1) = material_spec_t('soft', 'elastic', 1000.0_wp, 1.0e6_wp, 0.3_wp)
-      scene%materials(2) = material_spec_t('rubber', 'neo_hookean', 1000.0_wp, 1.0e6_wp, 0.3_wp)
+      scene%materials(1) = material_of('soft', 'elastic', 1000.0_wp, 1.0e6_wp, 0.3_wp)
+      scene%materials(2) = material_of('rubber', 'neo_hookean', 1000.0_wp, 1.0e6_wp, 0.3_wp)
       do b = 1, 3
          scene%bodies(b)%name = 'body'
          scene%bodies(b)%material = 1 + mod(b, 2)
@@ -86,7 +91,7 @@ contains
       type(communicator_t), intent(in) :: comm
       type(error_t), intent(inout) :: error
       allocate (model%effects(1))
-      allocate (marker_t :: model%effects(1)%effect)
+      allocate (model%effects(1)%effect, source=marker_t(name='marker'))
       call model%build(comm, wandering_scene(), error)
       if (.not. error%happened()) call mark(model)
    end subroutine build_wandering

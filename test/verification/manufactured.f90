@@ -17,10 +17,12 @@ module m_manufactured
    use m_constants, only: pi
    use m_errors, only: error_t
    use m_communicator, only: communicator_t
-   use m_scene, only: scene_t, material_spec_t, boundary_symmetry, update_usl, update_usf
+   use m_scene, only: scene_t, boundary_symmetry, update_usl, update_usf
    use m_field_table, only: field_table_t, layout_t
    use m_particle_store, only: particle_store_t
-   use m_effect, only: effect_t
+   use m_effect, only: effect_t, hooks_t
+   use m_group_reader, only: group_reader_t
+   use m_materials, only: material_of
    use m_model, only: model_t
    use m_level_step, only: advance, bound_speeds
    use m_migration, only: frame_of
@@ -58,6 +60,8 @@ module m_manufactured
    type, extends(effect_t) :: manufactured_t
       type(solution_t) :: solution
    contains
+      procedure :: variables => no_variables
+      procedure :: hooks
       procedure :: declare
       procedure :: acceleration => add_body_force
    end type manufactured_t
@@ -167,8 +171,21 @@ contains
       end do
    end subroutine forces
 
-   pure subroutine declare(self, table)
+   !> No scene calls for it by name.
+   subroutine no_variables(self, group)
+      class(manufactured_t), intent(inout) :: self
+      type(group_reader_t), intent(inout) :: group
+      associate (unused => self%solution, unchanged => group); end associate
+   end subroutine no_variables
+
+   pure type(hooks_t) function hooks(self)
       class(manufactured_t), intent(in) :: self
+      associate (unused => self%solution); end associate
+      hooks = hooks_t(acceleration=.true.)
+   end function hooks
+
+   subroutine declare(self, table)
+      class(manufactured_t), intent(inout) :: self
       type(field_table_t), intent(inout) :: table
       associate (unused => self%solution); end associate
       call table%declare('initial_position', 3, 'm', written=.false.)
@@ -176,13 +193,13 @@ contains
       call table%declare('initial_cosine', 3, '1', written=.false.)
    end subroutine declare
 
-   pure subroutine add_body_force(self, particles, table, layout, time, acceleration)
+   pure subroutine add_body_force(self, particles, table, layout, time, body_force)
       class(manufactured_t), intent(in) :: self
       type(particle_store_t), intent(in) :: particles
       type(field_table_t), intent(in) :: table
       type(layout_t), intent(in) :: layout
       real(wp), intent(in) :: time
-      real(wp), intent(inout) :: acceleration(:, :)
+      real(wp), intent(inout) :: body_force(:, :)
       real(wp) :: b(particles%count, 3)
       integer :: n, s, c
       associate (unused => layout%position); end associate
@@ -191,7 +208,7 @@ contains
       c = table%column('initial_cosine')
       if (n == 0) return
       call self%solution%forces(n, particles%column(:, s:s + 2), particles%column(:, c:c + 2), time, b)
-      acceleration(:n, :) = acceleration(:n, :) + b
+      body_force(:n, :) = body_force(:n, :) + b
    end subroutine add_body_force
 
    !> Collective: one run.
@@ -208,7 +225,7 @@ contains
       solution%force = setting%force
       start = MPI_Wtime()
       allocate (model%effects(1))
-      model%effects(1)%effect = manufactured_t(solution)
+      allocate (model%effects(1)%effect, source=manufactured_t(name='manufactured', solution=solution))
       call model%build(communicator, make_scene(setting), error)
       if (.not. error%happened()) then
          outcome%particles = communicator%sum_count(model%level%particle_count())
@@ -239,7 +256,7 @@ contains
    end function run
 
    !> A unit cube of one body between symmetry planes.
-   pure type(scene_t) function make_scene(setting) result(scene)
+   type(scene_t) function make_scene(setting) result(scene)
       type(run_t), intent(in) :: setting
       scene%title = 'manufactured'
       scene%grid%upper = 1.0_wp
@@ -249,20 +266,12 @@ contains
       scene%time%affine = setting%affine
       scene%time%stress_update = setting%stress_update
       allocate (scene%materials(1), scene%bodies(1), scene%tools(0), scene%probes(0))
-      scene%materials(1) = material_spec()
+      scene%materials(1) = material_of('rubber', 'neo_hookean', reference_density, young, poisson)
       scene%bodies(1)%name = 'cube'
       scene%bodies(1)%material = 1
       scene%bodies(1)%upper = 1.0_wp
       scene%bodies(1)%particles_per_cell = setting%particles_per_cell
    end function make_scene
-
-   pure type(material_spec_t) function material_spec() result(spec)
-      spec%name = 'rubber'
-      spec%model = 'neo_hookean'
-      spec%density = reference_density
-      spec%young = young
-      spec%poisson = poisson
-   end function material_spec
 
    !> Collective: the state of the solution at time 0. The velocity is that of half a step before, for a leapfrog; a law that
    !> is called first in a step (usf) then finds the deformation of one step before.

@@ -27,6 +27,7 @@ program stability_limit
    use m_communicator, only: communicator_t
    use m_assertions, only: assertions_t
    use m_scene, only: scene_t, update_usl, update_usf, update_musl
+   use m_materials, only: material_of
    use m_model, only: model_t
    use m_level_step, only: advance, bound_speeds
    use m_energy, only: sums_t, measure
@@ -166,11 +167,7 @@ contains
       scene%time%affine = setting%affine
       scene%time%stress_update = setting%stress_update
       allocate (scene%materials(1), scene%bodies(1), scene%tools(0), scene%probes(0))
-      scene%materials(1)%name = 'rubber'
-      scene%materials(1)%model = 'neo_hookean'
-      scene%materials(1)%density = density
-      scene%materials(1)%young = young
-      scene%materials(1)%poisson = setting%poisson
+      scene%materials(1) = material_of('rubber', 'neo_hookean', density, young, setting%poisson)
       scene%bodies(1)%name = 'block'
       scene%bodies(1)%material = 1
       scene%bodies(1)%lower = (4.0_wp + offset)*cell

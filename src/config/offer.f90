@@ -1,0 +1,76 @@
+!> What a scene may call for by name: a material law (`model='...'` of &material) or an effect (a group of its own).
+module m_offer
+   use m_group_reader, only: group_reader_t, name_length
+   implicit none
+   private
+   public :: offer, offered_names, offered
+
+   !> Something with a name and variables of its own. Laws and effects extend it.
+   type, abstract, public :: offer_t
+      character(len=:), allocatable :: name
+      logical :: repeats = .false. !< an effect's group may stand in a scene more than once
+   contains
+      procedure(variables_interface), deferred :: variables
+   end type offer_t
+
+   !> One of several offers of different type.
+   type, public :: offer_slot_t
+      class(offer_t), allocatable :: it
+   end type offer_slot_t
+
+   !> All that scenes may call for. Prototypes: what a scene gets is a copy with its own values.
+   type, public :: catalogue_t
+      type(offer_slot_t), allocatable :: models(:)  !< material laws
+      type(offer_slot_t), allocatable :: effects(:) !< optional groups
+   end type catalogue_t
+
+   abstract interface
+      !> Ask for each variable once, in the order of the documentation. The same procedure reads a group, tells which names it
+      !> knows, and writes case.nml (then `group` takes the values): the values that come in are the defaults.
+      subroutine variables_interface(self, group)
+         import :: offer_t, group_reader_t
+         class(offer_t), intent(inout) :: self
+         type(group_reader_t), intent(inout) :: group
+      end subroutine variables_interface
+   end interface
+
+contains
+
+   !> Append an offer under a name (lower case).
+   subroutine offer(slots, name, it)
+      type(offer_slot_t), allocatable, intent(inout) :: slots(:)
+      character(len=*), intent(in) :: name
+      class(offer_t), intent(in) :: it
+      type(offer_slot_t), allocatable :: longer(:)
+      integer :: s, n
+      n = 0
+      if (allocated(slots)) n = size(slots)
+      allocate (longer(n + 1))
+      do s = 1, n
+         call move_alloc(slots(s)%it, longer(s)%it)
+      end do
+      allocate (longer(n + 1)%it, source=it)
+      longer(n + 1)%it%name = name
+      call move_alloc(longer, slots)
+   end subroutine offer
+
+   !> The names, in order.
+   function offered_names(slots) result(names)
+      type(offer_slot_t), intent(in) :: slots(:)
+      character(len=name_length) :: names(size(slots))
+      integer :: s
+      do s = 1, size(slots)
+         names(s) = slots(s)%it%name
+      end do
+   end function offered_names
+
+   !> Index of the offer with a name, 0 if there is none.
+   integer function offered(slots, name) result(found)
+      type(offer_slot_t), intent(in) :: slots(:)
+      character(len=*), intent(in) :: name
+      do found = size(slots), 1, -1
+         if (slots(found)%it%name == name) return
+      end do
+   end function offered
+
+end module m_offer

@@ -1,0 +1,66 @@
+!> Damping of the nodes' motion, to bring a body to rest (theory.md, eq. damping).
+module m_damping
+   use m_kinds, only: wp
+   use m_effect, only: effect_t, hooks_t
+   use m_group_reader, only: group_reader_t
+   use m_value_range, only: range_t, at_least
+   implicit none
+   private
+   public :: damping_t
+
+   integer, parameter :: kind_local = 1, kind_viscous = 2
+   character(len=*), parameter :: kind_words(2) = [character(len=7) :: 'local', 'viscous']
+
+   type, extends(effect_t) :: damping_t
+      integer :: kind = kind_local
+      real(wp) :: coefficient = 0.0_wp !< local: 1; viscous: 1/s
+   contains
+      procedure :: variables
+      procedure :: hooks
+      procedure :: on_nodes
+   end type damping_t
+
+contains
+
+   subroutine variables(self, group)
+      class(damping_t), intent(inout) :: self
+      type(group_reader_t), intent(inout) :: group
+      type(range_t) :: range
+      call group%get_choice('kind', self%kind, kind_words, required=.true.)
+      range = at_least(0.0_wp, '', below=1.0_wp)
+      if (self%kind == kind_viscous) range = at_least(0.0_wp, '1/s')
+      call group%get('coefficient', self%coefficient, range, required=.true.)
+   end subroutine variables
+
+   pure type(hooks_t) function hooks(self)
+      class(damping_t), intent(in) :: self
+      associate (unused => self%kind); end associate
+      hooks = hooks_t(on_nodes=.true., dissipates=.true.)
+   end function hooks
+
+   !> a <- a - c |a| sign(v) for each component, or a <- a - c v; v is the velocity at the beginning of the step.
+   pure subroutine on_nodes(self, time, time_step, tile)
+      class(damping_t), intent(in) :: self
+      real(wp), intent(in) :: time, time_step
+      real(wp), intent(inout), contiguous :: tile(:, 0:, 0:, 0:)
+      real(wp) :: before(3), change(3)
+      integer :: i, j, k
+      associate (unused => time); end associate
+      do k = 0, ubound(tile, 4)
+         do j = 0, ubound(tile, 3)
+            do i = 0, ubound(tile, 2)
+               before = tile(2:4, i, j, k) - time_step*tile(5:7, i, j, k)
+               if (self%kind == kind_local) then
+                  change = -self%coefficient*sign(abs(tile(5:7, i, j, k)), before)
+                  where (.not. abs(before) > 0.0_wp) change = 0.0_wp ! at rest there is no direction to oppose
+               else
+                  change = -self%coefficient*before
+               end if
+               tile(5:7, i, j, k) = tile(5:7, i, j, k) + change
+               tile(2:4, i, j, k) = tile(2:4, i, j, k) + time_step*change
+            end do
+         end do
+      end do
+   end subroutine on_nodes
+
+end module m_damping

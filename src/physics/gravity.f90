@@ -1,0 +1,51 @@
+!> The same acceleration of all material (theory.md, eq. gravity).
+module m_gravity
+   use m_kinds, only: wp
+   use m_effect, only: effect_t, hooks_t
+   use m_group_reader, only: group_reader_t
+   use m_value_range, only: any_value
+   implicit none
+   private
+   public :: gravity_t
+
+   type, extends(effect_t) :: gravity_t
+      real(wp) :: field(3) = 0.0_wp !< m/s2
+   contains
+      procedure :: variables
+      procedure :: hooks
+      procedure :: on_nodes
+   end type gravity_t
+
+contains
+
+   subroutine variables(self, group)
+      class(gravity_t), intent(inout) :: self
+      type(group_reader_t), intent(inout) :: group
+      call group%get('acceleration', self%field, any_value('m/s2'), required=.true.)
+   end subroutine variables
+
+   pure type(hooks_t) function hooks(self)
+      class(gravity_t), intent(in) :: self
+      associate (unused => self%field); end associate
+      hooks = hooks_t(on_nodes=.true.)
+   end function hooks
+
+   !> a <- a + g, and the velocity with it. Nodes without mass stay as they are.
+   pure subroutine on_nodes(self, time, time_step, tile)
+      class(gravity_t), intent(in) :: self
+      real(wp), intent(in) :: time, time_step
+      real(wp), intent(inout), contiguous :: tile(:, 0:, 0:, 0:)
+      integer :: i, j, k
+      associate (unused => time); end associate
+      do k = 0, ubound(tile, 4)
+         do j = 0, ubound(tile, 3)
+            do i = 0, ubound(tile, 2)
+               if (.not. tile(1, i, j, k) > 0.0_wp) cycle
+               tile(5:7, i, j, k) = tile(5:7, i, j, k) + self%field
+               tile(2:4, i, j, k) = tile(2:4, i, j, k) + time_step*self%field
+            end do
+         end do
+      end do
+   end subroutine on_nodes
+
+end module m_gravity

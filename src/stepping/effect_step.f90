@@ -1,0 +1,217 @@
+!> Calls the effects of a run at their places in the step, and measures the work of what they do to the nodes.
+!>
+!> An effect's push on a block is the force that it gives to the block's own share of each node (theory.md, eq. effect-work): so
+!> every part of the work belongs to one block, and sums over blocks by index have the same bits on any number of ranks.
+module m_effect_step
+   use mpi_f08
+   use m_kinds, only: wp
+   use m_communicator, only: communicator_t
+   use m_effect, only: effect_slot_t, hooks_t
+   use m_level, only: level_t, tile_last
+   use m_migration, only: frame_of
+   use m_particle_to_node, only: gather_body_force
+   use m_timers, only: timers_t, phase_to_nodes, phase_nodes
+   implicit none
+   private
+   public :: effect_step_t
+
+   integer, parameter :: external = 1, dissipated = 2 !< kinds of work
+
+   !> Which effects want to be called where (indices of the effects, rising), and their work so far.
+   type :: effect_step_t
+      integer, allocatable :: acceleration(:), add_forces(:), on_nodes(:), on_gradient(:), on_stress(:)
+      logical :: gathers = .false. !< some effect gives forces before the sum over blocks
+      logical :: works = .false.   !< some effect pushes nodes
+      real(wp) :: external_work = 0.0_wp !< done by effects up to the last fold, J
+      real(wp) :: damped = 0.0_wp        !< taken out by effects up to the last fold, J
+      integer, allocatable, private :: kind(:) !< of the work of each effect
+      real(wp), allocatable, private :: push(:, :, :, :, :, :) !< (3, 0:9, 0:9, 0:9, kinds, own blocks), N
+      real(wp), allocatable, private :: work(:, :)             !< (kinds, blocks of the level by index), J, since the last fold
+   contains
+      procedure :: build
+      procedure :: give_forces
+      procedure :: change_nodes
+      procedure :: measure
+      procedure :: change_gradient
+      procedure :: change_stress
+      procedure :: fold
+   end type effect_step_t
+
+contains
+
+   !> Ask the effects what they want, and give each a row of the timers.
+   subroutine build(self, effects, places, timers)
+      class(effect_step_t), intent(inout) :: self
+      type(effect_slot_t), intent(inout) :: effects(:)
+      integer, intent(in) :: places !< for blocks on the level
+      type(timers_t), intent(inout) :: timers
+      type(hooks_t) :: hooks(size(effects))
+      integer :: e
+      do e = 1, size(effects)
+         hooks(e) = effects(e)%effect%hooks()
+         effects(e)%row = timers%row_of(effects(e)%effect%name)
+      end do
+      self%acceleration = pack([(e, e=1, size(effects))], hooks%acceleration)
+      self%add_forces = pack([(e, e=1, size(effects))], hooks%add_forces)
+      self%on_nodes = pack([(e, e=1, size(effects))], hooks%on_nodes)
+      self%on_gradient = pack([(e, e=1, size(effects))], hooks%on_gradient)
+      self%on_stress = pack([(e, e=1, size(effects))], hooks%on_stress)
+      self%kind = merge(dissipated, external, hooks%dissipates)
+      self%gathers = any(hooks%acceleration .or. hooks%add_forces)
+      self%works = self%gathers .or. any(hooks%on_nodes)
+      if (self%works) allocate (self%work(maxval(self%kind), places), source=0.0_wp)
+   end subroutine build
+
+   !> Body forces and other forces on the tile of what a block's particles give. Begins the push on the block anew.
+   subroutine give_forces(self, effects, level, b, time, timers)
+      class(effect_step_t), intent(inout) :: self
+      type(effect_slot_t), intent(in) :: effects(:)
+      type(level_t), intent(inout) :: level
+      integer, intent(in) :: b
+      real(wp), intent(in) :: time !< s
+      type(timers_t), intent(inout) :: timers
+      real(wp) :: before(3, 0:tile_last, 0:tile_last, 0:tile_last)
+      integer :: i, e
+      call fit_push(self, size(level%blocks))
+      self%push(:, :, :, :, :, b) = 0.0_wp
+      if (.not. self%gathers) return
+      before = level%gathered(5:7, :, :, :, b)
+      associate (block => level%blocks(b))
+         if (size(self%acceleration) > 0) then
+            level%gradient(:, 1:3) = 0.0_wp
+            do i = 1, size(self%acceleration)
+               e = self%acceleration(i)
+               call timers%enter(effects(e)%row)
+               call effects(e)%effect%acceleration(block%particles, level%table, level%layout, time, level%gradient(:, 1:3))
+            end do
+            call timers%enter(phase_to_nodes)
+            call gather_body_force(block%cells, block%particles%column, level%layout, frame_of(level, block), &
+                                   level%gradient(:, 1:3), level%gathered(:, :, :, :, b))
+         end if
+         do i = 1, size(self%add_forces)
+            e = self%add_forces(i)
+            call timers%enter(effects(e)%row)
+            call effects(e)%effect%add_forces(block, level%table, level%layout, level%grid, time, level%gathered(:, :, :, :, b))
+         end do
+      end associate
+      call timers%enter(phase_to_nodes)
+      self%push(:, :, :, :, external, b) = level%gathered(5:7, :, :, :, b) - before
+   end subroutine give_forces
+
+   !> One push field a block of this rank; what it holds is begun anew every step.
+   subroutine fit_push(self, blocks)
+      class(effect_step_t), intent(inout) :: self
+      integer, intent(in) :: blocks
+      if (allocated(self%push)) then
+         if (size(self%push, 6) == blocks) return
+         deallocate (self%push)
+      end if
+      allocate (self%push(3, 0:tile_last, 0:tile_last, 0:tile_last, size(self%work, 1), blocks))
+   end subroutine fit_push
+
+   !> Effects on the solved nodes of a block, before what is held is held.
+   subroutine change_nodes(self, effects, level, b, time, time_step, timers)
+      class(effect_step_t), intent(inout) :: self
+      type(effect_slot_t), intent(in) :: effects(:)
+      type(level_t), intent(inout) :: level
+      integer, intent(in) :: b
+      real(wp), intent(in) :: time, time_step !< s
+      type(timers_t), intent(inout) :: timers
+      real(wp) :: before(3, 0:tile_last, 0:tile_last, 0:tile_last)
+      integer :: n, e, i, j, k
+      do n = 1, size(self%on_nodes)
+         e = self%on_nodes(n)
+         call timers%enter(effects(e)%row)
+         before = level%solved(5:7, :, :, :, b)
+         call effects(e)%effect%on_nodes(time, time_step, level%solved(:, :, :, :, b))
+         associate (push => self%push(:, :, :, :, self%kind(e), b))
+            do k = 0, tile_last
+               do j = 0, tile_last
+                  do i = 0, tile_last
+                     push(:, i, j, k) = push(:, i, j, k) &
+                                        + level%gathered(1, i, j, k, b)*(level%solved(5:7, i, j, k, b) - before(:, i, j, k))
+                  end do
+               end do
+            end do
+         end associate
+      end do
+      call timers%enter(phase_nodes)
+   end subroutine change_nodes
+
+   !> Add the work of the step on a block, when its nodes have their last velocity: held, and pushed by tools. dt times force times
+   !> the mean of the velocities at the beginning and at the end.
+   subroutine measure(self, level, b, time_step)
+      class(effect_step_t), intent(inout) :: self
+      type(level_t), intent(in) :: level
+      integer, intent(in) :: b
+      real(wp), intent(in) :: time_step !< s
+      real(wp) :: sum_of_tile
+      integer :: kind, i, j, k
+      do kind = 1, size(self%work, 1)
+         sum_of_tile = 0.0_wp
+         do k = 0, tile_last
+            do j = 0, tile_last
+               do i = 0, tile_last
+                  sum_of_tile = sum_of_tile + dot_product(self%push(:, i, j, k, kind, b), level%solved(2:4, i, j, k, b) &
+                                                          - 0.5_wp*time_step*level%solved(5:7, i, j, k, b))
+               end do
+            end do
+         end do
+         associate (work => self%work(kind, level%blocks(b)%index))
+            work = work + time_step*sum_of_tile
+         end associate
+      end do
+   end subroutine measure
+
+   !> Effects on the velocity gradients of a block, before its stress.
+   subroutine change_gradient(self, effects, level, b, time_step, timers)
+      class(effect_step_t), intent(in) :: self
+      type(effect_slot_t), intent(in) :: effects(:)
+      type(level_t), intent(inout) :: level
+      integer, intent(in) :: b
+      real(wp), intent(in) :: time_step !< s
+      type(timers_t), intent(inout) :: timers
+      integer :: i
+      associate (block => level%blocks(b))
+         do i = 1, size(self%on_gradient)
+            call timers%enter(effects(self%on_gradient(i))%row)
+            call effects(self%on_gradient(i))%effect%on_gradient(block%cells, block%particles, level%layout, time_step, &
+                                                                 level%gradient)
+         end do
+      end associate
+   end subroutine change_gradient
+
+   !> Effects on the particles of a block after its stress.
+   subroutine change_stress(self, effects, level, b, time_step, timers)
+      class(effect_step_t), intent(in) :: self
+      type(effect_slot_t), intent(in) :: effects(:)
+      type(level_t), intent(inout) :: level
+      integer, intent(in) :: b
+      real(wp), intent(in) :: time_step !< s
+      type(timers_t), intent(inout) :: timers
+      integer :: i
+      do i = 1, size(self%on_stress)
+         call timers%enter(effects(self%on_stress(i))%row)
+         call effects(self%on_stress(i))%effect%on_stress(level%blocks(b)%particles, level%layout, level%gradient, time_step)
+      end do
+   end subroutine change_stress
+
+   !> Collective: add the work of all blocks to the totals, by their index. Before blocks change rank, so that all of a block's
+   !> work comes from one rank (adding the zeros of the others changes no bit).
+   subroutine fold(self, communicator)
+      class(effect_step_t), intent(inout) :: self
+      type(communicator_t), intent(in) :: communicator
+      real(wp) :: total(2)
+      integer :: place
+      if (.not. self%works) return
+      call MPI_Allreduce(MPI_IN_PLACE, self%work, size(self%work), MPI_DOUBLE_PRECISION, MPI_SUM, communicator%comm)
+      total = 0.0_wp
+      do place = 1, size(self%work, 2)
+         total(:size(self%work, 1)) = total(:size(self%work, 1)) + self%work(:, place)
+      end do
+      self%external_work = self%external_work + total(external)
+      self%damped = self%damped - total(dissipated)
+      self%work = 0.0_wp
+   end subroutine fold
+
+end module m_effect_step
