@@ -1,0 +1,195 @@
+!> A pressure on a patch of a body's face that follows the surface (theory.md, eq. pressure).
+module m_pressure
+   use m_kinds, only: wp
+   use m_constants, only: exit_input
+   use m_errors, only: error_t, fail
+   use m_text, only: to_text
+   use m_piecewise, only: value_at
+   use m_communicator, only: communicator_t
+   use m_group_reader, only: group_reader_t
+   use m_value_range, only: any_value
+   use m_grid_level, only: grid_level_t
+   use m_field_table, only: field_table_t, layout_t
+   use m_particle_store, only: particle_store_t
+   use m_block, only: block_t
+   use m_level, only: level_t
+   use m_stencil, only: bin_place, hat_weights
+   use m_effect, only: effect_t, hooks_t
+   implicit none
+   private
+   public :: pressure_t
+
+   real(wp), parameter :: touching = 1.0e-6_wp !< a face lies on the patch's plane within this share of the particle's edge
+   real(wp), parameter :: covered = 1.0e-6_wp  !< so much of the patch may find no face
+
+   type, extends(effect_t) :: pressure_t
+      real(wp) :: lower(3) = 0.0_wp, upper(3) = 0.0_wp !< of the patch, m; equal along one axis
+      real(wp), allocatable :: times(:)  !< s, rising
+      real(wp), allocatable :: values(:) !< Pa
+      integer :: area = 0 !< first column of the particle's share of the patch, an outward vector, m2
+      integer :: arm = 0  !< first column of the way from the particle's centre to the middle of its share, m
+   contains
+      procedure :: variables
+      procedure :: hooks
+      procedure :: declare
+      procedure :: initialise
+      procedure :: verify
+      procedure :: add_forces
+      procedure :: on_stress
+   end type pressure_t
+
+contains
+
+   subroutine variables(self, group)
+      class(pressure_t), intent(inout) :: self
+      type(group_reader_t), intent(inout) :: group
+      call group%get('lower', self%lower, any_value('m'), required=.true.)
+      call group%get('upper', self%upper, any_value('m'), required=.true.)
+      if (count(self%upper > self%lower) /= 2 .or. any(self%upper < self%lower)) &
+         call group%refuse('upper', 'must be above lower along two axes and equal to it along the third, the normal of the face')
+      call group%get_list('times', self%times, any_value('s'), required=.true.)
+      call group%get_list('values', self%values, any_value('Pa'), required=.true.)
+      if (.not. (allocated(self%times) .and. allocated(self%values))) return
+      if (any(self%times(2:) <= self%times(:size(self%times) - 1))) call group%refuse('times', 'must rise strictly')
+      if (size(self%times) /= size(self%values)) &
+         call group%refuse('values', 'must be as many numbers as times, '//to_text(size(self%times))//'; '// &
+                           to_text(size(self%values))//' given')
+   end subroutine variables
+
+   pure type(hooks_t) function hooks(self)
+      class(pressure_t), intent(in) :: self
+      associate (unused => self%area); end associate
+      hooks = hooks_t(add_forces=.true., on_stress=.true.)
+   end function hooks
+
+   !> Two vectors a particle. Patches have columns of their own, so that one particle may lie under several.
+   subroutine declare(self, table)
+      class(pressure_t), intent(inout) :: self
+      type(field_table_t), intent(inout) :: table
+      integer :: patch
+      patch = 1
+      do while (table%column('pressure_area_'//to_text(patch)) > 0)
+         patch = patch + 1
+      end do
+      call table%declare('pressure_area_'//to_text(patch), 3, 'm2', written=.false.)
+      call table%declare('pressure_arm_'//to_text(patch), 3, 'm', written=.false.)
+      self%area = table%column('pressure_area_'//to_text(patch))
+      self%arm = table%column('pressure_arm_'//to_text(patch))
+   end subroutine declare
+
+   !> Particles with a face on the plane of the patch take the part of that face that lies in the patch: together exactly its area.
+   subroutine initialise(self, particles, table, layout, grid)
+      class(pressure_t), intent(in) :: self
+      type(particle_store_t), intent(inout) :: particles
+      type(field_table_t), intent(in) :: table
+      type(layout_t), intent(in) :: layout
+      type(grid_level_t), intent(in) :: grid
+      real(wp) :: position(3), half, from(3), to(3), outward
+      integer :: axis, p
+      associate (unused => table%columns, unused_too => grid%cell); end associate
+      axis = minloc(self%upper - self%lower, dim=1)
+      do p = 1, particles%count
+         position = particles%column(p, layout%position:layout%position + 2)
+         half = 0.5_wp*particles%column(p, layout%volume)**(1.0_wp/3.0_wp) ! a cube at the start
+         outward = sign(1.0_wp, self%lower(axis) - position(axis))
+         if (abs(position(axis) + outward*half - self%lower(axis)) > touching*half) cycle
+         from = max(position - half, self%lower)
+         to = min(position + half, self%upper)
+         from(axis) = 0.0_wp
+         to(axis) = 1.0_wp
+         if (any(to <= from)) cycle
+         particles%column(p, self%area + axis - 1) = outward*product(to - from)
+         from(axis) = self%lower(axis)
+         to(axis) = self%lower(axis)
+         particles%column(p, self%arm:self%arm + 2) = 0.5_wp*(from + to) - position
+      end do
+   end subroutine initialise
+
+   !> Collective: all of the patch must have found a face.
+   subroutine verify(self, communicator, level, error)
+      class(pressure_t), intent(in) :: self
+      type(communicator_t), intent(in) :: communicator
+      type(level_t), intent(in) :: level
+      type(error_t), intent(inout) :: error
+      real(wp) :: found, patch
+      integer :: b
+      found = 0.0_wp
+      do b = 1, size(level%blocks)
+         associate (particles => level%blocks(b)%particles)
+            found = found + sum(abs(particles%column(:particles%count, self%area:self%area + 2)))
+         end associate
+      end do
+      found = communicator%sum_real(found)
+      patch = product(pack(self%upper - self%lower, self%upper > self%lower))
+      if (abs(found - patch) <= covered*patch) return
+      call fail(error, exit_input, '&pressure: '//to_text(found, 6)//' m2 of the patch of '//to_text(patch, 6)// &
+                ' m2 lie on faces of bodies; allowed: a patch that lies wholly on faces of bodies, along the grid')
+   end subroutine verify
+
+   !> -p A at the middle of each particle's share, through the hat functions of the nodes around that point, as a tool's contact
+   !> force: a uniform pressure makes a uniform stress.
+   pure subroutine add_forces(self, block, table, layout, grid, time, tile)
+      class(pressure_t), intent(in) :: self
+      type(block_t), intent(in) :: block
+      type(field_table_t), intent(in) :: table
+      type(layout_t), intent(in) :: layout
+      type(grid_level_t), intent(in) :: grid
+      real(wp), intent(in) :: time
+      real(wp), intent(inout), contiguous :: tile(:, 0:, 0:, 0:)
+      real(wp) :: now, force(3), point(3), weight(0:1, 3)
+      integer :: corner(3), i, j, k, p
+      associate (unused => table%columns); end associate
+      now = value_at(self%times, self%values, time)
+      if (abs(now) <= 0.0_wp) return
+      associate (column => block%particles%column)
+         do p = 1, block%particles%count
+            force = -now*column(p, self%area:self%area + 2)
+            if (.not. any(abs(force) > 0.0_wp)) cycle
+            point = column(p, layout%position:layout%position + 2) + column(p, self%arm:self%arm + 2)
+            call hat_weights(bin_place(int(block%cells%bin(p))), (point - block%origin)*grid%per_cell, corner, weight)
+            do k = 0, 1
+               do j = 0, 1
+                  do i = 0, 1
+                     associate (at => tile(5:7, corner(1) + 1 + i, corner(2) + 1 + j, corner(3) + 1 + k))
+                        at = at + weight(i, 1)*weight(j, 2)*weight(k, 3)*force
+                     end associate
+                  end do
+               end do
+            end do
+         end do
+      end associate
+   end subroutine add_forces
+
+   !> With F = I + dt L the arm becomes F arm and the area J F^-T area (Nanson).
+   pure subroutine on_stress(self, particles, layout, gradient, time_step)
+      class(pressure_t), intent(in) :: self
+      type(particle_store_t), intent(inout) :: particles
+      type(layout_t), intent(in) :: layout
+      real(wp), intent(in), contiguous :: gradient(:, :)
+      real(wp), intent(in) :: time_step
+      real(wp) :: f(3, 3), cofactor(3, 3)
+      integer :: i, p
+      associate (unused => layout%mass); end associate
+      associate (column => particles%column)
+         do p = 1, particles%count
+            if (.not. any(abs(column(p, self%area:self%area + 2)) > 0.0_wp)) cycle
+            f = time_step*reshape(gradient(p, :), [3, 3])
+            do i = 1, 3
+               f(i, i) = 1.0_wp + f(i, i)
+            end do
+            cofactor(:, 1) = cross(f(:, 2), f(:, 3))
+            cofactor(:, 2) = cross(f(:, 3), f(:, 1))
+            cofactor(:, 3) = cross(f(:, 1), f(:, 2))
+            column(p, self%area:self%area + 2) = matmul(cofactor, column(p, self%area:self%area + 2))
+            column(p, self%arm:self%arm + 2) = matmul(f, column(p, self%arm:self%arm + 2))
+         end do
+      end associate
+   end subroutine on_stress
+
+   pure function cross(a, b) result(c)
+      real(wp), intent(in) :: a(3), b(3)
+      real(wp) :: c(3)
+      c = [a(2)*b(3) - a(3)*b(2), a(3)*b(1) - a(1)*b(3), a(1)*b(2) - a(2)*b(1)]
+   end function cross
+
+end module m_pressure
