@@ -124,7 +124,10 @@ contains
       motion = motion_t(time_step, model%method%flip_fraction, model%level%layout%position)
       if (model%level%layout%next_position > 0) motion%position = model%level%layout%next_position
       do b = 1, size(model%level%blocks)
-         if (model%effect_step%works) call model%effect_step%measure(model%level, b, time_step)
+         if (model%effect_step%works) then
+            call model%timers%enter(phase_nodes)
+            call model%effect_step%measure(model%level, b, time_step)
+         end if
          call scatter(model, b, motion)
          if (with_stress) call update_stress(model, b, time_step, error)
          if (model%level%layout%next_position == 0) call locate(model, b, error)
