@@ -19,6 +19,7 @@ module m_communicator
       procedure :: agree
       procedure :: broadcast_text
       procedure :: sum_count
+      procedure :: sum_real
       procedure :: maximum
       procedure :: minimum
    end type communicator_t
@@ -81,6 +82,13 @@ contains
       integer(i8), intent(in) :: count
       call MPI_Allreduce(count, total, 1, MPI_INTEGER8, MPI_SUM, self%comm)
    end function sum_count
+
+   !> Collective: sum of a value over all ranks; its last bits depend on them.
+   real(wp) function sum_real(self, value) result(total)
+      class(communicator_t), intent(in) :: self
+      real(wp), intent(in) :: value
+      call MPI_Allreduce(value, total, 1, MPI_DOUBLE_PRECISION, MPI_SUM, self%comm)
+   end function sum_real
 
    !> Collective: the largest of a value over all ranks.
    real(wp) function maximum(self, value) result(largest)

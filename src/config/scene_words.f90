@@ -21,5 +21,5 @@ module m_scene_words
    logical, parameter, public :: group_repeats(9) = [.false., .false., .false., .true., .true., .true., .true., .false., .false.]
 
    !> Groups of later versions.
-   character(len=*), parameter, public :: later_groups(3) = [character(len=10) :: 'level', 'pressure', 'checkpoint']
+   character(len=*), parameter, public :: later_groups(2) = [character(len=10) :: 'level', 'checkpoint']
 end module m_scene_words

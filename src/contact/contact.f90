@@ -13,7 +13,7 @@ module m_contact
    use m_materials, only: materials_t
    use m_grid_level, only: grid_level_t
    use m_boundary, only: held_components, constrain_nodes
-   use m_stencil, only: bin_place
+   use m_stencil, only: bin_place, hat_weights
    use m_contact_system, only: contact_system_t, nodal_forces_t, cell_nodes
    use m_petsc_solver, only: petsc_solver_t
    implicit none
@@ -239,7 +239,7 @@ contains
       integer, intent(in) :: block(3)  !< place of the block
       integer, intent(in) :: node(3)   !< in the middle of the particle's bin, from 0
       real(wp), intent(in) :: place(3) !< of the contact point, in cells from the block's first node
-      real(wp) :: folded(3), offset(3), beyond
+      real(wp) :: folded(3), beyond
       integer :: axis, side
       c%facing = c%normal
       folded = place
@@ -252,10 +252,7 @@ contains
             c%facing(axis) = -c%normal(axis)
          end do
       end do
-      offset = min(max(folded - node, -1.0_wp), 1.0_wp) ! a stretched particle's point stays within the nodes of its bin
-      c%corner = node - merge(1, 0, offset < 0.0_wp)
-      c%weight(1, :) = offset - (c%corner - node)
-      c%weight(0, :) = 1.0_wp - c%weight(1, :)
+      call hat_weights(node, folded, c%corner, c%weight)
    end subroutine set_cell
 
    !> Speed along the normal that a contact point gets from the solved nodes, m/s.

@@ -53,14 +53,16 @@ contains
       real(wp), intent(in), contiguous :: column(:, :)
       type(layout_t), intent(in) :: layout
       integer, parameter :: voigt(3, 3) = reshape([0, 5, 4, 5, 1, 3, 4, 3, 2], [3, 3]) ! stress component, from 0
-      real(wp), dimension(chunk) :: mass, volume, own
+      real(wp), dimension(chunk) :: mass, volume, viscous, own
       real(wp) :: momentum(chunk, 3)
       integer :: axis, i, n, p
       n = stencil%count
       call fetch(stencil, column(:, layout%volume), volume)
+      if (layout%viscous_pressure > 0) call fetch(stencil, column(:, layout%viscous_pressure), viscous)
       do axis = 1, 3
          do i = axis, 3
             call fetch(stencil, column(:, layout%stress + voigt(i, axis)), own)
+            if (layout%viscous_pressure > 0 .and. i == axis) own(:n) = own(:n) - viscous(:n)
             !GCC$ novector
             do p = 1, n
                load%along(4 + i, axis, p) = -volume(p)*own(p)

@@ -6,7 +6,7 @@ module m_stencil
    use m_cell_list, only: cell_list_t
    implicit none
    private
-   public :: stencil_t, frame_t, set_stencil, fetch, put_back, bin_place, gimp_weights
+   public :: stencil_t, frame_t, set_stencil, fetch, put_back, bin_place, hat_weights, gimp_weights
 
    integer, parameter, public :: batch = 8    !< particles in one vector
    integer, parameter, public :: chunk = 64   !< particles of the list handled together: their weights stay in the first-level cache
@@ -117,6 +117,20 @@ contains
       integer :: place(3)
       place = [iand(bin - 1, block_size - 1), iand((bin - 1)/block_size, block_size - 1), (bin - 1)/block_size**2]
    end function bin_place
+
+   !> The cell around a point and the hat functions of its nodes there. The point belongs to a particle of the bin around `node`,
+   !> and is kept within that bin's nodes, however far the particle has been stretched.
+   pure subroutine hat_weights(node, place, corner, weight)
+      integer, intent(in) :: node(3)           !< in the middle of the bin, in its block, from 0
+      real(wp), intent(in) :: place(3)         !< of the point, in cells from the block's first node
+      integer, intent(out) :: corner(3)        !< lowest node of the cell, in the block, from 0
+      real(wp), intent(out) :: weight(0:1, 3)  !< by axis
+      real(wp) :: offset(3)
+      offset = min(max(place - node, -1.0_wp), 1.0_wp)
+      corner = node - merge(1, 0, offset < 0.0_wp)
+      weight(1, :) = offset - (corner - node)
+      weight(0, :) = 1.0_wp - weight(1, :)
+   end subroutine hat_weights
 
    !> The runs of particles of one bin, and the node in the middle of each particle's bin.
    pure subroutine find_runs(stencil, cells, first, node)

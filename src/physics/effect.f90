@@ -4,8 +4,12 @@ module m_effect
    use m_kinds, only: wp
    use m_block, only: block_t
    use m_cell_list, only: cell_list_t
+   use m_communicator, only: communicator_t
+   use m_errors, only: error_t
    use m_field_table, only: field_table_t, layout_t
    use m_grid_level, only: grid_level_t
+   use m_level, only: level_t
+   use m_materials, only: materials_t
    use m_offer, only: offer_t
    use m_particle_store, only: particle_store_t
    implicit none
@@ -26,7 +30,11 @@ module m_effect
    contains
       procedure(hooks_interface), deferred :: hooks
       procedure :: declare
+      procedure :: prepare
       procedure :: initialise
+      procedure :: verify
+      procedure :: wave_factor
+      procedure :: dissipated
       procedure :: acceleration
       procedure :: add_forces
       procedure :: on_nodes
@@ -61,6 +69,14 @@ contains
       associate (unused => self%repeats, unchanged => table%columns); end associate
    end subroutine declare
 
+   !> What the effect wants to know of grid and materials; called once, before bodies are filled.
+   subroutine prepare(self, grid, materials)
+      class(effect_t), intent(inout) :: self
+      type(grid_level_t), intent(in) :: grid
+      type(materials_t), intent(in) :: materials
+      associate (unused => self%repeats, g => grid%cell, m => size(materials%slots)); end associate
+   end subroutine prepare
+
    !> First values of its fields in a block that has just been filled; they are zero before.
    subroutine initialise(self, particles, table, layout, grid)
       class(effect_t), intent(in) :: self
@@ -70,6 +86,32 @@ contains
       type(grid_level_t), intent(in) :: grid
       associate (unused => self%repeats, p => particles%count, t => table%columns, l => layout%mass, g => grid%cell); end associate
    end subroutine initialise
+
+   !> Collective: refuse a model that the effect cannot act on as its group says, when all bodies are filled.
+   subroutine verify(self, communicator, level, error)
+      class(effect_t), intent(in) :: self
+      type(communicator_t), intent(in) :: communicator
+      type(level_t), intent(in) :: level
+      type(error_t), intent(inout) :: error
+      associate (unused => self%repeats, c => communicator%rank, l => level%grid%cell, e => error%status); end associate
+   end subroutine verify
+
+   !> How much faster the fastest wave of the grid becomes through the effect, at least 1: the time step is shorter by this.
+   pure real(wp) function wave_factor(self, mach)
+      class(effect_t), intent(in) :: self
+      real(wp), intent(in) :: mach !< speed of the fastest particle over that of the fastest wave
+      associate (unused => self%repeats, m => mach); end associate
+      wave_factor = 1.0_wp
+   end function wave_factor
+
+   !> Energy (J) that the effect has taken out of particles first..last so far, other than through nodes (the model measures that).
+   pure real(wp) function dissipated(self, column, first, last)
+      class(effect_t), intent(in) :: self
+      real(wp), intent(in), contiguous :: column(:, :)
+      integer, intent(in) :: first, last
+      associate (unused => self%repeats, c => size(column), a => first, b => last); end associate
+      dissipated = 0.0_wp
+   end function dissipated
 
    !> Add to the body force per mass (m/s2) of the block's particles at a time (s). Its work counts as external.
    pure subroutine acceleration(self, particles, table, layout, time, body_force)

@@ -5,6 +5,9 @@ module m_effects
    use m_effect, only: effect_t, effect_slot_t
    use m_gravity, only: gravity_t
    use m_damping, only: damping_t
+   use m_pressure, only: pressure_t
+   use m_bulk_viscosity, only: bulk_viscosity_t
+   use m_anti_locking, only: anti_locking_t
    implicit none
    private
    public :: known_effects, make_effects
@@ -16,6 +19,9 @@ contains
       type(catalogue_t), intent(inout) :: catalogue
       call offer(catalogue%effects, 'gravity', gravity_t())
       call offer(catalogue%effects, 'damping', damping_t())
+      call offer(catalogue%effects, 'pressure', pressure_t(repeats=.true.))
+      call offer(catalogue%effects, 'bulk_viscosity', bulk_viscosity_t())
+      call offer(catalogue%effects, 'anti_locking', anti_locking_t())
    end subroutine known_effects
 
    !> The effects that a scene calls for, in order; none when it does not say.

@@ -124,16 +124,14 @@ contains
          call timers%enter(effects(e)%row)
          before = level%solved(5:7, :, :, :, b)
          call effects(e)%effect%on_nodes(time, time_step, level%solved(:, :, :, :, b))
-         associate (push => self%push(:, :, :, :, self%kind(e), b))
-            do k = 0, tile_last
-               do j = 0, tile_last
-                  do i = 0, tile_last
-                     push(:, i, j, k) = push(:, i, j, k) &
-                                        + level%gathered(1, i, j, k, b)*(level%solved(5:7, i, j, k, b) - before(:, i, j, k))
-                  end do
+         do k = 0, tile_last
+            do j = 0, tile_last
+               do i = 0, tile_last
+                  self%push(:, i, j, k, self%kind(e), b) = self%push(:, i, j, k, self%kind(e), b) &
+                     + level%gathered(1, i, j, k, b)*(level%solved(5:7, i, j, k, b) - before(:, i, j, k))
                end do
             end do
-         end associate
+         end do
       end do
       call timers%enter(phase_nodes)
    end subroutine change_nodes

@@ -131,7 +131,10 @@ contains
             model%particle_steps_at_rest = model%particle_steps_at_rest + model%level%blocks(b)%particles%count
             cycle
          end if
-         if (model%effect_step%works) call model%effect_step%measure(model%level, b, time_step)
+         if (model%effect_step%works) then
+            call model%timers%enter(phase_nodes)
+            call model%effect_step%measure(model%level, b, time_step)
+         end if
          call scatter(model, b, motion)
          if (with_stress) call update_stress(model, b, time_step, error)
          if (model%level%layout%next_position == 0) call locate(model, b, error)

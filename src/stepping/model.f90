@@ -72,6 +72,9 @@ contains
       if (.not. allocated(self%effects)) call make_effects(scene, self%effects)
       self%level%grid = make_grid_level(scene%grid)
       call self%timers%start()
+      do e = 1, size(self%effects)
+         call self%effects(e)%effect%prepare(self%level%grid, self%materials)
+      end do
       call self%effect_step%build(self%effects, product(self%level%grid%blocks), self%timers)
       call self%contact%build(scene%tools, scene%contact)
       call declare_fields(self)
@@ -94,6 +97,10 @@ contains
          end do
       end do
       call self%level%size_work()
+      do e = 1, size(self%effects)
+         call self%effects(e)%effect%verify(communicator, self%level, error)
+      end do
+      call communicator%agree(error)
    contains
       !> Ids of different bodies do not meet.
       pure integer(i8) function first_id(body)

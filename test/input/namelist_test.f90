@@ -192,7 +192,8 @@ contains
              '&tool shape=''cone'' half_angle=12.345678901234567 tip=0.8,0.1,0.8 axis=0.1,0.1,-1'//new// &
              'times=0,.1,.3 speeds=3*1.1/'// &
              '&tool shape=''flat'' radius=0.01 tip=.1,.8,.9 times=0 speeds=-1 penetration_factor=0/'//new// &
-             '&probe position=0.1,0.1,0.1 /'//new//'&contact tolerance=1e-12 max_iterations=7 /'//new
+             '&probe position=0.1,0.1,0.1 /'//new//'&contact tolerance=1e-12 max_iterations=7 /'//new// &
+             '&damping kind=''viscous'' coefficient=0.30000000000000004 / &gravity acceleration=0,1e-7,-9.80665 /'//new
    end function hard_scene
 
    subroutine test_scene()
@@ -216,6 +217,9 @@ contains
       call test%check_close(scene%tools(1)%times, [0.0_wp, 0.1_wp, 0.3_wp], 0.0_wp, 'scene: a table')
       call test%check_close(scene%tools(2)%penetration_factor, 0.0_wp, 0.0_wp, 'scene: zero is kept')
       call test%check(.not. scene%output%present, 'scene: no output')
+      call test%check_equal(size(scene%effects), 2, 'scene: effects')
+      call test%check(scene%effects(1)%it%name == 'gravity' .and. scene%effects(2)%it%name == 'damping', &
+                      'scene: effects in the order of the catalogue')
    end subroutine test_scene
 
    subroutine test_round_trip()
@@ -232,6 +236,8 @@ contains
       if (error%happened()) print '(a)', error%message
       if (error%happened()) return
       call test%check(scene_as_namelist(second) == text, 'round trip: the same text')
+      call test%check(index(text, 'acceleration=0,1e-7,-9.80665'//new) > 0 .and. index(text, 'kind=''viscous'''//new) > 0 .and. &
+                      index(text, 'coefficient=0.30000000000000004'//new) > 0, 'round trip: effects')
       call test%check_close(second%end_time, first%end_time, 0.0_wp, 'round trip: end')
       call test%check_close(second%time%safety, first%time%safety, 0.0_wp, 'round trip: safety')
       call test%check(all(first%grid%cells == second%grid%cells) .and. all(second%grid%boundary /= boundary_free), &

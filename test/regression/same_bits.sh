@@ -1,6 +1,6 @@
 #!/bin/bash
 #test: limit 180
-# A scene without contact gives the same bits of every output on 1, 2 and 4 ranks.
+# A scene without contact, with and without effects, gives the same bits of every output on 1, 2 and 4 ranks.
 . "$(dirname "$0")/../harness/env.sh"
 scenes=$ROOT/test/regression
 for update in usl musl; do
@@ -9,10 +9,17 @@ for update in usl musl; do
       run_scene $n scene.nml || { cat run_$n.log; fail "on $n ranks"; }
    done
 done
+for n in 1 2 4; do
+   {
+      sed "s:'out':'effects_$n':" "$scenes/same_bits.nml"
+      echo "&gravity acceleration=0.5,-1,-2 / &damping kind='local', coefficient=0.1 /"
+   } >scene.nml
+   run_scene $n scene.nml || { cat run_$n.log; fail "with effects on $n ranks"; }
+done
 PYTHONPATH=$scenes "$PYTHON" - <<'END'
 from runs import *
 
-for update in ("usl", "musl"):
+for update in ("usl", "musl", "effects"):
     for ranks in (2, 4):
         same_bits(f"{update}_1", f"{update}_{ranks}")
     first, last = snapshots(f"{update}_4")[0], snapshots(f"{update}_4")[-1]
@@ -20,6 +27,8 @@ for update in ("usl", "musl"):
     way = np.linalg.norm(way, axis=1).mean() / 0.1
     print(f"   {update}: the particles moved {way:.1f} cells on average")
     require(f"{update}: particles changed block", way > 4)
+history = energy("effects_4")
+require("effects: work and damped energy", abs(history["external_work"][-1]) > 50 and history["damped"][-1] > 100)
 # what compares bits must see one
 import h5py, shutil
 shutil.copytree("usl_1", "planted")
