@@ -5,6 +5,8 @@ module m_materials
    use m_material, only: material_t
    use m_elastic, only: elastic_t
    use m_neo_hookean, only: neo_hookean_t
+   use m_j2, only: j2_t
+   use m_johnson_cook, only: johnson_cook_t
    implicit none
    private
    public :: materials_t, make_materials
@@ -38,6 +40,8 @@ contains
       select case (spec%model)
       case ('elastic'); allocate (elastic_t :: slot%law)
       case ('neo_hookean'); allocate (neo_hookean_t :: slot%law)
+      case ('j2'); allocate (j2_t :: slot%law)
+      case ('johnson_cook'); allocate (johnson_cook_t :: slot%law)
       end select
       slot%law%density = spec%density
       slot%law%lame = spec%young*spec%poisson/((1.0_wp + spec%poisson)*(1.0_wp - 2.0_wp*spec%poisson))

@@ -60,7 +60,7 @@ contains
       type(scene_t), intent(in) :: scene
       type(error_t), intent(inout) :: error
       integer, allocatable :: counts(:)
-      integer :: b, body
+      integer :: b, body, filled
       self%communicator = communicator
       self%method = scene%time
       self%materials = make_materials(scene)
@@ -77,8 +77,13 @@ contains
       call self%connect()
       do b = 1, size(self%level%blocks)
          do body = 1, size(scene%bodies)
+            filled = self%level%blocks(b)%particles%count
             call fill_block(self%level, self%level%blocks(b), scene%bodies(body), body, &
                             scene%materials(scene%bodies(body)%material)%density, first_id(body))
+            associate (particles => self%level%blocks(b)%particles, law => self%materials%slots(self%materials%of_body(body))%law)
+               if (particles%count > filled) &
+                  call law%initial(particles%column, self%level%layout, filled + 1, particles%count)
+            end associate
          end do
          call set_bins(self%level, self%level%blocks(b))
       end do
@@ -117,10 +122,10 @@ contains
          call table%declare('stress', 6, 'Pa', written=.true.)
          if (self%method%affine) call table%declare('velocity_gradient', 9, '1/s', written=.false.)
          if (self%method%stress_update == update_musl) call table%declare('next_position', 3, 'm', written=.false.)
+         if (self%contact%active()) call self%contact%declare(table) ! before the laws: some carry more where there are tools
          do m = 1, size(self%materials%slots)
             call self%materials%slots(m)%law%declare(table)
          end do
-         if (self%contact%active()) call self%contact%declare(table)
          do m = 1, size(self%effects)
             call self%effects(m)%effect%declare(table)
          end do
