@@ -78,7 +78,7 @@ contains
    subroutine check_time_step(self)
       class(simulation_t), intent(inout) :: self
       real(wp) :: limit
-      limit = safety_limit(self%scene)*self%model%level%grid%cell/(self%model%bounds%wave_speed + self%model%bounds%particle_speed)
+      limit = safety_limit(self%scene)*self%model%level%grid%cell/(self%model%wave_speed() + self%model%bounds%particle_speed)
       if (self%scene%time%time_step > limit) call fail(self%error, exit_input, '&time time_step='// &
           to_text(self%scene%time%time_step)//': must be at most '//to_text(limit)//' s, '// &
           to_text(safety_limit(self%scene))//' cells over the speed of sound')
@@ -120,7 +120,7 @@ contains
          do t = 1, size(self%model%contact%tools)
             speed = max(speed, abs(self%model%contact%tools(t)%speed_at(self%model%time)))
          end do
-         time_step = self%scene%time%safety*self%model%level%grid%cell/(self%model%bounds%wave_speed + speed)
+         time_step = self%scene%time%safety*self%model%level%grid%cell/(self%model%wave_speed() + speed)
       end if
       remaining = self%scene%end_time - self%model%time
       time_step = remaining/max(1_i8, ceiling(remaining/time_step - 1.0e-6_wp, i8))

@@ -39,23 +39,28 @@ contains
       probe%id = id
    end function choose_particle
 
-   !> Collective: position (m) and stress (Pa; xx yy zz yz xz xy) of the probed particle.
-   subroutine read_probe(model, probe, position, stress)
+   !> Collective: position (m), stress (Pa; xx yy zz yz xz xy) and equivalent plastic strain of the probed particle; the last is 0
+   !> when no law of the scene has plastic flow.
+   subroutine read_probe(model, probe, position, stress, plastic_strain)
       type(model_t), intent(in) :: model
       type(probe_t), intent(in) :: probe
-      real(wp), intent(out) :: position(3), stress(6)
-      real(wp) :: found(9)
-      integer :: b, p
+      real(wp), intent(out) :: position(3), stress(6), plastic_strain
+      real(wp) :: found(10)
+      integer :: b, p, flowed
       found = 0.0_wp
+      flowed = model%level%table%column('plastic_strain')
       do b = 1, size(model%level%blocks)
          associate (particles => model%level%blocks(b)%particles, at => model%level%layout)
             p = findloc(particles%id(:particles%count), probe%id, dim=1)
-            if (p > 0) found = [particles%column(p, at%position:at%position + 2), particles%column(p, at%stress:at%stress + 5)]
+            if (p == 0) cycle
+            found(:9) = [particles%column(p, at%position:at%position + 2), particles%column(p, at%stress:at%stress + 5)]
+            if (flowed > 0) found(10) = particles%column(p, flowed)
          end associate
       end do
-      call MPI_Allreduce(MPI_IN_PLACE, found, 9, MPI_DOUBLE_PRECISION, MPI_SUM, model%communicator%comm)
+      call MPI_Allreduce(MPI_IN_PLACE, found, size(found), MPI_DOUBLE_PRECISION, MPI_SUM, model%communicator%comm)
       position = found(1:3)
       stress = found(4:9)
+      plastic_strain = found(10)
    end subroutine read_probe
 
 end module m_probe

@@ -117,21 +117,22 @@ contains
       type(model_t), intent(in) :: model
       type(balance_t), intent(in) :: balance
       type(error_t), intent(inout) :: error
-      real(wp) :: position(3), s(6), mises
+      real(wp) :: position(3), s(6), mises, plastic_strain
       integer :: n
       self%rows = 1 + int(model%time/self%history_every*(1.0_wp + 1.0e-12_wp))
       if (.not. self%writes) return
-      call self%energy%append([model%time, balance%now%kinetic, balance%now%strain, 0.0_wp, balance%damped, balance%external_work, &
-                               balance%error(), balance%now%momentum, balance%now%angular_momentum, balance%now%mass], error)
+      call self%energy%append([model%time, balance%now%kinetic, balance%now%strain, balance%now%plastic, balance%damped, &
+                               balance%external_work, balance%error(), balance%now%momentum, &
+                               balance%now%angular_momentum, balance%now%mass], error)
       do n = 1, size(self%tools)
          associate (tool => model%contact%tools(n), state => model%contact%states(n))
             call self%tools(n)%append([model%time, tool%travel, state%load, state%area, state%overlap], error)
          end associate
       end do
       do n = 1, size(self%probes)
-         call read_probe(model, self%probed(n), position, s)
+         call read_probe(model, self%probed(n), position, s, plastic_strain)
          mises = sqrt(0.5_wp*((s(1) - s(2))**2 + (s(2) - s(3))**2 + (s(3) - s(1))**2) + 3.0_wp*sum(s(4:6)**2))
-         call self%probes(n)%append([model%time, position, s, mises, 0.0_wp], error)
+         call self%probes(n)%append([model%time, position, s, mises, plastic_strain], error)
       end do
       call model%communicator%agree(error)
    end subroutine record_history

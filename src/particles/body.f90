@@ -79,7 +79,7 @@ contains
       belongs = inside(spec, x)
    end function belongs
 
-   !> What a new particle carries.
+   !> What a new particle carries; fields of its law follow (material_t%initial).
    pure subroutine initial_values(level, spec, density, spacing, x, values)
       type(level_t), intent(in) :: level
       type(body_spec_t), intent(in) :: spec
@@ -96,7 +96,6 @@ contains
          values(at%mass) = density*spacing**3
          values(at%half_size) = 0.5_wp*spacing
          if (at%gradient > 0) values(at%gradient:at%gradient + 8) = [0.0_wp, w(3), -w(2), -w(3), 0.0_wp, w(1), w(2), -w(1), 0.0_wp]
-         if (at%deformation > 0) values(at%deformation:at%deformation + 8:4) = 1.0_wp
       end associate
    end subroutine initial_values
 

@@ -15,7 +15,9 @@ module m_material
    contains
       procedure :: variables
       procedure :: declare
+      procedure :: initial
       procedure :: stiffest
+      procedure :: plastic_energy
       procedure(update_interface), deferred :: update
       procedure(energy_interface), deferred :: strain_energy
       procedure(stretch_interface), deferred :: stretch
@@ -62,12 +64,30 @@ contains
       associate (unused => self%density, unchanged => group); end associate
    end subroutine variables
 
-   !> Add the fields that the law needs beyond stress; most need none.
+   !> Add the fields that the law needs beyond stress, and remember their columns; most need none.
    pure subroutine declare(self, table)
-      class(material_t), intent(in) :: self
+      class(material_t), intent(inout) :: self
       type(field_table_t), intent(inout) :: table
-      associate (unused => self%density, unchanged => table%columns); end associate
+      associate (unchanged => self%density, unused => table%columns); end associate
    end subroutine declare
+
+   !> First values of the law's own fields for the new particles first..last; those that start at zero need none.
+   pure subroutine initial(self, column, layout, first, last)
+      class(material_t), intent(in) :: self
+      real(wp), intent(inout), contiguous :: column(:, :)
+      type(layout_t), intent(in) :: layout
+      integer, intent(in) :: first, last
+      associate (unused => self%density, unchanged => column, here => layout%stress, from => first, to => last); end associate
+   end subroutine initial
+
+   !> Plastic work of particles first..last since the start (all of this material), J; a law without plastic flow has none.
+   pure real(wp) function plastic_energy(self, column, first, last)
+      class(material_t), intent(in) :: self
+      real(wp), intent(in), contiguous :: column(:, :)
+      integer, intent(in) :: first, last
+      associate (unused => self%density, unread => column, from => first, to => last); end associate
+      plastic_energy = 0.0_wp
+   end function plastic_energy
 
    !> Largest modulus of a plane wave relative to the current volume, Pa: c = sqrt(stiffest V/m).
    pure real(wp) function stiffest(self)

@@ -6,6 +6,8 @@ module m_materials
    use m_material, only: material_t
    use m_elastic, only: elastic_t
    use m_neo_hookean, only: neo_hookean_t
+   use m_j2, only: j2_t
+   use m_johnson_cook, only: johnson_cook_t
    implicit none
    private
    public :: materials_t, known_materials, make_materials, material_of
@@ -28,6 +30,8 @@ contains
       type(catalogue_t), intent(inout) :: catalogue
       call offer(catalogue%models, 'elastic', elastic_t())
       call offer(catalogue%models, 'neo_hookean', neo_hookean_t())
+      call offer(catalogue%models, 'j2', j2_t())
+      call offer(catalogue%models, 'johnson_cook', johnson_cook_t())
    end subroutine known_materials
 
    !> The materials of a scene.

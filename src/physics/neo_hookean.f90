@@ -10,6 +10,7 @@ module m_neo_hookean
    type, extends(material_t) :: neo_hookean_t
    contains
       procedure :: declare
+      procedure :: initial
       procedure :: update
       procedure :: strain_energy
       procedure :: stretch
@@ -17,13 +18,23 @@ module m_neo_hookean
 
 contains
 
-   !> The deformation gradient, which begins as the identity.
+   !> The deformation gradient.
    pure subroutine declare(self, table)
-      class(neo_hookean_t), intent(in) :: self
+      class(neo_hookean_t), intent(inout) :: self
       type(field_table_t), intent(inout) :: table
       associate (unused => self%density); end associate
       call table%declare('deformation_gradient', 9, '1', written=.false.)
    end subroutine declare
+
+   !> It begins as the identity.
+   pure subroutine initial(self, column, layout, first, last)
+      class(neo_hookean_t), intent(in) :: self
+      real(wp), intent(inout), contiguous :: column(:, :)
+      type(layout_t), intent(in) :: layout
+      integer, intent(in) :: first, last
+      associate (unused => self%density); end associate
+      column(first:last, layout%deformation:layout%deformation + 8:4) = 1.0_wp
+   end subroutine initial
 
    !> F <- (I + dt L) F; sigma = mu J^(-5/3) dev b + K (J - 1) I.
    pure subroutine update(self, column, layout, gradient, time_step, first, last)

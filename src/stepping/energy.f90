@@ -7,15 +7,19 @@ module m_energy
    private
    public :: sums_t, balance_t, measure
 
-   integer, parameter :: quantities = 9
+   integer, parameter :: quantities = 11
 
    !> Sums over all particles of all ranks; the same bits on any number of ranks.
    type :: sums_t
       real(wp) :: mass = 0.0_wp               !< kg
       real(wp) :: kinetic = 0.0_wp            !< J
       real(wp) :: strain = 0.0_wp             !< J
+      real(wp) :: plastic = 0.0_wp            !< plastic work since the start, J
       real(wp) :: momentum(3) = 0.0_wp        !< kg m/s
       real(wp) :: angular_momentum(3) = 0.0_wp !< kg m2/s about the origin
+      real(wp) :: dissipated = 0.0_wp         !< taken out of particles by effects since the start, J
+   contains
+      procedure :: energy
    end type sums_t
 
    !> Where energy came from and went to since the start.
@@ -51,10 +55,16 @@ contains
       do b = 1, size(parts, 2)
          total = total + parts(:, b)
       end do
-      sums = sums_t(total(1), total(2), total(3), total(4:6), total(7:9))
+      sums = sums_t(total(1), total(2), total(3), total(4), total(5:7), total(8:10), total(11))
    end function measure
 
-   !> Mass, kinetic energy, strain energy, momentum, angular momentum of one block.
+   !> Kinetic energy, strain energy and plastic work together, J.
+   pure real(wp) function energy(self)
+      class(sums_t), intent(in) :: self
+      energy = self%kinetic + self%strain + self%plastic
+   end function energy
+
+   !> Mass, kinetic energy, strain energy, plastic work, momentum, angular momentum of one block, and what effects took out.
    pure function block_sums(model, b) result(sums)
       type(model_t), intent(in) :: model
       integer, intent(in) :: b
@@ -70,12 +80,16 @@ contains
             last = particles%run_end(first)
             m = model%materials%of_body(particles%body(first))
             sums(3) = sums(3) + model%materials%slots(m)%law%strain_energy(particles%column, at, first, last)
+            sums(4) = sums(4) + model%materials%slots(m)%law%plastic_energy(particles%column, first, last)
             first = last + 1
+         end do
+         do m = 1, size(model%effects)
+            sums(11) = sums(11) + model%effects(m)%effect%dissipated(particles%column, 1, particles%count)
          end do
       end associate
    end function block_sums
 
-   !> All of block_sums but the strain energy, which it leaves alone.
+   !> All of block_sums but the laws' energies, which it leaves alone.
    pure subroutine moments(count, x, v, m, sums)
       integer, intent(in) :: count
       real(wp), intent(in), contiguous :: x(:, :), v(:, :), m(:)
@@ -98,7 +112,7 @@ contains
       end do
       sums(1) = mass
       sums(2) = 0.5_wp*kinetic
-      sums(4:9) = [px, py, pz, lx, ly, lz]
+      sums(5:10) = [px, py, pz, lx, ly, lz]
    end subroutine moments
 
    !> Collective: the start of the balance.
@@ -107,7 +121,7 @@ contains
       type(model_t), intent(in) :: model
       self%start = measure(model)
       self%now = self%start
-      self%largest = self%start%kinetic + self%start%strain
+      self%largest = self%start%energy()
    end subroutine begin
 
    !> Collective: bring the balance up to the model as it stands.
@@ -117,16 +131,15 @@ contains
       self%now = measure(model)
       call model%effect_step%fold(model%communicator)
       self%external_work = sum(model%contact%states%work) + model%effect_step%external_work
-      self%damped = model%effect_step%damped
-      self%largest = max(self%largest, abs(self%external_work), abs(self%damped), self%now%kinetic + self%now%strain)
+      self%damped = model%effect_step%damped + self%now%dissipated
+      self%largest = max(self%largest, abs(self%external_work), abs(self%damped), self%now%energy())
       self%worst = max(self%worst, abs(self%excess()))
    end subroutine follow
 
    !> Energy that is there and should not be (above 0) or is missing, J.
    pure real(wp) function excess(self)
       class(balance_t), intent(in) :: self
-      excess = self%now%kinetic + self%now%strain - self%start%kinetic - self%start%strain - self%external_work &
-               + self%damped
+      excess = self%now%energy() - self%start%energy() - self%external_work + self%damped
    end function excess
 
    !> The same relative to the largest energy or work seen.

@@ -51,6 +51,7 @@ module m_model
       procedure :: connect
       procedure :: create_blocks
       procedure :: rebalance
+      procedure :: wave_speed
       procedure :: release
    end type model_t
 
@@ -65,7 +66,7 @@ contains
       type(scene_t), intent(in) :: scene
       type(error_t), intent(inout) :: error
       integer, allocatable :: counts(:)
-      integer :: b, body, e
+      integer :: b, body, e, filled
       self%communicator = communicator
       self%method = scene%time
       self%materials = make_materials(scene)
@@ -87,8 +88,13 @@ contains
       call self%connect()
       do b = 1, size(self%level%blocks)
          do body = 1, size(scene%bodies)
+            filled = self%level%blocks(b)%particles%count
             call fill_block(self%level, self%level%blocks(b), scene%bodies(body), body, &
                             scene%materials(scene%bodies(body)%material)%density, first_id(body))
+            associate (particles => self%level%blocks(b)%particles, law => self%materials%slots(self%materials%of_body(body))%law)
+               if (particles%count > filled) &
+                  call law%initial(particles%column, self%level%layout, filled + 1, particles%count)
+            end associate
          end do
          call set_bins(self%level, self%level%blocks(b))
          do e = 1, size(self%effects)
@@ -135,10 +141,10 @@ contains
          call table%declare('stress', 6, 'Pa', written=.true.)
          if (self%method%affine) call table%declare('velocity_gradient', 9, '1/s', written=.false.)
          if (self%method%stress_update == update_musl) call table%declare('next_position', 3, 'm', written=.false.)
+         if (self%contact%active()) call self%contact%declare(table) ! before the laws: some carry more where there are tools
          do m = 1, size(self%materials%slots)
             call self%materials%slots(m)%law%declare(table)
          end do
-         if (self%contact%active()) call self%contact%declare(table)
          do m = 1, size(self%effects)
             self%effects(m)%columns = table%columns
             call self%effects(m)%effect%declare(table)
@@ -226,6 +232,16 @@ contains
       end if
       call self%timers%leave()
    end subroutine rebalance
+
+   !> Speed (m/s) of the fastest wave of the grid: that of the material, faster by what effects make of it.
+   pure real(wp) function wave_speed(self)
+      class(model_t), intent(in) :: self
+      integer :: e
+      wave_speed = self%bounds%wave_speed
+      do e = 1, size(self%effects)
+         wave_speed = wave_speed*self%effects(e)%effect%wave_factor(self%bounds%particle_speed/self%bounds%wave_speed)
+      end do
+   end function wave_speed
 
    !> Free what MPI and PETSc hold.
    subroutine release(self)

@@ -60,7 +60,7 @@ contains
    !> Undeformed, with volumes of about 1.
    subroutine reset()
       column = 0.0_wp
-      column(:, layout%deformation:layout%deformation + 8:4) = 1.0_wp
+      call laws%slots(neo_hookean)%law%initial(column, layout, 1, n)
       column(:, layout%volume) = chance%several(n, 0.5_wp, 1.5_wp)
       column(:, layout%mass) = 1.0_wp
    end subroutine reset

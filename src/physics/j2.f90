@@ -1,0 +1,133 @@
+!> Von Mises plasticity with isotropic hardening: none, linear, or by a table (theory.md, eqs return, j2).
+module m_j2
+   use m_kinds, only: wp
+   use m_value_range, only: above, at_least
+   use m_group_reader, only: group_reader_t
+   use m_field_table, only: layout_t
+   use m_plastic, only: plastic_t, lane_t, lanes
+   implicit none
+   private
+   public :: j2_t
+
+   !> The yield stress is yield_stress + hardening_modulus times the equivalent plastic strain or, where the table is there,
+   !> linear between its points and held after the last.
+   type, extends(plastic_t) :: j2_t
+      real(wp) :: yield_stress = 0.0_wp             !< at first, Pa
+      real(wp) :: hardening_modulus = 0.0_wp        !< slope of yield stress over equivalent plastic strain, Pa
+      real(wp), allocatable :: hardening_strain(:)  !< equivalent plastic strain, rising from 0
+      real(wp), allocatable :: hardening_stress(:)  !< yield stress there, Pa
+   contains
+      procedure :: variables
+      procedure :: flow
+      procedure, private :: segment
+   end type j2_t
+
+contains
+
+   !> The law's own variables of its &material group.
+   subroutine variables(self, group)
+      class(j2_t), intent(inout) :: self
+      type(group_reader_t), intent(inout) :: group
+      logical :: by_table
+      by_table = group%is_given('hardening_strain') .or. group%is_given('hardening_stress') .or. allocated(self%hardening_strain)
+      call group%get_list('hardening_strain', self%hardening_strain, at_least(0.0_wp, ''), required=by_table, used=by_table)
+      call group%get_list('hardening_stress', self%hardening_stress, above(0.0_wp, 'Pa'), required=by_table, used=by_table)
+      call group%get('yield_stress', self%yield_stress, above(0.0_wp, 'Pa'), required=.not. by_table)
+      call group%get('hardening_modulus', self%hardening_modulus, at_least(0.0_wp, 'Pa'))
+      if (.not. (allocated(self%hardening_strain) .and. allocated(self%hardening_stress))) return
+      associate (strain => self%hardening_strain, stress => self%hardening_stress)
+         if (size(strain) /= size(stress)) then
+            call group%refuse('hardening_stress', 'must have as many numbers as hardening_strain')
+            return
+         end if
+         if (strain(1) > 0.0_wp) call group%refuse('hardening_strain', 'must begin with 0')
+         if (any(strain(2:) <= strain(:size(strain) - 1))) call group%refuse('hardening_strain', 'must rise')
+         if (any(stress(2:) < stress(:size(stress) - 1))) call group%refuse('hardening_stress', 'must not fall')
+         if (group%is_given('yield_stress') .and. abs(self%yield_stress - stress(1)) > 0.0_wp) &
+            call group%refuse('yield_stress', 'must be the first of hardening_stress, or absent')
+         if (self%hardening_modulus > 0.0_wp) call group%refuse('hardening_modulus', 'must be 0 or absent with hardening_strain')
+         self%yield_stress = stress(1)
+      end associate
+   end subroutine variables
+
+   !> Segment k of the hardening curve: plastic strain at its two ends, and its slope (Pa). `is_last` has no end.
+   pure subroutine segment(self, k, begin, end, slope, is_last)
+      class(j2_t), intent(in) :: self
+      integer, intent(in) :: k
+      real(wp), intent(out) :: begin, end, slope
+      logical, intent(out) :: is_last
+      begin = 0.0_wp
+      end = huge(end)
+      slope = self%hardening_modulus
+      is_last = .true.
+      if (.not. allocated(self%hardening_strain)) return
+      associate (strain => self%hardening_strain, stress => self%hardening_stress)
+         begin = strain(k)
+         slope = 0.0_wp
+         is_last = k == size(strain)
+         if (is_last) return
+         end = strain(k + 1)
+         slope = (stress(k + 1) - stress(k))/(end - begin)
+      end associate
+   end subroutine segment
+
+   !> Walk the segments of the curve from where each particle stands: exact, whatever the number of kinks in a step.
+   pure subroutine flow(self, column, layout, time_step, first, last, lane)
+      class(j2_t), intent(in) :: self
+      real(wp), intent(inout), contiguous :: column(:, :)
+      type(layout_t), intent(in) :: layout
+      real(wp), intent(in) :: time_step
+      integer, intent(in) :: first, last
+      type(lane_t), intent(inout) :: lane
+      real(wp) :: strength(lanes), beyond(lanes), begin, end, slope, largest
+      logical :: is_last
+      integer :: i, k, n
+      associate (unused => layout%stress, unneeded => time_step); end associate
+      n = last - first + 1
+      strength(:n) = self%yield_stress
+      k = 0
+      is_last = .false.
+      do while (.not. is_last)
+         k = k + 1
+         call self%segment(k, begin, end, slope, is_last)
+         !$omp simd
+         do i = 1, n
+            strength(i) = strength(i) + slope*min(max(column(first + i - 1, self%strain) - begin, 0.0_wp), end - begin)
+         end do
+      end do
+      largest = 0.0_wp
+      !$omp simd reduction(max: largest)
+      do i = 1, n
+         beyond(i) = max(lane%trial(i) - strength(i), 0.0_wp)
+         largest = max(largest, beyond(i))
+      end do
+      if (largest <= 0.0_wp) return
+      k = 0
+      is_last = .false.
+      do while (.not. is_last)
+         k = k + 1
+         call self%segment(k, begin, end, slope, is_last)
+         !$omp simd
+         do i = 1, n
+            call walk(column(first + i - 1, self%strain), end, slope, 3.0_wp*self%shear, beyond(i), strength(i), lane%strain(i), &
+                      lane%work(i))
+         end do
+      end do
+   end subroutine flow
+
+   !> Flow within one segment until the trial stress is met or the segment ends; nothing where the segment lies behind.
+   pure elemental subroutine walk(before, end, slope, softening, beyond, strength, strain, work)
+      real(wp), intent(in) :: before    !< plastic strain before the step
+      real(wp), intent(in) :: end       !< of the segment
+      real(wp), intent(in) :: slope     !< Pa
+      real(wp), intent(in) :: softening !< fall of the trial stress per plastic strain, 3 times the shear modulus, Pa
+      real(wp), intent(inout) :: beyond, strength, strain, work
+      real(wp) :: part
+      part = min(max(end - (before + strain), 0.0_wp), beyond/(softening + slope))
+      beyond = max(beyond - part*(softening + slope), 0.0_wp)
+      work = work + part*(strength + 0.5_wp*slope*part)
+      strength = strength + slope*part
+      strain = strain + part
+   end subroutine walk
+
+end module m_j2

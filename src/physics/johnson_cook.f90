@@ -1,0 +1,164 @@
+!> Johnson and Cook's (1983) plasticity: hardening, rate, temperature, and heating by plastic work (theory.md, eqs return,
+!> johnson-cook).
+module m_johnson_cook
+   use m_kinds, only: wp
+   use m_value_range, only: above, at_least
+   use m_group_reader, only: group_reader_t
+   use m_field_table, only: field_table_t, layout_t
+   use m_plastic, only: plastic_t, lane_t, lanes, declare_plastic, initial_plastic
+   implicit none
+   private
+   public :: johnson_cook_t
+
+   integer, parameter :: most_iterations = 40          !< two to five is what is needed but at the very first yield
+   real(wp), parameter :: residual_allowed = 1.0e-13_wp !< of the yield function, relative to the trial stress
+
+   type, extends(plastic_t) :: johnson_cook_t
+      real(wp) :: yield_stress = 0.0_wp         !< A, Pa
+      real(wp) :: hardening_modulus = 0.0_wp    !< B, Pa
+      real(wp) :: hardening_exponent = 1.0_wp   !< n
+      real(wp) :: rate_coefficient = 0.0_wp     !< C
+      real(wp) :: reference_rate = 1.0_wp       !< 1/s
+      real(wp) :: thermal_exponent = 1.0_wp     !< m
+      real(wp) :: room_temperature = 293.15_wp  !< K; also that of the start
+      real(wp) :: melting_temperature = 0.0_wp  !< K
+      real(wp) :: specific_heat = 0.0_wp        !< J/kg/K
+      real(wp) :: heat_fraction = 0.9_wp        !< of the plastic work that becomes heat
+      integer :: temperature = 0                !< column, K
+   contains
+      procedure :: variables
+      procedure :: declare
+      procedure :: initial
+      procedure :: flow
+      procedure, private :: solve
+   end type johnson_cook_t
+
+contains
+
+   !> The law's own variables of its &material group.
+   subroutine variables(self, group)
+      class(johnson_cook_t), intent(inout) :: self
+      type(group_reader_t), intent(inout) :: group
+      call group%get('yield_stress', self%yield_stress, above(0.0_wp, 'Pa'), required=.true.)
+      call group%get('hardening_modulus', self%hardening_modulus, at_least(0.0_wp, 'Pa'), required=.true.)
+      call group%get('hardening_exponent', self%hardening_exponent, above(0.0_wp, ''), required=.true.)
+      call group%get('rate_coefficient', self%rate_coefficient, at_least(0.0_wp, ''), required=.true.)
+      call group%get('reference_rate', self%reference_rate, above(0.0_wp, '1/s'))
+      call group%get('thermal_exponent', self%thermal_exponent, above(0.0_wp, ''), required=.true.)
+      call group%get('room_temperature', self%room_temperature, above(0.0_wp, 'K'))
+      call group%get('melting_temperature', self%melting_temperature, above(0.0_wp, 'K'), required=.true.)
+      call group%get('specific_heat', self%specific_heat, above(0.0_wp, 'J/kg/K'), required=.true.)
+      call group%get('heat_fraction', self%heat_fraction, at_least(0.0_wp, '', at_most=1.0_wp))
+      if (self%melting_temperature <= self%room_temperature) &
+         call group%refuse('melting_temperature', 'must be above room_temperature')
+   end subroutine variables
+
+   !> Those of plastic flow, and the temperature.
+   pure subroutine declare(self, table)
+      class(johnson_cook_t), intent(inout) :: self
+      type(field_table_t), intent(inout) :: table
+      call declare_plastic(self, table)
+      call table%declare('temperature', 1, 'K', written=.true.)
+      self%temperature = table%column('temperature')
+   end subroutine declare
+
+   !> The body is at room temperature.
+   pure subroutine initial(self, column, layout, first, last)
+      class(johnson_cook_t), intent(in) :: self
+      real(wp), intent(inout), contiguous :: column(:, :)
+      type(layout_t), intent(in) :: layout
+      integer, intent(in) :: first, last
+      call initial_plastic(self, column, layout, first, last)
+      column(first:last, self%temperature) = self%room_temperature
+   end subroutine initial
+
+   !> Flow at the temperature of the step's beginning, then heat. Particles that flow are gathered into lanes first: few do, and
+   !> powers are dear.
+   pure subroutine flow(self, column, layout, time_step, first, last, lane)
+      class(johnson_cook_t), intent(in) :: self
+      real(wp), intent(inout), contiguous :: column(:, :)
+      type(layout_t), intent(in) :: layout
+      real(wp), intent(in) :: time_step
+      integer, intent(in) :: first, last
+      type(lane_t), intent(inout) :: lane
+      real(wp), dimension(lanes) :: warmth, beyond, trial, before, factor, excess, strain
+      integer :: which(lanes), i, n, p
+      !$omp simd
+      do p = first, last
+         i = p - first + 1
+         warmth(i) = thermal(self%room_temperature, self%melting_temperature, self%thermal_exponent, column(p, self%temperature))
+         beyond(i) = lane%trial(i) - warmth(i)*(self%yield_stress &
+                                                + self%hardening_modulus*column(p, self%strain)**self%hardening_exponent)
+      end do
+      n = 0
+      do i = 1, last - first + 1
+         if (beyond(i) <= 0.0_wp) cycle
+         n = n + 1
+         which(n) = i
+         trial(n) = lane%trial(i)
+         before(n) = column(first + i - 1, self%strain)
+         factor(n) = warmth(i)
+         excess(n) = beyond(i)
+      end do
+      if (n == 0) return
+      call self%solve(time_step, trial(:n), before(:n), factor(:n), excess(:n), strain(:n))
+      do i = 1, n
+         p = first + which(i) - 1
+         lane%strain(which(i)) = strain(i)
+         lane%work(which(i)) = max(trial(i) - 3.0_wp*self%shear*strain(i), 0.0_wp)*strain(i)
+         column(p, self%temperature) = column(p, self%temperature) + self%heat_fraction/self%specific_heat &
+                                       *lane%work(which(i))*column(p, layout%volume)/column(p, layout%mass)
+      end do
+   end subroutine flow
+
+   !> 1 - T*^m, with T* between 0 and 1: cold material is no stronger than at room temperature, molten material has no strength.
+   pure elemental real(wp) function thermal(room, melting, exponent, temperature)
+      real(wp), intent(in) :: room, melting, exponent, temperature
+      thermal = 1.0_wp - min(max((temperature - room)/(melting - room), 0.0_wp), 1.0_wp)**exponent
+   end function thermal
+
+   !> Where trial - 3 mu d = yield stress(before + d, d/dt), by Newton's iteration in u = ln d. The yield function is concave and
+   !> falls in u (each term of the yield stress is convex and rises), and d = excess/(3 mu) lies to the right of the root: from
+   !> there the iteration comes down to the root and never passes it, so it needs no other safeguard. In d itself it would:
+   !> d^n and ln d are steep at 0. All lanes go on until the last is there.
+   pure subroutine solve(self, time_step, trial, before, factor, excess, strain)
+      class(johnson_cook_t), intent(in) :: self
+      real(wp), intent(in) :: time_step
+      real(wp), intent(in), contiguous :: trial(:)   !< von Mises stress, Pa
+      real(wp), intent(in), contiguous :: before(:)  !< equivalent plastic strain before the step
+      real(wp), intent(in), contiguous :: factor(:)  !< of temperature
+      real(wp), intent(in), contiguous :: excess(:)  !< trial stress less the yield stress at rest, above 0, Pa
+      real(wp), intent(out), contiguous :: strain(:) !< increment of the equivalent plastic strain
+      real(wp) :: u(lanes), slowest, residual, worst
+      integer :: i, iteration
+      slowest = log(max(self%reference_rate*time_step, tiny(time_step)))
+      u(:size(trial)) = log(excess/(3.0_wp*self%shear))
+      do iteration = 1, most_iterations
+         worst = 0.0_wp
+         !$omp simd private(residual) reduction(max: worst)
+         do i = 1, size(trial)
+            call improve(self%yield_stress, self%hardening_modulus, self%hardening_exponent, self%rate_coefficient, slowest, &
+                         3.0_wp*self%shear, trial(i), before(i), factor(i), u(i), residual)
+            worst = max(worst, residual)
+         end do
+         if (worst <= residual_allowed) exit
+      end do
+      strain = exp(u(:size(trial)))
+   end subroutine solve
+
+   !> One iteration of one particle; `residual` is that before it.
+   pure elemental subroutine improve(a, b, n, c, slowest, softening, trial, before, factor, u, residual)
+      real(wp), intent(in) :: a, b, n, c, slowest, softening, trial, before, factor
+      real(wp), intent(inout) :: u
+      real(wp), intent(out) :: residual
+      real(wp) :: strain, hardening, rate, beyond, slope
+      strain = exp(u)
+      hardening = b*(before + strain)**n
+      rate = 1.0_wp + c*max(u - slowest, 0.0_wp)
+      beyond = trial - softening*strain - (a + hardening)*rate*factor
+      slope = softening*strain + factor*(n*hardening*strain/(before + strain)*rate + merge(c, 0.0_wp, u > slowest)*(a + hardening))
+      u = u + beyond/slope
+      residual = abs(beyond)/trial
+   end subroutine improve
+
+end module m_johnson_cook
