@@ -10,7 +10,7 @@ module m_johnson_cook
    private
    public :: johnson_cook_t
 
-   integer, parameter :: most_iterations = 40          !< two to five is what is needed but at the very first yield
+   integer, parameter :: most_iterations = 40          !< two to seven are needed, at the very first yield up to 17
    real(wp), parameter :: residual_allowed = 1.0e-13_wp !< of the yield function, relative to the trial stress
 
    type, extends(plastic_t) :: johnson_cook_t

@@ -3,6 +3,7 @@
 !>   read_scene < scene.nml     prints the normalised scene and exits 0, or `gimp3d: <sentence>` on stderr and exits 2
 !>   read_scene FILE ...        for each file in turn, `== FILE STATUS` and then the sentence or the normalised scene; exits 0
 !>   read_scene --names         prints `group variable` for all that can be read
+!>   read_scene --models        prints the material laws
 !test: helper
 program read_scene_driver
    use, intrinsic :: iso_fortran_env, only: error_unit
@@ -41,6 +42,8 @@ program read_scene_driver
       if (communicator%is_root() .and. .not. error%happened()) write (*, '(a)', advance='no') scene_as_namelist(scene)
    else if (argument(1) == '--names') then
       if (communicator%is_root()) write (*, '(a)', advance='no') known_variables(catalogue)
+   else if (argument(1) == '--models') then
+      if (communicator%is_root()) write (*, '(a)') (trim(catalogue%models(i)%it%name), i=1, size(catalogue%models))
    else
       do i = 1, command_argument_count()
          call try_file(argument(i))

@@ -12,7 +12,7 @@ set +e
 driver=${DRIVER:-$BUILD_DIR/test/input/read_scene}
 unit=${UNIT:-$BUILD_DIR/test/input/namelist_test}
 program=${asked:-$GIMP3D}
-table=$here/cases/table.txt
+table=table.txt # with the words that stand in its braces
 seconds=10
 [ "$BUILD" = debug ] && seconds=50
 [ -x "$driver" ] || fail "$driver is not there: make tests"
@@ -21,6 +21,8 @@ if [ ! -x "$program" ]; then
    echo "$program is not there: read_scene stands in for it"
    program=$driver
 fi
+list() { uniq | paste -sd, | sed 's/,/, /g'; }
+sed "s/{groups}/$("$driver" --names | cut -d' ' -f1 | list)/; s/{models}/$("$driver" --models | list)/" "$here/cases/table.txt" >"$table"
 passed=0 failed=0
 
 pass() { passed=$((passed + 1)); }
