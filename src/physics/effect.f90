@@ -23,6 +23,7 @@ module m_effect
       logical :: on_nodes = .false.
       logical :: on_gradient = .false.
       logical :: on_stress = .false.
+      logical :: acts_at_rest = .false. !< changes material that does not move and bears no stress: nothing may be left out
       logical :: dissipates = .false. !< what it does to nodes counts as damped energy, not as external work
    end type hooks_t
 

@@ -22,6 +22,7 @@ module m_effect_step
       integer, allocatable :: acceleration(:), add_forces(:), on_nodes(:), on_gradient(:), on_stress(:)
       logical :: gathers = .false. !< some effect gives forces before the sum over blocks
       logical :: works = .false.   !< some effect pushes nodes
+      logical :: acts_at_rest = .false. !< some effect changes material at rest
       real(wp) :: external_work = 0.0_wp !< done by effects up to the last fold, J
       real(wp) :: damped = 0.0_wp        !< taken out by effects up to the last fold, J
       integer, allocatable, private :: kind(:) !< of the work of each effect
@@ -58,6 +59,7 @@ contains
       self%on_stress = pack([(e, e=1, size(effects))], hooks%on_stress)
       self%kind = merge(dissipated, external, hooks%dissipates)
       self%gathers = any(hooks%acceleration .or. hooks%add_forces)
+      self%acts_at_rest = any(hooks%acts_at_rest)
       self%works = self%gathers .or. any(hooks%on_nodes)
       if (self%works) allocate (self%work(maxval(self%kind), places), source=0.0_wp)
    end subroutine build

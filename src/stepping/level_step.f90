@@ -147,7 +147,7 @@ contains
       type(model_t), intent(inout) :: model
       integer, intent(in) :: b
       associate (block => model%level%blocks(b))
-         stays = block%at_rest .and. model%skip_at_rest
+         stays = block%at_rest .and. model%skip_at_rest .and. .not. model%effect_step%acts_at_rest
          if (stays) stays = .not. any(abs(model%level%solved(2:7, :, :, :, b)) > 0.0_wp)
          if (.not. stays) then
             block%at_rest = .false.
@@ -265,6 +265,9 @@ contains
       do c = at%stress, at%stress + 5
          if (any(abs(particles%column(:n, c)) > 0.0_wp)) return
       end do
+      if (at%viscous_pressure > 0) then
+         if (any(abs(particles%column(:n, at%viscous_pressure)) > 0.0_wp)) return
+      end if
       if (at%gradient > 0) then
          do c = at%gradient, at%gradient + 8
             if (any(abs(particles%column(:n, c)) > 0.0_wp)) return

@@ -12,7 +12,7 @@ set +e
 driver=${DRIVER:-$BUILD_DIR/test/input/read_scene}
 unit=${UNIT:-$BUILD_DIR/test/input/namelist_test}
 program=${asked:-$GIMP3D}
-table=table.txt # with the words that stand in its braces
+table=$PWD/table.txt # with the words that stand in its braces
 seconds=10
 [ "$BUILD" = debug ] && seconds=50
 [ -x "$driver" ] || fail "$driver is not there: make tests"
