@@ -33,7 +33,7 @@ FNR == 1 { files[++count] = FILENAME }
 {
    line = tolower($0)
    sub(/\r$/, "", line)
-   if (line !~ /^[ \t]*(use|module|submodule|program)/) next
+   if (line !~ /^[ \t]*(use|module|submodule|program|block[ \t]*;)/) next
    sub(/!.*$/, "", line)
    parts = split(line, part, ";")
    for (n = 1; n <= parts; n++) statement(part[n])

@@ -10,7 +10,7 @@ module m_simulation
    use m_scene_reader, only: read_scene
    use m_scene_checks, only: safety_limit
    use m_offer, only: catalogue_t
-   use m_field_table, only: bytes_per_column
+   use m_field_table, only: field_table_t, bytes_per_column
    use m_materials, only: known_materials
    use m_effects, only: known_effects
    use m_model, only: model_t
@@ -155,9 +155,22 @@ contains
                                 si(real(bytes, wp), 'B')//' in all, '//to_text(real(bytes, wp)/self%particles, 3)//' B a particle')
          call self%console%line('time       '//si(self%scene%end_time, 's')//' in steps of '//si(time_step, 's')//', about '// &
                                 to_text(ceiling(self%scene%end_time/time_step, i8))//' steps')
+         call self%console%line('fields     '//fields_text(self%model%level%table))
          call self%console%line('effects    '//effects_text(self))
       end associate
    end subroutine introduce
+
+   !> What a particle carries: each field with its number of columns.
+   function fields_text(table) result(text)
+      type(field_table_t), intent(in) :: table
+      character(len=:), allocatable :: text
+      integer :: f
+      text = ''
+      do f = 1, size(table%fields)
+         text = text//table%fields(f)%name//' '//to_text(table%fields(f)%components)//', '
+      end do
+      text = text//'together '//to_text(bytes_per_column*table%columns)//' B a particle'
+   end function fields_text
 
    !> What the scene calls for, with the bytes a particle that it adds, and what it could have called for.
    function effects_text(self) result(text)

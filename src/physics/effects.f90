@@ -3,25 +3,27 @@ module m_effects
    use m_offer, only: catalogue_t, offer
    use m_scene, only: scene_t
    use m_effect, only: effect_t, effect_slot_t
-   use m_gravity, only: gravity_t
-   use m_damping, only: damping_t
-   use m_pressure, only: pressure_t
-   use m_bulk_viscosity, only: bulk_viscosity_t
-   use m_anti_locking, only: anti_locking_t
    implicit none
    private
    public :: known_effects, make_effects
 
 contains
 
-   !> Add all effects to a catalogue. They act in this order.
+   !> Add all effects to a catalogue. They act in this order. One line an effect: it brings its own `use`.
    subroutine known_effects(catalogue)
       type(catalogue_t), intent(inout) :: catalogue
-      call offer(catalogue%effects, 'gravity', gravity_t())
-      call offer(catalogue%effects, 'damping', damping_t())
-      call offer(catalogue%effects, 'pressure', pressure_t(repeats=.true.))
-      call offer(catalogue%effects, 'bulk_viscosity', bulk_viscosity_t())
-      call offer(catalogue%effects, 'anti_locking', anti_locking_t())
+      allocate (catalogue%effects(0))
+      block; use m_gravity, only: gravity_t; call add('gravity', gravity_t()); end block
+      block; use m_damping, only: damping_t; call add('damping', damping_t()); end block
+      block; use m_pressure, only: pressure_t; call add('pressure', pressure_t(repeats=.true.)); end block
+      block; use m_bulk_viscosity, only: bulk_viscosity_t; call add('bulk_viscosity', bulk_viscosity_t()); end block
+      block; use m_anti_locking, only: anti_locking_t; call add('anti_locking', anti_locking_t()); end block
+   contains
+      subroutine add(name, effect)
+         character(len=*), intent(in) :: name
+         class(effect_t), intent(in) :: effect
+         call offer(catalogue%effects, name, effect)
+      end subroutine add
    end subroutine known_effects
 
    !> The effects that a scene calls for, in order; none when it does not say.

@@ -4,10 +4,6 @@ module m_materials
    use m_offer, only: catalogue_t, offer, offered
    use m_scene, only: scene_t, material_spec_t
    use m_material, only: material_t
-   use m_elastic, only: elastic_t
-   use m_neo_hookean, only: neo_hookean_t
-   use m_j2, only: j2_t
-   use m_johnson_cook, only: johnson_cook_t
    implicit none
    private
    public :: materials_t, known_materials, make_materials, material_of
@@ -25,13 +21,19 @@ module m_materials
 
 contains
 
-   !> Add all laws to a catalogue.
+   !> Add all laws to a catalogue. One line a law: it brings its own `use`.
    subroutine known_materials(catalogue)
       type(catalogue_t), intent(inout) :: catalogue
-      call offer(catalogue%models, 'elastic', elastic_t())
-      call offer(catalogue%models, 'neo_hookean', neo_hookean_t())
-      call offer(catalogue%models, 'j2', j2_t())
-      call offer(catalogue%models, 'johnson_cook', johnson_cook_t())
+      block; use m_elastic, only: elastic_t; call add('elastic', elastic_t()); end block
+      block; use m_neo_hookean, only: neo_hookean_t; call add('neo_hookean', neo_hookean_t()); end block
+      block; use m_j2, only: j2_t; call add('j2', j2_t()); end block
+      block; use m_johnson_cook, only: johnson_cook_t; call add('johnson_cook', johnson_cook_t()); end block
+   contains
+      subroutine add(name, law)
+         character(len=*), intent(in) :: name
+         class(material_t), intent(in) :: law
+         call offer(catalogue%models, name, law)
+      end subroutine add
    end subroutine known_materials
 
    !> The materials of a scene.
