@@ -13,7 +13,7 @@ module m_timers
    character(len=12), parameter, public :: phase_names(phases) = [character(len=12) :: 'lists', 'to nodes', 'exchange', 'nodes', &
                                            'contact', 'to particles', 'stress', 'migration', 'control', 'balance', 'output']
 
-   integer, parameter :: name_length = len(phase_names)
+   integer, parameter :: name_length = 20 ! of effects' groups too
 
    !> Seconds and calls of each row on this rank: the phases, then one row an effect. One row runs at a time.
    type :: timers_t
@@ -43,7 +43,7 @@ contains
    !> The rows of the phases, at zero.
    subroutine start(self)
       class(timers_t), intent(out) :: self
-      self%names = phase_names
+      self%names = [character(len=name_length) :: phase_names]
       allocate (self%seconds(phases), source=0.0_wp)
       allocate (self%calls(phases), source=0_i8)
    end subroutine start

@@ -121,10 +121,10 @@ contains
          shown(n) = r
       end do
       allocate (lines(n + 2))
-      write (lines(1), '(a12,3a11,a12,a16,a9)') 'seconds     ', 'least', 'mean', 'most', 'calls', 'ns/part.-step', 'share'
+      write (lines(1), '(a20,3a11,a12,a16,a9)') 'seconds             ', 'least', 'mean', 'most', 'calls', 'ns/part.-step', 'share'
       do r = 1, n
          associate (v => values(:, shown(r)))
-            write (lines(r + 1), '(a12,3f11.3,i12,f16.2,f7.1,a)') row_name(cost, shown(r)), v(2:4), int(v(5), i8), v(6:7), ' %'
+            write (lines(r + 1), '(a20,3f11.3,i12,f16.2,f7.1,a)') row_name(cost, shown(r)), v(2:4), int(v(5), i8), v(6:7), ' %'
          end associate
       end do
       lines(n + 2) = to_text(cost%particle_steps)//' particle-steps on '//to_text(communicator%ranks)//' ranks in '// &

@@ -1,0 +1,153 @@
+"""Runs small scenes on one rank and compares with what each may cost: fields, rows with their calls, files, PETSc's voice. See
+effects_free.sh. Two blocks, whose particles move all the time, so that the calls a step can be counted by hand."""
+import os
+import re
+import subprocess
+import sys
+from pathlib import Path
+
+BLOCKS, STEPS = 2, 5
+PETSC_SAYS = "There are options you set that were not used"  # of an option that it does not know, wherever it is started
+
+SCENE = """&scene    title='{name}', end_time=1e-2 /
+&grid     lower=0,0,0, upper=1.6,0.8,0.8, cell_size=0.1 /
+&time     time_step=2e-3, transfer='{transfer}', stress_update='{update}' /
+&material name='soft', density=1000, young=1e5, poisson=0.3, {law} /
+&body     material='soft', shape='box', lower=0.2,0.2,0.2, upper=1.2,0.5,0.5, velocity=0.1,0.02,-0.1, angular_velocity=0.1,0,0 /
+&output   directory='{name}', formats='none' /
+{groups}
+"""
+
+# Fields of every scene, and rows with their calls
+FIELDS = {"position": 3, "velocity": 3, "mass": 1, "volume": 1, "half_size": 1, "stress": 6}
+EACH = BLOCKS * STEPS
+ROWS = {"lists": 2 * EACH, "to nodes": EACH, "exchange": 2 * STEPS, "nodes": STEPS, "to particles": EACH, "stress": EACH,
+        "migration": STEPS, "control": STEPS, "output": STEPS + 1}
+FILES = {"case.nml", "cost.dat", "energy.dat", "run.log"}
+OFFERED = ["affine transfer", "tool contact", "probes", "gravity", "damping", "pressure", "bulk_viscosity", "anti_locking"]
+
+GRAVITY = "&gravity acceleration=0,0,-1 /"
+DAMPING = "&damping kind='viscous', coefficient=1 /"
+PRESSURE = "&pressure lower=0.2,0.2,0.5, upper=0.5,0.5,0.5, times=0, values=10 /"
+VISCOSITY = "&bulk_viscosity /"
+ANTI_LOCKING = "&anti_locking /"
+TOOL = "&tool name='ball', shape='sphere', radius=1, tip=0.7,0.35,0.5, times=0, speeds=1 /"
+PROBE = "&probe name='one', position=0.7,0.35,0.35 /"
+J2 = "model='j2', yield_stress=1e3"
+
+ON_NODES = {"nodes": 2 * EACH}           # nodes go on after the effect; its work is measured
+ON_FORCES = {"to nodes": EACH, "nodes": EACH} # so does to nodes; its work is measured
+PATCH = ({"pressure_area_1": 3, "pressure_arm_1": 3}, ON_FORCES | {"pressure": 2 * EACH}, {"pressure": 48})
+FLOW = {"plastic_strain": 1, "plastic_work": 1}
+
+# name, what is said differently, fields, calls and effects (bytes a particle) beyond those above, other files
+CASES = [
+    ("plain", {}, {}, {}, {}),
+    ("affine", {"transfer": "affine"}, {"velocity_gradient": 9}, {}, {"affine transfer": 72}),
+    ("musl", {"update": "musl"}, {"next_position": 3},
+     {"lists": EACH, "to nodes": EACH, "exchange": 2 * STEPS, "nodes": STEPS, "to particles": EACH}, {}),
+    ("neo_hookean", {"law": "model='neo_hookean'"}, {"deformation_gradient": 9}, {}, {}),
+    ("j2", {"law": J2}, FLOW, {}, {}),
+    ("johnson_cook", {"law": "model='johnson_cook', yield_stress=1e3, hardening_modulus=1e3, hardening_exponent=0.5, "
+                             "rate_coefficient=0.01, thermal_exponent=1, specific_heat=400, melting_temperature=1300"},
+     FLOW | {"temperature": 1}, {}, {}),
+    ("gravity", {"groups": GRAVITY}, {}, ON_NODES | {"gravity": EACH}, {"gravity": 0}),
+    ("damping", {"groups": DAMPING}, {}, ON_NODES | {"damping": EACH}, {"damping": 0}),
+    ("pressure", {"groups": PRESSURE}, *PATCH),
+    ("bulk_viscosity", {"groups": VISCOSITY}, {"viscous_pressure": 1, "viscous_heat": 1}, {"bulk_viscosity": EACH},
+     {"bulk_viscosity": 16}),
+    ("anti_locking", {"groups": ANTI_LOCKING}, {}, {"anti_locking": EACH}, {"anti_locking": 0}),
+    ("together", {"groups": "\n".join([GRAVITY, DAMPING, PRESSURE, VISCOSITY, ANTI_LOCKING])},
+     PATCH[0] | {"viscous_pressure": 1, "viscous_heat": 1},
+     {"to nodes": EACH, "nodes": 2 * EACH, "gravity": EACH, "damping": EACH, "pressure": 2 * EACH, "bulk_viscosity": EACH,
+      "anti_locking": EACH}, {"gravity": 0, "damping": 0, "pressure": 48, "bulk_viscosity": 16, "anti_locking": 0}),
+    ("probe", {"groups": PROBE}, {}, {}, {"probes": 0}, {"probe_one.dat"}),
+    ("tool", {"groups": TOOL}, {"contact_pressure": 1}, {"contact": STEPS}, {"tool contact": 8}, {"tool_ball.dat"}),
+    ("tool_and_flow", {"groups": TOOL, "law": J2}, FLOW | {"contact_pressure": 1, "left_cauchy_green": 6}, {"contact": STEPS},
+     {"tool contact": 8}, {"tool_ball.dat"}),
+]
+
+
+def run(name, words):
+    """Run a scene; its output and cost.dat."""
+    scene = SCENE.format(**({"name": name, "transfer": "plain", "update": "usl", "law": "model='elastic'", "groups": ""} | words))
+    Path(f"{name}.nml").write_text(scene)
+    done = subprocess.run([os.environ["GIMP3D"]], input=scene, capture_output=True, text=True, timeout=30,
+                          env=os.environ | {"PETSC_OPTIONS": "-no_such_option -options_left"})
+    if done.returncode != 0:
+        sys.exit(f"FAILED: {name}: exit status {done.returncode}: {done.stdout[-600:]}{done.stderr[-600:]}")
+    return done.stdout + done.stderr, Path(name, "cost.dat").read_text()
+
+
+def sizes(line, unit):
+    """'a 3, b 1' or 'a (3 B a particle)' -> {'a': 3, 'b': 1}."""
+    return {found[1].strip(): int(found[2]) for found in re.finditer(r"([a-z_0-9 ]+?) \(?(\d+)" + unit + r"(?:, |$)", line)}
+
+
+def judge(said, cost, files, fields, calls, effects, others=frozenset()):
+    """What differs from what the scene may cost: a list of sentences."""
+    wrong = []
+
+    def compare(what, found, wanted):
+        if found != wanted:
+            wrong.append(f"{what}: found {found}, wanted {wanted}")
+
+    line = re.search(r"^fields +(.*), together (\d+) B a particle$", said, re.M)
+    wanted = FIELDS | fields
+    compare("fields", sizes(line[1], ""), wanted)
+    compare("bytes a particle", int(line[2]), 8 * sum(wanted.values()))
+    line = re.search(r"^effects +(.*?)(?:; left out: (.*))?$", said, re.M)
+    compare("effects", sizes(line[1], r" B a particle\)"), effects)
+    compare("no effects", line[1] == "none", not effects)
+    compare("left out", line[2].split(", ") if line[2] else [], [name for name in OFFERED if name not in effects])
+    names = dict(re.findall(r'^AUXDATA phase_(\d+)="(.*)"$', cost, re.M))
+    table = [line.split() for line in cost.splitlines() if re.match(r" *\d", line)]
+    entered = {names[str(int(float(row[0])))]: int(float(row[4])) for row in table if float(row[4]) > 0}
+    compare("rows", entered, {row: ROWS.get(row, 0) + calls.get(row, 0) for row in ROWS | calls})
+    # no row for what was not called for, not even an empty one
+    phases = ["lists", "to nodes", "exchange", "nodes", "contact", "to particles", "stress", "migration", "control", "balance",
+              "output"]
+    compare("names of rows", list(names.values()), phases + [name for name in effects if name in calls] + ["the rest", "all"])
+    compare("steps", re.search(r"^(\d+) steps to", said, re.M)[1], str(STEPS))
+    compare("files", files, FILES | others)
+    compare("PETSc speaks", PETSC_SAYS in said, "tool contact" in effects)
+    compare("contact solves", bool(re.search(r"^contact: [1-9]\d* solves", said, re.M)), "tool contact" in effects)
+    return wrong
+
+
+def fail(sentence):
+    global failures
+    failures += 1
+    print(f"FAILED: {sentence}")
+
+
+failures = 0
+for name, words, fields, calls, effects, *others in CASES:
+    said, cost = run(name, words)
+    files = {path.name for path in Path(name).iterdir()}
+    sentences = judge(said, cost, files, fields, calls, effects, *others)
+    for sentence in sentences:
+        fail(f"{name}: {sentence}")
+    print(f"   {name}: {8 * sum((FIELDS | fields).values())} B a particle, {len(ROWS | calls)} rows")
+    if name == "plain":
+        plain = said, cost, files
+
+# What must not pass: each planted fault changes one thing that a scene without effects says or leaves behind
+said, cost, files = plain
+PLANTED = {
+    "a field": (said.replace(", together 120 B", ", viscous_pressure 1, together 128 B"), cost, files),
+    "a field that the sum forgets": (said.replace(", together", ", viscous_pressure 1, together"), cost, files),
+    "an effect that is on": (re.sub("^effects +none", "effects    gravity (0 B a particle)", said, flags=re.M), cost, files),
+    "an effect that is nowhere": (said.replace("gravity, ", ""), cost, files),
+    "an empty row": (said, cost.replace('AUXDATA phase_12="the rest"', 'AUXDATA phase_14="gravity"\nAUXDATA phase_12="the rest"'), files),
+    "a call": (said, re.sub(r"^( *4\.0+E\+000(?: +\S+){3}) +\S+", r"\1 7.0", cost, flags=re.M), files),
+    "contact": (said, re.sub(r"^( *5\.0+E\+000(?: +\S+){3}) +\S+", r"\1 1.0", cost, flags=re.M), files),
+    "a file": (said, cost, files | {"probe_one.dat"}),
+    "PETSc": (said + PETSC_SAYS, cost, files),
+}
+for what, (a, b, c) in PLANTED.items():
+    if (a, b, c) == plain:
+        fail(f"planted: {what}: could not be planted")
+    if not judge(a, b, c, {}, {}, {}):
+        fail(f"planted: {what}: was not found")
+sys.exit(1 if failures else 0)
