@@ -1,0 +1,74 @@
+"""The two halves of extending.sh.
+
+extract TEXT TREE SCENE   put the Fortran blocks of TEXT where the paragraph before each says: a new file, a line of a list, a scene
+check RUN LOG             compare what the scene's run wrote and said with the exact answer that TEXT gives"""
+import cmath
+import re
+import sys
+from pathlib import Path
+
+import numpy as np
+
+from runs import *
+
+
+def extract(text, tree, scene):
+    """The last `path` of the paragraph before a block is where it belongs."""
+    placed = 0
+    for before, block in re.findall(r"((?:[^\n]+\n)+)\n```fortran\n(.*?)^```", Path(text).read_text(), re.M | re.S):
+        path = re.findall(r"`([\w/]+\.\w+)`", before)[-1]
+        if path.endswith(".nml"):
+            Path(scene).write_text(block)
+        elif (Path(tree) / path).exists():
+            lines = (Path(tree) / path).read_text().splitlines(keepends=True)
+            last = max(n for n, line in enumerate(lines) if line.lstrip().startswith("block; use "))
+            lines.insert(last + 1, block)
+            (Path(tree) / path).write_text("".join(lines))
+        else:
+            (Path(tree) / path).write_text(block)
+        placed += 1
+    require(f"{text}: five blocks, not {placed}", placed == 5)
+
+
+def mode(t, omega, tau, drive):
+    """q'' + tau omega^2 q' + omega^2 q = sin(drive t) from rest."""
+    half = 0.5 * tau * omega**2
+    size = (omega**2 - drive**2) ** 2 + (2 * half * drive) ** 2
+    a, b = (omega**2 - drive**2) / size, -2 * half * drive / size
+    free = cmath.sqrt(omega**2 - half**2)
+    c = -b
+    s = (half * c - a * drive) / free
+    return np.real(a * np.sin(drive * t) + b * np.cos(drive * t) + np.exp(-half * t) * (c * np.cos(free * t) + s * np.sin(free * t)))
+
+
+def column(t, z, tau):
+    """Displacement of the column of doc/extending.md at the height z."""
+    height, speed, amplitude, frequency = 0.8, 10.0, 0.05, 3.125
+    u = 0.0
+    for n in range(1, 13):
+        number = (n - 0.5) * np.pi
+        u = u + 2 * amplitude / number * np.sin(number * z / height) * mode(t, number * speed / height, tau, 2 * np.pi * frequency)
+    return u
+
+
+def check_run(run, log):
+    probe = History(Path(run) / "probe_top.dat")
+    z = next(values for name, values in probe.columns.items() if name.endswith("_z") or name == "z")
+    t = probe["time"]
+    moved, exact, undamped = z - z[0], column(t, z[0], 4e-3), column(t, z[0], 1e-9)
+    scale = np.abs(exact).max()
+    require(f"{run}: five periods of the first mode", t[-1] > 1.59 and len(t) > 150)
+    check("displacement of the top off the sum of modes, over the largest", (moved - exact) / scale, 0.02)
+    # the law must matter: without its dashpot the answer would be far away
+    require("the dashpot takes a third", np.abs(undamped).max() > 1.4 * scale)
+    said = Path(log).read_text()
+    require("the effect is on and carries nothing", re.search(r"^effects .*shaking \(0 B a particle\)", said, re.M))
+    require("the law carries six columns", re.search(r"^fields .*velocity_gradient 9, spring_stress 6, together 240 B", said, re.M))
+    require("the effect has its row", re.search(r"^shaking  ", said, re.M))
+
+
+if sys.argv[1] == "extract":
+    extract(*sys.argv[2:])
+else:
+    check_run(*sys.argv[2:])
+finish()

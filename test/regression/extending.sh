@@ -1,0 +1,48 @@
+#!/bin/bash
+#test: limit 120
+# The example of doc/extending.md, taken out of that text into a copy of the tree: one new file and one line for a law and for an
+# effect, nothing else; it builds, and a scene that names both gives the known answer. With a field planted there that no effect was
+# called for, the test effects_free must fail.
+. "$(dirname "$0")/../harness/env.sh"
+unset MAKEFLAGS MFLAGS MAKELEVEL MAKEOVERRIDES
+export PYTHONPATH=$ROOT/test/regression
+mkdir -p tree/build/"$BUILD"/obj
+cp -a "$ROOT/src" "$ROOT/tools" "$ROOT/Makefile" tree/
+[ ! -e "$ROOT/config.mk" ] || cp -a "$ROOT/config.mk" tree/
+# what is built already, with its times: only what the example touches is compiled
+cp -a "$BUILD_DIR"/{mod,flags,depends.mk,libgimp3d.a} tree/build/"$BUILD"/
+cp -a "$BUILD_DIR/obj/src" tree/build/"$BUILD"/obj/
+
+"$PYTHON" "$ROOT/test/regression/extending.py" extract "$ROOT/doc/extending.md" tree example.nml
+diff -r "$ROOT/src" tree/src >differences || true
+cat >wanted <<'END'
+Only in tree/src/physics: kelvin_voigt.f90
+Only in tree/src/physics: shaking.f90
+END
+grep '^Only in' differences | cmp - wanted || fail "other new files: $(cat differences)"
+[ "$(grep -c '^diff ' differences)" -eq 2 ] && [ "$(grep -c '^> ' differences)" -eq 2 ] && ! grep -q '^< ' differences ||
+   fail "more than a line in each list: $(cat differences)"
+grep '^> ' differences | grep -v 'use m_\(kelvin_voigt\|shaking\)' && fail 'another line'
+echo "   differs: $(wc -l <wanted) new files, $(grep -c '^> ' differences) lines"
+
+build() {
+   make -C tree BUILD="$BUILD" >build.log 2>&1 || fail "the tree does not build: $(tail -n 30 build.log)"
+   echo "   built: $(grep -c '^  compile' build.log) files compiled"
+}
+build
+status=0
+"$GIMP3D" <example.nml >refused.log 2>&1 || status=$?
+[ $status -eq 2 ] || fail "the program without the example ends with status $status"
+with_example=$PWD/tree/build/$BUILD/gimp3d
+"$with_example" <example.nml >example.log 2>&1 || fail "the example ends with status $?: $(tail -n 3 example.log)"
+"$PYTHON" "$ROOT/test/regression/extending.py" check out/example example.log
+
+sed -i "s/^\( *\)self%level%layout = table%layout()/\1call table%declare('planted', 1, '1', written=.false.)\n&/" \
+   tree/src/stepping/model.f90
+! cmp -s "$ROOT/src/stepping/model.f90" tree/src/stepping/model.f90 || fail 'nothing was planted'
+build
+if GIMP3D=$with_example WORK=$PWD/planted bash "$ROOT/test/regression/effects_free.sh" >planted.log 2>&1; then
+   fail 'effects_free does not see a field that no one called for'
+fi
+grep -q "^FAILED: plain: fields: found .*'planted': 1" planted.log || fail "effects_free fails otherwise: $(head -n 5 planted.log)"
+echo '   planted: a field that no one called for, found by effects_free'
