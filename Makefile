@@ -49,7 +49,7 @@ library_objects := $(patsubst src/%,$(build)/obj/src/%.o,$(basename $(filter-out
 program := $(if $(filter $(main),$(sources)),$(build)/gimp3d)
 
 # Goals that compile nothing need no list of what depends on what.
-plain_goals := help clean clean-all deps venv demo test test-all bench plots
+plain_goals := help clean clean-all deps venv demo test test-all bench effects plots
 ifneq ($(filter-out $(plain_goals),$(or $(MAKECMDGOALS),gimp3d)),)
 include $(build)/depends.mk
 stale_modules := $(filter-out $(modules:%=$(build)/mod/%.mod),$(wildcard $(build)/mod/*.mod))
@@ -165,7 +165,7 @@ help:
 
 ## clean       remove what was compiled
 clean:
-	rm -rf build/opt build/debug build/profile build/avx2 gimp3d
+	rm -rf build/opt build/debug build/profile build/avx2 build/effects gimp3d
 
 ## clean-all   clean, and the Python packages too (results under out/ stay)
 clean-all: clean
@@ -173,7 +173,7 @@ clean-all: clean
 
 # ---- use ------------------------------------------------------------------------------------------------------------------------
 
-.PHONY: demo test test-all bench plots
+.PHONY: demo test test-all bench effects plots
 
 # What mpirun needs in a container, as root, or with more ranks than cores; harmless elsewhere. The tests have theirs in test/harness/mpi.sh.
 export OMPI_ALLOW_RUN_AS_ROOT ?= 1
@@ -212,6 +212,11 @@ bench:
 	@$(MAKE) --no-print-directory $(jobs) tests TESTS=performance
 	@$(python) test/performance/bench.py $(build)/bench $(build)/gimp3d $(build)/test/performance $(if $(BENCH),--only $(BENCH)) \
 	   --build '$(shell $(FC) --version 2>/dev/null | head -n 1); $(flags).'
+
+## effects     count what effects cost scenes that do not call for them (perf or valgrind); SCENES="cone demo" counts these only
+effects:
+	@$(MAKE) --no-print-directory deps
+	@python3 test/performance/effects.py build/effects $(if $(SCENES),--only $(SCENES))
 
 ## plots       RUN=directory: draw load_depth.png, section.png, energy.png from what a run wrote there
 plots:

@@ -139,7 +139,7 @@ PLANTED = {
     "a field that the sum forgets": (said.replace(", together", ", viscous_pressure 1, together"), cost, files),
     "an effect that is on": (re.sub("^effects +none", "effects    gravity (0 B a particle)", said, flags=re.M), cost, files),
     "an effect that is nowhere": (said.replace("gravity, ", ""), cost, files),
-    "an empty row": (said, cost.replace('AUXDATA phase_12="the rest"', 'AUXDATA phase_14="gravity"\nAUXDATA phase_12="the rest"'), files),
+    "an empty row": (said, cost.replace("AUXDATA phase_12=", 'AUXDATA phase_14="gravity"\nAUXDATA phase_12='), files),
     "a call": (said, re.sub(r"^( *4\.0+E\+000(?: +\S+){3}) +\S+", r"\1 7.0", cost, flags=re.M), files),
     "contact": (said, re.sub(r"^( *5\.0+E\+000(?: +\S+){3}) +\S+", r"\1 1.0", cost, flags=re.M), files),
     "a file": (said, cost, files | {"probe_one.dat"}),

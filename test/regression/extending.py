@@ -38,7 +38,8 @@ def mode(t, omega, tau, drive):
     free = cmath.sqrt(omega**2 - half**2)
     c = -b
     s = (half * c - a * drive) / free
-    return np.real(a * np.sin(drive * t) + b * np.cos(drive * t) + np.exp(-half * t) * (c * np.cos(free * t) + s * np.sin(free * t)))
+    decaying = np.exp(-half * t) * (c * np.cos(free * t) + s * np.sin(free * t))
+    return np.real(a * np.sin(drive * t) + b * np.cos(drive * t) + decaying)
 
 
 def column(t, z, tau):
