@@ -6,7 +6,7 @@ module m_simulation
    use m_communicator, only: communicator_t
    use m_text, only: to_text, si
    use m_timers, only: timers_t, phase_output, phase_contact
-   use m_scene, only: scene_t
+   use m_scene, only: scene_t, domain_fixed
    use m_scene_reader, only: read_scene
    use m_scene_checks, only: safety_limit
    use m_model, only: model_t
@@ -157,6 +157,8 @@ contains
       off = ''
       call add(self%scene%time%affine, 'affine transfer (72 B a particle)')
       call add(size(self%scene%tools) > 0, 'tool contact (8 B a particle)')
+      call add(self%scene%time%domain /= domain_fixed, 'deforming domains ('// &
+               trim(merge('72', '24', self%model%level%layout%domain > 0))//' B a particle)')
       call add(size(self%scene%probes) > 0, 'probes')
       if (text == '') text = 'none'
       if (off /= '') text = text//'; left out: '//off
@@ -193,7 +195,9 @@ contains
       character(len=cost_line_length) :: facts(10)
       character(len=:), allocatable :: verdict, path
       real(wp) :: bridge, messages, bytes, late(2)
+      integer(i8) :: splits
       integer :: n
+      splits = self%communicator%sum_count(self%model%splits)
       messages = self%communicator%maximum(real(self%model%exchange%messages, wp)/self%model%step)
       bytes = self%communicator%maximum(real(self%model%exchange%bytes, wp)/self%model%step)
       bridge = self%communicator%maximum(self%model%contact%worst_bridge)
@@ -226,6 +230,10 @@ contains
                        ' % over the last tenth of the scene'
          end if
       end associate
+      if (self%scene%time%domain /= domain_fixed) then
+         n = n + 1
+         facts(n) = 'domains: '//to_text(splits)//' particles split, '//to_text(self%particles + splits)//' at the end'
+      end if
       if (self%communicator%ranks > 1) then
          n = n + 1
          facts(n) = 'node sums: at most '//to_text(messages, 4)//' messages and '//to_text(bytes, 9)//' B sent by a rank in a step'

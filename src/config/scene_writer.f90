@@ -56,7 +56,7 @@ contains
       text = '&time'//new//real_1('safety', time%safety)//real_1('time_step', time%time_step)// &
              word('stress_update', stress_update_words(time%stress_update))// &
              word('velocity_update', 'flip')//real_1('flip_fraction', time%flip_fraction)// &
-             word('transfer', transfer_words(merge(1, 2, time%affine)))//'/'//new
+             word('transfer', transfer_words(merge(1, 2, time%affine)))//word('domain', domain_words(time%domain))//'/'//new
    end function time_text
 
    function material_text(material) result(text)
