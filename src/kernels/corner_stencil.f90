@@ -11,6 +11,7 @@ module m_corner_stencil
    !> The domains of a chunk of particles, one lane a particle, in cells. Vectors may read `batch` - 1 beyond the last.
    type :: corner_stencil_t
       type(stencil_t) :: list                  !< which particles; its offsets (m) are set, its weights are not
+      integer :: place(3, chunk)               !< of their bins in the block, from 0: also the lowest of the 27 nodes in the tile
       real(wp) :: offset(chunk + batch, 3)     !< from the nearest node
       real(wp) :: half_edge(chunk + batch, 9)  !< component i of edge k at 3 (k-1) + i, no longer than the nodes reach
       real(wp) :: inverse(chunk + batch, 9)    !< inverse of their matrix: component i of row k at 3 (k-1) + i
@@ -39,6 +40,7 @@ contains
       integer :: axis, c, n, p
       call list_chunk(corners%list, cells, first, node)
       n = corners%list%count
+      corners%place(:, :n) = int(transpose(node(:n, :)))
       do axis = 1, 3
          call fetch(corners%list, column(:, layout%position + axis - 1), own)
          corners%offset(:n, axis) = (own(:n) - frame%origin(axis))*frame%per_cell - node(:n, axis)

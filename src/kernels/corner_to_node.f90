@@ -6,7 +6,7 @@ module m_corner_to_node
    use m_field_table, only: layout_t
    use m_cell_list, only: cell_list_t
    use m_prefetch, only: prefetch_columns
-   use m_stencil, only: frame_t, batch, chunk, bin_place
+   use m_stencil, only: frame_t, batch, chunk
    use m_corner_stencil, only: corner_stencil_t, corner_weights_t, set_corners, set_corner_weights
    use m_particle_to_node, only: load_t, set_load
    implicit none
@@ -36,7 +36,7 @@ contains
          do m = 1, corners%list%count
             p = 1 + mod(m - 1, batch)
             if (p == 1) call set_corner_weights(weights, corners, m, frame%per_cell)
-            call add(load, weights, m, p, frame%cell, bin_place(int(cells%bin(corners%list%member(m)))), tile)
+            call add(load, weights, m, p, frame%cell, corners%place(:, m), tile)
          end do
       end do
    end subroutine gather_corners_to_nodes
@@ -69,8 +69,8 @@ contains
                n = n + 1
                !$omp simd
                do q = 1, lanes
-                  tile(q, i, j, k) = tile(q, i, j, k) + weights%weight(p, n)*(row(q) + a*x(q)) &
-                                     + weights%slope(p, n, 1)*fx(q) + weights%slope(p, n, 2)*fy(q) + weights%slope(p, n, 3)*fz(q)
+                  tile(q, i, j, k) = tile(q, i, j, k) + ((weights%weight(p, n)*(row(q) + a*x(q)) + weights%slope(p, n, 1)*fx(q)) &
+                                                         + (weights%slope(p, n, 2)*fy(q) + weights%slope(p, n, 3)*fz(q)))
                end do
             end do
          end do
@@ -88,17 +88,16 @@ contains
       type(corner_stencil_t) :: corners
       type(corner_weights_t) :: weights
       real(wp) :: force(3)
-      integer :: first, m, n, p, particle, place(3), node(3)
+      integer :: first, m, n, p, particle, node(3)
       do first = 1, cells%first(size(cells%first)) - 1, chunk
          call set_corners(corners, cells, first, column, layout, frame)
          do m = 1, corners%list%count
             p = 1 + mod(m - 1, batch)
             if (p == 1) call set_corner_weights(weights, corners, m, frame%per_cell)
             particle = corners%list%member(m)
-            place = bin_place(int(cells%bin(particle)))
             force = column(particle, layout%mass)*acceleration(particle, :)
             do n = 1, 27
-               node = place + [mod(n - 1, 3), mod((n - 1)/3, 3), (n - 1)/9]
+               node = corners%place(:, m) + [mod(n - 1, 3), mod((n - 1)/3, 3), (n - 1)/9]
                tile(5:7, node(1), node(2), node(3)) = tile(5:7, node(1), node(2), node(3)) + weights%weight(p, n)*force
             end do
          end do
