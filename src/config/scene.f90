@@ -8,6 +8,7 @@ module m_scene
 
    integer, parameter, public :: boundary_free = 0, boundary_symmetry = 1, boundary_roller = 2, boundary_fixed = 3
    integer, parameter, public :: update_usl = 1, update_usf = 2, update_musl = 3
+   integer, parameter, public :: domain_fixed = 1, domain_stretch = 2, domain_corners = 3
    integer, parameter, public :: shape_box = 1, shape_sphere = 2, shape_cylinder = 3
    integer, parameter, public :: tool_sphere = 1, tool_cone = 2, tool_flat = 3
 
@@ -27,6 +28,7 @@ module m_scene
       integer :: stress_update = update_usl
       real(wp) :: flip_fraction = 1.0_wp !< 1 is FLIP, 0 is PIC
       logical :: affine = .true.         !< transfer: affine or plain
+      integer :: domain = domain_fixed   !< how the domains of particles deform
    end type time_spec_t
 
    !> &material

@@ -235,6 +235,7 @@ contains
       transfer = merge(1, 2, time%affine)
       call group%get_choice('transfer', transfer, transfer_words)
       time%affine = transfer == 1
+      call group%get_choice('domain', time%domain, domain_words)
       velocity_update = 1
       call group%get_choice('velocity_update', velocity_update, velocity_update_words)
       flip = velocity_update /= 2
