@@ -117,8 +117,28 @@ contains
       print '(3x,2a,es10.2)', names(d), ': a quarter of a turn, angular momentum changed by', drift
       call test%check(drift < 0.025_wp, trim(names(d))//': angular momentum within 2.5 % in a quarter of a turn')
       call test%check_close(now%mass, start%mass, 1.0e-13_wp*start%mass, trim(names(d))//': mass of a block that turns')
+      if (kinds(d) == domain_corners) call test%check_close(worst_volume(model), 0.0_wp, 1.0e-12_wp, &
+                                                            'the volume of a domain is that of its particle')
       call model%release()
    end subroutine turn
+
+   !> Largest difference between a particle's volume and that of its domain, relative.
+   real(wp) function worst_volume(model)
+      type(model_t), intent(in) :: model
+      real(wp) :: r(3, 3), volume
+      integer :: b, p
+      worst_volume = 0.0_wp
+      do b = 1, size(model%level%blocks)
+         associate (particles => model%level%blocks(b)%particles, at => model%level%layout)
+            do p = 1, particles%count
+               r = half_edges(particles%column(p, :), at)
+               volume = 8.0_wp*(r(1, 1)*(r(2, 2)*r(3, 3) - r(2, 3)*r(3, 2)) - r(1, 2)*(r(2, 1)*r(3, 3) - r(2, 3)*r(3, 1)) &
+                                + r(1, 3)*(r(2, 1)*r(3, 2) - r(2, 2)*r(3, 1)))
+               worst_volume = max(worst_volume, abs(volume/particles%column(p, at%volume) - 1.0_wp))
+            end do
+         end associate
+      end do
+   end function worst_volume
 
    !> v = a x from the middle of a bar too weak to resist: all speeds stay, the bar grows to 1 + a t lengths.
    subroutine pull(d, particles_per_cell)
@@ -203,7 +223,7 @@ contains
    !> the last plane of a run and the first of the next.
    integer function pieces(model)
       type(model_t), intent(in) :: model
-      logical :: touched(0:40), tied(0:40)
+      logical :: touched(0:40), tied(-1:40)
       real(wp) :: along, reach, place
       integer :: b, i, p, first, last
       touched = .false.
@@ -224,9 +244,7 @@ contains
       pieces = 0
       do i = 0, 40
          if (.not. touched(i)) cycle
-         if (i > 0) then
-            if (tied(i - 1)) cycle
-         end if
+         if (tied(i - 1)) cycle
          pieces = pieces + 1
       end do
    end function pieces
