@@ -82,10 +82,17 @@ contains
       type(tool_spec_t), intent(in) :: tool
       character(len=:), allocatable :: text
       text = '&tool'//new//word('name', tool%name)//word('shape', tool_shape_words(tool%shape))
-      if (tool%shape == tool_cone) text = text//'   half_angle='//degrees_text(tool%half_angle)//new
-      if (tool%shape /= tool_cone) text = text//real_1('radius', tool%radius)
-      text = text//reals('tip', tool%tip)//reals('axis', tool%axis)//reals('times', tool%times)//reals('speeds', tool%speeds)// &
-             real_1('penetration_factor', tool%penetration_factor)//real_1('friction', tool%friction)//'/'//new
+      if (any(tool%shape == tool_pointed)) text = text//'   half_angle='//degrees_text(tool%half_angle)//new
+      if (any(tool%shape == tool_round)) text = text//real_1('radius', tool%radius)
+      text = text//reals('tip', tool%tip)//reals('axis', tool%axis)
+      if (any(tool%shape == tool_edged)) text = text//reals('edge', tool%edge)
+      text = text//reals('times', tool%times)
+      if (allocated(tool%loads)) then
+         text = text//reals('loads', tool%loads)//real_1('mass', tool%mass)//real_1('initial_speed', tool%initial_speed)
+      else
+         text = text//reals('speeds', tool%speeds)
+      end if
+      text = text//real_1('penetration_factor', tool%penetration_factor)//real_1('friction', tool%friction)//'/'//new
    end function tool_text
 
    function output_text(output) result(text)
