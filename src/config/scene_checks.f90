@@ -36,7 +36,6 @@ contains
          call check_body(text, scene, i, error)
          call check_safety(text, scene, i, error)
       end do
-      call check_domain(text, scene, error)
       if (error%happened()) return
       call check_overlaps(text, scene, error)
       call check_probes(text, scene, error)
@@ -189,16 +188,6 @@ contains
                 ' with particles_per_cell='//to_text(scene%bodies(i)%particles_per_cell)//' of the &body on '// &
                 text%line_of('body', i))
    end subroutine check_safety
-
-   !> Contact takes a particle's edge from its fixed domain.
-   subroutine check_domain(text, scene, error)
-      type(namelist_text_t), intent(in) :: text
-      type(scene_t), intent(in) :: scene
-      type(error_t), intent(inout) :: error
-      if (scene%time%domain == domain_fixed .or. size(scene%tools) == 0) return
-      call fail(error, exit_input, text%place('time', 1, 'domain')//": must be 'fixed' with a &tool; here it is on "// &
-                text%line_of('tool', 1))
-   end subroutine check_domain
 
    !> No body overlaps another, no tool starts inside a body.
    subroutine check_overlaps(text, scene, error)

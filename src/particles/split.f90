@@ -6,7 +6,7 @@ module m_split
    use m_field_table, only: field_table_t, layout_t
    implicit none
    private
-   public :: split_long, half_edges
+   public :: split_long, half_edges, longest
 
    integer, parameter, public :: id_bits = 50          !< ids of particles that were never split are below 2^id_bits
    integer, parameter, public :: most_generations = 12 !< splits that an id has room for; it stays below 2^62
