@@ -33,6 +33,10 @@ module m_stencil
       integer(i4) :: run_first(chunk + 1) = 1 !< of the chunk's particles; run r ends before run_first(r + 1)
    end type stencil_t
 
+   !> Half sizes that follow the material are taken this much smaller: a face that stays on a node plane, as at a side of the grid,
+   !> must not reach the next node by a rounding (theory.md, eq. fit).
+   real(wp), parameter :: short_of = 1.0_wp - 1.0e-9_wp
+
 contains
 
    !> Fill the stencil with the particles from place `first` of the list on.
@@ -55,7 +59,7 @@ contains
          call fetch(stencil, column(:, layout%position + axis - 1), place)
          if (layout%half_sizes) then
             call fetch(stencil, column(:, layout%half_size + axis - 1), half)
-            half(:stencil%count) = min(half(:stencil%count), 0.5_wp*frame%cell) ! a longer one is about to be split
+            half(:stencil%count) = min(short_of*half(:stencil%count), 0.5_wp*frame%cell) ! a longer one is about to be split
          end if
          !$omp simd
          do p = 1, padded

@@ -1,5 +1,5 @@
 !test: ranks 2
-!test: limit 180
+!test: limit 300
 !> Measured order of convergence on the axis-aligned manufactured solution (m_manufactured), 8 particles a cell, usl.
 !>
 !> Small amplitude (A = 0.001 m, strain 0.6 %): particles stay in contact with each other and the scheme is of second order in
