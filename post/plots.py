@@ -162,6 +162,9 @@ def layer(particles, normal, plane):
 
 
 def half_sizes(particles):
+    """Of the box around each particle's domain, along the axes."""
+    if "domain" in particles.fields: # half edges
+        return np.abs(particles["domain"].reshape(-1, 3, 3)).sum(axis=1)
     size = particles["half_size"].reshape(particles.ids.size, -1)
     return np.broadcast_to(size, (particles.ids.size, 3))
 

@@ -6,7 +6,7 @@ module m_simulation
    use m_communicator, only: communicator_t
    use m_text, only: to_text, si
    use m_timers, only: phase_output, phase_contact
-   use m_scene, only: scene_t
+   use m_scene, only: scene_t, domain_fixed
    use m_scene_reader, only: read_scene
    use m_scene_checks, only: safety_limit
    use m_offer, only: catalogue_t
@@ -181,6 +181,8 @@ contains
       off = ''
       associate (table => self%model%level%table, effects => self%model%effects)
          call add(self%scene%time%affine, 'affine transfer', table%bytes_of('velocity_gradient'))
+         call add(self%scene%time%domain /= domain_fixed, 'deforming domains', &
+                  table%bytes_of('domain') + table%bytes_of('half_size') - bytes_per_column)
          call add(size(self%scene%tools) > 0, 'tool contact', table%bytes_of('contact_pressure'))
          call add(size(self%scene%probes) > 0, 'probes', 0)
          do k = 1, size(self%catalogue%effects)
@@ -228,9 +230,10 @@ contains
       character(len=cost_line_length) :: facts(11)
       character(len=:), allocatable :: verdict, path
       real(wp) :: bridge, messages, bytes, late(2)
-      integer(i8) :: resting
+      integer(i8) :: resting, splits
       integer :: n
       resting = self%communicator%sum_count(self%model%particle_steps_at_rest)
+      splits = self%communicator%sum_count(self%model%splits)
       messages = self%communicator%maximum(real(self%model%exchange%messages, wp)/self%model%step)
       bytes = self%communicator%maximum(real(self%model%exchange%bytes, wp)/self%model%step)
       bridge = self%communicator%maximum(self%model%contact%worst_bridge)
@@ -266,6 +269,10 @@ contains
       if (resting > 0) then
          n = n + 1
          facts(n) = 'at rest: '//to_text(100.0_wp*resting/cost%particle_steps, 3)//' % of the particle-steps had nothing to do'
+      end if
+      if (self%scene%time%domain /= domain_fixed) then
+         n = n + 1
+         facts(n) = 'domains: '//to_text(splits)//' particles split, '//to_text(self%particles + splits)//' at the end'
       end if
       if (self%communicator%ranks > 1) then
          n = n + 1

@@ -39,6 +39,7 @@ module m_group_reader
       procedure :: finish
       procedure :: names
       procedure :: is_given
+      procedure :: is_writing
       procedure :: refuse
       generic :: get => get_real, get_reals, get_integer
       procedure :: get_list
@@ -129,6 +130,12 @@ contains
       character(len=name_length), allocatable :: list(:)
       list = self%known(:self%count)
    end function names
+
+   !> Whether values are being written, not read.
+   pure logical function is_writing(self)
+      class(group_reader_t), intent(in) :: self
+      is_writing = self%writing
+   end function is_writing
 
    !> Whether the scene gives a variable; false while writing.
    pure logical function is_given(self, name)

@@ -8,8 +8,13 @@ module m_scene
 
    integer, parameter, public :: boundary_free = 0, boundary_symmetry = 1, boundary_roller = 2, boundary_fixed = 3
    integer, parameter, public :: update_usl = 1, update_usf = 2, update_musl = 3
+   integer, parameter, public :: domain_fixed = 1, domain_stretch = 2, domain_corners = 3
    integer, parameter, public :: shape_box = 1, shape_sphere = 2, shape_cylinder = 3
-   integer, parameter, public :: tool_sphere = 1, tool_cone = 2, tool_flat = 3
+   integer, parameter, public :: tool_sphere = 1, tool_cone = 2, tool_flat = 3, tool_berkovich = 4, &
+                                tool_cylinder = 5, tool_wedge = 6
+   integer, parameter, public :: tool_pointed(3) = [tool_cone, tool_berkovich, tool_wedge]  !< shapes with a half angle
+   integer, parameter, public :: tool_round(3) = [tool_sphere, tool_flat, tool_cylinder]    !< with a radius
+   integer, parameter, public :: tool_edged(3) = [tool_berkovich, tool_cylinder, tool_wedge] !< that a turn about the axis changes
 
    !> &grid: the background grid. Sides in the order x- x+ y- y+ z- z+.
    type, public :: grid_spec_t
@@ -27,6 +32,7 @@ module m_scene
       integer :: stress_update = update_usl
       real(wp) :: flip_fraction = 1.0_wp !< 1 is FLIP, 0 is PIC
       logical :: affine = .true.         !< transfer: affine or plain
+      integer :: domain = domain_fixed   !< how the domains of particles deform
    end type time_spec_t
 
    !> &material
@@ -58,12 +64,17 @@ module m_scene
    type, public :: tool_spec_t
       character(len=:), allocatable :: name
       integer :: shape = tool_sphere
-      real(wp) :: radius = 0.0_wp        !< sphere, flat, m
-      real(wp) :: half_angle = 0.0_wp    !< cone, between axis and surface, rad
+      real(wp) :: radius = 0.0_wp        !< sphere, flat, cylinder, m
+      real(wp) :: half_angle = 0.0_wp    !< cone, wedge, berkovich: between axis and surface, rad
       real(wp) :: tip(3) = 0.0_wp        !< the foremost point at the start, m
       real(wp) :: axis(3) = [0.0_wp, 0.0_wp, -1.0_wp] !< unit vector, the direction in which the tool points and moves
-      real(wp), allocatable :: times(:)  !< s, rising; before the first and after the last the speed is held
-      real(wp), allocatable :: speeds(:) !< m/s along the axis, linear in between
+      real(wp) :: edge(3) = [1.0_wp, 0.0_wp, 0.0_wp] !< its part across the axis is the line of a cylinder, the ridge of a wedge,
+                                                    !< the way from the axis to the first face of a berkovich
+      real(wp), allocatable :: times(:)  !< s, rising; before the first and after the last the speed or load is held
+      real(wp), allocatable :: speeds(:) !< m/s along the axis, linear in between; or
+      real(wp), allocatable :: loads(:)  !< N along the axis on the tool, for the modelled part of the body
+      real(wp) :: mass = 0.0_wp          !< with loads: of the modelled part of the tool, kg
+      real(wp) :: initial_speed = 0.0_wp !< with loads: along the axis, m/s
       real(wp) :: penetration_factor = 0.4_wp
       real(wp) :: friction = 0.0_wp
    end type tool_spec_t

@@ -18,6 +18,9 @@ module m_scene_groups
 
    integer, parameter :: longest_title = 200, longest_path = 1000
    real(wp), parameter :: largest_penetration_factor = 0.5_wp
+   real(wp), parameter :: largest_friction = 10.0_wp
+   real(wp), parameter :: berkovich_angle = 65.27_wp !< degrees between axis and face
+   real(wp), parameter :: parallel = 1.0e-12_wp      !< one minus the cosine of directions that are taken for one
 
 contains
 
@@ -235,6 +238,7 @@ contains
       transfer = merge(1, 2, time%affine)
       call group%get_choice('transfer', transfer, transfer_words)
       time%affine = transfer == 1
+      call group%get_choice('domain', time%domain, domain_words)
       velocity_update = 1
       call group%get_choice('velocity_update', velocity_update, velocity_update_words)
       flip = velocity_update /= 2
@@ -298,30 +302,34 @@ contains
       type(group_reader_t), intent(inout) :: group
       type(tool_spec_t), intent(inout) :: tool
       real(wp) :: degrees
-      logical :: cone, round
+      logical :: any_shape
       call group%get_name('name', tool%name)
       call group%get_choice('shape', tool%shape, tool_shape_words, required=.true.)
-      cone = tool%shape == tool_cone .or. tool%shape == 0
-      round = tool%shape /= tool_cone
+      any_shape = tool%shape == 0 ! an unknown shape is the fault, not what comes with it
       degrees = degrees_of(tool%half_angle)
-      call group%get('half_angle', degrees, above(0.0_wp, 'degrees', below=90.0_wp), required=.true., used=cone)
+      if (tool%shape == tool_berkovich .and. degrees <= 0.0_wp) degrees = berkovich_angle
+      call group%get('half_angle', degrees, above(0.0_wp, 'degrees', below=90.0_wp), required=tool%shape /= tool_berkovich, &
+                     used=any(tool%shape == tool_pointed) .or. any_shape)
       tool%half_angle = degrees*(pi/180.0_wp)
-      call group%get('radius', tool%radius, above(0.0_wp, 'm'), required=.true., used=round)
+      call group%get('radius', tool%radius, above(0.0_wp, 'm'), required=.true., &
+                     used=any(tool%shape == tool_round) .or. any_shape)
       call group%get('tip', tool%tip, any_value('m'), required=.true.)
       call group%get('axis', tool%axis, any_value(''))
       call make_unit(group, tool%axis)
-      call group%get_list('times', tool%times, any_value('s'), required=.true.)
-      call group%get_list('speeds', tool%speeds, any_value('m/s'), required=.true.)
-      if (allocated(tool%times) .and. allocated(tool%speeds)) then
-         if (any(tool%times(2:) <= tool%times(:size(tool%times) - 1))) call group%refuse('times', 'must rise strictly')
-         if (size(tool%times) /= size(tool%speeds)) &
-            call group%refuse('speeds', 'must be as many numbers as times, '//to_text(size(tool%times))//'; '// &
-                              to_text(size(tool%speeds))//' given')
-      end if
+      if (along_axis(tool)) tool%edge = [0.0_wp, 1.0_wp, 0.0_wp] ! where the axis is the x axis
+      call group%get('edge', tool%edge, any_value(''), used=any(tool%shape == tool_edged) .or. any_shape)
+      if (along_axis(tool)) &
+         call group%refuse('edge', 'must not be 0,0,0 or parallel to the axis')
+      call read_tool_motion(group, tool)
       call group%get('penetration_factor', tool%penetration_factor, at_least(0.0_wp, '', at_most=largest_penetration_factor))
-      call group%get('friction', tool%friction, any_value(''))
-      if (abs(tool%friction) > 0.0_wp) call group%refuse('friction', 'must be 0; friction is not available in this version')
+      call group%get('friction', tool%friction, at_least(0.0_wp, '', at_most=largest_friction))
    end subroutine describe_tool
+
+   !> True when the direction of a tool's edge has no part across its axis.
+   pure logical function along_axis(tool)
+      type(tool_spec_t), intent(in) :: tool
+      along_axis = norm2(tool%edge - dot_product(tool%edge, tool%axis)*tool%axis) <= sqrt(2.0_wp*parallel)*norm2(tool%edge)
+   end function along_axis
 
    !> Degrees that read back to exactly this angle in radians: those of the fewest digits, among the neighbours if need be.
    function degrees_of(radians) result(degrees)
@@ -341,6 +349,44 @@ contains
       end do
       degrees = nearest
    end function degrees_of
+
+   !> What moves a tool: speeds, or loads on its mass.
+   subroutine read_tool_motion(group, tool)
+      type(group_reader_t), intent(inout) :: group
+      type(tool_spec_t), intent(inout) :: tool
+      call group%get_list('times', tool%times, any_value('s'), required=.true.)
+      if (allocated(tool%times)) then
+         if (any(tool%times(2:) <= tool%times(:size(tool%times) - 1))) call group%refuse('times', 'must rise strictly')
+      end if
+      call group%get_list('speeds', tool%speeds, any_value('m/s'))
+      call group%get_list('loads', tool%loads, any_value('N'))
+      if (allocated(tool%loads) .and. allocated(tool%speeds)) then
+         call group%refuse('loads', 'not together with speeds; a tool moves by one or the other')
+      else if (allocated(tool%loads)) then
+         call check_table(group, 'loads', size(tool%loads), tool%times)
+      else if (allocated(tool%speeds)) then
+         call check_table(group, 'speeds', size(tool%speeds), tool%times)
+      else
+         call group%refuse('speeds', 'missing; must be numbers in m/s, or loads must be given')
+      end if
+      if (group%is_writing() .and. .not. allocated(tool%loads)) return
+      call group%get('mass', tool%mass, above(0.0_wp, 'kg'), required=allocated(tool%loads))
+      call group%get('initial_speed', tool%initial_speed, any_value('m/s'))
+      if (allocated(tool%loads)) return
+      if (group%is_given('mass')) call group%refuse('mass', 'only with loads')
+      if (group%is_given('initial_speed')) call group%refuse('initial_speed', 'only with loads')
+   end subroutine read_tool_motion
+
+   !> As many values as times.
+   subroutine check_table(group, name, count, times)
+      type(group_reader_t), intent(inout) :: group
+      character(len=*), intent(in) :: name
+      integer, intent(in) :: count
+      real(wp), allocatable, intent(in) :: times(:)
+      if (.not. allocated(times)) return
+      if (size(times) /= count) call group%refuse(name, 'must be as many numbers as times, '//to_text(size(times))//'; '// &
+                                                  to_text(count)//' given')
+   end subroutine check_table
 
    !> Give an axis the length 1. One that has it keeps its bits, so that what is written reads back the same.
    subroutine make_unit(group, axis)

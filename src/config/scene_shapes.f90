@@ -1,10 +1,11 @@
 !> Bodies and tools of a scene as convex regions of space: where they are, and whether two of them overlap.
 module m_scene_shapes
    use m_kinds, only: wp
-   use m_scene, only: body_spec_t, tool_spec_t, shape_box, shape_sphere, tool_sphere, tool_cone
+   use m_scene, only: body_spec_t, tool_spec_t, shape_box, shape_sphere, tool_sphere
+   use m_tool_shape, only: tool_shape_t, make_tool_shape
    implicit none
    private
-   public :: body_extent, body_distance, tool_distance, bodies_overlap, tool_overlaps
+   public :: body_extent, body_distance, bodies_overlap, tool_overlaps
 
    integer, parameter :: narrowings = 40 !< golden-section steps along each axis: 4e-9 of the width
    real(wp), parameter :: golden = 0.61803398874989485_wp
@@ -13,7 +14,8 @@ module m_scene_shapes
    type :: pair_t
       type(body_spec_t) :: body
       type(body_spec_t) :: other
-      type(tool_spec_t) :: tool
+      type(tool_shape_t) :: tool
+      real(wp) :: tip(3) = 0.0_wp !< of the tool, m
       logical :: with_tool = .false.
    end type pair_t
 
@@ -55,23 +57,6 @@ contains
          distance = outside([across - body%radius, abs(along - 0.5_wp*body%height) - 0.5_wp*body%height])
       end select
    end function body_distance
-
-   !> As body_distance, of a tool where it starts: a full sphere, an infinite cone, the half-infinite cylinder behind a flat end.
-   pure real(wp) function tool_distance(tool, point) result(distance)
-      type(tool_spec_t), intent(in) :: tool
-      real(wp), intent(in) :: point(3)
-      real(wp) :: behind, across
-      behind = -dot_product(point - tool%tip, tool%axis)
-      across = norm2(point - tool%tip + behind*tool%axis)
-      select case (tool%shape)
-      case (tool_sphere)
-         distance = norm2(point - tool%tip + tool%radius*tool%axis) - tool%radius
-      case (tool_cone)
-         distance = across*cos(tool%half_angle) - behind*sin(tool%half_angle)
-      case default
-         distance = outside([across - tool%radius, -behind])
-      end select
-   end function tool_distance
 
    !> Signed distance from an intersection of slabs, from the signed distances to each.
    pure real(wp) function outside(excess)
@@ -116,7 +101,8 @@ contains
       overlap = all(upper - lower > tolerance)
       if (.not. overlap) return
       pair%body = body
-      pair%tool = tool
+      pair%tool = make_tool_shape(tool)
+      pair%tip = tool%tip
       pair%with_tool = .true.
       overlap = deepest(pair, lower, upper, -0.5_wp*tolerance) < -0.5_wp*tolerance
    end function tool_overlaps
@@ -137,12 +123,16 @@ contains
       type(pair_t), intent(in) :: pair
       real(wp), intent(in) :: lower(3), upper(3), point(3), enough
       integer, intent(in) :: axis
-      real(wp) :: x(3), left, right, inner(2), value(2)
+      real(wp) :: x(3), left, right, inner(2), value(2), gap, normal(3)
       integer :: step
       if (axis == 4) then
          best = body_distance(pair%body, point)
-         if (pair%with_tool) best = max(best, tool_distance(pair%tool, point))
-         if (.not. pair%with_tool) best = max(best, body_distance(pair%other, point))
+         if (pair%with_tool) then
+            call pair%tool%gap_and_normal(point - pair%tip, gap, normal)
+            best = max(best, gap)
+         else
+            best = max(best, body_distance(pair%other, point))
+         end if
          return
       end if
       x = point

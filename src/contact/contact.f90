@@ -5,15 +5,14 @@ module m_contact
    use m_constants, only: exit_numerical, block_size
    use m_errors, only: error_t, fail
    use m_text, only: to_text
-   use m_scene, only: tool_spec_t, contact_spec_t, boundary_symmetry
+   use m_scene, only: tool_spec_t, contact_spec_t
    use m_tool, only: tool_t, make_tool
    use m_communicator, only: communicator_t
    use m_field_table, only: field_table_t
    use m_level, only: level_t
    use m_materials, only: materials_t
-   use m_grid_level, only: grid_level_t
    use m_boundary, only: held_components, constrain_nodes
-   use m_stencil, only: bin_place, hat_weights
+   use m_candidates, only: candidate_t, candidates_t, normal_speed, point_velocity, fastest, recovery
    use m_contact_system, only: contact_system_t, nodal_forces_t, cell_nodes
    use m_petsc_solver, only: petsc_solver_t
    implicit none
@@ -26,21 +25,8 @@ module m_contact
       real(wp) :: area = 0.0_wp         !< faces of the particles that touch the tool, m2
       real(wp) :: overlap = 0.0_wp      !< deepest place of a contact point inside the tool at the start of the step, m
       real(wp) :: work = 0.0_wp         !< done by the tool since the start, J
+      real(wp) :: heat = 0.0_wp         !< made by friction since the start, J
    end type tool_state_t
-
-   !> A particle that would end the step inside a tool, or within a margin of it.
-   type :: candidate_t
-      integer :: block = 0, particle = 0, tool = 0
-      integer :: corner(3) = 0            !< lowest node of the cell that holds its contact point, in the block, from 0
-      real(wp) :: weight(0:1, 3) = 0.0_wp !< of its contact point on the nodes of that cell, by axis
-      real(wp) :: normal(3) = 0.0_wp      !< outward from the tool
-      real(wp) :: facing(3) = 0.0_wp      !< the same, mirrored where the contact point has been folded back at a symmetry plane
-      real(wp) :: gap = 0.0_wp   !< of its contact point now, m
-      real(wp) :: area = 0.0_wp  !< m2
-      real(wp) :: mass = 1.0_wp  !< kg
-      real(wp) :: force = 0.0_wp !< N
-      logical :: touches = .false. !< its contact point ends the step on the tool
-   end type candidate_t
 
    type :: contact_t
       type(tool_t), allocatable :: tools(:)
@@ -48,10 +34,10 @@ module m_contact
       type(contact_spec_t) :: spec
       type(contact_system_t) :: system
       type(petsc_solver_t) :: solver
-      type(candidate_t), allocatable :: candidates(:)
-      integer :: count = 0
-      integer :: pressure = 0               !< column of the contact pressure
+      type(candidates_t) :: candidates
+      logical :: rubs = .false.             !< some tool has friction
       integer(i8) :: solves = 0, iterations = 0, unsolved = 0
+      integer(i8) :: sweeps = 0             !< over normal forces and friction in turn, over the run
       integer(i8) :: largest = 0            !< most candidates in a step, over all ranks
       real(wp) :: worst_residual = 0.0_wp   !< relative
       real(wp) :: worst_overlap = 0.0_wp    !< m
@@ -62,18 +48,17 @@ module m_contact
       procedure :: active
       procedure :: push
       procedure :: release
-      procedure, private :: find
       procedure, private :: assemble
       procedure, private :: solve
+      procedure, private :: sweep
+      procedure, private :: solve_part
       procedure, private :: move_nodes
       procedure, private :: sum_up
    end type contact_t
 
-   real(wp), parameter :: fastest = 0.4_wp        !< no contact point comes nearer by more cells in a step: the largest safety
-   real(wp), parameter :: margin = 0.05_wp        !< candidates come in this far before they touch, in particle edges
-   real(wp), parameter :: recovery = 0.01_wp      !< overlap is taken back by at most this much a step, in particle edges
    real(wp), parameter :: touching = 1.0e-4_wp    !< a smaller gap counts as contact, in particle edges
    real(wp), parameter :: hopeless = 1.0e-3_wp    !< a relative residual above this stops the run
+   integer, parameter :: most_sweeps = 50         !< over normal forces and friction in a step
 
 contains
 
@@ -84,16 +69,20 @@ contains
       type(contact_spec_t), intent(in) :: spec
       integer :: t
       self%tools = [(make_tool(tools(t)), t=1, size(tools))]
-      allocate (self%states(size(tools)), self%candidates(64))
+      allocate (self%states(size(tools)), self%candidates%list(64))
       self%spec = spec
+      self%rubs = any(tools%friction > 0.0_wp)
    end subroutine build
 
-   !> The field that contact adds; it is also where the next solve starts from.
+   !> The fields that contact adds; they are also where the next solve starts from.
    pure subroutine declare(self, table)
       class(contact_t), intent(inout) :: self
       type(field_table_t), intent(inout) :: table
       call table%declare('contact_pressure', 1, 'Pa', written=.true.)
-      self%pressure = table%column('contact_pressure')
+      self%candidates%pressure = table%column('contact_pressure')
+      if (.not. self%rubs) return
+      call table%declare('contact_friction', 3, 'Pa', written=.true.)
+      self%candidates%traction = table%column('contact_friction')
    end subroutine declare
 
    !> True when the scene has tools.
@@ -112,211 +101,109 @@ contains
       integer, intent(in) :: neighbours(:)    !< ranks, rising
       real(wp), intent(in) :: time, time_step !< s
       type(error_t), intent(inout) :: error
-      integer :: t, needs(2)
+      integer :: t, needs(2), unknowns
       do t = 1, size(self%tools)
-         self%tools(t)%speed = self%tools(t)%travel_between(time, time + time_step)/time_step
+         call self%tools(t)%begin_step(time, time_step)
       end do
-      call self%find(level, materials, time_step)
-      needs = [self%count, merge(1, 0, self%count > self%solver%capacity)]
+      call self%candidates%find(self%tools, level, materials, time_step, self%states%overlap)
+      unknowns = max(self%candidates%count, 2*self%candidates%rubbing)
+      needs = [self%candidates%count, merge(1, 0, unknowns > self%solver%capacity)]
       call MPI_Allreduce(MPI_IN_PLACE, needs, 2, MPI_INTEGER, MPI_SUM, communicator%comm)
       if (needs(1) > 0) then
          self%largest = max(self%largest, int(needs(1), i8))
-         if (needs(2) > 0) call self%solver%fit(communicator%comm%MPI_VAL, 64*((3*self%count/2)/64 + 1))
+         if (needs(2) > 0) call self%solver%fit(communicator%comm%MPI_VAL, 64*((3*unknowns/2)/64 + 1))
          call self%assemble(communicator, level, neighbours, time_step)
          call self%solve(level, time_step, error)
          call self%move_nodes(level, time_step)
       end if
-      call self%sum_up(communicator, time_step)
+      call self%sum_up(communicator, level, time_step)
       do t = 1, size(self%tools)
-         self%tools(t)%travel = self%tools(t)%travel_between(0.0_wp, time + time_step)
+         call self%tools(t)%end_step(time + time_step, time_step)
+         if (self%tools(t)%is_pushed() .and. .not. abs(self%tools(t)%speed)*time_step <= fastest*level%grid%cell) &
+            call fail(error, exit_numerical, 'time '//to_text(time + time_step)//' s: the tool '//self%tools(t)%spec%name// &
+                      ' moves by more than '//to_text(fastest)//' cells in a step; try a larger mass or smaller loads')
       end do
    end subroutine push
 
-   !> Candidates: contact points (centres moved towards the tool by penetration_factor of the particle's present thickness
-   !> along the normal) that the free motion would carry into a tool, or almost. Their last pressures become the start of the solve.
-   subroutine find(self, level, materials, time_step)
-      class(contact_t), intent(inout) :: self
-      type(level_t), intent(inout) :: level
-      type(materials_t), intent(in) :: materials
-      real(wp), intent(in) :: time_step
-      real(wp) :: middle(3), gap, normal(3), reach, edge
-      integer :: b, bin, l, n, t
-      self%count = 0
-      self%states%overlap = 0.0_wp
-      reach = (0.5_wp*sqrt(3.0_wp) + fastest)*level%grid%cell
-      do b = 1, size(level%blocks)
-         if (level%blocks(b)%particles%count == 0) cycle
-         if (.not. near_tool(self%tools, level, level%blocks(b)%place)) cycle
-         associate (block => level%blocks(b))
-            edge = 2.0_wp*maxval(block%particles%column(:block%particles%count, level%layout%half_size))
-            do t = 1, size(self%tools)
-               do bin = 1, size(block%cells%first) - 1
-                  if (block%cells%first(bin) == block%cells%first(bin + 1)) cycle
-                  middle = block%origin + bin_place(bin)*level%grid%cell
-                  call self%tools(t)%gap_and_normal(middle, gap, normal)
-                  if (gap > reach + edge) cycle
-                  do l = block%cells%first(bin), block%cells%first(bin + 1) - 1
-                     call consider(self, level, materials, time_step, b, int(block%cells%order(l)), bin, t)
-                  end do
-               end do
-            end do
-            n = block%particles%count
-            block%particles%column(:n, self%pressure) = 0.0_wp
-         end associate
-      end do
-   end subroutine find
-
-   !> Keep a particle of a bin as a candidate if the free motion would carry it into the tool, or almost.
-   subroutine consider(self, level, materials, time_step, b, p, bin, tool)
-      class(contact_t), intent(inout) :: self
-      type(level_t), intent(in) :: level
-      type(materials_t), intent(in) :: materials
-      real(wp), intent(in) :: time_step
-      integer, intent(in) :: b, p, bin, tool
-      type(candidate_t) :: c
-      real(wp) :: edge, thickness, position(3)
-      integer :: m
-      associate (block => level%blocks(b), column => level%blocks(b)%particles%column, at => level%layout)
-         position = column(p, at%position:at%position + 2)
-         call self%tools(tool)%gap_and_normal(position, c%gap, c%normal)
-         edge = 2.0_wp*column(p, at%half_size)
-         if (c%gap > edge + fastest*level%grid%cell) return
-         m = materials%of_body(block%particles%body(p))
-         thickness = edge*materials%slots(m)%law%stretch(column(p, :), at, c%normal)
-         c%gap = c%gap - self%tools(tool)%spec%penetration_factor*thickness
-         if (c%gap > fastest*level%grid%cell) return
-         self%states(tool)%overlap = max(self%states(tool)%overlap, -c%gap)
-         c%block = b
-         c%particle = p
-         c%tool = tool
-         position = position - self%tools(tool)%spec%penetration_factor*thickness*c%normal
-         call set_cell(c, level%grid, block%place, bin_place(bin), (position - block%origin)*level%grid%per_cell)
-         if (c%gap + time_step*(normal_speed(level, c) - dot_product(c%normal, self%tools(tool)%velocity())) > margin*edge) return
-         c%area = edge**2
-         c%mass = column(p, at%mass)
-         c%force = column(p, self%pressure)*c%area
-         call keep(self, c)
-      end associate
-   end subroutine consider
-
-   !> Append a candidate to the list.
-   subroutine keep(self, candidate)
-      class(contact_t), intent(inout) :: self
-      type(candidate_t), intent(in) :: candidate
-      type(candidate_t), allocatable :: more(:)
-      if (self%count == size(self%candidates)) then
-         allocate (more(2*self%count))
-         more(:self%count) = self%candidates
-         call move_alloc(more, self%candidates)
-      end if
-      self%count = self%count + 1
-      self%candidates(self%count) = candidate
-   end subroutine keep
-
-   !> True when a bin of the block at a place can hold a candidate. The same on every rank.
-   pure logical function near_tool(tools, level, place)
-      type(tool_t), intent(in) :: tools(:)
-      type(level_t), intent(in) :: level
-      integer, intent(in) :: place(3)
-      real(wp) :: centre(3), gap, normal(3), reach
-      integer :: t
-      near_tool = .false.
-      centre = level%grid%block_origin(place) + 0.5_wp*(block_size - 1)*level%grid%cell
-      reach = (0.5_wp*block_size*sqrt(3.0_wp) + 1.5_wp)*level%grid%cell
-      do t = 1, size(tools)
-         call tools(t)%gap_and_normal(centre, gap, normal)
-         if (gap < reach) near_tool = .true.
-      end do
-   end function near_tool
-
-   !> The cell around a contact point and the hat functions of its nodes there. The traction acts at the contact point, on the
-   !> face of the particle: its nodes are those of a point there, not of the particle's volume. A uniform pressure then makes a
-   !> uniform stress, wherever the surface stands in its cell (theory.md, eq. contact-nodes). A point beyond a symmetry plane is
-   !> the mirror image of one inside, with the mirrored normal.
-   pure subroutine set_cell(c, grid, block, node, place)
-      type(candidate_t), intent(inout) :: c
-      type(grid_level_t), intent(in) :: grid
-      integer, intent(in) :: block(3)  !< place of the block
-      integer, intent(in) :: node(3)   !< in the middle of the particle's bin, from 0
-      real(wp), intent(in) :: place(3) !< of the contact point, in cells from the block's first node
-      real(wp) :: folded(3), beyond
-      integer :: axis, side
-      c%facing = c%normal
-      folded = place
-      do axis = 1, 3
-         do side = 1, 2
-            if (grid%boundary(side, axis) /= boundary_symmetry) cycle
-            beyond = place(axis) + block_size*block(axis) - merge(0, grid%cells(axis), side == 1)
-            if (merge(beyond >= 0.0_wp, beyond <= 0.0_wp, side == 1)) cycle
-            folded(axis) = place(axis) - 2.0_wp*beyond
-            c%facing(axis) = -c%normal(axis)
-         end do
-      end do
-      call hat_weights(node, folded, c%corner, c%weight)
-   end subroutine set_cell
-
-   !> Speed along the normal that a contact point gets from the solved nodes, m/s.
-   pure real(wp) function normal_speed(level, c) result(speed)
-      type(level_t), intent(in) :: level
-      type(candidate_t), intent(in) :: c
-      real(wp) :: weight
-      integer :: i, j, k
-      speed = 0.0_wp
-      do k = 0, 1
-         do j = 0, 1
-            do i = 0, 1
-               weight = c%weight(i, 1)*c%weight(j, 2)*c%weight(k, 3)
-               speed = speed + weight*dot_product(c%facing, level%solved(2:4, c%corner(1) + 1 + i, c%corner(2) + 1 + j, &
-                                                                         c%corner(3) + 1 + k, c%block))
-            end do
-         end do
-      end do
-   end function normal_speed
-
-   !> The operator of this step's candidates.
+   !> The operator of this step's candidates: a row for each normal force, then two for each friction.
    subroutine assemble(self, communicator, level, neighbours, time_step)
       class(contact_t), intent(inout) :: self
       type(communicator_t), intent(in) :: communicator
       type(level_t), intent(in) :: level
       integer, intent(in) :: neighbours(:)
       real(wp), intent(in) :: time_step
-      integer :: c, i, j, k, s, node(cell_nodes), at(3)
-      real(wp) :: weight(cell_nodes), mass
-      logical :: held(3)
-      call self%system%begin(communicator)
-      do c = 1, self%count
-         s = 0
-         do k = 0, 1
-            do j = 0, 1
-               do i = 0, 1
-                  s = s + 1
-                  call image_node(level, self%candidates(c), [i, j, k], node(s), at, held)
-                  associate (it => self%candidates(c))
-                     weight(s) = it%weight(i, 1)*it%weight(j, 2)*it%weight(k, 3)
-                  end associate
-               end do
+      real(wp) :: compliance(self%candidates%count + 2*self%candidates%rubbing)
+      integer :: c, node(cell_nodes), t
+      real(wp) :: weight(cell_nodes)
+      associate (list => self%candidates%list(:self%candidates%count))
+         call self%system%begin(communicator, [(self%tools(t)%mobility(time_step), t=1, size(self%tools))])
+         do c = 1, size(list)
+            call nodes_of(level, list(c), node, weight)
+            call self%system%add_row(node, weight, list(c)%facing, list(c)%tool, &
+                                     dot_product(list(c)%normal, self%tools(list(c)%tool)%spec%axis))
+         end do
+         compliance(:size(list)) = self%spec%compliance*time_step/list%mass
+         do c = 1, size(list)
+            if (list(c)%rubbing == 0) cycle
+            call nodes_of(level, list(c), node, weight)
+            do t = 1, 2
+               call self%system%add_row(node, weight, list(c)%mirror*list(c)%tangent(:, t), list(c)%tool, &
+                                        dot_product(list(c)%tangent(:, t), self%tools(list(c)%tool)%spec%axis))
+               compliance(self%system%rows) = compliance(c)
             end do
          end do
-         call self%system%add_candidate(node, weight, self%candidates(c)%facing)
-      end do
-      call self%system%number_nodes()
-      do c = 1, self%count
-         s = 0
-         do k = 0, 1
-            do j = 0, 1
-               do i = 0, 1
-                  s = s + 1
-                  call image_node(level, self%candidates(c), [i, j, k], node(s), at, held)
-                  mass = level%solved(1, at(1), at(2), at(3), self%candidates(c)%block)
-                  self%system%mobility(:, self%system%node(s, c)) = 0.0_wp
-                  if (mass > 0.0_wp) self%system%mobility(:3, self%system%node(s, c)) = merge(0.0_wp, time_step/mass, held)
-               end do
-            end do
+         call self%system%number_nodes()
+         do c = 1, size(list)
+            call set_mobility(self%system, level, list(c), c, time_step)
          end do
-      end do
+      end associate
       call self%system%connect(neighbours)
-      call self%system%set_scale(self%spec%compliance*time_step/self%candidates(:self%count)%mass)
+      call self%system%set_scale(compliance)
    end subroutine assemble
+
+   !> Nodes of a candidate in the grid and the weights of its contact point on them.
+   pure subroutine nodes_of(level, c, node, weight)
+      type(level_t), intent(in) :: level
+      type(candidate_t), intent(in) :: c
+      integer, intent(out) :: node(cell_nodes)
+      real(wp), intent(out) :: weight(cell_nodes)
+      integer :: i, j, k, s, at(3)
+      logical :: held(3)
+      s = 0
+      do k = 0, 1
+         do j = 0, 1
+            do i = 0, 1
+               s = s + 1
+               call image_node(level, c, [i, j, k], node(s), at, held)
+               weight(s) = c%weight(i, 1)*c%weight(j, 2)*c%weight(k, 3)
+            end do
+         end do
+      end do
+   end subroutine nodes_of
+
+   !> Mobilities of the nodes of a candidate, which has a row of the system.
+   pure subroutine set_mobility(system, level, c, row, time_step)
+      type(contact_system_t), intent(inout) :: system
+      type(level_t), intent(in) :: level
+      type(candidate_t), intent(in) :: c
+      integer, intent(in) :: row
+      real(wp), intent(in) :: time_step
+      integer :: i, j, k, s, node, at(3)
+      real(wp) :: mass
+      logical :: held(3)
+      s = 0
+      do k = 0, 1
+         do j = 0, 1
+            do i = 0, 1
+               s = s + 1
+               call image_node(level, c, [i, j, k], node, at, held)
+               mass = level%solved(1, at(1), at(2), at(3), c%block)
+               system%mobility(:, system%node(s, row)) = 0.0_wp
+               if (mass > 0.0_wp) system%mobility(:3, system%node(s, row)) = merge(0.0_wp, time_step/mass, held)
+            end do
+         end do
+      end do
+   end subroutine set_mobility
 
    !> The node that stands for a candidate's node: itself, or its mirror inside a symmetry plane where the contact point lies on
    !> the plane and the node beyond has no weight. `node` is its number in the grid (nodes from -1 to cells + 1), `at` its place in
@@ -347,16 +234,18 @@ contains
       end associate
    end function node_place
 
-   !> Forces of the candidates: no tension, no pressure across a gap, no way into the tool.
+   !> Forces of the candidates: no tension, no pressure across a gap, no way into the tool; friction where a tool has any.
    subroutine solve(self, level, time_step, error)
       class(contact_t), intent(inout) :: self
       type(level_t), intent(inout) :: level
       real(wp), intent(in) :: time_step
       type(error_t), intent(inout) :: error
-      real(wp) :: b(self%count), x(self%count), w(self%count), residual, gap, strongest
+      real(wp), dimension(self%candidates%count) :: b, x, w
+      real(wp) :: gap, strongest
       integer :: c, iterations
-      do c = 1, self%count
-         associate (it => self%candidates(c))
+      call self%system%activate(1, self%candidates%count)
+      do c = 1, self%candidates%count
+         associate (it => self%candidates%list(c))
             b(c) = dot_product(it%normal, self%tools(it%tool)%velocity()) - normal_speed(level, it) &
                    - max(it%gap, -recovery*sqrt(it%area))/time_step
             b(c) = b(c)*self%system%scale(c)
@@ -364,26 +253,139 @@ contains
             if (self%system%scale(c) > 0.0_wp) x(c) = it%force/self%system%scale(c)
          end associate
       end do
-      call self%solver%solve(self%system, b, x, self%spec%tolerance, self%spec%max_iterations, iterations, residual)
+      if (self%rubs) then
+         call self%sweep(level, b, x, error)
+      else
+         call self%solve_part(b, x, iterations, error)
+      end if
       self%solves = self%solves + 1
-      self%iterations = self%iterations + iterations
-      self%worst_residual = max(self%worst_residual, residual)
-      if (residual > self%spec%tolerance) self%unsolved = self%unsolved + 1
-      if (.not. residual <= hopeless) call fail(error, exit_numerical, 'the contact problem was not solved: relative residual '// &
-                to_text(residual)//' after '//to_text(iterations)//' iterations; try a larger max_iterations or a smaller safety')
       call self%system%multiply(x, w)
-      strongest = self%system%communicator%maximum(maxval([0.0_wp, x*self%system%scale(:self%count)]))
-      do c = 1, self%count
-         associate (it => self%candidates(c))
+      strongest = self%system%communicator%maximum(maxval([0.0_wp, x*self%system%scale(:size(x))]))
+      do c = 1, self%candidates%count
+         associate (it => self%candidates%list(c))
             it%force = x(c)*self%system%scale(c)
             gap = 0.0_wp
             if (self%system%scale(c) > 0.0_wp) gap = max(0.0_wp, (w(c) - b(c))/self%system%scale(c)*time_step)
             it%touches = gap < touching*sqrt(it%area)
             if (it%force > 0.0_wp) self%worst_bridge = max(self%worst_bridge, it%force*gap/(strongest*level%grid%cell))
-            level%blocks(it%block)%particles%column(it%particle, self%pressure) = it%force/it%area
+            level%blocks(it%block)%particles%column(it%particle, self%candidates%pressure) = it%force/it%area
+            if (it%rubbing > 0) then
+               associate (first => self%candidates%traction)
+                  level%blocks(it%block)%particles%column(it%particle, first:first + 2) = matmul(it%tangent, it%drag)/it%area
+               end associate
+            end if
          end associate
       end do
    end subroutine solve
+
+   !> One bound-constrained problem on the active rows, with its share of the statistics.
+   subroutine solve_part(self, b, x, iterations, error, bound)
+      class(contact_t), intent(inout) :: self
+      real(wp), intent(in) :: b(:)
+      real(wp), intent(inout) :: x(:)
+      integer, intent(out) :: iterations
+      type(error_t), intent(inout) :: error
+      real(wp), intent(in), optional :: bound(:) !< largest sizes; without it, x is not negative
+      real(wp) :: residual
+      call self%solver%solve(self%system, b, x, self%spec%tolerance, self%spec%max_iterations, iterations, residual, bound)
+      self%iterations = self%iterations + iterations
+      self%worst_residual = max(self%worst_residual, residual)
+      if (residual > self%spec%tolerance) self%unsolved = self%unsolved + 1
+      if (.not. residual <= hopeless) call fail(error, exit_numerical, 'the contact problem was not solved: relative residual '// &
+                to_text(residual)//' after '//to_text(iterations)//' iterations; try a larger max_iterations or a smaller safety')
+   end subroutine solve_part
+
+   !> Normal forces with the friction held, and friction with the normal forces held, in turn until the normal problem is solved
+   !> with the friction that belongs to it (theory.md, eq. friction-sweep). On return b holds what the friction does to it.
+   subroutine sweep(self, level, b, x, error)
+      class(contact_t), intent(inout) :: self
+      type(level_t), intent(in) :: level
+      real(wp), intent(inout) :: b(:), x(:)
+      type(error_t), intent(inout) :: error
+      real(wp), dimension(2*self%candidates%rubbing) :: b_slip, x_drag, bound, pushed
+      real(wp) :: free(size(b)), dragged(size(b))
+      integer :: iterations, last, n, round
+      n = self%candidates%count
+      last = n + size(x_drag)
+      free = b
+      call start_drag(self, level, b_slip, x_drag)
+      do round = 1, most_sweeps
+         call self%system%respond([n + 1, last], x_drag, [1, n], dragged)
+         b = free - dragged
+         call self%solve_part(b, x, iterations, error)
+         if (error%happened()) return
+         if (round > 1 .and. iterations == 0) exit
+         self%sweeps = self%sweeps + 1
+         call set_bounds(self, x, bound)
+         call self%system%respond([1, n], x, [n + 1, last], pushed)
+         call self%solve_part(b_slip - pushed, x_drag, iterations, error, bound)
+         call keep_in_disc(self, bound, x_drag)
+         call self%system%activate(1, n)
+         if (error%happened()) return
+      end do
+      if (round > most_sweeps) self%unsolved = self%unsolved + 1
+   end subroutine sweep
+
+   !> Right-hand side of the problem of friction, and the friction of the last step to start from. The compliance resists its change
+   !> only: a point that sticks under a steady force does not creep.
+   subroutine start_drag(self, level, b, x)
+      class(contact_t), intent(in) :: self
+      type(level_t), intent(in) :: level
+      real(wp), intent(out) :: b(:), x(:)
+      integer :: c, k, r
+      do c = 1, self%candidates%count
+         associate (it => self%candidates%list(c), scale => self%system%scale, offset => self%candidates%count)
+            if (it%rubbing == 0) cycle
+            do k = 1, 2
+               r = 2*it%rubbing - 2 + k
+               x(r) = 0.0_wp
+               if (scale(offset + r) > 0.0_wp) x(r) = dot_product(it%tangent(:, k), it%last_drag)/scale(offset + r)
+               b(r) = dot_product(it%tangent(:, k), self%tools(it%tool)%velocity() - point_velocity(level, it))
+               b(r) = b(r)*scale(offset + r) + self%system%softness(offset + r)*x(r)
+            end do
+         end associate
+      end do
+   end subroutine start_drag
+
+   !> Friction is at most the coefficient times the normal force.
+   subroutine set_bounds(self, x, bound)
+      class(contact_t), intent(in) :: self
+      real(wp), intent(in) :: x(:)
+      real(wp), intent(out) :: bound(:)
+      integer :: c, k, r
+      do c = 1, self%candidates%count
+         associate (it => self%candidates%list(c), scale => self%system%scale, offset => self%candidates%count)
+            if (it%rubbing == 0) cycle
+            do k = 1, 2
+               r = 2*it%rubbing - 2 + k
+               bound(r) = 0.0_wp
+               if (scale(offset + r) > 0.0_wp) &
+                  bound(r) = self%tools(it%tool)%spec%friction*x(c)*scale(c)/scale(offset + r)
+            end do
+         end associate
+      end do
+   end subroutine set_bounds
+
+   !> The bounds are those of a square; shorten what lies in its corners to the circle. Sets the candidates' friction.
+   subroutine keep_in_disc(self, bound, x)
+      class(contact_t), intent(inout) :: self
+      real(wp), intent(in) :: bound(:)
+      real(wp), intent(inout) :: x(:)
+      real(wp) :: largest, scale(2)
+      integer :: c, r
+      do c = 1, self%candidates%count
+         associate (it => self%candidates%list(c))
+            if (it%rubbing == 0) cycle
+            r = 2*it%rubbing
+            scale = self%system%scale(self%candidates%count + r - 1:self%candidates%count + r)
+            it%drag = x(r - 1:r)*scale
+            largest = maxval(bound(r - 1:r)*scale)
+            if (norm2(it%drag) <= largest) cycle
+            x(r - 1:r) = x(r - 1:r)*(largest/norm2(it%drag))
+            it%drag = x(r - 1:r)*scale
+         end associate
+      end do
+   end subroutine keep_in_disc
 
    !> Collective among neighbours: change velocity and acceleration of the nodes that contact forces act on, in every tile here that
    !> has them, and then of their mirror images.
@@ -393,8 +395,16 @@ contains
       real(wp), intent(in) :: time_step
       type(nodal_forces_t), allocatable :: parts(:)
       logical :: changed(size(level%blocks))
-      integer :: b, n, r
-      call self%system%nodal_forces(self%candidates(:self%count)%force, parts)
+      real(wp) :: forces(self%system%rows)
+      integer :: b, c, n, r
+      forces(:self%candidates%count) = self%candidates%list(:self%candidates%count)%force
+      do c = 1, self%candidates%count
+         associate (it => self%candidates%list(c), last => self%candidates%count + 2*self%candidates%list(c)%rubbing)
+            if (it%rubbing > 0) forces(last - 1:last) = it%drag
+         end associate
+      end do
+      call self%system%activate(1, self%system%rows)
+      call self%system%nodal_forces(forces, parts)
       changed = .false.
       do r = 1, size(parts)
          do n = 1, size(parts(r)%node)
@@ -435,17 +445,19 @@ contains
       end do
    end subroutine push_node
 
-   !> Collective: loads, areas, overlaps and work of the tools.
-   subroutine sum_up(self, communicator, time_step)
+   !> Collective: loads, areas, overlaps and work of the tools; loads move those that are pushed.
+   subroutine sum_up(self, communicator, level, time_step)
       class(contact_t), intent(inout) :: self
       type(communicator_t), intent(in) :: communicator
+      type(level_t), intent(in) :: level
       real(wp), intent(in) :: time_step
       real(wp) :: sums(4, size(self%tools)), deepest(size(self%tools))
       integer :: c, t
       sums = 0.0_wp
-      do c = 1, self%count
-         associate (it => self%candidates(c))
+      do c = 1, self%candidates%count
+         associate (it => self%candidates%list(c))
             sums(1:3, it%tool) = sums(1:3, it%tool) - it%force*it%normal
+            if (it%rubbing > 0) sums(1:3, it%tool) = sums(1:3, it%tool) - matmul(it%tangent, it%drag)
             if (it%touches) sums(4, it%tool) = sums(4, it%tool) + it%area
          end associate
       end do
@@ -457,11 +469,32 @@ contains
             state%load = sums(1:3, t)
             state%area = sums(4, t)
             state%overlap = deepest(t)
+            call self%tools(t)%react(state%load, time_step)
             state%work = state%work - time_step*dot_product(state%load, self%tools(t)%velocity())
          end associate
       end do
       self%worst_overlap = max(self%worst_overlap, maxval(deepest))
+      if (self%rubs) call add_heat(self, communicator, level, time_step)
    end subroutine sum_up
+
+   !> Collective: what friction takes from the motion in a step, by how the contact points slip at its end.
+   subroutine add_heat(self, communicator, level, time_step)
+      class(contact_t), intent(inout) :: self
+      type(communicator_t), intent(in) :: communicator
+      type(level_t), intent(in) :: level
+      real(wp), intent(in) :: time_step
+      real(wp) :: heat(size(self%tools))
+      integer :: c
+      heat = 0.0_wp
+      do c = 1, self%candidates%count
+         associate (it => self%candidates%list(c))
+            if (it%rubbing > 0) heat(it%tool) = heat(it%tool) - time_step*dot_product(matmul(it%tangent, it%drag), &
+                                                     point_velocity(level, it) - self%tools(it%tool)%velocity())
+         end associate
+      end do
+      call MPI_Allreduce(MPI_IN_PLACE, heat, size(heat), MPI_DOUBLE_PRECISION, MPI_SUM, communicator%comm)
+      self%states%heat = self%states%heat + heat
+   end subroutine add_heat
 
    !> Collective: free what PETSc holds.
    subroutine release(self)

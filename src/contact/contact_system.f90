@@ -1,5 +1,6 @@
-!> The contact problem of one step: candidates, the nodes they touch, and the operator that turns contact forces into
-!> normal velocities through those nodes (theory.md, eq. contact-operator). No rank holds the whole of it.
+!> The contact problem of one step: its rows (a contact point and a direction), the nodes they touch, and the operator that turns
+!> contact forces into velocities through those nodes and through tools that give way (theory.md, eq. contact-operator). No rank
+!> holds the whole of it. Products take the active rows only: those of the normal forces, or those of friction.
 module m_contact_system
    use mpi_f08
    use m_kinds, only: wp, i8
@@ -12,15 +13,15 @@ module m_contact_system
    integer, parameter, public :: cell_nodes = 8 !< nodes of the cell around a contact point
    integer, parameter :: width = 4 !< three components and a spare one: one vector register
 
-   !> Nodes that this rank's candidates touch and that candidates of another rank touch too.
+   !> Nodes that this rank's rows touch and that rows of another rank touch too.
    type :: shared_nodes_t
       integer :: rank = -1
       integer, allocatable :: nodes(:)  !< local numbers, in the order of the grid
-      integer, allocatable :: theirs(:) !< nodes in the grid that its candidates touch, rising
+      integer, allocatable :: theirs(:) !< nodes in the grid that its rows touch, rising
       real(wp), allocatable :: given(:, :), taken(:, :)
    end type shared_nodes_t
 
-   !> Forces that the candidates of one rank give to nodes.
+   !> Forces that the rows of one rank give to nodes.
    type :: nodal_forces_t
       integer, allocatable :: node(:)      !< in the grid, rising
       real(wp), allocatable :: force(:, :) !< (4, :), N; the last is idle
@@ -28,24 +29,32 @@ module m_contact_system
 
    type, extends(petsc_operator_t) :: contact_system_t
       type(communicator_t) :: communicator
-      integer :: candidates = 0
+      integer :: rows = 0
+      integer :: first = 1, last = 0             !< the active rows
       integer :: nodes = 0
+      logical :: gives_way = .false.             !< some tool does
       integer(i8) :: products = 0                !< times the operator was applied, over the run
-      integer, allocatable :: node(:, :)         !< (8, candidates): node in the grid, counted from 1; then its local number
-      real(wp), allocatable :: weight(:, :)      !< (8, candidates): of the contact point on its nodes
-      real(wp), allocatable :: normal(:, :)      !< (4, candidates): the direction in which a force acts; the last is 0
+      integer, allocatable :: node(:, :)         !< (8, rows): node in the grid, counted from 1; then its local number
+      real(wp), allocatable :: weight(:, :)      !< (8, rows): of the contact point on its nodes
+      real(wp), allocatable :: direction(:, :)   !< (4, rows): in which a force acts; the last is 0
+      integer, allocatable :: tool(:)            !< (rows)
+      real(wp), allocatable :: along(:)          !< (rows): what of the direction is along the tool's axis
+      real(wp), allocatable :: tool_mobility(:)  !< (tools): along their axes, s/kg; 0 for those that do not give way
+      real(wp), allocatable :: tool_push(:)      !< (tools): forces along the axes, work
       real(wp), allocatable :: mobility(:, :)    !< (4, nodes): dt/m, 0 for held components, s/kg
       real(wp), allocatable :: force(:, :)       !< (4, nodes): work
-      real(wp), allocatable :: scale(:)          !< (candidates): makes the diagonal 1
-      real(wp), allocatable :: softness(:)       !< (candidates): what the compliance adds to the diagonal
+      real(wp), allocatable :: scale(:)          !< (rows): makes the diagonal 1
+      real(wp), allocatable :: softness(:)       !< (rows): what the compliance adds to the diagonal
       integer, allocatable :: grid_node(:)       !< (nodes): node in the grid
       type(shared_nodes_t), allocatable :: shared(:)
    contains
       procedure :: begin
-      procedure :: add_candidate
+      procedure :: activate
+      procedure :: add_row
       procedure :: number_nodes
       procedure :: connect
       procedure :: multiply
+      procedure :: respond
       procedure :: nodal_forces
       procedure :: set_scale
       procedure, private :: spread
@@ -56,46 +65,66 @@ module m_contact_system
 contains
 
    !> Start an empty system.
-   subroutine begin(self, communicator)
+   subroutine begin(self, communicator, tool_mobility)
       class(contact_system_t), intent(inout) :: self
       type(communicator_t), intent(in) :: communicator
+      real(wp), intent(in) :: tool_mobility(:) !< (tools), the same on all ranks, s/kg
       self%communicator = communicator
-      self%candidates = 0
+      self%rows = 0
       self%nodes = 0
+      self%tool_mobility = tool_mobility
+      self%tool_push = 0.0_wp*tool_mobility
+      self%gives_way = any(tool_mobility > 0.0_wp)
       if (.not. allocated(self%node)) allocate (self%node(cell_nodes, 64), self%weight(cell_nodes, 64), &
-                                                   self%normal(width, 64))
+                                                   self%direction(width, 64), self%tool(64), self%along(64))
    end subroutine begin
 
-   !> Add a candidate: its nodes in the grid, their weights, and the direction in which its force acts.
-   subroutine add_candidate(self, node, weight, normal)
+   !> Add a row: the nodes of its contact point in the grid, their weights, the direction in which its force acts; the tool that
+   !> the force acts on in turn, and what of it is along the tool's axis.
+   subroutine add_row(self, node, weight, direction, tool, along)
       class(contact_system_t), intent(inout) :: self
-      integer, intent(in) :: node(cell_nodes)
-      real(wp), intent(in) :: weight(cell_nodes), normal(3)
-      integer, allocatable :: more_nodes(:, :)
-      real(wp), allocatable :: more_weights(:, :), more_normals(:, :)
+      integer, intent(in) :: node(cell_nodes), tool
+      real(wp), intent(in) :: weight(cell_nodes), direction(3), along
+      integer, allocatable :: more_nodes(:, :), more_tools(:)
+      real(wp), allocatable :: more_weights(:, :), more_directions(:, :), more_along(:)
       integer :: n
-      n = self%candidates
+      n = self%rows
       if (n == size(self%node, 2)) then
-         allocate (more_nodes(cell_nodes, 2*n), more_weights(cell_nodes, 2*n), more_normals(width, 2*n))
+         allocate (more_nodes(cell_nodes, 2*n), more_weights(cell_nodes, 2*n), more_directions(width, 2*n), more_tools(2*n), &
+                   more_along(2*n))
          more_nodes(:, :n) = self%node
          more_weights(:, :n) = self%weight
-         more_normals(:, :n) = self%normal
+         more_directions(:, :n) = self%direction
+         more_tools(:n) = self%tool
+         more_along(:n) = self%along
          call move_alloc(more_nodes, self%node)
          call move_alloc(more_weights, self%weight)
-         call move_alloc(more_normals, self%normal)
+         call move_alloc(more_directions, self%direction)
+         call move_alloc(more_tools, self%tool)
+         call move_alloc(more_along, self%along)
       end if
-      self%candidates = n + 1
+      self%rows = n + 1
       self%node(:, n + 1) = node
       self%weight(:, n + 1) = weight
-      self%normal(:, n + 1) = [normal, 0.0_wp]
-   end subroutine add_candidate
+      self%direction(:, n + 1) = [direction, 0.0_wp]
+      self%tool(n + 1) = tool
+      self%along(n + 1) = along
+   end subroutine add_row
 
-   !> Number the nodes that candidates touch, in the order of the grid, over the range of their numbers.
+   !> Choose the rows that products take and give.
+   pure subroutine activate(self, first, last)
+      class(contact_system_t), intent(inout) :: self
+      integer, intent(in) :: first, last
+      self%first = first
+      self%last = last
+   end subroutine activate
+
+   !> Number the nodes that the rows touch, in the order of the grid, over the range of their numbers.
    subroutine number_nodes(self)
       class(contact_system_t), intent(inout) :: self
       integer, allocatable :: number(:)
       integer :: c, first, last, n
-      n = self%candidates
+      n = self%rows
       if (allocated(self%grid_node)) deallocate (self%grid_node)
       if (n == 0) then
          allocate (self%grid_node(0))
@@ -128,7 +157,7 @@ contains
                 self%mobility(width, self%nodes + self%nodes/2), source=0.0_wp)
    end subroutine number_nodes
 
-   !> Learn which nodes the neighbour ranks' candidates touch too. Collective among neighbours.
+   !> Learn which nodes the neighbour ranks' rows touch too. Collective among neighbours.
    subroutine connect(self, neighbours)
       class(contact_system_t), intent(inout) :: self
       integer, intent(in) :: neighbours(:)
@@ -176,30 +205,46 @@ contains
       places = found(:n)
    end function common
 
-   !> to = M from: normal velocities of the candidates under contact forces, both scaled so that the diagonal of M is 1.
-   !> Values beyond the candidates are idle and copied.
+   !> to = M from: velocities of the active rows under their forces, both scaled so that the diagonal of M is 1. Values beyond them
+   !> are idle and copied.
    subroutine multiply(self, from, to)
       class(contact_system_t), intent(inout) :: self
       real(wp), intent(in) :: from(:)
       real(wp), intent(out) :: to(:)
+      integer :: n
+      n = self%last - self%first + 1
       self%products = self%products + 1
-      call self%spread(from(:self%candidates)*self%scale(:self%candidates))
+      call self%spread(from(:n)*self%scale(self%first:self%last))
       call self%exchange()
       call self%collect(to)
-      to(:self%candidates) = to(:self%candidates) + self%softness(:self%candidates)*from(:self%candidates)
-      to(self%candidates + 1:) = from(self%candidates + 1:)
+      to(:n) = to(:n) + self%softness(self%first:self%last)*from(:n)
+      to(n + 1:) = from(n + 1:)
    end subroutine multiply
 
-   !> Contact forces of this rank's candidates to their nodes.
+   !> Collective: velocities that the forces of some rows give to others, both scaled. The others stay active.
+   subroutine respond(self, pushed, from, asked, to)
+      class(contact_system_t), intent(inout) :: self
+      integer, intent(in) :: pushed(2), asked(2) !< first and last row
+      real(wp), intent(in) :: from(:)
+      real(wp), intent(out) :: to(:)
+      self%products = self%products + 1
+      call self%activate(pushed(1), pushed(2))
+      call self%spread(from*self%scale(self%first:self%last))
+      call self%exchange()
+      call self%activate(asked(1), asked(2))
+      call self%collect(to)
+   end subroutine respond
+
+   !> Contact forces of this rank's active rows to their nodes and tools.
    subroutine spread(self, forces)
       class(contact_system_t), intent(inout) :: self
-      real(wp), intent(in) :: forces(:) !< (candidates), N
+      real(wp), intent(in) :: forces(:) !< (active rows), N
       real(wp) :: f(width)
       integer :: c, i, n, s
       self%force(:, :self%nodes) = 0.0_wp
-      do c = 1, self%candidates
-         if (abs(forces(c)) <= 0.0_wp) cycle
-         f = forces(c)*self%normal(:, c)
+      do c = self%first, self%last
+         if (abs(forces(c - self%first + 1)) <= 0.0_wp) cycle
+         f = forces(c - self%first + 1)*self%direction(:, c)
          do s = 1, cell_nodes
             n = self%node(s, c)
             !$omp simd
@@ -208,13 +253,18 @@ contains
             end do
          end do
       end do
+      if (.not. self%gives_way) return
+      self%tool_push = 0.0_wp
+      do c = self%first, self%last
+         self%tool_push(self%tool(c)) = self%tool_push(self%tool(c)) + self%along(c)*forces(c - self%first + 1)
+      end do
    end subroutine spread
 
-   !> Collective among neighbours: what the candidates' forces (N) give to nodes, a part for each neighbour rank and this one, by rising
-   !> rank, so that all ranks that know a node add up its force in one order. Once after each `connect`, whose lists it takes.
+   !> Collective among neighbours: what the active rows' forces (N) give to nodes, a part for each neighbour rank and this one, by
+   !> rising rank, so that all ranks that know a node add up its force in one order. Once after each `connect`: it takes its lists.
    subroutine nodal_forces(self, forces, parts)
       class(contact_system_t), intent(inout) :: self
-      real(wp), intent(in) :: forces(:) !< (candidates), N
+      real(wp), intent(in) :: forces(:) !< (rows), N
       type(nodal_forces_t), allocatable, intent(out) :: parts(:)
       type(MPI_Request) :: requests(2*size(self%shared))
       integer :: n, own, r
@@ -236,11 +286,13 @@ contains
       call MPI_Waitall(size(requests), requests, MPI_STATUSES_IGNORE)
    end subroutine nodal_forces
 
-   !> Add what other ranks' candidates give to the nodes that are shared with them.
+   !> Collective: add what other ranks' rows give to the nodes that are shared with them, and to tools that give way.
    subroutine exchange(self)
       class(contact_system_t), intent(inout) :: self
       type(MPI_Request) :: requests(2*size(self%shared))
       integer :: i, n, count
+      if (self%gives_way) call MPI_Allreduce(MPI_IN_PLACE, self%tool_push, size(self%tool_push), MPI_DOUBLE_PRECISION, MPI_SUM, &
+                                             self%communicator%comm)
       n = 0
       do i = 1, size(self%shared)
          associate (shared => self%shared(i))
@@ -261,14 +313,14 @@ contains
       end do
    end subroutine exchange
 
-   !> Normal velocities of the candidates from the forces on their nodes.
+   !> Velocities of the active rows from the forces on their nodes, and relative to tools that give way.
    subroutine collect(self, y)
       class(contact_system_t), intent(inout) :: self
       real(wp), intent(out) :: y(:)
       real(wp) :: total(width)
       integer :: c, i, n, s
       self%force(:, :self%nodes) = self%force(:, :self%nodes)*self%mobility(:, :self%nodes)
-      do c = 1, self%candidates
+      do c = self%first, self%last
          total = 0.0_wp
          do s = 1, cell_nodes
             n = self%node(s, c)
@@ -277,25 +329,31 @@ contains
                total(i) = total(i) + self%weight(s, c)*self%force(i, n)
             end do
          end do
-         y(c) = sum(total*self%normal(:, c))*self%scale(c)
+         y(c - self%first + 1) = sum(total*self%direction(:, c))*self%scale(c)
+      end do
+      if (.not. self%gives_way) return
+      self%tool_push = self%tool_push*self%tool_mobility
+      do c = self%first, self%last
+         y(c - self%first + 1) = y(c - self%first + 1) + self%along(c)*self%tool_push(self%tool(c))*self%scale(c)
       end do
    end subroutine collect
 
    !> Scale unknowns so that the diagonal is 1 before the compliance is added; needs numbers and mobilities.
    subroutine set_scale(self, compliance)
       class(contact_system_t), intent(inout) :: self
-      real(wp), intent(in) :: compliance(:) !< (candidates): of each contact point, s/kg
+      real(wp), intent(in) :: compliance(:) !< (rows): of each contact point, s/kg
       real(wp) :: diagonal
       integer :: c, s
       if (allocated(self%scale)) then
-         if (size(self%scale) < self%candidates) deallocate (self%scale, self%softness)
+         if (size(self%scale) < self%rows) deallocate (self%scale, self%softness)
       end if
-      if (.not. allocated(self%scale)) allocate (self%scale(2*self%candidates + 8), self%softness(2*self%candidates + 8))
-      do c = 1, self%candidates
+      if (.not. allocated(self%scale)) allocate (self%scale(2*self%rows + 8), self%softness(2*self%rows + 8))
+      do c = 1, self%rows
          diagonal = 0.0_wp
          do s = 1, cell_nodes
-            diagonal = diagonal + self%weight(s, c)**2*sum(self%normal(:, c)**2*self%mobility(:, self%node(s, c)))
+            diagonal = diagonal + self%weight(s, c)**2*sum(self%direction(:, c)**2*self%mobility(:, self%node(s, c)))
          end do
+         if (self%gives_way) diagonal = diagonal + self%along(c)**2*self%tool_mobility(self%tool(c))
          self%scale(c) = 0.0_wp
          if (diagonal > 0.0_wp) self%scale(c) = 1.0_wp/sqrt(diagonal)
          self%softness(c) = compliance(c)*self%scale(c)**2

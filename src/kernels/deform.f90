@@ -3,7 +3,7 @@ module m_deform
    use m_kinds, only: wp
    implicit none
    private
-   public :: advance_volume, fastest
+   public :: advance_volume, advance_half_sizes, advance_half_edges, fastest
 
 contains
 
@@ -33,6 +33,46 @@ contains
          smallest = min(smallest, jacobian)
       end do
    end subroutine advance_volume
+
+   !> r_i <- r_i (1 + dt L_ii) for the half sizes along the axes (theory.md, eq. stretch); `smallest` is the smallest
+   !> of the factors.
+   pure subroutine advance_half_sizes(count, gradient, time_step, half_size, smallest)
+      integer, intent(in) :: count
+      real(wp), intent(in), contiguous :: gradient(:, :)     !< (:, 9), as above, 1/s
+      real(wp), intent(in) :: time_step                      !< s
+      real(wp), intent(inout), contiguous :: half_size(:, :) !< (:, 3), m
+      real(wp), intent(out) :: smallest
+      integer :: axis, p
+      smallest = huge(smallest)
+      do axis = 1, 3
+         !$omp simd reduction(min: smallest)
+         do p = 1, count
+            half_size(p, axis) = half_size(p, axis)*(1.0_wp + time_step*gradient(p, 4*axis - 3))
+            smallest = min(smallest, 1.0_wp + time_step*gradient(p, 4*axis - 3))
+         end do
+      end do
+   end subroutine advance_half_sizes
+
+   !> r_k <- (I + dt L) r_k for the three half edges of each domain (theory.md, eq. corners).
+   pure subroutine advance_half_edges(count, gradient, time_step, half_edge)
+      integer, intent(in) :: count
+      real(wp), intent(in), contiguous :: gradient(:, :)     !< (:, 9), as above, 1/s
+      real(wp), intent(in) :: time_step                      !< s
+      real(wp), intent(inout), contiguous :: half_edge(:, :) !< (:, 9), component i of edge k at 3 (k-1) + i, m
+      real(wp) :: x, y, z
+      integer :: first, p
+      do first = 1, 7, 3
+         !$omp simd private(x, y, z)
+         do p = 1, count
+            x = time_step*half_edge(p, first)
+            y = time_step*half_edge(p, first + 1)
+            z = time_step*half_edge(p, first + 2)
+            half_edge(p, first) = half_edge(p, first) + gradient(p, 1)*x + gradient(p, 4)*y + gradient(p, 7)*z
+            half_edge(p, first + 1) = half_edge(p, first + 1) + gradient(p, 2)*x + gradient(p, 5)*y + gradient(p, 8)*z
+            half_edge(p, first + 2) = half_edge(p, first + 2) + gradient(p, 3)*x + gradient(p, 6)*y + gradient(p, 9)*z
+         end do
+      end do
+   end subroutine advance_half_edges
 
    !> Largest squared speed (m2/s2) and largest specific volume (m3/kg) of particles first..last.
    pure subroutine fastest(velocity, mass, volume, first, last, speed_squared, specific_volume)

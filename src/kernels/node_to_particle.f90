@@ -7,7 +7,7 @@ module m_node_to_particle
    use m_stencil, only: stencil_t, frame_t, batch, chunk, set_stencil, fetch, put_back
    implicit none
    private
-   public :: scatter_to_particles, motion_t
+   public :: scatter_to_particles, motion_t, taken_t, move
 
    integer, parameter :: lanes = 8 !< values a node: mass, velocity (3), acceleration (3), spare
 

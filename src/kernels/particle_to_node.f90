@@ -8,7 +8,7 @@ module m_particle_to_node
    use m_stencil, only: stencil_t, frame_t, chunk, set_stencil, fetch
    implicit none
    private
-   public :: gather_to_nodes, gather_body_force
+   public :: gather_to_nodes, gather_body_force, load_t, set_load
 
    integer, parameter :: lanes = 8 !< values a node: mass, momentum (3), force (3), spare
 

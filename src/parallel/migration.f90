@@ -13,7 +13,7 @@ module m_migration
    private
    public :: migration_t, frame_of, entered
 
-   integer, parameter :: extra = 4 !< after a particle's columns a record holds: id, body, block index, bin (0: not known)
+   integer, parameter :: extra = 4 !< after a particle's columns a record holds: id's bits, body, block index, bin (0: not known)
 
    !> Records of particles under way: one column a particle.
    type :: parcel_t
@@ -135,7 +135,8 @@ contains
       integer :: order(incoming%count), columns, r, place(3)
       columns = level%table%columns
       associate (records => incoming%records)
-         order = sorted_order(int(records(columns + 3, :incoming%count), i8), int(records(columns + 1, :incoming%count), i8))
+         order = sorted_order(int(records(columns + 3, :incoming%count), i8), &
+                              transfer(records(columns + 1, :incoming%count), [0_i8]))
          do r = 1, incoming%count
             place = level%grid%block_place(int(records(columns + 3, order(r))))
             call store(records(:, order(r)), level, level%blocks(level%slot(place(1), place(2), place(3))))
@@ -152,7 +153,7 @@ contains
       integer :: n
       n = level%table%columns
       call block%reserve(block%particles%count + 1, n)
-      call block%particles%append(record(:n), int(record(n + 1), i8), int(record(n + 2), i4))
+      call block%particles%append(record(:n), transfer(record(n + 1), 0_i8), int(record(n + 2), i4))
       associate (x => level%layout%position)
          block%cells%bin(block%particles%count) = bin_of(record(x:x + 2), frame_of(level, block))
       end associate
@@ -233,7 +234,7 @@ contains
       call make_room(self, 1)
       self%count = self%count + 1
       self%records(:columns, self%count) = block%particles%column(p, :)
-      self%records(columns + 1:, self%count) = [real(block%particles%id(p), wp), real(block%particles%body(p), wp), &
+      self%records(columns + 1:, self%count) = [transfer(block%particles%id(p), 1.0_wp), real(block%particles%body(p), wp), &
                                                 real(index, wp), real(block%cells%bin(p), wp)]
    end subroutine add
 

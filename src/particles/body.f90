@@ -94,7 +94,8 @@ contains
                           + [w(2)*arm(3) - w(3)*arm(2), w(3)*arm(1) - w(1)*arm(3), w(1)*arm(2) - w(2)*arm(1)]
          values(at%volume) = spacing**3
          values(at%mass) = density*spacing**3
-         values(at%half_size) = 0.5_wp*spacing
+         if (at%half_size > 0) values(at%half_size:at%half_size + merge(2, 0, at%half_sizes)) = 0.5_wp*spacing
+         if (at%domain > 0) values(at%domain:at%domain + 8:4) = 0.5_wp*spacing
          if (at%gradient > 0) values(at%gradient:at%gradient + 8) = [0.0_wp, w(3), -w(2), -w(3), 0.0_wp, w(1), w(2), -w(1), 0.0_wp]
       end associate
    end subroutine initial_values

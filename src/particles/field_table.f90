@@ -13,11 +13,16 @@ module m_field_table
       integer :: components = 0
       integer :: first = 0
       logical :: written = .false. !< stands in snapshots
+      logical :: extensive = .false. !< the halves of a split particle get half of it each; else both get the same
    end type field_t
 
    !> First columns of the fields that the kernels know; 0 where the scene does not call for the field.
    type :: layout_t
-      integer :: position = 0, velocity = 0, mass = 0, volume = 0, half_size = 0, stress = 0
+      integer :: position = 0, velocity = 0, mass = 0, volume = 0, stress = 0
+      integer :: half_size = 0     !< of the domain: one for all axes, or (half_sizes) 3 columns, one an axis
+      logical :: half_sizes = .false.
+      integer :: domain = 0        !< half edges of the domain instead: 9 columns, component i of edge k at 3 (k-1) + i
+      integer :: generation = 0    !< how often the particle has been split
       integer :: gradient = 0      !< velocity gradient of the last step, 9 columns, d v_i / d x_j at 3 (j-1) + i
       integer :: deformation = 0   !< deformation gradient, 9 columns, the same order
       integer :: viscous_pressure = 0 !< adds to the pressure that makes forces, and is no part of the stress
@@ -31,20 +36,25 @@ module m_field_table
       procedure :: declare
       procedure :: column
       procedure :: bytes_of
+      procedure :: extensive_columns
       procedure :: layout
    end type field_table_t
 
 contains
 
    !> Add a field; declaring the same name again changes nothing (two effects may want the same field).
-   pure subroutine declare(self, name, components, unit, written)
+   pure subroutine declare(self, name, components, unit, written, extensive)
       class(field_table_t), intent(inout) :: self
       character(len=*), intent(in) :: name, unit
       integer, intent(in) :: components
       logical, intent(in) :: written
+      logical, intent(in), optional :: extensive !< false where it is not given
+      logical :: shared
       if (.not. allocated(self%fields)) allocate (self%fields(0))
       if (self%column(name) > 0) return
-      self%fields = [self%fields, field_t(name, unit, components, self%columns + 1, written)]
+      shared = .false.
+      if (present(extensive)) shared = extensive
+      self%fields = [self%fields, field_t(name, unit, components, self%columns + 1, written, shared)]
       self%columns = self%columns + components
    end subroutine declare
 
@@ -71,14 +81,32 @@ contains
       end do
    end function bytes_of
 
+   !> The columns that split with a particle.
+   pure function extensive_columns(self) result(extensive)
+      class(field_table_t), intent(in) :: self
+      logical :: extensive(self%columns)
+      integer :: f
+      do f = 1, size(self%fields)
+         associate (field => self%fields(f))
+            extensive(field%first:field%first + field%components - 1) = field%extensive
+         end associate
+      end do
+   end function extensive_columns
+
    !> Where the kernels find their fields.
    pure type(layout_t) function layout(self)
       class(field_table_t), intent(in) :: self
+      integer :: f
       layout%position = self%column('position')
       layout%velocity = self%column('velocity')
       layout%mass = self%column('mass')
       layout%volume = self%column('volume')
       layout%half_size = self%column('half_size')
+      do f = 1, size(self%fields)
+         if (self%fields(f)%name == 'half_size') layout%half_sizes = self%fields(f)%components == 3
+      end do
+      layout%domain = self%column('domain')
+      layout%generation = self%column('generation')
       layout%stress = self%column('stress')
       layout%gradient = self%column('velocity_gradient')
       layout%deformation = self%column('deformation_gradient')

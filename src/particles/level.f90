@@ -5,6 +5,7 @@ module m_level
    use m_grid_level, only: grid_level_t
    use m_block, only: block_t
    use m_field_table, only: field_table_t, layout_t
+   use m_split, only: half_edges
    implicit none
    private
    public :: level_t
@@ -30,6 +31,7 @@ module m_level
       procedure :: size_work
       procedure :: bytes
       procedure :: owner_at
+      procedure :: thickness
    end type level_t
 
 contains
@@ -52,6 +54,15 @@ contains
       if (any(place < 0) .or. any(place >= self%grid%blocks)) return
       owner_at = self%owner(place(1), place(2), place(3))
    end function owner_at
+
+   !> Thickness of a particle's domain across a normal, 2 sqrt(sum (r_k . n)^2), m: exact along its edges, and the edge of a
+   !> cube whichever way it is turned (theory.md, eq. thickness).
+   pure real(wp) function thickness(self, values, normal)
+      class(level_t), intent(in) :: self
+      real(wp), intent(in) :: values(:) !< the particle's columns
+      real(wp), intent(in) :: normal(3) !< unit vector
+      thickness = 2.0_wp*norm2(matmul(normal, half_edges(values, self%layout)))
+   end function thickness
 
    !> Fit the work arrays to the largest block.
    subroutine size_work(self)

@@ -47,7 +47,7 @@ contains
       class(bulk_viscosity_t), intent(inout) :: self
       type(field_table_t), intent(inout) :: table
       call table%declare('viscous_pressure', 1, 'Pa', written=.true.)
-      call table%declare('viscous_heat', 1, 'J', written=.false.)
+      call table%declare('viscous_heat', 1, 'J', written=.false., extensive=.true.)
       self%pressure = table%column('viscous_pressure')
       self%heat = table%column('viscous_heat')
    end subroutine declare

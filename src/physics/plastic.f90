@@ -52,7 +52,7 @@ contains
       class(plastic_t), intent(inout) :: self
       type(field_table_t), intent(inout) :: table
       call table%declare('plastic_strain', 1, '1', written=.true.)
-      call table%declare('plastic_work', 1, 'J', written=.false.)
+      call table%declare('plastic_work', 1, 'J', written=.false., extensive=.true.)
       self%strain = table%column('plastic_strain')
       self%work = table%column('plastic_work')
       if (table%column('contact_pressure') == 0) return

@@ -71,7 +71,7 @@ contains
       do while (table%column('pressure_area_'//to_text(patch)) > 0)
          patch = patch + 1
       end do
-      call table%declare('pressure_area_'//to_text(patch), 3, 'm2', written=.false.)
+      call table%declare('pressure_area_'//to_text(patch), 3, 'm2', written=.false., extensive=.true.)
       call table%declare('pressure_arm_'//to_text(patch), 3, 'm', written=.false.)
       self%area = table%column('pressure_area_'//to_text(patch))
       self%arm = table%column('pressure_arm_'//to_text(patch))

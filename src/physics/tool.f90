@@ -1,21 +1,27 @@
-!> Rigid tools: where they are, and the gap and normal to their surface.
+!> Rigid tools: where they are, how they move, and the gap and normal to their surface.
 module m_tool
    use m_kinds, only: wp
-   use m_scene, only: tool_spec_t, tool_sphere, tool_cone, tool_flat
+   use m_scene, only: tool_spec_t
+   use m_tool_shape, only: tool_shape_t, make_tool_shape
    implicit none
    private
    public :: tool_t, make_tool
 
-   !> A tool that moves along its axis. `gap` is the signed distance to its surface: positive outside, negative inside.
-   !> The shapes are convex, so a step that keeps the linearised gap open keeps the gap open.
+   !> A tool that moves along its axis, at given speeds or pushed by given loads. `gap` is the signed distance to its surface:
+   !> positive outside, negative inside. The shapes are convex, so a step that keeps the linearised gap open keeps the gap open.
    type :: tool_t
       type(tool_spec_t) :: spec
+      type(tool_shape_t) :: shape
       real(wp) :: travel = 0.0_wp !< along the axis since the start, m
       real(wp) :: speed = 0.0_wp  !< along the axis, m/s
-      real(wp) :: cosine = 1.0_wp, sine = 0.0_wp !< of a cone's half angle
    contains
+      procedure :: is_pushed
+      procedure :: begin_step
+      procedure :: react
+      procedure :: end_step
       procedure :: speed_at
       procedure :: travel_between
+      procedure :: mobility
       procedure :: gap_and_normal
       procedure :: velocity
    end type tool_t
@@ -26,46 +32,103 @@ contains
    pure type(tool_t) function make_tool(spec) result(tool)
       type(tool_spec_t), intent(in) :: spec
       tool%spec = spec
+      tool%shape = make_tool_shape(spec)
       tool%travel = 0.0_wp
-      tool%speed = tool%speed_at(0.0_wp)
-      tool%cosine = cos(spec%half_angle)
-      tool%sine = sin(spec%half_angle)
+      tool%speed = spec%initial_speed
+      if (.not. tool%is_pushed()) tool%speed = tool%speed_at(0.0_wp)
    end function make_tool
 
-   !> Speed (m/s) at a time (s): linear in between the given times, held outside them.
+   !> True when loads push the tool, false when its speed is given.
+   pure logical function is_pushed(self)
+      class(tool_t), intent(in) :: self
+      is_pushed = allocated(self%spec%loads)
+   end function is_pushed
+
+   !> Set the speed of a step: the mean of the given one, or the one to which the loads alone would bring the tool.
+   pure subroutine begin_step(self, time, time_step)
+      class(tool_t), intent(inout) :: self
+      real(wp), intent(in) :: time, time_step !< s
+      if (self%is_pushed()) then
+         self%speed = self%speed + integral(self%spec%times, self%spec%loads, time, time + time_step)/self%spec%mass
+      else
+         self%speed = self%travel_between(time, time + time_step)/time_step
+      end if
+   end subroutine begin_step
+
+   !> A pushed tool gives way to the force (N) that the bodies exert on it over a step; after begin_step.
+   pure subroutine react(self, force, time_step)
+      class(tool_t), intent(inout) :: self
+      real(wp), intent(in) :: force(3), time_step
+      self%speed = self%speed + self%mobility(time_step)*dot_product(force, self%spec%axis)
+   end subroutine react
+
+   !> Move the tool to where it is at a time, the end of the step.
+   pure subroutine end_step(self, time, time_step)
+      class(tool_t), intent(inout) :: self
+      real(wp), intent(in) :: time, time_step !< s
+      if (self%is_pushed()) then
+         self%travel = self%travel + time_step*self%speed
+      else
+         self%travel = self%travel_between(0.0_wp, time)
+      end if
+   end subroutine end_step
+
+   !> Speed (m/s) at a time (s): the given one; that of the last step where loads push.
    pure real(wp) function speed_at(self, time)
       class(tool_t), intent(in) :: self
       real(wp), intent(in) :: time
-      integer :: i, n
-      associate (times => self%spec%times, speeds => self%spec%speeds)
-         n = size(times)
-         if (time <= times(1)) then
-            speed_at = speeds(1)
-         else if (time >= times(n)) then
-            speed_at = speeds(n)
-         else
-            i = count(times <= time)
-            speed_at = speeds(i) + (speeds(i + 1) - speeds(i))*(time - times(i))/(times(i + 1) - times(i))
-         end if
-      end associate
+      if (self%is_pushed()) then
+         speed_at = self%speed
+      else
+         speed_at = value_at(self%spec%times, self%spec%speeds, time)
+      end if
    end function speed_at
 
-   !> Distance (m) travelled between two times (s): the integral of the speed, exact for its pieces.
+   !> Distance (m) that the given speeds make between two times (s).
    pure real(wp) function travel_between(self, from, to) result(distance)
       class(tool_t), intent(in) :: self
       real(wp), intent(in) :: from, to
+      distance = integral(self%spec%times, self%spec%speeds, from, to)
+   end function travel_between
+
+   !> Speed that a unit of force along the axis makes in a step, s/kg; 0 for a tool whose speed is given.
+   pure real(wp) function mobility(self, time_step)
+      class(tool_t), intent(in) :: self
+      real(wp), intent(in) :: time_step
+      mobility = 0.0_wp
+      if (self%is_pushed()) mobility = time_step/self%spec%mass
+   end function mobility
+
+   !> Linear in between the given times, held outside them.
+   pure real(wp) function value_at(times, values, time)
+      real(wp), intent(in) :: times(:), values(:), time
+      integer :: i, n
+      n = size(times)
+      if (time <= times(1)) then
+         value_at = values(1)
+      else if (time >= times(n)) then
+         value_at = values(n)
+      else
+         i = count(times <= time)
+         value_at = values(i) + (values(i + 1) - values(i))*(time - times(i))/(times(i + 1) - times(i))
+      end if
+   end function value_at
+
+   !> Integral of the same, exact for its pieces.
+   pure real(wp) function integral(times, values, from, to)
+      real(wp), intent(in) :: times(:), values(:), from, to
       real(wp) :: begun, ended
       integer :: i
-      distance = 0.0_wp
+      integral = 0.0_wp
       begun = from
-      do i = 1, size(self%spec%times) + 1
+      do i = 1, size(times) + 1
          ended = to
-         if (i <= size(self%spec%times)) ended = min(to, self%spec%times(i))
+         if (i <= size(times)) ended = min(to, times(i))
          if (ended <= begun) cycle
-         distance = distance + 0.5_wp*(self%speed_at(begun) + self%speed_at(ended))*(ended - begun)
+         integral = integral + 0.5_wp*(value_at(times, values, begun) + value_at(times, values, ended))*(ended - begun)
          begun = ended
       end do
-   end function travel_between
+   end function integral
 
    !> Velocity (m/s).
    pure function velocity(self) result(v)
@@ -79,62 +142,7 @@ contains
       class(tool_t), intent(in) :: self
       real(wp), intent(in) :: position(3) !< m
       real(wp), intent(out) :: gap, normal(3)
-      real(wp) :: from_tip(3), radial(3), height, radius
-      from_tip = position - (self%spec%tip + self%travel*self%spec%axis)
-      height = -dot_product(from_tip, self%spec%axis) ! above the tip, into the tool
-      radial = from_tip + height*self%spec%axis
-      radius = norm2(radial)
-      if (radius > 0.0_wp) radial = radial/radius
-      select case (self%spec%shape)
-      case (tool_sphere)
-         normal = from_tip + self%spec%radius*self%spec%axis
-         gap = norm2(normal)
-         if (gap > 0.0_wp) then
-            normal = normal/gap
-         else
-            normal = self%spec%axis
-         end if
-         gap = gap - self%spec%radius
-      case (tool_cone)
-         call cone(self%cosine, self%sine, height, radius, radial, self%spec%axis, gap, normal)
-      case (tool_flat)
-         call flat(self%spec%radius, height, radius, radial, self%spec%axis, gap, normal)
-      end select
+      call self%shape%gap_and_normal(position - (self%spec%tip + self%travel*self%spec%axis), gap, normal)
    end subroutine gap_and_normal
-
-   !> Infinite cone, apex at height 0. Below the apex' normal cone the apex itself is nearest.
-   pure subroutine cone(cosine, sine, height, radius, radial, axis, gap, normal)
-      real(wp), intent(in) :: cosine, sine, height, radius, radial(3), axis(3)
-      real(wp), intent(out) :: gap, normal(3)
-      real(wp) :: along
-      along = height*cosine + radius*sine ! along the generator from the apex
-      if (along >= 0.0_wp) then
-         normal = cosine*radial + sine*axis
-         gap = radius*cosine - height*sine
-         if (radius <= 0.0_wp) normal = axis
-      else
-         gap = norm2([height, radius])
-         normal = (radius*radial - height*axis)/gap
-      end if
-   end subroutine cone
-
-   !> Flat-ended cylinder, open upwards.
-   pure subroutine flat(face, height, radius, radial, axis, gap, normal)
-      real(wp), intent(in) :: face, height, radius, radial(3), axis(3)
-      real(wp), intent(out) :: gap, normal(3)
-      real(wp) :: below, beside
-      below = -height
-      beside = radius - face
-      if (below > 0.0_wp .and. beside > 0.0_wp) then
-         gap = norm2([below, beside])
-         normal = (below*axis + beside*radial)/gap
-      else if (below >= beside) then
-         gap = below
-         normal = axis
-      else
-         gap = beside
-         normal = radial
-      end if
-   end subroutine flat
 
 end module m_tool

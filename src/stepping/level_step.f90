@@ -6,7 +6,7 @@ module m_level_step
    use m_errors, only: error_t, fail
    use m_text, only: to_text
    use m_timers
-   use m_scene, only: update_usl, update_usf, update_musl
+   use m_scene, only: update_usl, update_usf, update_musl, domain_fixed
    use m_field_table, only: layout_t
    use m_particle_store, only: particle_store_t
    use m_block, only: block_t
@@ -15,10 +15,13 @@ module m_level_step
    use m_migration, only: frame_of, entered
    use m_particle_to_node, only: gather_to_nodes
    use m_node_to_particle, only: scatter_to_particles, motion_t
+   use m_corner_to_node, only: gather_corners_to_nodes
+   use m_corner_to_particle, only: scatter_to_corners
+   use m_split, only: split_long, most_generations
    use m_node_exchange, only: sum_tiles
    use m_node_solve, only: solve_nodes
    use m_boundary, only: fold_symmetry, constrain_nodes
-   use m_deform, only: advance_volume, fastest
+   use m_deform, only: advance_volume, advance_half_sizes, advance_half_edges, fastest
    use m_locate, only: locate_particles
    implicit none
    private
@@ -93,8 +96,13 @@ contains
       call model%level%blocks(b)%refresh_lists(model%level%work)
       call model%timers%enter(phase_to_nodes)
       associate (level => model%level, block => model%level%blocks(b))
-         call gather_to_nodes(block%cells, block%particles%column, level%layout, frame_of(level, block), &
-                              level%gathered(:, :, :, :, b))
+         if (level%layout%domain > 0) then
+            call gather_corners_to_nodes(block%cells, block%particles%column, level%layout, frame_of(level, block), &
+                                         level%gathered(:, :, :, :, b))
+         else
+            call gather_to_nodes(block%cells, block%particles%column, level%layout, frame_of(level, block), &
+                                 level%gathered(:, :, :, :, b))
+         end if
          if (model%effect_step%works) call model%effect_step%give_forces(model%effects, level, b, model%time, model%timers)
          call fold_symmetry(level%grid, block%place, level%gathered(:, :, :, :, b))
          block%tile_holds = block%at_rest
@@ -180,8 +188,13 @@ contains
       integer :: n
       call model%timers%enter(phase_to_particles)
       associate (level => model%level, block => model%level%blocks(b), first => model%level%layout%gradient)
-         call scatter_to_particles(block%cells, level%solved(:, :, :, :, b), level%layout, frame_of(level, block), motion, &
-                                   block%particles%column, level%gradient)
+         if (level%layout%domain > 0) then
+            call scatter_to_corners(block%cells, level%solved(:, :, :, :, b), level%layout, frame_of(level, block), motion, &
+                                    block%particles%column, level%gradient)
+         else
+            call scatter_to_particles(block%cells, level%solved(:, :, :, :, b), level%layout, frame_of(level, block), motion, &
+                                      block%particles%column, level%gradient)
+         end if
          n = block%particles%count
          if (first > 0) block%particles%column(:n, first:first + 8) = level%gradient(:n, :)
       end associate
@@ -208,10 +221,44 @@ contains
          end do
          call advance_volume(particles%count, level%gradient, time_step, particles%column(:, level%layout%volume), smallest)
          if (.not. smallest > 0.0_wp) call report_inversion(model, b, error)
+         if (model%method%domain /= domain_fixed) call advance_domains(model, b, time_step, error)
       end associate
       if (size(model%effect_step%on_stress) > 0) &
          call model%effect_step%change_stress(model%effects, model%level, b, time_step, model%timers)
    end subroutine update_stress
+
+   !> The domains of one block's particles follow their velocity gradients.
+   subroutine advance_domains(model, b, time_step, error)
+      type(model_t), intent(inout) :: model
+      integer, intent(in) :: b
+      real(wp), intent(in) :: time_step
+      type(error_t), intent(inout) :: error
+      real(wp) :: smallest
+      associate (level => model%level, particles => model%level%blocks(b)%particles, at => model%level%layout)
+         if (at%domain > 0) then
+            call advance_half_edges(particles%count, level%gradient, time_step, particles%column(:, at%domain:at%domain + 8))
+         else
+            call advance_half_sizes(particles%count, level%gradient, time_step, &
+                                    particles%column(:, at%half_size:at%half_size + 2), smallest)
+            if (.not. smallest > 0.0_wp) call fail(error, exit_numerical, 'step '//to_text(model%step + 1)//', time '// &
+               to_text(model%time)//' s: the domain of a particle became thinner than nothing; try a smaller safety')
+         end if
+      end associate
+   end subroutine advance_domains
+
+   !> Particles of one block whose domains have become too long are split.
+   subroutine split(model, b, error)
+      type(model_t), intent(inout) :: model
+      integer, intent(in) :: b
+      type(error_t), intent(inout) :: error
+      integer :: splits, worn_out
+      call split_long(model%level%blocks(b), model%level%table, model%level%layout, model%level%grid%cell, splits, worn_out)
+      if (worn_out > 0) call fail(error, exit_numerical, particle_text(model, b, worn_out)//' has been split '// &
+         to_text(most_generations)//' times and its domain is too long again: the motion is without bound; try a smaller safety')
+      if (splits == 0) return
+      model%splits = model%splits + splits
+      call model%level%size_work()
+   end subroutine split
 
    !> With musl the positions wait until the stress is done.
    subroutine take_next_position(model, error)
@@ -229,8 +276,8 @@ contains
       end do
    end subroutine take_next_position
 
-   !> 7. Bins of one block's particles where they are now; particles that left the block, and those that left the grid; the
-   !> largest speeds.
+   !> 7. Particles that have become too long are split. Bins of one block's particles where they are now; particles that left the
+   !> block, and those that left the grid; the largest speeds.
    subroutine locate(model, b, error)
       type(model_t), intent(inout) :: model
       integer, intent(in) :: b
@@ -242,6 +289,7 @@ contains
          block%leaver_count = 0
          block%at_rest = block%particles%count == 0
          if (block%at_rest) return
+         if (model%method%domain /= domain_fixed) call split(model, b, error)
          call locate_particles(block%particles%count, block%particles%column(:, x:x + 2), frame_of(level, block), &
                                block%cells%bin, block%leavers, block%leaver_count, moved, lowest, highest)
          if (moved) block%cells%current = .false.

@@ -2,10 +2,12 @@
 module m_model
    use mpi_f08
    use m_kinds, only: wp, i8
-   use m_errors, only: error_t
+   use m_constants, only: exit_input
+   use m_errors, only: error_t, fail
+   use m_text, only: to_text
    use m_communicator, only: communicator_t
    use m_timers, only: timers_t, phase_balance
-   use m_scene, only: scene_t, time_spec_t, update_musl
+   use m_scene, only: scene_t, time_spec_t, update_musl, domain_fixed, domain_stretch, domain_corners
    use m_grid_level, only: make_grid_level
    use m_level, only: level_t
    use m_body, only: fill_block, count_in_block
@@ -14,6 +16,7 @@ module m_model
    use m_block, only: block_t
    use m_locate, only: bin_of
    use m_migration, only: migration_t, entered, frame_of
+   use m_split, only: id_bits
    use m_materials, only: materials_t, make_materials
    use m_effect, only: effect_slot_t
    use m_effects, only: make_effects
@@ -44,6 +47,7 @@ module m_model
       real(wp) :: time = 0.0_wp                       !< s
       integer(i8) :: step = 0
       integer(i8) :: particle_steps = 0               !< particle updates on this rank so far
+      integer(i8) :: splits = 0                       !< particles that this rank has split
       integer(i8) :: particle_steps_at_rest = 0       !< of these, how many had nothing to do
       logical :: skip_at_rest = .true.                !< leave out blocks that are at rest: the same bits, less time
    contains
@@ -70,6 +74,11 @@ contains
       self%communicator = communicator
       self%method = scene%time
       self%materials = make_materials(scene)
+      if (self%method%domain /= domain_fixed .and. first_id(size(scene%bodies) + 1) > 2_i8**id_bits) then
+         call fail(error, exit_input, "with domains other than 'fixed' a scene has at most "// &
+                   to_text(2_i8**id_bits/first_id(2))//' bodies')
+         return
+      end if
       if (.not. allocated(self%effects)) call make_effects(scene, self%effects)
       self%level%grid = make_grid_level(scene%grid)
       call self%timers%start()
@@ -135,9 +144,14 @@ contains
       associate (table => self%level%table)
          call table%declare('position', 3, 'm', written=.true.)
          call table%declare('velocity', 3, 'm/s', written=.true.)
-         call table%declare('mass', 1, 'kg', written=.true.)
-         call table%declare('volume', 1, 'm3', written=.true.)
-         call table%declare('half_size', 1, 'm', written=.true.)
+         call table%declare('mass', 1, 'kg', written=.true., extensive=.true.)
+         call table%declare('volume', 1, 'm3', written=.true., extensive=.true.)
+         select case (self%method%domain)
+         case (domain_corners); call table%declare('domain', 9, 'm', written=.true.)
+         case (domain_stretch); call table%declare('half_size', 3, 'm', written=.true.)
+         case default; call table%declare('half_size', 1, 'm', written=.true.)
+         end select
+         if (self%method%domain /= domain_fixed) call table%declare('generation', 1, '1', written=.false.)
          call table%declare('stress', 6, 'Pa', written=.true.)
          if (self%method%affine) call table%declare('velocity_gradient', 9, '1/s', written=.false.)
          if (self%method%stress_update == update_musl) call table%declare('next_position', 3, 'm', written=.false.)

@@ -6,7 +6,7 @@ program quarter
    use m_errors, only: error_t
    use m_communicator, only: communicator_t
    use m_scene, only: scene_t, grid_spec_t, boundary_free, boundary_symmetry, boundary_roller, update_usl, &
-                      update_musl
+                      update_musl, domain_fixed, domain_stretch, domain_corners
    use m_materials, only: material_of
    use m_model, only: model_t
    use m_level_step, only: advance
@@ -17,13 +17,23 @@ program quarter
    integer, parameter :: half = 4, high = 6, steps = 80, kept = 13
    type(communicator_t) :: comm
    type(assertions_t) :: test
+   integer :: domain
    call comm%start()
    call test%start(comm, 'quarter')
+   domain = domain_fixed
    call compare('elastic', affine=.true., update=update_usl, n=10, lower_side=.true.)
    call compare('neo_hookean', affine=.true., update=update_usl, n=8, lower_side=.true.)
    call compare('elastic', affine=.false., update=update_usl, n=8, lower_side=.false.)
    call compare('neo_hookean', affine=.true., update=update_musl, n=7, lower_side=.false.)
    call compare('neo_hookean', affine=.false., update=update_usl, n=9, lower_side=.false.)
+   domain = domain_stretch
+   call compare('elastic', affine=.true., update=update_usl, n=10, lower_side=.true.)
+   call compare('neo_hookean', affine=.false., update=update_usl, n=8, lower_side=.false.)
+   call compare('neo_hookean', affine=.true., update=update_musl, n=9, lower_side=.true.)
+   domain = domain_corners
+   call compare('elastic', affine=.true., update=update_usl, n=10, lower_side=.true.)
+   call compare('neo_hookean', affine=.false., update=update_usl, n=8, lower_side=.false.)
+   call compare('neo_hookean', affine=.true., update=update_musl, n=9, lower_side=.true.)
    call test%finish()
 
 contains
@@ -66,6 +76,7 @@ contains
       scene%title = law
       scene%end_time = 1.0_wp
       scene%time%affine = affine
+      scene%time%domain = domain
       scene%time%stress_update = update
       low = merge(-1, 0, whole .or. .not. lower_side)
       up = merge(1, 0, whole .or. lower_side)

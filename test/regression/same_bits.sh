@@ -1,6 +1,7 @@
 #!/bin/bash
 #test: limit 180
-# A scene without contact, with and without effects, gives the same bits of every output on 1, 2 and 4 ranks.
+# A scene without contact, with and without effects, gives the same bits of every output on 1, 2 and 4 ranks, also where particles are
+# split.
 . "$(dirname "$0")/../harness/env.sh"
 scenes=$ROOT/test/regression
 for update in usl musl; do
@@ -16,6 +17,12 @@ for n in 1 2 4; do
    } >scene.nml
    run_scene $n scene.nml || { cat run_$n.log; fail "with effects on $n ranks"; }
 done
+for domain in stretch corners; do
+   for n in 1 2 4; do
+      sed "s/domain='corners'/domain='$domain'/; s:'out':'${domain}_$n':" "$scenes/flying_apart.nml" >scene.nml
+      run_scene $n scene.nml || { cat run_$n.log; fail "on $n ranks"; }
+   done
+done
 PYTHONPATH=$scenes "$PYTHON" - <<'END'
 from runs import *
 
@@ -29,6 +36,17 @@ for update in ("usl", "musl", "effects"):
     require(f"{update}: particles changed block", way > 4)
 history = energy("effects_4")
 require("effects: work and damped energy", abs(history["external_work"][-1]) > 50 and history["damped"][-1] > 100)
+for domain in ("stretch", "corners"):
+    for ranks in (2, 4):
+        same_bits(f"{domain}_1", f"{domain}_{ranks}")
+    first, last = snapshots(f"{domain}_4")[0], snapshots(f"{domain}_4")[-1]
+    print(f"   {domain}: {first.ids.size} particles became {last.ids.size}")
+    require(f"{domain}: particles were split", last.ids.size > 2 * first.ids.size)
+    require(f"{domain}: ids are unique", np.unique(last.ids).size == last.ids.size)
+    history = energy(f"{domain}_4")
+    momentum = vector(history, "momentum")
+    check(f"{domain}: change of the sum of masses, relative", history["mass"] / history["mass"][0] - 1, 1e-13)
+    check(f"{domain}: change of momentum, relative", (momentum - momentum[0]) / np.linalg.norm(momentum[0]), 1e-12)
 # what compares bits must see one
 import h5py, shutil
 shutil.copytree("usl_1", "planted")

@@ -91,7 +91,7 @@ contains
       type(frame_t) :: frame
       type(cell_list_t) :: cells
       type(layout_t) :: layout
-      real(wp) :: column(most, 4), node, off(3)
+      real(wp) :: column(most, 6), node, off(3), half
       integer :: place(3), round, p, m, axis, a, r, count, first, seen, misplaced, in_order
       layout%position = 1
       layout%half_size = 4
@@ -100,6 +100,7 @@ contains
       in_order = 0
       call cells%reserve(most)
       do round = 1, 300
+         layout%half_sizes = mod(round, 3) == 0 ! then one an axis; above half a cell they count as half a cell
          frame%cell = 10.0_wp**chance%between(-8.0_wp, 2.0_wp)
          frame%per_cell = 1.0_wp/frame%cell
          frame%origin = chance%several(3, -50.0_wp, 50.0_wp)*frame%cell
@@ -111,6 +112,7 @@ contains
             place = bin_place(int(cells%bin(p)))
             column(p, 1:3) = frame%origin + (place + chance%several(3, -0.5_wp, 0.5_wp))*frame%cell
             column(p, 4) = sizes(1 + mod(p, 3))*frame%cell
+            column(p, 5:6) = chance%several(2, 0.05_wp, 0.6_wp)*frame%cell
          end do
          call cells%build(count)
          seen = 0
@@ -127,13 +129,15 @@ contains
                   if (p /= cells%order(seen) .or. any(place /= bin_place(int(cells%bin(p))))) misplaced = misplaced + 1
                   do axis = 1, 3
                      node = frame%origin(axis) + place(axis)*frame%cell
+                     half = column(p, 4)*frame%per_cell
+                     if (layout%half_sizes) half = min(0.5_wp, (1.0_wp - 1.0e-9_wp)*column(p, 3 + axis)*frame%per_cell)
                      call keep_worst(off(3), (stencil%offset(m, axis) - (column(p, axis) - node))*frame%per_cell)
                      do a = -1, 1
                         call keep_worst(off(1), stencil%weight(m, a, axis) &
-                                        - plain_weight((column(p, axis) - node)*frame%per_cell - a, column(p, 4)*frame%per_cell))
+                                        - plain_weight((column(p, axis) - node)*frame%per_cell - a, half))
                         call keep_worst(off(2), stencil%slope(m, a, axis)*frame%cell &
                                         - aimag(plain_weight(cmplx((column(p, axis) - node)*frame%per_cell - a, 1.0e-30_wp, wp), &
-                                                             column(p, 4)*frame%per_cell))/1.0e-30_wp)
+                                                             half))/1.0e-30_wp)
                      end do
                   end do
                end do

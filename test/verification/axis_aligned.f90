@@ -1,5 +1,5 @@
 !test: ranks 2
-!test: limit 180
+!test: limit 300
 !> Measured order of convergence on the axis-aligned manufactured solution (m_manufactured), 8 particles a cell, usl.
 !>
 !> Small amplitude (A = 0.001 m, strain 0.6 %): particles stay in contact with each other and the scheme is of second order in
@@ -10,13 +10,14 @@
 !> they overlap and leave gaps, and the nodal force is wrong by a share of the strain, in a pattern of the size of a cell. That
 !> error falls more slowly than the second-order one that rules on coarse grids: the order sinks from 1.9 to 1.2 on these grids,
 !> and on still finer ones the error stays at 0.9 % of A (axis_aligned_long). Wallstedt and Guilkey (2008) conclude the same: GIMP
-!> is most accurate while particles stay contiguous and do not overlap. The bands hold what these grids show; an order above them
-!> would say that the domains follow the material.
+!> is most accurate while particles stay contiguous and do not overlap. The bands hold what these grids show. Domains that follow
+!> the material (stretch, corners) bring the second order back, and the error on the finest grid to less than half (a fifth).
 !>
 !> Wrong body forces, of an unphysical law and of a linear one, must not converge.
 program axis_aligned
    use m_kinds, only: wp
    use m_communicator, only: communicator_t
+   use m_scene, only: domain_stretch, domain_corners
    use m_assertions, only: assertions_t
    use m_neo_hookean, only: neo_hookean_t
    use m_field_table, only: field_table_t, layout_t
@@ -34,6 +35,8 @@ program axis_aligned
    call small_amplitude(.true., 'affine')
    call large_amplitude(.false., 'plain', 0.020_wp)
    call large_amplitude(.true., 'affine', 0.015_wp)
+   call deforming_domains(domain_stretch, 'stretch', 0.005_wp)
+   call deforming_domains(domain_corners, 'corners', 0.003_wp)
    call wrong_forces()
    call test%finish()
 
@@ -118,6 +121,20 @@ contains
       call in_band(series%last_order_l2, 0.9_wp, 1.7_wp, name//', large: order in L2 between the finest grids')
       call in_band(series%outcomes(4)%l2/large, 1.0e-4_wp, bound, name//', large: error on the finest grid over A')
    end subroutine large_amplitude
+
+   !> The large amplitude with domains that follow the material.
+   subroutine deforming_domains(domain, name, bound)
+      integer, intent(in) :: domain
+      character(len=*), intent(in) :: name
+      real(wp), intent(in) :: bound !< of the error on the finest grid over A
+      type(series_t) :: series
+      series = run_series(comm, run_t(amplitude=large, domain=domain), grids, 'A = 0.05 m, affine, domains: '//name)
+      call test%check(.not. any(series%outcomes%failed), name//': runs')
+      call in_band(series%order_l2, 1.9_wp, 2.6_wp, name//', large: order in L2')
+      call in_band(series%order_largest, 1.75_wp, 2.6_wp, name//', large: order in Linf')
+      call in_band(series%last_order_l2, 1.9_wp, 2.6_wp, name//', large: order in L2 between the finest grids')
+      call in_band(series%outcomes(4)%l2/large, 1.0e-4_wp, bound, name//', large: error on the finest grid over A')
+   end subroutine deforming_domains
 
    !> The law without its shear term, at the small amplitude; the law of small strain at the large one, where only what is not
    !> linear is wrong.

@@ -17,7 +17,7 @@ module m_manufactured
    use m_constants, only: pi
    use m_errors, only: error_t
    use m_communicator, only: communicator_t
-   use m_scene, only: scene_t, boundary_symmetry, update_usl, update_usf
+   use m_scene, only: scene_t, boundary_symmetry, update_usl, update_usf, domain_fixed
    use m_field_table, only: field_table_t, layout_t
    use m_particle_store, only: particle_store_t
    use m_effect, only: effect_t, hooks_t
@@ -74,6 +74,7 @@ module m_manufactured
       logical :: affine = .true.
       integer :: stress_update = update_usl
       integer :: force = force_right
+      integer :: domain = domain_fixed
       real(wp) :: safety = 0.4_wp
       real(wp) :: duration = 0.5_wp        !< periods of 2/c
       logical :: staggered = .true.        !< first velocity that of half a step before the start, as leapfrog wants it
@@ -265,6 +266,7 @@ contains
       scene%grid%boundary = boundary_symmetry
       scene%time%affine = setting%affine
       scene%time%stress_update = setting%stress_update
+      scene%time%domain = setting%domain
       allocate (scene%materials(1), scene%bodies(1), scene%tools(0), scene%probes(0))
       scene%materials(1) = material_of('rubber', 'neo_hookean', reference_density, young, poisson)
       scene%bodies(1)%name = 'cube'
@@ -298,6 +300,8 @@ contains
                column(p, at%position:at%position + 2) = x0 + solution%displacement(x0, 0.0_wp)
                column(p, at%velocity:at%velocity + 2) = solution%velocity(x0, early)
                column(p, at%volume) = column(p, at%volume)*product(f)
+               if (at%half_sizes) column(p, at%half_size:at%half_size + 2) = column(p, at%half_size:at%half_size + 2)*f
+               if (at%domain > 0) column(p, at%domain:at%domain + 8:4) = column(p, at%domain:at%domain + 8:4)*f
                column(p, at%deformation:at%deformation + 8:4) = f
                column(p, at%stress:at%stress + 5) = 0.0_wp
                column(p, at%stress:at%stress + 2) = solution%piola(x0, lag)*f/product(f)

@@ -1,0 +1,266 @@
+!> The particles that a tool may touch in a step, and what the nodes say at their contact points (theory.md, eqs contact-gap,
+!> contact-candidates).
+module m_candidates
+   use m_kinds, only: wp
+   use m_constants, only: block_size
+   use m_scene, only: boundary_symmetry
+   use m_tool, only: tool_t
+   use m_level, only: level_t
+   use m_block, only: block_t
+   use m_split, only: longest
+   use m_materials, only: materials_t
+   use m_grid_level, only: grid_level_t
+   use m_stencil, only: bin_place, hat_weights
+   implicit none
+   private
+   public :: candidate_t, candidates_t, normal_speed, point_velocity, fastest, recovery
+
+   !> A particle that would end the step inside a tool, or within a margin of it.
+   type :: candidate_t
+      integer :: block = 0, particle = 0, tool = 0
+      integer :: corner(3) = 0            !< lowest node of the cell that holds its contact point, in the block, from 0
+      real(wp) :: weight(0:1, 3) = 0.0_wp !< of its contact point on the nodes of that cell, by axis
+      real(wp) :: normal(3) = 0.0_wp      !< outward from the tool
+      real(wp) :: facing(3) = 0.0_wp      !< the same, mirrored where the contact point has been folded back at a symmetry plane
+      real(wp) :: mirror(3) = 1.0_wp      !< -1 for the components in which the two differ
+      real(wp) :: gap = 0.0_wp   !< of its contact point now, m
+      real(wp) :: area = 0.0_wp  !< m2
+      real(wp) :: mass = 1.0_wp  !< kg
+      real(wp) :: force = 0.0_wp !< N
+      integer :: rubbing = 0     !< place among the candidates with friction; 0 without
+      real(wp) :: tangent(3, 2) = 0.0_wp !< along the predicted slip and across it, as the tool sees them
+      real(wp) :: drag(2) = 0.0_wp       !< friction on the body along the tangents, N
+      real(wp) :: last_drag(3) = 0.0_wp  !< the same in the last step, N
+      logical :: touches = .false. !< its contact point ends the step on the tool
+   end type candidate_t
+
+   !> Those of this rank.
+   type :: candidates_t
+      type(candidate_t), allocatable :: list(:)
+      integer :: count = 0
+      integer :: rubbing = 0   !< of them with friction
+      integer :: pressure = 0  !< column of the contact pressure
+      integer :: traction = 0  !< first column of the friction; 0 where no tool has any
+   contains
+      procedure :: find
+      procedure, private :: consider
+   end type candidates_t
+
+   real(wp), parameter :: fastest = 0.4_wp        !< no contact point comes nearer by more cells in a step: the largest safety
+   real(wp), parameter :: margin = 0.05_wp        !< candidates come in this far before they touch, in particle edges
+   real(wp), parameter :: recovery = 0.01_wp      !< overlap is taken back by at most this much a step, in particle edges
+
+contains
+
+   !> The candidates of a step: contact points (centres moved towards the tool by penetration_factor of the present thickness
+   !> along the normal) that the free motion would carry into a tool, or almost. Their last pressures become the start of the solve.
+   subroutine find(self, tools, level, materials, time_step, overlap)
+      class(candidates_t), intent(inout) :: self
+      type(tool_t), intent(in) :: tools(:)
+      type(level_t), intent(inout) :: level
+      type(materials_t), intent(in) :: materials
+      real(wp), intent(in) :: time_step
+      real(wp), intent(out) :: overlap(:) !< (tools): deepest place of a contact point inside, m
+      real(wp) :: middle(3), gap, normal(3), reach, edge
+      integer :: b, bin, l, n, t
+      self%count = 0
+      overlap = 0.0_wp
+      self%rubbing = 0
+      reach = (0.5_wp*sqrt(3.0_wp) + fastest)*level%grid%cell
+      do b = 1, size(level%blocks)
+         if (level%blocks(b)%particles%count == 0) cycle
+         if (.not. near_tool(tools, level, level%blocks(b)%place)) cycle
+         associate (block => level%blocks(b))
+            edge = thickest(level, block)
+            do t = 1, size(tools)
+               do bin = 1, size(block%cells%first) - 1
+                  if (block%cells%first(bin) == block%cells%first(bin + 1)) cycle
+                  middle = block%origin + bin_place(bin)*level%grid%cell
+                  call tools(t)%gap_and_normal(middle, gap, normal)
+                  if (gap > reach + edge) cycle
+                  do l = block%cells%first(bin), block%cells%first(bin + 1) - 1
+                     call self%consider(tools(t), level, materials, time_step, [b, int(block%cells%order(l)), bin, t], overlap(t))
+                  end do
+               end do
+            end do
+            n = block%particles%count
+            block%particles%column(:n, self%pressure) = 0.0_wp
+            if (self%traction > 0) block%particles%column(:n, self%traction:self%traction + 2) = 0.0_wp
+         end associate
+      end do
+   end subroutine find
+
+   !> No particle of a block is thicker than this in any direction, m: with domains that deform, the length at which they are split.
+   pure real(wp) function thickest(level, block)
+      type(level_t), intent(in) :: level
+      type(block_t), intent(in) :: block
+      if (level%layout%domain > 0 .or. level%layout%half_sizes) then
+         thickest = 2.0_wp*sqrt(3.0_wp)*longest*level%grid%cell
+      else
+         thickest = 2.0_wp*maxval(block%particles%column(:block%particles%count, level%layout%half_size))
+      end if
+   end function thickest
+
+   !> Keep a particle of a bin as a candidate if the free motion would carry it into the tool, or almost.
+   subroutine consider(self, tool, level, materials, time_step, number, overlap)
+      class(candidates_t), intent(inout) :: self
+      type(tool_t), intent(in) :: tool
+      type(level_t), intent(in) :: level
+      type(materials_t), intent(in) :: materials
+      real(wp), intent(in) :: time_step
+      integer, intent(in) :: number(4) !< of the block, the particle, the bin and the tool
+      real(wp), intent(inout) :: overlap
+      type(candidate_t) :: c
+      real(wp) :: area, edge, thickness, position(3)
+      integer :: m, p
+      p = number(2)
+      associate (block => level%blocks(number(1)), column => level%blocks(number(1))%particles%column, at => level%layout)
+         position = column(p, at%position:at%position + 2)
+         call tool%gap_and_normal(position, c%gap, c%normal)
+         if (at%domain > 0 .or. at%half_sizes) then
+            thickness = level%thickness(column(p, :), c%normal)
+            edge = (column(p, at%volume))**(1.0_wp/3.0_wp)
+            area = column(p, at%volume)/thickness
+         else
+            edge = 2.0_wp*column(p, at%half_size)
+            if (c%gap > edge + fastest*level%grid%cell) return
+            m = materials%of_body(block%particles%body(p))
+            thickness = edge*materials%slots(m)%law%stretch(column(p, :), at, c%normal)
+            area = edge**2
+         end if
+         c%gap = c%gap - tool%spec%penetration_factor*thickness
+         if (c%gap > fastest*level%grid%cell) return
+         overlap = max(overlap, -c%gap)
+         c%block = number(1)
+         c%particle = p
+         c%tool = number(4)
+         position = position - tool%spec%penetration_factor*thickness*c%normal
+         call set_cell(c, level%grid, block%place, bin_place(number(3)), (position - block%origin)*level%grid%per_cell)
+         if (c%gap + time_step*(normal_speed(level, c) - dot_product(c%normal, tool%velocity())) > margin*edge) return
+         c%area = area
+         c%mass = column(p, at%mass)
+         c%force = column(p, self%pressure)*c%area
+         if (tool%spec%friction > 0.0_wp) then
+            self%rubbing = self%rubbing + 1
+            c%rubbing = self%rubbing
+            c%last_drag = column(p, self%traction:self%traction + 2)*c%area
+            call set_tangents(c, point_velocity(level, c) - tool%velocity())
+         end if
+         call keep(self, c)
+      end associate
+   end subroutine consider
+
+   !> Append a candidate to the list.
+   subroutine keep(self, candidate)
+      class(candidates_t), intent(inout) :: self
+      type(candidate_t), intent(in) :: candidate
+      type(candidate_t), allocatable :: more(:)
+      if (self%count == size(self%list)) then
+         allocate (more(2*self%count))
+         more(:self%count) = self%list
+         call move_alloc(more, self%list)
+      end if
+      self%count = self%count + 1
+      self%list(self%count) = candidate
+   end subroutine keep
+
+   !> True when a bin of the block at a place can hold a candidate. The same on every rank.
+   pure logical function near_tool(tools, level, place)
+      type(tool_t), intent(in) :: tools(:)
+      type(level_t), intent(in) :: level
+      integer, intent(in) :: place(3)
+      real(wp) :: centre(3), gap, normal(3), reach
+      integer :: t
+      near_tool = .false.
+      centre = level%grid%block_origin(place) + 0.5_wp*(block_size - 1)*level%grid%cell
+      reach = (0.5_wp*block_size*sqrt(3.0_wp) + 1.5_wp)*level%grid%cell
+      do t = 1, size(tools)
+         call tools(t)%gap_and_normal(centre, gap, normal)
+         if (gap < reach) near_tool = .true.
+      end do
+   end function near_tool
+
+   !> The cell around a contact point and the hat functions of its nodes there. The traction acts at the contact point, on the
+   !> face of the particle: its nodes are those of a point there, not of the particle's volume. A uniform pressure then makes a
+   !> uniform stress, wherever the surface stands in its cell (theory.md, eq. contact-nodes). A point beyond a symmetry plane is
+   !> the mirror image of one inside, with the mirrored normal.
+   pure subroutine set_cell(c, grid, block, node, place)
+      type(candidate_t), intent(inout) :: c
+      type(grid_level_t), intent(in) :: grid
+      integer, intent(in) :: block(3)  !< place of the block
+      integer, intent(in) :: node(3)   !< in the middle of the particle's bin, from 0
+      real(wp), intent(in) :: place(3) !< of the contact point, in cells from the block's first node
+      real(wp) :: folded(3), beyond
+      integer :: axis, side
+      folded = place
+      do axis = 1, 3
+         do side = 1, 2
+            if (grid%boundary(side, axis) /= boundary_symmetry) cycle
+            beyond = place(axis) + block_size*block(axis) - merge(0, grid%cells(axis), side == 1)
+            if (merge(beyond >= 0.0_wp, beyond <= 0.0_wp, side == 1)) cycle
+            folded(axis) = place(axis) - 2.0_wp*beyond
+            c%mirror(axis) = -1.0_wp
+         end do
+      end do
+      c%facing = c%mirror*c%normal
+      call hat_weights(node, folded, c%corner, c%weight)
+   end subroutine set_cell
+
+   !> Two directions across the normal, the first along the velocity (m/s) of the contact point relative to the tool.
+   pure subroutine set_tangents(c, velocity)
+      type(candidate_t), intent(inout) :: c
+      real(wp), intent(in) :: velocity(3)
+      real(wp) :: along(3)
+      along = velocity - dot_product(velocity, c%normal)*c%normal
+      if (norm2(along) > 0.0_wp) along = along/norm2(along)
+      along = along - dot_product(along, c%normal)*c%normal ! what is left of a small slip may lean
+      if (norm2(along) < 0.5_wp) then
+         along = 0.0_wp
+         along(minloc(abs(c%normal), dim=1)) = 1.0_wp
+         along = along - dot_product(along, c%normal)*c%normal
+      end if
+      along = along/norm2(along)
+      c%tangent(:, 1) = along
+      associate (n => c%normal)
+         c%tangent(:, 2) = [n(2)*along(3) - n(3)*along(2), n(3)*along(1) - n(1)*along(3), n(1)*along(2) - n(2)*along(1)]
+      end associate
+   end subroutine set_tangents
+
+   !> Speed along the normal that a contact point gets from the solved nodes, m/s.
+   pure real(wp) function normal_speed(level, c) result(speed)
+      type(level_t), intent(in) :: level
+      type(candidate_t), intent(in) :: c
+      real(wp) :: weight
+      integer :: i, j, k
+      speed = 0.0_wp
+      do k = 0, 1
+         do j = 0, 1
+            do i = 0, 1
+               weight = c%weight(i, 1)*c%weight(j, 2)*c%weight(k, 3)
+               speed = speed + weight*dot_product(c%facing, level%solved(2:4, c%corner(1) + 1 + i, c%corner(2) + 1 + j, &
+                                                                         c%corner(3) + 1 + k, c%block))
+            end do
+         end do
+      end do
+   end function normal_speed
+
+   !> Velocity (m/s) that a contact point gets from the solved nodes, as the tool sees it.
+   pure function point_velocity(level, c) result(velocity)
+      type(level_t), intent(in) :: level
+      type(candidate_t), intent(in) :: c
+      real(wp) :: velocity(3), weight
+      integer :: i, j, k
+      velocity = 0.0_wp
+      do k = 0, 1
+         do j = 0, 1
+            do i = 0, 1
+               weight = c%weight(i, 1)*c%weight(j, 2)*c%weight(k, 3)
+               velocity = velocity + weight*level%solved(2:4, c%corner(1) + 1 + i, c%corner(2) + 1 + j, &
+                                                         c%corner(3) + 1 + k, c%block)
+            end do
+         end do
+      end do
+      velocity = c%mirror*velocity
+   end function point_velocity
+
+end module m_candidates

@@ -1,0 +1,107 @@
+!> Particles whose domains are parallelepipeds give mass, momentum and force to their nodes (theory.md, eqs to-nodes, corners).
+!> The weights are no products of one an axis, so each particle goes to its 27 nodes by itself, one lane a node quantity.
+module m_corner_to_node
+   use m_kinds, only: wp
+   use m_constants, only: block_size
+   use m_field_table, only: layout_t
+   use m_cell_list, only: cell_list_t
+   use m_prefetch, only: prefetch_columns
+   use m_stencil, only: frame_t, batch, chunk
+   use m_corner_stencil, only: corner_stencil_t, corner_weights_t, set_corners, set_corner_weights
+   use m_particle_to_node, only: load_t, set_load
+   implicit none
+   private
+   public :: gather_corners_to_nodes, gather_corners_body_force
+
+   integer, parameter :: lanes = 8 !< values a node: mass, momentum (3), force (3), spare
+
+contains
+
+   !> Set a block's node tile to what its own particles give; as gather_to_nodes.
+   pure subroutine gather_corners_to_nodes(cells, column, layout, frame, tile)
+      type(cell_list_t), intent(in) :: cells
+      real(wp), intent(in), contiguous :: column(:, :)
+      type(layout_t), intent(in) :: layout
+      type(frame_t), intent(in) :: frame
+      real(wp), intent(out) :: tile(lanes, 0:block_size + 1, 0:block_size + 1, 0:block_size + 1)
+      type(corner_stencil_t) :: corners
+      type(corner_weights_t) :: weights
+      type(load_t) :: load
+      integer :: first, m, p
+      tile = 0.0_wp
+      do first = 1, cells%first(size(cells%first)) - 1, chunk
+         call prefetch_columns(column, first, min(first + chunk, cells%first(size(cells%first))) - 1, corners%list%warmth)
+         call set_corners(corners, cells, first, column, layout, frame)
+         call set_load(load, corners%list, column, layout)
+         do m = 1, corners%list%count
+            p = 1 + mod(m - 1, batch)
+            if (p == 1) call set_corner_weights(weights, corners, m, frame%per_cell)
+            call add(load, weights, m, p, frame%cell, corners%place(:, m), tile)
+         end do
+      end do
+   end subroutine gather_corners_to_nodes
+
+   !> Add particle m of the chunk, p of the batch, to the nodes from `place` in the tile on.
+   pure subroutine add(load, weights, m, p, cell, place, tile)
+      type(load_t), intent(in) :: load
+      type(corner_weights_t), intent(in) :: weights
+      integer, intent(in) :: m, p, place(3)
+      real(wp), intent(in) :: cell
+      real(wp), intent(inout) :: tile(lanes, 0:block_size + 1, 0:block_size + 1, 0:block_size + 1)
+      real(wp), parameter :: momentum(lanes) = [0, 1, 1, 1, 0, 0, 0, 0], force(lanes) = [0, 0, 0, 0, 1, 1, 1, 0]
+      real(wp), dimension(lanes) :: x, y, z, fx, fy, fz, plane, row
+      integer :: a, b, c, i, j, k, n, q
+      x = (cell*momentum)*load%along(:, 1, m)
+      y = (cell*momentum)*load%along(:, 2, m)
+      z = (cell*momentum)*load%along(:, 3, m)
+      fx = force*load%along(:, 1, m)
+      fy = force*load%along(:, 2, m)
+      fz = force*load%along(:, 3, m)
+      n = 0
+      do c = -1, 1
+         k = place(3) + 1 + c
+         plane = load%fixed(:, m) + c*z
+         do b = -1, 1
+            j = place(2) + 1 + b
+            row = plane + b*y
+            do a = -1, 1
+               i = place(1) + 1 + a
+               n = n + 1
+               !$omp simd
+               do q = 1, lanes
+                  tile(q, i, j, k) = tile(q, i, j, k) + ((weights%weight(p, n)*(row(q) + a*x(q)) + weights%slope(p, n, 1)*fx(q)) &
+                                                         + (weights%slope(p, n, 2)*fy(q) + weights%slope(p, n, 3)*fz(q)))
+               end do
+            end do
+         end do
+      end do
+   end subroutine add
+
+   !> Add m S b to the force of a block's node tile; as gather_body_force.
+   pure subroutine gather_corners_body_force(cells, column, layout, frame, acceleration, tile)
+      type(cell_list_t), intent(in) :: cells
+      real(wp), intent(in), contiguous :: column(:, :)
+      type(layout_t), intent(in) :: layout
+      type(frame_t), intent(in) :: frame
+      real(wp), intent(in), contiguous :: acceleration(:, :) !< (:, 3), m/s2
+      real(wp), intent(inout) :: tile(lanes, 0:block_size + 1, 0:block_size + 1, 0:block_size + 1)
+      type(corner_stencil_t) :: corners
+      type(corner_weights_t) :: weights
+      real(wp) :: force(3)
+      integer :: first, m, n, p, particle, node(3)
+      do first = 1, cells%first(size(cells%first)) - 1, chunk
+         call set_corners(corners, cells, first, column, layout, frame)
+         do m = 1, corners%list%count
+            p = 1 + mod(m - 1, batch)
+            if (p == 1) call set_corner_weights(weights, corners, m, frame%per_cell)
+            particle = corners%list%member(m)
+            force = column(particle, layout%mass)*acceleration(particle, :)
+            do n = 1, 27
+               node = corners%place(:, m) + [mod(n - 1, 3), mod((n - 1)/3, 3), (n - 1)/9]
+               tile(5:7, node(1), node(2), node(3)) = tile(5:7, node(1), node(2), node(3)) + weights%weight(p, n)*force
+            end do
+         end do
+      end do
+   end subroutine gather_corners_body_force
+
+end module m_corner_to_node

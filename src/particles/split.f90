@@ -1,0 +1,125 @@
+!> Particles whose domains have become too long are split in two (doc/theory.md, eq. split). Ids of halves: see doc/design.md.
+module m_split
+   use m_kinds, only: wp, i8
+   use m_block, only: block_t
+   use m_particle_store, only: particle_store_t
+   use m_field_table, only: field_table_t, layout_t
+   implicit none
+   private
+   public :: split_long, half_edges, longest
+
+   integer, parameter, public :: id_bits = 50          !< ids of particles that were never split are below 2^id_bits
+   integer, parameter, public :: most_generations = 12 !< splits that an id has room for; it stays below 2^62
+
+   !> Longest half edge, in cells. One particle a cell begins with 0.5: a body hardly strained is not to be split.
+   real(wp), parameter :: longest = 0.525_wp
+
+contains
+
+   !> Split the particles of a block that have a half edge longer than 0.525 cells, each across its longest, in the order of
+   !> storage. The lower half keeps place and id, the upper one is appended. `worn_out`: a particle that has been split too often
+   !> to be split again, 0 if there is none.
+   subroutine split_long(block, table, layout, cell, splits, worn_out)
+      type(block_t), intent(inout) :: block
+      type(field_table_t), intent(in) :: table
+      type(layout_t), intent(in) :: layout
+      real(wp), intent(in) :: cell !< m
+      integer, intent(out) :: splits, worn_out
+      logical :: extensive(table%columns)
+      real(wp) :: squares(3)
+      integer :: n, p, too_long
+      splits = 0
+      worn_out = 0
+      n = block%particles%count
+      too_long = 0
+      do p = 1, n
+         squares = lengths_squared(block%particles%column, p, layout)
+         if (maxval(squares) > (longest*cell)**2) too_long = too_long + 1
+      end do
+      if (too_long == 0) return
+      extensive = table%extensive_columns()
+      call block%reserve(n + too_long, table%columns)
+      do p = 1, n
+         squares = lengths_squared(block%particles%column, p, layout)
+         if (maxval(squares) <= (longest*cell)**2) cycle
+         if (nint(block%particles%column(p, layout%generation)) == most_generations) then
+            worn_out = p
+            return
+         end if
+         call halve(block%particles, p, maxloc(squares, dim=1), layout, extensive)
+         block%cells%bin(block%particles%count) = 0
+         splits = splits + 1
+      end do
+      block%cells%current = .false.
+   end subroutine split_long
+
+   !> Squared lengths of a particle's half edges, m2.
+   pure function lengths_squared(column, p, layout) result(squares)
+      real(wp), intent(in), contiguous :: column(:, :)
+      integer, intent(in) :: p
+      type(layout_t), intent(in) :: layout
+      real(wp) :: squares(3)
+      integer :: k
+      if (layout%domain > 0) then
+         do k = 1, 3
+            associate (first => layout%domain + 3*(k - 1))
+               squares(k) = column(p, first)**2 + column(p, first + 1)**2 + column(p, first + 2)**2
+            end associate
+         end do
+      else
+         do k = 1, 3
+            squares(k) = column(p, layout%half_size + k - 1)**2
+         end do
+      end if
+   end function lengths_squared
+
+   !> The half edges of a particle's domain as columns of a matrix, m.
+   pure function half_edges(values, layout) result(r)
+      real(wp), intent(in) :: values(:) !< the particle's columns
+      type(layout_t), intent(in) :: layout
+      real(wp) :: r(3, 3)
+      integer :: k
+      r = 0.0_wp
+      if (layout%domain > 0) then
+         r = reshape(values(layout%domain:layout%domain + 8), [3, 3])
+      else
+         do k = 1, 3
+            r(k, k) = values(layout%half_size + merge(k - 1, 0, layout%half_sizes))
+         end do
+      end if
+   end function half_edges
+
+   !> Split particle p across half edge k. With the velocity gradient L each half has the velocity of its own centre.
+   subroutine halve(particles, p, k, layout, extensive)
+      type(particle_store_t), intent(inout) :: particles
+      integer, intent(in) :: p, k
+      type(layout_t), intent(in) :: layout
+      logical, intent(in) :: extensive(:)
+      real(wp) :: values(size(extensive)), r(3, 3), shift(3), faster(3)
+      integer(i8) :: new_id
+      integer :: generation
+      values = particles%column(p, :)
+      r = half_edges(values, layout)
+      shift = 0.5_wp*r(:, k)
+      faster = 0.0_wp
+      if (layout%gradient > 0) faster = matmul(reshape(values(layout%gradient:layout%gradient + 8), [3, 3]), shift)
+      generation = nint(values(layout%generation))
+      new_id = ibset(particles%id(p), id_bits + generation)
+      where (extensive) values = 0.5_wp*values
+      if (layout%domain > 0) then
+         values(layout%domain + 3*(k - 1):layout%domain + 3*k - 1) = shift
+      else
+         values(layout%half_size + k - 1) = shift(k)
+      end if
+      values(layout%generation) = generation + 1
+      associate (x => values(layout%position:layout%position + 2), v => values(layout%velocity:layout%velocity + 2))
+         x = x - shift
+         v = v - faster
+         particles%column(p, :) = values
+         x = x + 2.0_wp*shift
+         v = v + 2.0_wp*faster
+      end associate
+      call particles%append(values, new_id, particles%body(p))
+   end subroutine halve
+
+end module m_split

@@ -1,0 +1,184 @@
+!> Splitting of particles: what is kept, ids, and where it ends.
+program split
+   use m_kinds, only: wp, i8
+   use m_communicator, only: communicator_t
+   use m_block, only: block_t
+   use m_level, only: level_t
+   use m_split, only: split_long, half_edges, id_bits, most_generations
+   use m_sorting, only: sorted_order
+   use m_assertions, only: assertions_t
+   use m_chance, only: chance_t
+   implicit none
+   real(wp), parameter :: cell = 0.3_wp
+   type(communicator_t) :: comm
+   type(assertions_t) :: test
+   type(chance_t) :: chance
+   call comm%start()
+   call test%start(comm, 'split')
+   call pieces(corners=.true., affine=.true.)
+   call pieces(corners=.true., affine=.false.)
+   call pieces(corners=.false., affine=.true.)
+   call too_often()
+   call thickness()
+   call test%finish()
+
+contains
+
+   !> What a block's particles amount to: mass, volume, energy, volume of the domains, momentum, angular momentum with what turns
+   !> within the domains, their first and second moments.
+   function sums(block, level) result(total)
+      type(block_t), intent(in) :: block
+      type(level_t), intent(in) :: level
+      real(wp) :: total(22), r(3, 3), l(3, 3), x(3), v(3), m, turn(3), second(3, 3)
+      integer :: p, k
+      total = 0.0_wp
+      do p = 1, block%particles%count
+         associate (values => block%particles%column(p, :), at => level%layout)
+            x = values(at%position:at%position + 2)
+            v = values(at%velocity:at%velocity + 2)
+            m = values(at%mass)
+            r = half_edges(values, at)
+            l = 0.0_wp
+            if (at%gradient > 0) l = reshape(values(at%gradient:at%gradient + 8), [3, 3])
+            turn = m*cross(x, v)
+            second = m*spread(x, 2, 3)*spread(x, 1, 3)
+            do k = 1, 3
+               turn = turn + m/3.0_wp*cross(r(:, k), matmul(l, r(:, k)))
+               second = second + m/3.0_wp*spread(r(:, k), 2, 3)*spread(r(:, k), 1, 3)
+            end do
+            total = total + [m, values(at%volume), values(level%table%column('energy')), &
+                             8.0_wp*dot_product(r(:, 1), cross(r(:, 2), r(:, 3))), m*v, turn, m*x, reshape(second, [9])]
+         end associate
+      end do
+   end function sums
+
+   pure function cross(a, b) result(c)
+      real(wp), intent(in) :: a(3), b(3)
+      real(wp) :: c(3)
+      c = [a(2)*b(3) - a(3)*b(2), a(3)*b(1) - a(1)*b(3), a(1)*b(2) - a(2)*b(1)]
+   end function cross
+
+   subroutine declare(level, corners, affine)
+      type(level_t), intent(inout) :: level
+      logical, intent(in) :: corners, affine
+      call level%table%declare('stress', 6, 'Pa', .true.)
+      call level%table%declare('energy', 1, 'J', .true., extensive=.true.)
+      call level%table%declare('position', 3, 'm', .true.)
+      call level%table%declare('velocity', 3, 'm/s', .true.)
+      call level%table%declare('mass', 1, 'kg', .true., extensive=.true.)
+      call level%table%declare('volume', 1, 'm3', .true., extensive=.true.)
+      if (corners) then
+         call level%table%declare('domain', 9, 'm', .true.)
+      else
+         call level%table%declare('half_size', 3, 'm', .true.)
+      end if
+      if (affine) call level%table%declare('velocity_gradient', 9, '1/s', .false.)
+      call level%table%declare('generation', 1, '1', .false.)
+      level%layout = level%table%layout()
+   end subroutine declare
+
+   !> Particles up to 4 cells long, split until none is too long.
+   subroutine pieces(corners, affine)
+      logical, intent(in) :: corners, affine
+      type(level_t) :: level
+      type(block_t) :: block
+      real(wp), allocatable :: values(:)
+      real(wp) :: r(3, 3), before(22), after(22), longest
+      integer(i8), allocatable :: ids(:)
+      integer :: p, round, splits, total, worn_out
+      character(len=:), allocatable :: name
+      name = trim(merge('corners', 'stretch', corners))//trim(merge(', affine', ', plain ', affine))//': '
+      call declare(level, corners, affine)
+      do p = 1, 100
+         values = chance%several(level%table%columns, -1.0_wp, 1.0_wp)
+         do
+            r = reshape(chance%several(9, -1.2_wp, 1.2_wp), [3, 3])*cell
+            if (dot_product(r(:, 1), cross(r(:, 2), r(:, 3))) > 0.0_wp) exit
+         end do
+         associate (at => level%layout)
+            if (corners) then
+               values(at%domain:at%domain + 8) = reshape(r, [9])
+            else
+               values(at%half_size:at%half_size + 2) = abs(r(:, 1))
+            end if
+            values(at%mass) = chance%between(0.5_wp, 2.0_wp)
+            values(at%generation) = 0.0_wp
+         end associate
+         call block%reserve(p, level%table%columns)
+         call block%particles%append(values, int(p, i8), int(1 + mod(p, 2)))
+      end do
+      before = sums(block, level)
+      total = 0
+      do round = 1, 20
+         p = block%particles%count
+         call split_long(block, level%table, level%layout, cell, splits, worn_out)
+         call test%check_equal(worn_out, 0, name//'none has been split too often')
+         call test%check_equal(block%particles%count, p + splits, name//'a split makes one particle more')
+         total = total + splits
+         if (splits == 0) exit
+      end do
+      call test%check(total > 200 .and. splits == 0, name//'splitting comes to an end')
+      after = sums(block, level)
+      call test%check_close(after(1:4)/before(1:4), [1.0_wp, 1.0_wp, 1.0_wp, 1.0_wp], 1.0e-12_wp, &
+                            name//'mass, volume, energy, volume of the domains')
+      call test%check_close(after(5:), before(5:), 1.0e-12_wp*after(1), &
+                            name//'momentum, angular momentum, centre, moments of inertia')
+      longest = 0.0_wp
+      do p = 1, block%particles%count
+         longest = max(longest, maxval(norm2(half_edges(block%particles%column(p, :), level%layout), dim=1)))
+      end do
+      call test%check(longest > 0.3_wp*cell .and. longest <= 0.525_wp*cell, name//'no half edge is longer than 0.525 cells')
+      ids = block%particles%id(:block%particles%count)
+      ids = ids(sorted_order(ids, ids))
+      call test%check(all(ids(2:) > ids(:size(ids) - 1)) .and. ids(1) > 0, name//'ids are unique')
+      call test%check(all(iand(ids, 2_i8**id_bits - 1) <= 100), name//'ids tell the first parent')
+      associate (particles => block%particles, s => level%layout%stress)
+         do p = 101, particles%count
+            round = int(iand(particles%id(p), 2_i8**id_bits - 1))
+            call test%check(all(abs(particles%column(p, s:s + 5) - particles%column(round, s:s + 5)) <= 0.0_wp) &
+                            .and. particles%body(p) == particles%body(round), name//'stress and body are the parent''s')
+         end do
+      end associate
+   end subroutine pieces
+
+   !> A particle that has no generation left is named, not split.
+   subroutine too_often()
+      type(level_t) :: level
+      type(block_t) :: block
+      real(wp), allocatable :: values(:)
+      integer :: g, splits, worn_out
+      call declare(level, corners=.true., affine=.true.)
+      allocate (values(level%table%columns), source=1.0_wp)
+      values(level%layout%domain:level%layout%domain + 8) = reshape([1, 0, 0, 0, 1, 0, 0, 0, 1], [9])*0.1_wp*cell
+      values(level%layout%domain) = 0.9_wp*cell
+      values(level%layout%generation) = 0.0_wp
+      call block%reserve(1, level%table%columns)
+      call block%particles%append(values, 7_i8, 1)
+      do g = 1, most_generations
+         block%particles%count = 1
+         block%particles%column(1, level%layout%domain) = 0.9_wp*cell
+         call split_long(block, level%table, level%layout, cell, splits, worn_out)
+         call test%check_equal(splits, 1, 'it is split')
+      end do
+      call test%check(block%particles%id(2) == 7_i8 + 2_i8**(id_bits + most_generations - 1), 'the last id')
+      block%particles%count = 1
+      block%particles%column(1, level%layout%domain) = 0.9_wp*cell
+      call split_long(block, level%table, level%layout, cell, splits, worn_out)
+      call test%check(worn_out == 1 .and. splits == 0 .and. block%particles%count == 1, 'not once more')
+   end subroutine too_often
+
+   !> The edge of a cube from any side; twice the half edge of a box along it.
+   subroutine thickness()
+      type(level_t) :: level
+      real(wp), allocatable :: values(:)
+      real(wp) :: n(3)
+      call declare(level, corners=.true., affine=.false.)
+      allocate (values(level%table%columns), source=0.0_wp)
+      values(level%layout%domain:level%layout%domain + 8:4) = 0.2_wp
+      n = [2.0_wp, -1.0_wp, 2.0_wp]/3.0_wp
+      call test%check_close(level%thickness(values, n), 0.4_wp, 1.0e-15_wp, 'thickness of a cube')
+      values(level%layout%domain:level%layout%domain + 8) = 0.3_wp*reshape([0, 1, 0, -2, 0, 0, 0, 0, 3], [9])
+      call test%check_close(level%thickness(values, [1.0_wp, 0.0_wp, 0.0_wp]), 1.2_wp, 1.0e-15_wp, 'thickness of a turned box')
+   end subroutine thickness
+
+end program split

@@ -1,0 +1,268 @@
+!> Particle domains fixed, stretching and with corners: free flight, a block that turns, and a bar pulled to four times its length,
+!> which fixed domains break.
+program domains
+   use m_kinds, only: wp
+   use m_constants, only: pi
+   use m_errors, only: error_t
+   use m_text, only: to_text
+   use m_communicator, only: communicator_t
+   use m_materials, only: material_of
+   use m_scene, only: scene_t, grid_spec_t, domain_fixed, domain_stretch, domain_corners
+   use m_model, only: model_t
+   use m_level_step, only: advance
+   use m_split, only: half_edges
+   use m_energy, only: sums_t, measure
+   use m_assertions, only: assertions_t
+   implicit none
+   character(len=7), parameter :: names(3) = ['fixed  ', 'stretch', 'corners']
+   integer, parameter :: kinds(3) = [domain_fixed, domain_stretch, domain_corners]
+   real(wp), parameter :: cell = 0.5_wp, density = 1000.0_wp
+   !> Bands of the density. Half edges up to 0.525 cells count as 0.5: 5 %. The mean over corners is a trapezoidal rule: 15 %.
+   real(wp), parameter :: bands(3) = [0.15_wp, 0.05_wp, 0.15_wp]
+   type(communicator_t) :: comm
+   type(assertions_t) :: test
+   integer :: d
+   call comm%start()
+   call test%start(comm, 'domains')
+   do d = 1, 3
+      call free_flight(d)
+      call turn(d)
+   end do
+   print '(3x,a)', 'pulled to 4 lengths       pieces  density at inner nodes     splits  velocity off'
+   do d = 1, 3
+      call pull(d, 1)
+      call pull(d, 8)
+      call pull(d, 27)
+   end do
+   call test%finish()
+
+contains
+
+   !> A box of one material, from and to in cells.
+   function box(d, cells, from, to, young, particles_per_cell) result(scene)
+      integer, intent(in) :: d, cells(3), from(3), to(3), particles_per_cell
+      real(wp), intent(in) :: young
+      type(scene_t) :: scene
+      scene%title = 'box'
+      scene%end_time = 1.0_wp
+      scene%grid = grid_spec_t(upper=cell*cells, cell_size=cell, cells=cells)
+      scene%time%domain = kinds(d)
+      allocate (scene%materials(1), scene%bodies(1), scene%tools(0), scene%probes(0))
+      scene%materials(1) = material_of('soft', 'elastic', density, young, 0.0_wp)
+      scene%bodies(1)%name = 'box'
+      scene%bodies(1)%material = 1
+      scene%bodies(1)%lower = cell*from
+      scene%bodies(1)%upper = cell*to
+      scene%bodies(1)%particles_per_cell = particles_per_cell
+   end function box
+
+   !> Without stress every particle goes straight on.
+   subroutine free_flight(d)
+      integer, intent(in) :: d
+      real(wp), parameter :: velocity(3) = [1.0_wp, -0.7_wp, 0.4_wp], step = 0.11_wp
+      integer, parameter :: steps = 100
+      type(model_t) :: model
+      type(scene_t) :: scene
+      type(error_t) :: error
+      type(sums_t) :: start, now
+      real(wp) :: off(2), x(3)
+      integer :: b, s
+      scene = box(d, [40, 24, 16], [3, 18, 3], [7, 22, 6], 1000.0_wp, 8)
+      scene%bodies(1)%velocity = velocity
+      call model%build(comm, scene, error)
+      start = measure(model)
+      do s = 1, steps
+         call advance(model, step, error)
+      end do
+      call test%check(.not. error%happened(), trim(names(d))//': free flight ends')
+      now = measure(model)
+      off = 0.0_wp
+      do b = 1, size(model%level%blocks)
+         associate (particles => model%level%blocks(b)%particles, at => model%level%layout)
+            do s = 1, particles%count
+               x = (particles%column(s, at%position:at%position + 2) - velocity*step*steps)/cell
+               off(1) = max(off(1), maxval(abs(modulo(x, 0.5_wp) - 0.25_wp))) ! it started a quarter of a cell from a half cell
+               off(2) = max(off(2), maxval(abs(half_edges(particles%column(s, :), at) - 0.25_wp*cell &
+                                               *reshape([1, 0, 0, 0, 1, 0, 0, 0, 1], [3, 3]))))
+            end do
+         end associate
+      end do
+      call test%check_close(off, [0.0_wp, 0.0_wp], 1.0e-11_wp, trim(names(d))//': free flight, places and domains')
+      call test%check_close(now%momentum, start%momentum, 1.0e-12_wp*norm2(start%momentum), &
+                            trim(names(d))//': free flight, momentum')
+      call test%check(model%splits == 0, trim(names(d))//': free flight splits nothing')
+      call model%release()
+   end subroutine free_flight
+
+   !> A block that makes a quarter of a turn about a skew axis: its angular momentum.
+   subroutine turn(d)
+      integer, intent(in) :: d
+      type(model_t) :: model
+      type(scene_t) :: scene
+      type(error_t) :: error
+      type(sums_t) :: start, now
+      real(wp) :: drift
+      integer :: s
+      integer, parameter :: steps = 300
+      scene = box(d, [16, 16, 16], [5, 5, 6], [11, 11, 10], 3.0e5_wp, 8)
+      scene%bodies(1)%angular_velocity = 2.0_wp*pi*[0.6_wp, 0.0_wp, 0.8_wp]/10.0_wp
+      call model%build(comm, scene, error)
+      start = measure(model)
+      do s = 1, steps
+         call advance(model, 2.5_wp/steps, error)
+      end do
+      call test%check(.not. error%happened(), trim(names(d))//': the turn ends')
+      now = measure(model)
+      drift = norm2(now%angular_momentum - start%angular_momentum)/norm2(start%angular_momentum)
+      print '(3x,2a,es10.2)', names(d), ': a quarter of a turn, angular momentum changed by', drift
+      call test%check(drift < 0.025_wp, trim(names(d))//': angular momentum within 2.5 % in a quarter of a turn')
+      call test%check_close(now%mass, start%mass, 1.0e-13_wp*start%mass, trim(names(d))//': mass of a block that turns')
+      if (kinds(d) == domain_corners) call test%check_close(worst_volume(model), 0.0_wp, 1.0e-12_wp, &
+                                                            'the volume of a domain is that of its particle')
+      call model%release()
+   end subroutine turn
+
+   !> Largest difference between a particle's volume and that of its domain, relative.
+   real(wp) function worst_volume(model)
+      type(model_t), intent(in) :: model
+      real(wp) :: r(3, 3), volume
+      integer :: b, p
+      worst_volume = 0.0_wp
+      do b = 1, size(model%level%blocks)
+         associate (particles => model%level%blocks(b)%particles, at => model%level%layout)
+            do p = 1, particles%count
+               r = half_edges(particles%column(p, :), at)
+               volume = 8.0_wp*(r(1, 1)*(r(2, 2)*r(3, 3) - r(2, 3)*r(3, 2)) - r(1, 2)*(r(2, 1)*r(3, 3) - r(2, 3)*r(3, 1)) &
+                                + r(1, 3)*(r(2, 1)*r(3, 2) - r(2, 2)*r(3, 1)))
+               worst_volume = max(worst_volume, abs(volume/particles%column(p, at%volume) - 1.0_wp))
+            end do
+         end associate
+      end do
+   end function worst_volume
+
+   !> v = a x from the middle of a bar too weak to resist: all speeds stay, the bar grows to 1 + a t lengths.
+   subroutine pull(d, particles_per_cell)
+      integer, intent(in) :: d, particles_per_cell
+      integer, parameter :: middle = 20, steps = 60
+      real(wp), parameter :: rate = 1.0_wp, step = 3.0_wp/steps
+      type(model_t) :: model
+      type(error_t) :: error
+      type(sums_t) :: start, now
+      real(wp) :: lowest, highest, off
+      integer :: blocks, parts, s, seen
+      logical :: whole
+      character(len=:), allocatable :: name
+      call model%build(comm, box(d, [40, 8, 8], [middle - 4, 3, 3], [middle + 4, 5, 5], 1.0e-4_wp, particles_per_cell), error)
+      call set_pull(model, cell*middle, rate)
+      start = measure(model)
+      seen = 0
+      lowest = huge(lowest)
+      highest = 0.0_wp
+      do s = 1, steps
+         blocks = size(model%level%blocks)
+         call advance(model, step, error)
+         if (size(model%level%blocks) > blocks) cycle ! the node tiles were made anew
+         seen = seen + 1
+         call inner_densities(model, middle, 1.0_wp + (s - 1)*step*rate, lowest, highest)
+      end do
+      name = trim(names(d))//', '//to_text(particles_per_cell)//' a cell: '
+      call test%check(.not. error%happened(), name//'the pull ends')
+      now = measure(model)
+      parts = pieces(model)
+      off = velocity_off(model, cell*middle, rate/(1.0_wp + 3.0_wp*rate))
+      print '(3x,a,i4,a,i8,2f10.4,i12,es13.2)', names(d), particles_per_cell, ' a cell ', parts, lowest, highest, model%splits, off
+      call test%check_close(now%mass, start%mass, 1.0e-13_wp*start%mass, name//'mass')
+      call test%check_close(now%momentum, start%momentum, 1.0e-12_wp*sqrt(start%mass*start%kinetic), name//'momentum')
+      whole = parts == 1 .and. lowest > 1.0_wp - bands(d) .and. highest < 1.0_wp + bands(d)
+      call test%check(seen > steps/2, name//'most steps were looked at')
+      if (kinds(d) == domain_fixed) then
+         call test%check(.not. whole, name//'fixed domains do not hold the bar together')
+         call test%check(parts > 1 .or. particles_per_cell > 1, name//'fixed domains come apart')
+         call test%check(model%splits == 0, name//'fixed domains are not split')
+      else
+         call test%check(whole, name//'the bar stays one piece, its density within the band')
+         call test%check(model%splits > 0, name//'particles were split')
+      end if
+      call test%check(off < 0.01_wp, name//'velocities stay linear within 1 %') ! the gradient that is carried is one step old
+      call model%release()
+   end subroutine pull
+
+   subroutine set_pull(model, middle, rate)
+      type(model_t), intent(inout) :: model
+      real(wp), intent(in) :: middle, rate
+      integer :: b, n
+      do b = 1, size(model%level%blocks)
+         associate (particles => model%level%blocks(b)%particles, at => model%level%layout)
+            n = particles%count
+            particles%column(:n, at%velocity) = rate*(particles%column(:n, at%position) - middle)
+            particles%column(:n, at%gradient) = rate
+         end associate
+      end do
+   end subroutine set_pull
+
+   !> Bounds of the density at the nodes on the axis of the bar, two cells and more from its ends, over the exact one. The nodes
+   !> are those of the begin of the last step, when the bar was `stretch` times as long.
+   subroutine inner_densities(model, middle, stretch, lowest, highest)
+      type(model_t), intent(in) :: model
+      integer, intent(in) :: middle
+      real(wp), intent(in) :: stretch
+      real(wp), intent(inout) :: lowest, highest
+      real(wp) :: relative
+      integer :: i, slot
+      do i = middle - 20, middle + 20
+         if (abs(i - middle) > 4.0_wp*stretch - 2.0_wp) cycle
+         slot = model%level%slot(i/8, 0, 0)
+         relative = 0.0_wp
+         if (slot > 0) relative = model%level%solved(1, mod(i, 8) + 1, 5, 5, slot)*stretch/(density*cell**3)
+         lowest = min(lowest, relative)
+         highest = max(highest, relative)
+      end do
+   end subroutine inner_densities
+
+   !> Into how many pieces the bar has come apart: runs of node planes across it that particles touch, and no particle touches both
+   !> the last plane of a run and the first of the next.
+   integer function pieces(model)
+      type(model_t), intent(in) :: model
+      logical :: touched(0:40), tied(-1:40)
+      real(wp) :: along, reach, place
+      integer :: b, i, p, first, last
+      touched = .false.
+      tied = .false. ! plane i with plane i + 1
+      do b = 1, size(model%level%blocks)
+         associate (particles => model%level%blocks(b)%particles, at => model%level%layout)
+            do p = 1, particles%count
+               along = sum(abs(matmul([1.0_wp, 0.0_wp, 0.0_wp], half_edges(particles%column(p, :), at))))
+               reach = 1.0_wp + min(0.5_wp, along/cell)
+               place = particles%column(p, at%position)/cell
+               first = ceiling(place - reach)
+               last = floor(place + reach)
+               touched(first:last) = .true.
+               tied(first:last - 1) = .true.
+            end do
+         end associate
+      end do
+      pieces = 0
+      do i = 0, 40
+         if (.not. touched(i)) cycle
+         if (tied(i - 1)) cycle
+         pieces = pieces + 1
+      end do
+   end function pieces
+
+   !> Largest error of the particles' velocities over the speed of the ends.
+   real(wp) function velocity_off(model, middle, rate) result(off)
+      type(model_t), intent(in) :: model
+      real(wp), intent(in) :: middle, rate
+      integer :: b, p
+      off = 0.0_wp
+      do b = 1, size(model%level%blocks)
+         associate (particles => model%level%blocks(b)%particles, at => model%level%layout)
+            do p = 1, particles%count
+               off = max(off, abs(particles%column(p, at%velocity) - rate*(particles%column(p, at%position) - middle)))
+            end do
+         end associate
+      end do
+      off = off/(16.0_wp*cell*rate)
+   end function velocity_off
+
+end program domains
