@@ -157,6 +157,7 @@ contains
       off = ''
       call add(self%scene%time%affine, 'affine transfer (72 B a particle)')
       call add(size(self%scene%tools) > 0, 'tool contact (8 B a particle)')
+      call add(self%model%contact%friction%present, 'friction (24 B a particle)')
       call add(size(self%scene%probes) > 0, 'probes')
       if (text == '') text = 'none'
       if (off /= '') text = text//'; left out: '//off
@@ -190,7 +191,7 @@ contains
       class(simulation_t), intent(inout) :: self
       type(cost_t) :: cost
       character(len=cost_line_length), allocatable :: table(:)
-      character(len=cost_line_length) :: facts(10)
+      character(len=cost_line_length) :: facts(11)
       character(len=:), allocatable :: verdict, path
       real(wp) :: bridge, messages, bytes, late(2)
       integer :: n
@@ -224,6 +225,12 @@ contains
             facts(6) = 'contact: no tension; force times gap at most '//to_text(bridge, 3)//' of largest force times cell'
             facts(7) = 'contact: '//to_text(late(1), 3)//' % of the elapsed time, '//to_text(late(2), 3)// &
                        ' % over the last tenth of the scene'
+            if (contact%friction%present) then
+               n = 8
+               facts(8) = 'friction: '//to_text(real(contact%friction%sweeps, wp)/contact%solves, 3)//' sweeps and '// &
+                          to_text(real(contact%friction%iterations, wp)/contact%solves, 3)//' iterations a solve, heat '// &
+                          si(sum(contact%states%heat), 'J')
+            end if
          end if
       end associate
       if (self%communicator%ranks > 1) then
