@@ -96,7 +96,7 @@ contains
          radius = height*tan(tool%spec%half_angle)/cos(modulo(angle + pi/3.0_wp, 2.0_wp*pi/3.0_wp) - pi/3.0_wp)
       case (tool_cylinder)
          call across_edge(tool, u, v)
-         turn = 2.0_wp*pi*(1.2_wp*s - 0.1_wp) ! its ends overlap: no seam
+         turn = 2.0_wp*pi*s
          x = tool%spec%tip + (tool%travel - tool%spec%radius*(1.0_wp - cos(turn)))*tool%spec%axis &
              + tool%spec%radius*sin(turn)*v + (angle - pi)*reach*u
          return
@@ -183,7 +183,8 @@ contains
          angle = best_angle
          do i = -2, 2
             do j = -2, 2
-               try_s = min(max(s + 0.5_wp*i*width_s, 0.0_wp), 1.0_wp)
+               try_s = s + 0.5_wp*i*width_s
+               if (tool%spec%shape /= tool_cylinder) try_s = min(max(try_s, 0.0_wp), 1.0_wp) ! a roller goes round
                try_angle = angle + 0.5_wp*j*width_angle
                distance = norm2(x - surface(tool, try_s, try_angle))
                if (distance >= nearest) cycle
