@@ -131,7 +131,7 @@ contains
       self%now = measure(model)
       call model%effect_step%fold(model%communicator)
       self%external_work = sum(model%contact%states%work) + model%effect_step%external_work
-      self%damped = model%effect_step%damped + self%now%dissipated
+      self%damped = model%effect_step%damped + self%now%dissipated + sum(model%contact%states%heat)
       self%largest = max(self%largest, abs(self%external_work), abs(self%damped), self%now%energy())
       self%worst = max(self%worst, abs(self%excess()))
    end subroutine follow
