@@ -36,7 +36,8 @@ def main():
             print(f"{case}, {cells} cells a radius: {particles} particles, {seconds:.0f} s; plastic strain at most "
                   f"{last.fields['plastic_strain'].max():.2f}, temperature at most {last.fields['temperature'].max():.0f} K")
             for what, value in found.items():
-                print(f"   {what:38s} {value:6.2f} mm, measured {MEASURED[what]:5.1f} mm, {100*(value/MEASURED[what] - 1):+5.1f} %", flush=True)
+                print(f"   {what:38s} {value:6.2f} mm, measured {MEASURED[what]:5.1f} mm, "
+                      f"{100*(value/MEASURED[what] - 1):+5.1f} %", flush=True)
             require(f"{name}: the bar has come to rest", rows["kinetic"][-1] < 0.02*rows["kinetic"][0])
             check(f"{name}: balance of energy", rows["balance_error"], 0.03)
             check(f"{name}: length over the measured", found["length"]/MEASURED["length"] - 1, 0.10)
