@@ -39,8 +39,9 @@ def total_force():
 
 def uniform_stress(name, base, height, particles, both):
     """A column between rollers under a sudden pressure that stays, brought to rest: szz = -p in every particle, the work is p A u,
-    and half of it is stored, half is damped but for what the transfer takes. Particles keep some noise that the nodes do not see and
-    so cannot damp; a layer's mean has none. With one particle a cell the shock at the start moves nodes that no particle follows."""
+    and half of it is stored, half is damped but for what the transfer takes. Particles keep some noise that the nodes do not
+    see and so cannot damp; a layer's mean has none. With one particle a cell the shock at the start moves nodes that no particle
+    follows."""
     pressure, side = 1e3, 0.4
     top = base + height
     text = (f"&scene title='column', end_time=2 /\n&grid lower=0,0,0, upper={side},{side},1.6, cell_size={CELL},\n"
