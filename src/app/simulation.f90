@@ -183,8 +183,8 @@ contains
          call add(self%scene%time%affine, 'affine transfer', table%bytes_of('velocity_gradient'))
          call add(self%scene%time%domain /= domain_fixed, 'deforming domains', &
                   table%bytes_of('domain') + table%bytes_of('half_size') + table%bytes_of('generation') - bytes_per_column)
-         call add(size(self%scene%tools) > 0, 'tool contact', table%bytes_of('contact_pressure') + &
-                  table%bytes_of('contact_friction'))
+         call add(size(self%scene%tools) > 0, 'tool contact', table%bytes_of('contact_pressure'))
+         call add(self%model%contact%friction%present, 'friction', table%bytes_of('contact_friction'))
          call add(size(self%scene%probes) > 0, 'probes', 0)
          do k = 1, size(self%catalogue%effects)
             associate (name => self%catalogue%effects(k)%it%name)
@@ -265,6 +265,12 @@ contains
             facts(6) = 'contact: no tension; force times gap at most '//to_text(bridge, 3)//' of largest force times cell'
             facts(7) = 'contact: '//to_text(late(1), 3)//' % of the elapsed time, '//to_text(late(2), 3)// &
                        ' % over the last tenth of the scene'
+            if (contact%friction%present) then
+               n = 8
+               facts(8) = 'friction: '//to_text(real(contact%friction%sweeps, wp)/contact%solves, 3)//' sweeps and '// &
+                          to_text(real(contact%friction%iterations, wp)/contact%solves, 3)//' iterations a solve, heat '// &
+                          si(sum(contact%states%heat), 'J')
+            end if
          end if
       end associate
       if (resting > 0) then

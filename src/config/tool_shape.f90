@@ -11,6 +11,7 @@ module m_tool_shape
    public :: tool_shape_t, make_tool_shape
 
    integer, parameter :: most_faces = 3
+   real(wp), parameter :: rounding = 1.0e-12_wp !< a foot so little outside a face, relative to its distance from the tip, is on it
 
    !> A shape with all that its distance needs at hand.
    type :: tool_shape_t
@@ -159,10 +160,11 @@ contains
       k = maxloc(beyond(:self%faces), dim=1)
       gap = beyond(k)
       normal = self%face(:, k)
+      if (all(abs(from_tip) <= 0.0_wp)) normal = self%axis
       if (gap <= 0.0_wp) return
       off = from_tip - gap*normal
       ! the foot on the face that is furthest away; if it lies outside another face, no other face's foot is inside either
-      if (all(matmul(off, self%face(:, :self%faces)) <= 4.0_wp*epsilon(gap)*norm2(from_tip))) return
+      if (all(matmul(off, self%face(:, :self%faces)) <= rounding*norm2(from_tip))) return
       gap = huge(gap)
       do k = 1, self%faces
          off = from_tip - max(0.0_wp, dot_product(from_tip, self%ridge(:, k)))*self%ridge(:, k)

@@ -28,7 +28,7 @@ module m_candidates
       real(wp) :: mass = 1.0_wp  !< kg
       real(wp) :: force = 0.0_wp !< N
       integer :: rubbing = 0     !< place among the candidates with friction; 0 without
-      real(wp) :: tangent(3, 2) = 0.0_wp !< along the predicted slip and across it, as the tool sees them
+      real(wp) :: tangent(3, 2) = 0.0_wp !< across the normal, as the tool sees them
       real(wp) :: drag(2) = 0.0_wp       !< friction on the body along the tangents, N
       real(wp) :: last_drag(3) = 0.0_wp  !< the same in the last step, N
       logical :: touches = .false. !< its contact point ends the step on the tool
@@ -144,7 +144,7 @@ contains
             self%rubbing = self%rubbing + 1
             c%rubbing = self%rubbing
             c%last_drag = column(p, self%traction:self%traction + 2)*c%area
-            call set_tangents(c, point_velocity(level, c) - tool%velocity())
+            call set_tangents(c)
          end if
          call keep(self, c)
       end associate
@@ -206,23 +206,17 @@ contains
       call hat_weights(node, folded, c%corner, c%weight)
    end subroutine set_cell
 
-   !> Two directions across the normal, the first along the velocity (m/s) of the contact point relative to the tool.
-   pure subroutine set_tangents(c, velocity)
+   !> Two directions across the normal.
+   pure subroutine set_tangents(c)
       type(candidate_t), intent(inout) :: c
-      real(wp), intent(in) :: velocity(3)
-      real(wp) :: along(3)
-      along = velocity - dot_product(velocity, c%normal)*c%normal
-      if (norm2(along) > 0.0_wp) along = along/norm2(along)
-      along = along - dot_product(along, c%normal)*c%normal ! what is left of a small slip may lean
-      if (norm2(along) < 0.5_wp) then
-         along = 0.0_wp
-         along(minloc(abs(c%normal), dim=1)) = 1.0_wp
-         along = along - dot_product(along, c%normal)*c%normal
-      end if
-      along = along/norm2(along)
-      c%tangent(:, 1) = along
+      real(wp) :: first(3)
       associate (n => c%normal)
-         c%tangent(:, 2) = [n(2)*along(3) - n(3)*along(2), n(3)*along(1) - n(1)*along(3), n(1)*along(2) - n(2)*along(1)]
+         first = 0.0_wp
+         first(minloc(abs(n), dim=1)) = 1.0_wp
+         first = first - dot_product(first, n)*n
+         first = first/norm2(first)
+         c%tangent(:, 1) = first
+         c%tangent(:, 2) = [n(2)*first(3) - n(3)*first(2), n(3)*first(1) - n(1)*first(3), n(1)*first(2) - n(2)*first(1)]
       end associate
    end subroutine set_tangents
 

@@ -13,6 +13,7 @@ module m_contact
    use m_materials, only: materials_t
    use m_boundary, only: held_components, constrain_nodes
    use m_candidates, only: candidate_t, candidates_t, normal_speed, point_velocity, fastest, recovery
+   use m_friction, only: friction_t
    use m_contact_system, only: contact_system_t, nodal_forces_t, cell_nodes
    use m_petsc_solver, only: petsc_solver_t
    implicit none
@@ -35,9 +36,8 @@ module m_contact
       type(contact_system_t) :: system
       type(petsc_solver_t) :: solver
       type(candidates_t) :: candidates
-      logical :: rubs = .false.             !< some tool has friction
+      type(friction_t) :: friction
       integer(i8) :: solves = 0, iterations = 0, unsolved = 0
-      integer(i8) :: sweeps = 0             !< over normal forces and friction in turn, over the run
       integer(i8) :: largest = 0            !< most candidates in a step, over all ranks
       real(wp) :: worst_residual = 0.0_wp   !< relative
       real(wp) :: worst_overlap = 0.0_wp    !< m
@@ -51,7 +51,8 @@ module m_contact
       procedure, private :: assemble
       procedure, private :: solve
       procedure, private :: sweep
-      procedure, private :: solve_part
+      procedure, private :: solve_normal
+      procedure, private :: judge
       procedure, private :: move_nodes
       procedure, private :: sum_up
    end type contact_t
@@ -59,6 +60,8 @@ module m_contact
    real(wp), parameter :: touching = 1.0e-4_wp    !< a smaller gap counts as contact, in particle edges
    real(wp), parameter :: hopeless = 1.0e-3_wp    !< a relative residual above this stops the run
    integer, parameter :: most_sweeps = 50         !< over normal forces and friction in a step
+   integer, parameter :: products = 20            !< of the problem of friction, for each iteration that the other is allowed
+   real(wp), parameter :: give = 10.0_wp          !< compliance of sticking points, in that of the normal forces; only changes give
 
 contains
 
@@ -71,7 +74,7 @@ contains
       self%tools = [(make_tool(tools(t)), t=1, size(tools))]
       allocate (self%states(size(tools)), self%candidates%list(64))
       self%spec = spec
-      self%rubs = any(tools%friction > 0.0_wp)
+      self%friction%present = any(tools%friction > 0.0_wp)
    end subroutine build
 
    !> The fields that contact adds; they are also where the next solve starts from.
@@ -80,7 +83,7 @@ contains
       type(field_table_t), intent(inout) :: table
       call table%declare('contact_pressure', 1, 'Pa', written=.true.)
       self%candidates%pressure = table%column('contact_pressure')
-      if (.not. self%rubs) return
+      if (.not. self%friction%present) return
       call table%declare('contact_friction', 3, 'Pa', written=.true.)
       self%candidates%traction = table%column('contact_friction')
    end subroutine declare
@@ -101,17 +104,16 @@ contains
       integer, intent(in) :: neighbours(:)    !< ranks, rising
       real(wp), intent(in) :: time, time_step !< s
       type(error_t), intent(inout) :: error
-      integer :: t, needs(2), unknowns
+      integer :: t, needs(2)
       do t = 1, size(self%tools)
          call self%tools(t)%begin_step(time, time_step)
       end do
       call self%candidates%find(self%tools, level, materials, time_step, self%states%overlap)
-      unknowns = max(self%candidates%count, 2*self%candidates%rubbing)
-      needs = [self%candidates%count, merge(1, 0, unknowns > self%solver%capacity)]
+      needs = [self%candidates%count, merge(1, 0, self%candidates%count > self%solver%capacity)]
       call MPI_Allreduce(MPI_IN_PLACE, needs, 2, MPI_INTEGER, MPI_SUM, communicator%comm)
       if (needs(1) > 0) then
          self%largest = max(self%largest, int(needs(1), i8))
-         if (needs(2) > 0) call self%solver%fit(communicator%comm%MPI_VAL, 64*((3*unknowns/2)/64 + 1))
+         if (needs(2) > 0) call self%solver%fit(communicator%comm%MPI_VAL, 64*((3*self%candidates%count/2)/64 + 1))
          call self%assemble(communicator, level, neighbours, time_step)
          call self%solve(level, time_step, error)
          call self%move_nodes(level, time_step)
@@ -149,7 +151,7 @@ contains
             do t = 1, 2
                call self%system%add_row(node, weight, list(c)%mirror*list(c)%tangent(:, t), list(c)%tool, &
                                         dot_product(list(c)%tangent(:, t), self%tools(list(c)%tool)%spec%axis))
-               compliance(self%system%rows) = compliance(c)
+               compliance(self%system%rows) = give*compliance(c)
             end do
          end do
          call self%system%number_nodes()
@@ -159,6 +161,7 @@ contains
       end associate
       call self%system%connect(neighbours)
       call self%system%set_scale(compliance)
+      call self%system%pair_scales(self%candidates%count + 1)
    end subroutine assemble
 
    !> Nodes of a candidate in the grid and the weights of its contact point on them.
@@ -253,10 +256,10 @@ contains
             if (self%system%scale(c) > 0.0_wp) x(c) = it%force/self%system%scale(c)
          end associate
       end do
-      if (self%rubs) then
+      if (self%friction%present) then
          call self%sweep(level, b, x, error)
       else
-         call self%solve_part(b, x, iterations, error)
+         call self%solve_normal(b, x, iterations, error)
       end if
       self%solves = self%solves + 1
       call self%system%multiply(x, w)
@@ -278,114 +281,67 @@ contains
       end do
    end subroutine solve
 
-   !> One bound-constrained problem on the active rows, with its share of the statistics.
-   subroutine solve_part(self, b, x, iterations, error, bound)
+   !> The problem of the normal forces, and its share of the statistics.
+   subroutine solve_normal(self, b, x, iterations, error)
       class(contact_t), intent(inout) :: self
       real(wp), intent(in) :: b(:)
       real(wp), intent(inout) :: x(:)
       integer, intent(out) :: iterations
       type(error_t), intent(inout) :: error
-      real(wp), intent(in), optional :: bound(:) !< largest sizes; without it, x is not negative
       real(wp) :: residual
-      call self%solver%solve(self%system, b, x, self%spec%tolerance, self%spec%max_iterations, iterations, residual, bound)
+      call self%solver%solve(self%system, b, x, self%spec%tolerance, self%spec%max_iterations, iterations, residual)
       self%iterations = self%iterations + iterations
+      call self%judge(residual, to_text(iterations)//' iterations', error)
+   end subroutine solve_normal
+
+   !> Count a problem that did not come below the tolerance; stop where it is hopeless.
+   subroutine judge(self, residual, effort, error)
+      class(contact_t), intent(inout) :: self
+      real(wp), intent(in) :: residual
+      character(len=*), intent(in) :: effort
+      type(error_t), intent(inout) :: error
       self%worst_residual = max(self%worst_residual, residual)
       if (residual > self%spec%tolerance) self%unsolved = self%unsolved + 1
       if (.not. residual <= hopeless) call fail(error, exit_numerical, 'the contact problem was not solved: relative residual '// &
-                to_text(residual)//' after '//to_text(iterations)//' iterations; try a larger max_iterations or a smaller safety')
-   end subroutine solve_part
+                            to_text(residual)//' after '//effort//'; try a larger max_iterations or a smaller safety')
+   end subroutine judge
 
    !> Normal forces with the friction held, and friction with the normal forces held, in turn until the normal problem is solved
-   !> with the friction that belongs to it (theory.md, eq. friction-sweep). On return b holds what the friction does to it.
+   !> with the friction that belongs to it (theory.md, eq. friction-sweeps). On return b holds what the friction does to it.
    subroutine sweep(self, level, b, x, error)
       class(contact_t), intent(inout) :: self
       type(level_t), intent(in) :: level
       real(wp), intent(inout) :: b(:), x(:)
       type(error_t), intent(inout) :: error
-      real(wp), dimension(2*self%candidates%rubbing) :: b_slip, x_drag, bound, pushed
-      real(wp) :: free(size(b)), dragged(size(b))
-      integer :: iterations, last, n, round
+      real(wp) :: free(size(b)), dragged(size(b)), pushed(2*self%candidates%rubbing), radius(self%candidates%rubbing), residual
+      integer :: c, iterations, n, round, rows
       n = self%candidates%count
-      last = n + size(x_drag)
+      rows = self%system%rows
       free = b
-      call start_drag(self, level, b_slip, x_drag)
-      do round = 1, most_sweeps
-         call self%system%respond([n + 1, last], x_drag, [1, n], dragged)
-         b = free - dragged
-         call self%solve_part(b, x, iterations, error)
-         if (error%happened()) return
-         if (round > 1 .and. iterations == 0) exit
-         self%sweeps = self%sweeps + 1
-         call set_bounds(self, x, bound)
-         call self%system%respond([1, n], x, [n + 1, last], pushed)
-         call self%solve_part(b_slip - pushed, x_drag, iterations, error, bound)
-         call keep_in_disc(self, bound, x_drag)
+      associate (list => self%candidates%list(:n), scale => self%system%scale)
+         call self%friction%begin(self%system, list, self%tools, level)
+         do round = 1, most_sweeps
+            call self%system%respond([n + 1, rows], self%friction%force, [1, n], dragged)
+            b = free - dragged
+            call self%solve_normal(b, x, iterations, error)
+            if (error%happened() .or. (round > 1 .and. iterations == 0)) exit
+            self%friction%sweeps = self%friction%sweeps + 1
+            do c = 1, n
+               if (list(c)%rubbing == 0) cycle
+               radius(list(c)%rubbing) = 0.0_wp
+               if (scale(n + 2*list(c)%rubbing) > 0.0_wp) radius(list(c)%rubbing) = &
+                  self%tools(list(c)%tool)%spec%friction*x(c)*scale(c)/scale(n + 2*list(c)%rubbing)
+            end do
+            call self%system%respond([1, n], x, [n + 1, rows], pushed)
+            call self%friction%solve(self%system, radius, pushed, self%spec%tolerance, products*self%spec%max_iterations, residual)
+            call self%judge(residual, to_text(products*self%spec%max_iterations)//' products for friction', error)
+            if (error%happened()) exit
+         end do
          call self%system%activate(1, n)
-         if (error%happened()) return
-      end do
-      if (round > most_sweeps) self%unsolved = self%unsolved + 1
+         if (round > most_sweeps) self%unsolved = self%unsolved + 1
+         call self%friction%hand_out(self%system, list)
+      end associate
    end subroutine sweep
-
-   !> Right-hand side of the problem of friction, and the friction of the last step to start from. The compliance resists its change
-   !> only: a point that sticks under a steady force does not creep.
-   subroutine start_drag(self, level, b, x)
-      class(contact_t), intent(in) :: self
-      type(level_t), intent(in) :: level
-      real(wp), intent(out) :: b(:), x(:)
-      integer :: c, k, r
-      do c = 1, self%candidates%count
-         associate (it => self%candidates%list(c), scale => self%system%scale, offset => self%candidates%count)
-            if (it%rubbing == 0) cycle
-            do k = 1, 2
-               r = 2*it%rubbing - 2 + k
-               x(r) = 0.0_wp
-               if (scale(offset + r) > 0.0_wp) x(r) = dot_product(it%tangent(:, k), it%last_drag)/scale(offset + r)
-               b(r) = dot_product(it%tangent(:, k), self%tools(it%tool)%velocity() - point_velocity(level, it))
-               b(r) = b(r)*scale(offset + r) + self%system%softness(offset + r)*x(r)
-            end do
-         end associate
-      end do
-   end subroutine start_drag
-
-   !> Friction is at most the coefficient times the normal force.
-   subroutine set_bounds(self, x, bound)
-      class(contact_t), intent(in) :: self
-      real(wp), intent(in) :: x(:)
-      real(wp), intent(out) :: bound(:)
-      integer :: c, k, r
-      do c = 1, self%candidates%count
-         associate (it => self%candidates%list(c), scale => self%system%scale, offset => self%candidates%count)
-            if (it%rubbing == 0) cycle
-            do k = 1, 2
-               r = 2*it%rubbing - 2 + k
-               bound(r) = 0.0_wp
-               if (scale(offset + r) > 0.0_wp) &
-                  bound(r) = self%tools(it%tool)%spec%friction*x(c)*scale(c)/scale(offset + r)
-            end do
-         end associate
-      end do
-   end subroutine set_bounds
-
-   !> The bounds are those of a square; shorten what lies in its corners to the circle. Sets the candidates' friction.
-   subroutine keep_in_disc(self, bound, x)
-      class(contact_t), intent(inout) :: self
-      real(wp), intent(in) :: bound(:)
-      real(wp), intent(inout) :: x(:)
-      real(wp) :: largest, scale(2)
-      integer :: c, r
-      do c = 1, self%candidates%count
-         associate (it => self%candidates%list(c))
-            if (it%rubbing == 0) cycle
-            r = 2*it%rubbing
-            scale = self%system%scale(self%candidates%count + r - 1:self%candidates%count + r)
-            it%drag = x(r - 1:r)*scale
-            largest = maxval(bound(r - 1:r)*scale)
-            if (norm2(it%drag) <= largest) cycle
-            x(r - 1:r) = x(r - 1:r)*(largest/norm2(it%drag))
-            it%drag = x(r - 1:r)*scale
-         end associate
-      end do
-   end subroutine keep_in_disc
 
    !> Collective among neighbours: change velocity and acceleration of the nodes that contact forces act on, in every tile here that
    !> has them, and then of their mirror images.
@@ -474,7 +430,7 @@ contains
          end associate
       end do
       self%worst_overlap = max(self%worst_overlap, maxval(deepest))
-      if (self%rubs) call add_heat(self, communicator, level, time_step)
+      if (self%friction%present) call add_heat(self, communicator, level, time_step)
    end subroutine sum_up
 
    !> Collective: what friction takes from the motion in a step, by how the contact points slip at its end.

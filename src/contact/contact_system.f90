@@ -57,6 +57,7 @@ module m_contact_system
       procedure :: respond
       procedure :: nodal_forces
       procedure :: set_scale
+      procedure :: pair_scales
       procedure, private :: spread
       procedure, private :: exchange
       procedure, private :: collect
@@ -359,5 +360,23 @@ contains
          self%softness(c) = compliance(c)*self%scale(c)**2
       end do
    end subroutine set_scale
+
+   !> Give the rows from `first` on, two by two, one scale: what is round stays round.
+   pure subroutine pair_scales(self, first)
+      class(contact_system_t), intent(inout) :: self
+      integer, intent(in) :: first
+      integer :: r
+      do r = first, self%rows - 1, 2
+         associate (scale => self%scale(r:r + 1), softness => self%softness(r:r + 1))
+            if (all(scale > 0.0_wp)) then ! a direction in which all is held has scale 0
+               softness = minval(softness)
+               scale = minval(scale)
+            else
+               softness = maxval(softness)
+               scale = maxval(scale)
+            end if
+         end associate
+      end do
+   end subroutine pair_scales
 
 end module m_contact_system

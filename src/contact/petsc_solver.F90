@@ -1,5 +1,4 @@
-!> Bound-constrained quadratic problems on PETSc: minimise 1/2 x'Mx - b'x over x >= 0, M given by its product, or over
-!> |x| <= bound.
+!> Bound-constrained quadratic problems on PETSc: minimise 1/2 x'Mx - b'x over x >= 0, M given by its product.
 !> The only module that includes PETSc. An error inside PETSc aborts all ranks with PETSc's own words. Its solver is TAO's gradient projection with conjugate gradients (Moré and Toraldo 1991).
 module m_petsc_solver
 #include <petsc/finclude/petsctao.h>
@@ -49,7 +48,8 @@ contains
       PetscCallA(VecDuplicate(self%solution, self%right_side, ierr))
       PetscCallA(VecDuplicate(self%solution, self%lower, ierr))
       PetscCallA(VecDuplicate(self%solution, self%upper, ierr))
-      call free_bounds(self)
+      PetscCallA(VecSet(self%lower, 0.0_wp, ierr))
+      PetscCallA(VecSet(self%upper, PETSC_INFINITY, ierr))
       PetscCallA(MatCreateShell(comm, n, n, PETSC_DETERMINE, PETSC_DETERMINE, 0, self%hessian, ierr))
       PetscCallA(MatShellSetOperation(self%hessian, MATOP_MULT, multiply, ierr))
       PetscCallA(MatSetOption(self%hessian, MAT_SYMMETRIC, PETSC_TRUE, ierr))
@@ -65,9 +65,9 @@ contains
       self%capacity = unknowns
    end subroutine fit
 
-   !> Collective: x >= 0, or |x| <= bound where given, from its start value; unknowns beyond size(x) are idle. `residual` is the norm of the projected gradient
+   !> Collective: x from its start value; unknowns beyond size(x) are idle. `residual` is the norm of the projected gradient
    !> relative to that of b.
-   subroutine solve(self, operator, b, x, tolerance, max_iterations, iterations, residual, bound)
+   subroutine solve(self, operator, b, x, tolerance, max_iterations, iterations, residual)
       class(petsc_solver_t), intent(inout) :: self
       class(petsc_operator_t), intent(inout), target :: operator
       real(wp), intent(in) :: b(:)
@@ -76,7 +76,6 @@ contains
       integer, intent(in) :: max_iterations
       integer, intent(out) :: iterations
       real(wp), intent(out) :: residual
-      real(wp), intent(in), optional :: bound(:) !< given on all ranks or none
       PetscScalar, pointer :: values(:)
       PetscErrorCode :: ierr
       PetscReal :: size_of_b, norm, objective, infeasibility, change
@@ -86,10 +85,6 @@ contains
       current_right_side = self%right_side
       call fill(self%right_side, b)
       call fill(self%solution, x)
-      if (present(bound)) then
-         call fill(self%upper, bound)
-         call fill(self%lower, -bound)
-      end if
       PetscCallA(VecNorm(self%right_side, NORM_2, size_of_b, ierr))
       limit = max_iterations
       PetscCallA(TaoSetTolerances(self%tao, tolerance*size_of_b, 0.0_wp, 0.0_wp, ierr))
@@ -99,23 +94,10 @@ contains
       iterations = steps
       residual = norm/max(size_of_b, tiny(size_of_b))
       PetscCallA(VecGetArrayReadF90(self%solution, values, ierr))
-      if (present(bound)) then
-         x = min(max(values(:size(x)), -bound), bound)
-      else
-         x = max(values(:size(x)), 0.0_wp)
-      end if
+      x = max(values(:size(x)), 0.0_wp)
       PetscCallA(VecRestoreArrayReadF90(self%solution, values, ierr))
-      if (present(bound)) call free_bounds(self)
       nullify (current_operator)
    end subroutine solve
-
-   !> The bounds of solves that are given none.
-   subroutine free_bounds(self)
-      class(petsc_solver_t), intent(inout) :: self
-      PetscErrorCode :: ierr
-      PetscCallA(VecSet(self%lower, 0.0_wp, ierr))
-      PetscCallA(VecSet(self%upper, PETSC_INFINITY, ierr))
-   end subroutine free_bounds
 
    !> Put values at the head of a vector and zero behind them.
    subroutine fill(vector, values)

@@ -105,21 +105,22 @@ contains
       end do
    end subroutine initialise
 
-   !> Collective: all of the patch must have found a face.
+   !> Collective: all of the patch must have found a face, on one side of its plane. Inside a body it finds two, which cancel.
    subroutine verify(self, communicator, level, error)
       class(pressure_t), intent(in) :: self
       type(communicator_t), intent(in) :: communicator
       type(level_t), intent(in) :: level
       type(error_t), intent(inout) :: error
       real(wp) :: found, patch
-      integer :: b
+      integer :: axis, b
+      axis = self%area + minloc(self%upper - self%lower, dim=1) - 1
       found = 0.0_wp
       do b = 1, size(level%blocks)
          associate (particles => level%blocks(b)%particles)
-            found = found + sum(abs(particles%column(:particles%count, self%area:self%area + 2)))
+            found = found + sum(particles%column(:particles%count, axis))
          end associate
       end do
-      found = communicator%sum_real(found)
+      found = abs(communicator%sum_real(found))
       patch = product(pack(self%upper - self%lower, self%upper > self%lower))
       if (abs(found - patch) <= covered*patch) return
       call fail(error, exit_input, '&pressure: '//to_text(found, 6)//' m2 of the patch of '//to_text(patch, 6)// &

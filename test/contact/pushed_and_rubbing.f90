@@ -1,5 +1,5 @@
 !test: ranks 1 2
-!test: limit 120
+!test: limit 240
 !> Tools that loads push, and friction, against exact answers: a tool in the void, a block in a tube under a steady load,
 !> momentum of free bodies with their tools, a block that slides on a plate until it sticks, and one that is pushed with less and
 !> with more than friction can hold.
@@ -183,9 +183,9 @@ contains
       real(wp) :: impulse(3), off(3), rub, side
       integer :: step
       character(len=:), allocatable :: name
-      name = 'free block under a sphere: '
-      if (shape == tool_flat) name = 'free block under a punch: '
-      if (friction > 0.0_wp) name = 'free block under a rough sphere: '
+      name = 'sphere: '
+      if (shape == tool_flat) name = 'punch: '
+      if (friction > 0.0_wp) name = 'rough sphere: '
       scene = scene_of([12, 4, 4], [4, 4, 4, 4, 6, 3], 1)
       scene%tools = [tool_of(shape, cell*[7, 2, 4], -up, 2.0_wp*cell, friction)]
       scene%tools(1)%times = [0.0_wp]
@@ -206,8 +206,8 @@ contains
          call keep_worst(off(1), norm2(now%momentum - start%momentum - impulse)/(load*dt*step))
          call keep_worst(off(2), (now%momentum(3) - mass*model%contact%tools(1)%speed)/(load*dt*step) + 1.0_wp)
       end do
-      call say(name//'momentum of block and tool against the impulse of the load', off(2))
-      call say(name//'momentum of the block against what the tool felt', off(1))
+      call say(name//'block and tool against the impulse of the load', off(2))
+      call say(name//'the block against what the tool felt', off(1))
       call test%check_close(off(2), 0.0_wp, 1.0e-11_wp, name//'momentum of block and tool is the impulse of the load')
       call test%check_close(off(1), 0.0_wp, 1.0e-12_wp, name//'the tool feels what the block gets')
       call test%check(now%momentum(3) < -0.2_wp*load*dt*150, name//'the block is pushed along')
@@ -215,53 +215,80 @@ contains
       call let_go(model)
    end subroutine momentum
 
-   !> A block slides on a plate that rises with constant acceleration a, its weight: it stops after v^2/(2 mu a) and stays.
+   !> Let a plate rise: its acceleration comes within a tenth of a second, slowly for the block, and then holds.
+   pure subroutine lift(plate, acceleration)
+      type(tool_spec_t), intent(inout) :: plate
+      real(wp), intent(in) :: acceleration
+      integer :: k
+      plate%times = [(0.01_wp*k, k=0, 10), 10.0_wp]
+      plate%speeds = acceleration*[(5.0e-4_wp*k**2, k=0, 10), 9.95_wp]
+   end subroutine lift
+
+   !> A block slides on a rising plate: friction takes mu times the speed that the plate gives it, until it stops and stays.
+   !> What is left is its ringing in shear, about the deflection that friction has held.
    subroutine slide(fineness)
       integer, intent(in) :: fineness
       type(scene_t) :: scene
       type(model_t) :: model
       type(sums_t) :: now
       real(wp), parameter :: a = 10.0_wp, mu = 0.3_wp, v = 1.0_wp
-      real(wp) :: dt, stop_time, way, before, after, ratio(2), largest
+      real(wp), parameter :: deflection = 0.5_wp*density*mu*a*(3.0_wp*cell)**2*2.0_wp*(1.0_wp + poisson)/young
+      real(wp) :: dt, stop_time, expected, way, before, after, ratio(3)
       integer :: step, steps
-      stop_time = v/(mu*a)
-      steps = 300*fineness
+      stop_time = v/(mu*a) + 0.05_wp
+      steps = 350*fineness
       dt = stop_time/steps
-      scene = scene_of([6, 4, 3], [1, 3, 1, 1, 1, 9], fineness)
-      scene%tools = [tool_of(tool_flat, cell*[4, 2, 0], up, 20.0_wp*cell, mu)]
-      scene%tools(1)%times = [0.0_wp, 10.0_wp]
-      scene%tools(1)%speeds = [0.0_wp, 10.0_wp*a]
+      scene = scene_of([6, 2, 3], [1, 3, 1, 1, 1, 9], fineness)
+      scene%tools = [tool_of(tool_flat, cell*[4, 1, 0], up, 20.0_wp*cell, mu)]
+      call lift(scene%tools(1), a)
       model = built(scene)
       call set_velocity(model, [v, 0.0_wp, 0.0_wp])
+      expected = v*stop_time - mu*model%contact%tools(1)%travel_between(0.0_wp, stop_time)
       way = 0.0_wp
       before = 0.0_wp
       ratio = 0.0_wp
-      largest = 0.0_wp
-      do step = 1, (13*steps)/10
+      do step = 1, (5*steps)/4
          if (.not. goes_on(model, dt)) return
          now = measure(model)
          way = way + dt*now%momentum(1)/now%mass
          associate (load => model%contact%states(1)%load)
-            if (step < (9*steps)/10) call keep_worst(ratio(1), (load(1) + mu*load(3))/(mu*now%mass*a))
+            if (step < steps/2) then
+               call keep_worst(ratio(1), (load(1) - mu*abs(load(3)))/(mu*now%mass*a))
+               call keep_worst(ratio(3), worst_point(model, mu)/(mu*now%mass*a))
+            end if
             call keep_worst(ratio(2), max(0.0_wp, norm2(load(1:2)) - mu*abs(load(3)))/(mu*now%mass*a))
-            if (step > (11*steps)/10) largest = max(largest, abs(load(1)))
          end associate
          if (step == (11*steps)/10) before = way
       end do
       after = way
-      call say('slide: way until it stops, relative to v^2/(2 mu a)', before/(v**2/(2.0_wp*mu*a)) - 1.0_wp)
+      call say('slide: way until it stops, relative to the exact one', before/expected - 1.0_wp)
       call say('slide: creep of the block that has stopped, relative to the way', (after - before)/before)
-      call say('slide: friction against mu times the normal force', ratio(1))
-      if (comm%is_root()) print '(3x,a,f7.3,a,i0)', 'sweeps a step', real(model%contact%sweeps, wp)/model%contact%solves, &
+      call say('slide: all friction against mu times the normal force', ratio(1))
+      call say('slide: friction of a point against mu times its normal force', ratio(3))
+      if (comm%is_root()) print '(3x,a,f7.3,a,i0)', 'sweeps a step', real(model%contact%friction%sweeps, wp)/model%contact%solves, &
          ', unsolved ', model%contact%unsolved
-      call test%check_close(before/(v**2/(2.0_wp*mu*a)), 1.0_wp, 0.03_wp/fineness, 'slide: the block stops where it should')
-      call test%check_close((after - before)/before, 0.0_wp, 1.0e-3_wp, 'slide: the block that has stopped stays')
-      call test%check_close(ratio(1), 0.0_wp, 1.0e-7_wp, 'slide: friction is mu times the normal force')
+      call test%check_close(before/expected, 1.0_wp, 0.02_wp, 'slide: the block stops where it should')
+      call test%check_close(after - before, 0.0_wp, 2.0_wp*deflection, 'slide: the block that has stopped stays')
+      call test%check_close(ratio(1), 0.0_wp, 1.0e-4_wp, 'slide: all friction together is mu times the normal force')
+      call test%check_close(ratio(3), 0.0_wp, 1.0e-7_wp, 'slide: friction of every point is mu times its normal force')
       call test%check_close(ratio(2), 0.0_wp, 1.0e-12_wp, 'slide: friction is nowhere more')
-      call test%check(abs(now%momentum(1))/now%mass < 1.0e-3_wp*v, 'slide: the block is at rest')
+      call test%check_close(now%momentum(1)/now%mass, 0.0_wp, 0.03_wp*v, 'slide: the block has come to rest')
       call test%check_close(model%contact%states(1)%heat/(0.5_wp*now%mass*v**2), 1.0_wp, 0.03_wp, 'slide: motion has become heat')
       call let_go(model)
    end subroutine slide
+
+   !> The point whose friction is furthest from mu times its normal force, N.
+   real(wp) function worst_point(model, mu) result(off)
+      type(model_t), intent(in) :: model
+      real(wp), intent(in) :: mu
+      integer :: c
+      off = 0.0_wp
+      associate (candidates => model%contact%candidates)
+         do c = 1, candidates%count
+            call keep_worst(off, norm2(candidates%list(c)%drag) - mu*candidates%list(c)%force)
+         end do
+      end associate
+   end function worst_point
 
    !> A block on a rising plate, pushed along it by a tool with a multiple of what friction holds.
    subroutine shove(share)
@@ -270,31 +297,31 @@ contains
       type(model_t) :: model
       type(sums_t) :: now
       real(wp), parameter :: a = 10.0_wp, mu = 0.5_wp, mass = 20.0_wp, dt = 1.0e-3_wp
-      real(wp) :: weight, at(2), expected
+      real(wp) :: weight, at(2), expected, gain
+      integer, parameter :: steps = 420
       integer :: step
       scene = scene_of([6, 4, 3], [2, 5, 1, 1, 1, 9], 1)
       weight = density*72.0_wp*cell**3*a
       scene%tools = [tool_of(tool_flat, cell*[4, 2, 0], up, 20.0_wp*cell, mu), &
                      tool_of(tool_flat, cell*[0, 2, 2], [1.0_wp, 0.0_wp, 0.0_wp], 20.0_wp*cell, 0.0_wp)]
-      scene%tools(1)%times = [0.0_wp, 10.0_wp]
-      scene%tools(1)%speeds = [0.0_wp, 10.0_wp*a]
+      call lift(scene%tools(1), a)
       scene%tools(2)%times = [0.1_wp, 0.2_wp]
       scene%tools(2)%loads = [0.0_wp, share*mu*weight]
       scene%tools(2)%mass = mass
       model = built(scene)
       at = 0.0_wp
-      do step = 1, 400
+      do step = 1, steps
          if (.not. goes_on(model, dt)) return
          now = measure(model)
-         if (step == 300) at(1) = now%momentum(1)/now%mass
-         if (step == 400) at(2) = now%momentum(1)/now%mass
+         if (step == 250) at(1) = now%momentum(1) + mass*model%contact%tools(2)%speed
+         at(2) = now%momentum(1) + mass*model%contact%tools(2)%speed
       end do
-      expected = max(0.0_wp, share - 1.0_wp)*mu*weight/(now%mass + mass)
-      if (comm%is_root()) print '(3x,3(a,es11.3))', 'pushed with', share, ' of what friction holds: acceleration', &
-         (at(2) - at(1))/0.1_wp, ', expected', expected
-      call test%check_close((at(2) - at(1))/0.1_wp, expected, 0.02_wp*mu*a, &
-                            'shove: the block moves only by what friction cannot hold')
-      if (share < 1.0_wp) call test%check_close(at(2), 0.0_wp, 1.0e-3_wp, 'shove: what friction holds does not move')
+      gain = (at(2) - at(1))/((steps - 250)*dt)
+      expected = max(0.0_wp, share - 1.0_wp)*mu*weight
+      call say('shove: force that moves the block, of what friction holds', gain/(mu*weight))
+      call test%check_close(gain/(mu*weight), expected/(mu*weight), 0.02_wp, 'shove: friction holds mu times the weight, no more')
+      if (share < 1.0_wp) call test%check_close(now%momentum(1)/now%mass, 0.0_wp, 5.0e-3_wp, &
+                                                  'shove: what friction holds does not move')
       call let_go(model)
    end subroutine shove
 

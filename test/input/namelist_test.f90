@@ -9,13 +9,15 @@ program namelist_test
    use m_kinds, only: wp
    use m_namelist_text, only: namelist_text_t
    use m_number_text, only: read_real, read_integer, number_good, number_none, number_infinite, number_size
-   use m_scene, only: scene_t, body_spec_t, tool_spec_t, shape_box, shape_sphere, shape_cylinder, tool_sphere, tool_cone, &
+   use m_scene, only: scene_t, body_spec_t, tool_spec_t, shape_box, shape_sphere, shape_cylinder, tool_sphere, &
+                      tool_cone, tool_wedge, tool_edged, &
                       tool_flat, boundary_fixed, boundary_free, update_musl
    use m_offer, only: catalogue_t
    use m_materials, only: known_materials
    use m_effects, only: known_effects
    use m_scene_reader, only: interpret_scene
-   use m_scene_shapes, only: body_extent, body_distance, tool_distance, bodies_overlap, tool_overlaps
+   use m_scene_shapes, only: body_extent, body_distance, bodies_overlap, tool_overlaps
+   use m_tool_shape, only: tool_shape_t, make_tool_shape
    use m_scene_writer, only: scene_as_namelist
    use m_words, only: edit_distance, nearest_word
    implicit none
@@ -121,7 +123,9 @@ contains
    subroutine test_shapes()
       type(body_spec_t) :: box, ball, rod
       type(tool_spec_t) :: tool
-      real(wp) :: lower(3), upper(3)
+      type(tool_shape_t) :: cone
+      real(wp) :: lower(3), upper(3), gap, normal(3)
+      integer :: i
       real(wp), parameter :: tolerance = 1.0e-6_wp
       box%lower = [0.0_wp, 0.0_wp, 0.0_wp]
       box%upper = [2.0_wp, 1.0_wp, 1.0_wp]
@@ -157,12 +161,26 @@ contains
       call test%check(.not. tool_overlaps(tool, box, tolerance), 'shapes: a flat end on a box')
       tool%shape = tool_cone
       call test%check(.not. tool_overlaps(tool, box, tolerance), 'shapes: a cone on a box')
-      call test%check_close(tool_distance(tool, tool%tip + [0.0_wp, 0.0_wp, 1.0_wp]), -sin(tool%half_angle), 1.0e-14_wp, &
-                            'shapes: within a cone')
+      cone = make_tool_shape(tool)
+      call cone%gap_and_normal([0.0_wp, 0.0_wp, 1.0_wp], gap, normal)
+      call test%check_close(gap, -sin(tool%half_angle), 1.0e-14_wp, 'shapes: within a cone')
       tool%tip(3) = 1.0_wp - 1.0e-4_wp
       call test%check(tool_overlaps(tool, box, tolerance), 'shapes: a cone in a box')
       tool%shape = tool_sphere
       call test%check(tool_overlaps(tool, box, tolerance), 'shapes: a sphere in a box')
+      do i = 1, size(tool_edged)
+         tool%shape = tool_edged(i)
+         tool%tip(3) = 1.0_wp
+         call test%check(.not. tool_overlaps(tool, box, tolerance), 'shapes: an edged tool on a box')
+         tool%tip(3) = 1.0_wp - 1.0e-4_wp
+         call test%check(tool_overlaps(tool, box, tolerance), 'shapes: an edged tool in a box')
+      end do
+      tool%shape = tool_wedge ! its ridge lies beside the box, along it or across: its flank is where the ridge is not
+      tool%tip = [1.0_wp, 1.2_wp, 0.95_wp]
+      tool%half_angle = 45.0_wp*pi/180.0_wp
+      call test%check(.not. tool_overlaps(tool, box, tolerance), 'shapes: a wedge beside a box')
+      tool%edge = [0.0_wp, 1.0_wp, 0.0_wp]
+      call test%check(tool_overlaps(tool, box, tolerance), 'shapes: a wedge with its ridge in a box')
    end subroutine test_shapes
 
    subroutine test_directories()
@@ -192,6 +210,8 @@ contains
              '&tool shape=''cone'' half_angle=12.345678901234567 tip=0.8,0.1,0.8 axis=0.1,0.1,-1'//new// &
              'times=0,.1,.3 speeds=3*1.1/'// &
              '&tool shape=''flat'' radius=0.01 tip=.1,.8,.9 times=0 speeds=-1 penetration_factor=0/'//new// &
+             '&tool shape=''berkovich'' tip=.1,.8,.9 edge=1,2,0 times=0,1 loads=1.1,-3 mass=1e-9 friction=0.3/'//new// &
+             '&tool shape=''wedge'' half_angle=30 tip=.1,.8,.9 axis=1,0,0 times=0 loads=0 mass=3 initial_speed=-.1/'//new// &
              '&probe position=0.1,0.1,0.1 /'//new//'&contact tolerance=1e-12 max_iterations=7 /'//new// &
              '&damping kind=''viscous'' coefficient=0.30000000000000004 / &gravity acceleration=0,1e-7,-9.80665 /'//new
    end function hard_scene
@@ -216,6 +236,8 @@ contains
       call test%check_close(scene%tools(1)%half_angle, 12.345678901234567_wp*pi/180.0_wp, 1.0e-16_wp, 'scene: radians')
       call test%check_close(scene%tools(1)%times, [0.0_wp, 0.1_wp, 0.3_wp], 0.0_wp, 'scene: a table')
       call test%check_close(scene%tools(2)%penetration_factor, 0.0_wp, 0.0_wp, 'scene: zero is kept')
+      call test%check_close(scene%tools(3)%half_angle, 65.27_wp*pi/180.0_wp, 1.0e-15_wp, 'scene: angle of a berkovich')
+      call test%check_close(scene%tools(4)%edge, [0.0_wp, 1.0_wp, 0.0_wp], 0.0_wp, 'scene: an edge across the axis by default')
       call test%check(.not. scene%output%present, 'scene: no output')
       call test%check_equal(size(scene%effects), 2, 'scene: effects')
       call test%check(scene%effects(1)%it%name == 'gravity' .and. scene%effects(2)%it%name == 'damping', &
@@ -256,7 +278,16 @@ contains
       do i = 1, size(first%tools)
          call test%check_close(second%tools(i)%half_angle, first%tools(i)%half_angle, 0.0_wp, 'round trip: angles')
          call test%check_close(second%tools(i)%axis, first%tools(i)%axis, 0.0_wp, 'round trip: axes of tools')
-         call test%check_close(second%tools(i)%speeds, first%tools(i)%speeds, 0.0_wp, 'round trip: speeds')
+         call test%check_close(second%tools(i)%edge, first%tools(i)%edge, 0.0_wp, 'round trip: edges of tools')
+         call test%check_close(second%tools(i)%friction, first%tools(i)%friction, 0.0_wp, 'round trip: friction')
+         call test%check(allocated(second%tools(i)%loads) .eqv. allocated(first%tools(i)%loads), 'round trip: loads or speeds')
+         if (allocated(first%tools(i)%loads)) then
+            call test%check_close(second%tools(i)%loads, first%tools(i)%loads, 0.0_wp, 'round trip: loads')
+            call test%check_close([second%tools(i)%mass, second%tools(i)%initial_speed], &
+                                  [first%tools(i)%mass, first%tools(i)%initial_speed], 0.0_wp, 'round trip: mass and first speed')
+         else
+            call test%check_close(second%tools(i)%speeds, first%tools(i)%speeds, 0.0_wp, 'round trip: speeds')
+         end if
       end do
    end subroutine test_round_trip
 

@@ -24,7 +24,7 @@ EACH = BLOCKS * STEPS
 ROWS = {"lists": 2 * EACH, "to nodes": EACH, "exchange": 2 * STEPS, "nodes": STEPS, "to particles": EACH, "stress": EACH,
         "migration": STEPS, "control": STEPS, "output": STEPS + 1}
 FILES = {"case.nml", "cost.dat", "energy.dat", "run.log"}
-OFFERED = ["affine transfer", "deforming domains", "tool contact", "probes", "gravity", "damping", "pressure", "bulk_viscosity", "anti_locking"]
+OFFERED = ["affine transfer", "deforming domains", "tool contact", "friction", "probes", "gravity", "damping", "pressure", "bulk_viscosity", "anti_locking"]
 
 GRAVITY = "&gravity acceleration=0,0,-1 /"
 DAMPING = "&damping kind='viscous', coefficient=1 /"
@@ -66,7 +66,7 @@ CASES = [
     ("probe", {"groups": PROBE}, {}, {}, {"probes": 0}, {"probe_one.dat"}),
     ("tool", {"groups": TOOL}, {"contact_pressure": 1}, {"contact": STEPS}, {"tool contact": 8}, {"tool_ball.dat"}),
     ("tool_with_friction", {"groups": TOOL.replace(" /", ", friction=0.2 /")}, {"contact_pressure": 1, "contact_friction": 3},
-     {"contact": STEPS}, {"tool contact": 32}, {"tool_ball.dat"}),
+     {"contact": STEPS}, {"tool contact": 8, "friction": 24}, {"tool_ball.dat"}),
     ("tool_and_flow", {"groups": TOOL, "law": J2}, FLOW | {"contact_pressure": 1, "left_cauchy_green": 6}, {"contact": STEPS},
      {"tool contact": 8}, {"tool_ball.dat"}),
 ]

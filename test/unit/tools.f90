@@ -4,13 +4,13 @@ program tools
    use m_kinds, only: wp
    use m_constants, only: pi
    use m_communicator, only: communicator_t
-   use m_scene, only: tool_spec_t, tool_sphere, tool_cone, tool_flat
+   use m_scene, only: tool_spec_t, tool_sphere, tool_cone, tool_flat, tool_berkovich, tool_cylinder, tool_wedge
    use m_tool, only: tool_t, make_tool
    use m_assertions, only: assertions_t
    use m_chance, only: chance_t, keep_worst, say
    implicit none
-   character(len=6), parameter :: names(3) = ['sphere', 'cone  ', 'flat  ']
-   integer, parameter :: shapes(3) = [tool_sphere, tool_cone, tool_flat]
+   character(len=9), parameter :: names(6) = ['sphere   ', 'cone     ', 'flat     ', 'berkovich', 'cylinder ', 'wedge    ']
+   integer, parameter :: shapes(6) = [tool_sphere, tool_cone, tool_flat, tool_berkovich, tool_cylinder, tool_wedge]
    real(wp), parameter :: reach = 6.0_wp !< of what is searched of the infinite tools
    type(communicator_t) :: comm
    type(assertions_t) :: test
@@ -18,8 +18,9 @@ program tools
    integer :: shape_number, round
    call comm%start()
    call test%start(comm, 'tools')
-   do shape_number = 1, 3
+   do shape_number = 1, size(shapes)
       call distances(shape_number)
+      call convexity(shape_number)
    end do
    call special_places()
    do round = 1, 50
@@ -41,6 +42,7 @@ contains
       spec%axis = chance%several(3, -1.0_wp, 1.0_wp)
       if (chance%between(0.0_wp, 1.0_wp) < 0.3_wp) spec%axis = [0.0_wp, 0.0_wp, -1.0_wp]
       spec%axis = spec%axis/norm2(spec%axis)
+      spec%edge = chance%several(3, -1.0_wp, 1.0_wp)
       spec%times = [0.0_wp]
       spec%speeds = [1.0_wp]
       tool = make_tool(spec)
@@ -58,11 +60,23 @@ contains
       v = [axis(2)*u(3) - axis(3)*u(2), axis(3)*u(1) - axis(1)*u(3), axis(1)*u(2) - axis(2)*u(1)]
    end subroutine across
 
-   !> A point of the surface: s in [0, 1] along the profile, angle about the axis.
+   !> Unit vector across the axis nearest to the edge, and the one across both.
+   subroutine across_edge(tool, u, v)
+      type(tool_t), intent(in) :: tool
+      real(wp), intent(out) :: u(3), v(3)
+      associate (axis => tool%spec%axis)
+         u = tool%spec%edge - dot_product(tool%spec%edge, axis)*axis
+         u = u/norm2(u)
+         v = [axis(2)*u(3) - axis(3)*u(2), axis(3)*u(1) - axis(1)*u(3), axis(1)*u(2) - axis(2)*u(1)]
+      end associate
+   end subroutine across_edge
+
+   !> A point of the surface: s in [0, 1] along the profile, angle about the axis; for rollers and wedges s goes round the profile,
+   !> and the angle along the line.
    function surface(tool, s, angle) result(x)
       type(tool_t), intent(in) :: tool
       real(wp), intent(in) :: s, angle
-      real(wp) :: x(3), u(3), v(3), height, radius
+      real(wp) :: x(3), u(3), v(3), height, radius, turn
       select case (tool%spec%shape)
       case (tool_sphere)
          height = tool%spec%radius*(1.0_wp - cos(pi*s))
@@ -75,6 +89,23 @@ contains
          height = reach*max(0.0_wp, 2.0_wp*s - 1.0_wp)
       end select
       call across(tool%spec%axis, u, v)
+      select case (tool%spec%shape)
+      case (tool_berkovich) ! as far from the axis as the face is in that direction, whose middle lies in the direction of the edge
+         call across_edge(tool, u, v)
+         height = reach*s
+         radius = height*tan(tool%spec%half_angle)/cos(modulo(angle + pi/3.0_wp, 2.0_wp*pi/3.0_wp) - pi/3.0_wp)
+      case (tool_cylinder)
+         call across_edge(tool, u, v)
+         turn = 2.0_wp*pi*s
+         x = tool%spec%tip + (tool%travel - tool%spec%radius*(1.0_wp - cos(turn)))*tool%spec%axis &
+             + tool%spec%radius*sin(turn)*v + (angle - pi)*reach*u
+         return
+      case (tool_wedge)
+         call across_edge(tool, u, v)
+         x = tool%spec%tip + (tool%travel - reach*abs(2.0_wp*s - 1.0_wp)*cos(tool%spec%half_angle))*tool%spec%axis &
+             + reach*(2.0_wp*s - 1.0_wp)*sin(tool%spec%half_angle)*v + (angle - pi)*reach*u
+         return
+      end select
       x = tool%spec%tip + (tool%travel - height)*tool%spec%axis + radius*(cos(angle)*u + sin(angle)*v)
    end function surface
 
@@ -82,7 +113,8 @@ contains
    logical function inside(tool, x)
       type(tool_t), intent(in) :: tool
       real(wp), intent(in) :: x(3)
-      real(wp) :: tip(3), height, radius
+      real(wp) :: tip(3), height, radius, u(3), v(3), off(2)
+      call across_edge(tool, u, v)
       tip = tool%spec%tip + tool%travel*tool%spec%axis
       height = dot_product(tip - x, tool%spec%axis)
       radius = norm2(tip - x - height*tool%spec%axis)
@@ -91,52 +123,80 @@ contains
          inside = norm2(x - tip + tool%spec%radius*tool%spec%axis) < tool%spec%radius
       case (tool_cone)
          inside = height > 0.0_wp .and. radius < height*tan(tool%spec%half_angle)
+      case (tool_berkovich)
+         off = [dot_product(x - tip, u), dot_product(x - tip, v)]
+         inside = max(off(1), -0.5_wp*off(1) + sqrt(0.75_wp)*off(2), -0.5_wp*off(1) - sqrt(0.75_wp)*off(2)) &
+                  < height*tan(tool%spec%half_angle)
+      case (tool_cylinder)
+         inside = (height - tool%spec%radius)**2 + dot_product(x - tip, v)**2 < tool%spec%radius**2
+      case (tool_wedge)
+         inside = abs(dot_product(x - tip, v)) < height*tan(tool%spec%half_angle)
       case default
          inside = height > 0.0_wp .and. radius < tool%spec%radius
       end select
    end function inside
 
-   !> Smallest distance from the surface: a coarse search all over it, then ever finer ones about the best places.
+   !> Smallest distance from the surface: a coarse search of each of its quarters, then ever finer ones about the best places.
    real(wp) function searched_distance(tool, x) result(best)
       type(tool_t), intent(in) :: tool
       real(wp), intent(in) :: x(3)
-      integer, parameter :: across_s = 60, around = 24
-      real(wp) :: s, angle, best_s, best_angle, width_s, width_angle, distance, try_s, try_angle
-      integer :: i, j, round
+      integer, parameter :: across_s = 60, around = 24, quarters = 6
+      real(wp) :: s, angle, nearest, best_s, best_angle, distance
+      integer :: i, j, quarter, wide
       best = huge(best)
-      best_s = 0.0_wp
-      best_angle = 0.0_wp
-      do i = 0, across_s
-         do j = 0, around - 1
-            s = real(i, wp)/across_s
-            angle = 2.0_wp*pi*j/around
-            distance = norm2(x - surface(tool, s, angle))
-            if (distance >= best) cycle
-            best = distance
-            best_s = s
-            best_angle = angle
+      do quarter = 0, quarters - 1
+         nearest = huge(nearest)
+         best_s = 0.0_wp
+         best_angle = 0.0_wp
+         do i = 0, across_s
+            do j = quarter*(around/quarters), (quarter + 1)*(around/quarters) - 1
+               s = real(i, wp)/across_s
+               angle = 2.0_wp*pi*j/around
+               distance = norm2(x - surface(tool, s, angle))
+               if (distance >= nearest) cycle
+               nearest = distance
+               best_s = s
+               best_angle = angle
+            end do
+         end do
+         do wide = 1, 2 ! narrow steps follow a curved valley, wide ones a long one
+            s = best_s
+            angle = best_angle
+            distance = nearest
+            call refine(tool, x, merge(0.2_wp, 1.0_wp/across_s, wide == 2), s, angle, distance)
+            best = min(best, distance)
          end do
       end do
-      width_s = 1.0_wp/across_s
+   end function searched_distance
+
+   !> Follow the distance down from a place of the surface.
+   subroutine refine(tool, x, first_width, best_s, best_angle, nearest)
+      type(tool_t), intent(in) :: tool
+      real(wp), intent(in) :: x(3), first_width
+      real(wp), intent(inout) :: best_s, best_angle, nearest
+      real(wp) :: s, angle, width_s, width_angle, distance, try_s, try_angle
+      integer :: i, j, round
+      width_s = first_width
       width_angle = pi ! at the tip all angles are one: start with the whole circle
-      do round = 1, 90
+      do round = 1, 150
          s = best_s
          angle = best_angle
          do i = -2, 2
             do j = -2, 2
-               try_s = min(max(s + 0.5_wp*i*width_s, 0.0_wp), 1.0_wp)
+               try_s = s + 0.5_wp*i*width_s
+               if (tool%spec%shape /= tool_cylinder) try_s = min(max(try_s, 0.0_wp), 1.0_wp) ! a roller goes round
                try_angle = angle + 0.5_wp*j*width_angle
                distance = norm2(x - surface(tool, try_s, try_angle))
-               if (distance >= best) cycle
-               best = distance
+               if (distance >= nearest) cycle
+               nearest = distance
                best_s = try_s
                best_angle = try_angle
             end do
          end do
-         width_s = 0.75_wp*width_s
-         width_angle = 0.75_wp*width_angle
+         width_s = 0.85_wp*width_s
+         width_angle = 0.85_wp*width_angle
       end do
-   end function searched_distance
+   end subroutine refine
 
    subroutine distances(shape_number)
       integer, intent(in) :: shape_number
@@ -189,16 +249,36 @@ contains
       call test%check(kinks < places/10, name//': few places have no gradient')
    end subroutine distances
 
+   !> Between two places the gap is not above the straight line through theirs.
+   subroutine convexity(shape_number)
+      integer, intent(in) :: shape_number
+      type(tool_t) :: tool
+      real(wp) :: a(3), b(3), gap_a, gap_b, gap, share, above, normal(3)
+      integer :: k
+      above = -huge(above)
+      do k = 1, 4000
+         tool = some_tool(shape_number)
+         a = tool%spec%tip + chance%several(3, -2.0_wp, 2.0_wp)
+         b = tool%spec%tip + chance%several(3, -2.0_wp, 2.0_wp)
+         share = chance%between(0.0_wp, 1.0_wp)
+         call tool%gap_and_normal(a, gap_a, normal)
+         call tool%gap_and_normal(b, gap_b, normal)
+         call tool%gap_and_normal(share*a + (1.0_wp - share)*b, gap, normal)
+         above = max(above, gap - share*gap_a - (1.0_wp - share)*gap_b)
+      end do
+      call test%check(above < 1.0e-13_wp, trim(names(shape_number))//': the gap is convex')
+   end subroutine convexity
+
    !> On the axis, at the tip, at the centre: a unit normal and the right gap, and no division by zero.
    subroutine special_places()
       type(tool_t) :: tool
       real(wp) :: gap, normal(3)
       integer :: k
-      do k = 1, 3
+      do k = 1, size(shapes)
          tool = some_tool(k)
          tool%spec%axis = [0.0_wp, 0.0_wp, -1.0_wp]
          tool%spec%tip = 0.0_wp
-         tool%travel = 0.0_wp
+         tool = make_tool(tool%spec)
          call tool%gap_and_normal([0.0_wp, 0.0_wp, -0.3_wp], gap, normal)
          call test%check_close([gap, normal], [0.3_wp, 0.0_wp, 0.0_wp, -1.0_wp], 1.0e-14_wp, trim(names(k))//': below the tip')
          call tool%gap_and_normal([0.0_wp, 0.0_wp, 0.0_wp], gap, normal)
