@@ -182,7 +182,7 @@ contains
       associate (table => self%model%level%table, effects => self%model%effects)
          call add(self%scene%time%affine, 'affine transfer', table%bytes_of('velocity_gradient'))
          call add(self%scene%time%domain /= domain_fixed, 'deforming domains', &
-                  table%bytes_of('domain') + table%bytes_of('half_size') - bytes_per_column)
+                  table%bytes_of('domain') + table%bytes_of('half_size') + table%bytes_of('generation') - bytes_per_column)
          call add(size(self%scene%tools) > 0, 'tool contact', table%bytes_of('contact_pressure'))
          call add(self%model%contact%friction%present, 'friction', table%bytes_of('contact_friction'))
          call add(size(self%scene%probes) > 0, 'probes', 0)

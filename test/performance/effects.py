@@ -189,7 +189,8 @@ def count_scene(counter, programs, name, work):
     def scene(share):
         text = shipped_scene(name, out, share, history=False)
         return text.replace('particles_per_cell=8', 'particles_per_cell=1') if thin else text
-    longer = 2 if thin else 1 + max(1, min(20, int(2e6/particles)))
+    updates = 2e6 if counter.perf else 4e5  # worth waiting for
+    longer = 2 if thin else 1 + max(1, min(20, int(updates/particles)))
     figures, runs = [], []
     for program in programs:
         runs = []
