@@ -19,6 +19,7 @@ module m_field_table
    type :: layout_t
       integer :: position = 0, velocity = 0, mass = 0, volume = 0, half_size = 0, stress = 0
       integer :: gradient = 0      !< velocity gradient of the last step, 9 columns, d v_i / d x_j at 3 (j-1) + i
+      integer :: kept_gradient = 0 !< the same, where the step puts it between nodes and stress and nothing else wants it
       integer :: deformation = 0   !< deformation gradient, 9 columns, the same order
       integer :: viscous_pressure = 0 !< adds to the pressure that makes forces, and is no part of the stress
       integer :: next_position = 0 !< position at the end of the step, while the step still needs the old one
@@ -81,6 +82,7 @@ contains
       layout%half_size = self%column('half_size')
       layout%stress = self%column('stress')
       layout%gradient = self%column('velocity_gradient')
+      layout%kept_gradient = self%column('kept_gradient')
       layout%deformation = self%column('deformation_gradient')
       layout%viscous_pressure = self%column('viscous_pressure')
       layout%next_position = self%column('next_position')
