@@ -7,16 +7,16 @@ module m_cell_mean
    use m_stencil, only: frame_t
    implicit none
    private
-   public :: give_to_cells, take_volume_rate
+   public :: give_to_cells, take_means
 
-   integer, parameter :: values = 8                 !< of a place in a tile; here 1 volume, m3, and 2 its rate, m3/s
+   integer, parameter :: values = 8                 !< of a place in a tile; here 1 volume, m3, 2 its rate, m3/s, 3 volume times pressure, J
    integer, parameter :: width = block_size + 2     !< of a tile
    integer, parameter :: places = width**3
    integer, parameter :: chunk = 64                 !< particles at once
 
 contains
 
-   !> The sums over a block's particles of volume and volume times tr L, on its own tile.
+   !> The sums over a block's particles of volume, volume times tr L and volume times pressure, on its own tile.
    pure subroutine give_to_cells(count, bin, column, layout, frame, gradient, tile)
       integer, intent(in) :: count
       integer(i4), intent(in), contiguous :: bin(:)
@@ -25,8 +25,9 @@ contains
       type(frame_t), intent(in) :: frame
       real(wp), intent(in), contiguous :: gradient(:, :) !< (:, 9), 1/s
       real(wp), intent(out) :: tile(values, 0:places - 1)
-      integer :: place(chunk), first, last, p
+      integer :: place(chunk), first, last, p, s
       tile = 0.0_wp
+      s = layout%stress
       do first = 1, count, chunk
          last = min(first + chunk - 1, count)
          call find_cells(bin(first:last), column(first:last, layout%position), column(first:last, layout%position + 1), &
@@ -35,35 +36,45 @@ contains
             associate (volume => column(p, layout%volume), cell => tile(:, place(p - first + 1)))
                cell(1) = cell(1) + volume
                cell(2) = cell(2) + volume*(gradient(p, 1) + gradient(p, 5) + gradient(p, 9))
+               cell(3) = cell(3) + volume*pressure(column(p, s), column(p, s + 1), column(p, s + 2))
             end associate
          end do
       end do
    end subroutine give_to_cells
 
-   !> tr L of each particle becomes the mean of its cell.
-   pure subroutine take_volume_rate(count, bin, column, layout, frame, tile, gradient)
+   !> tr L of each particle becomes the mean of its cell. The pressure stays: how far it lies below the mean goes into the field
+   !> `pressure_shift`.
+   pure subroutine take_means(count, bin, layout, frame, tile, column, gradient)
       integer, intent(in) :: count
       integer(i4), intent(in), contiguous :: bin(:)
-      real(wp), intent(in), contiguous :: column(:, :)
       type(layout_t), intent(in) :: layout
       type(frame_t), intent(in) :: frame
       real(wp), intent(in) :: tile(values, 0:places - 1) !< sums over all blocks
+      real(wp), intent(inout), contiguous :: column(:, :)
       real(wp), intent(inout), contiguous :: gradient(:, :) !< (:, 9), 1/s
-      real(wp) :: mean(chunk)
-      integer :: place(chunk), first, last, p
+      real(wp) :: rate(chunk), mean(chunk)
+      integer :: place(chunk), first, last, p, s
+      s = layout%stress
       do first = 1, count, chunk
          last = min(first + chunk - 1, count)
          call find_cells(bin(first:last), column(first:last, layout%position), column(first:last, layout%position + 1), &
                          column(first:last, layout%position + 2), frame, place)
          do p = 1, last - first + 1
-            mean(p) = tile(2, place(p))/tile(1, place(p))
+            rate(p) = tile(2, place(p))/tile(1, place(p))
+            mean(p) = tile(3, place(p))/tile(1, place(p))
          end do
          !$omp simd
          do p = first, last
-            call set_trace(mean(p - first + 1), gradient(p, 1), gradient(p, 5), gradient(p, 9))
+            call set_trace(rate(p - first + 1), gradient(p, 1), gradient(p, 5), gradient(p, 9))
+            column(p, layout%pressure_shift) = mean(p - first + 1) - pressure(column(p, s), column(p, s + 1), column(p, s + 2))
          end do
       end do
-   end subroutine take_volume_rate
+   end subroutine take_means
+
+   pure elemental real(wp) function pressure(xx, yy, zz)
+      real(wp), intent(in) :: xx, yy, zz
+      pressure = -(xx + yy + zz)/3.0_wp
+   end function pressure
 
    pure elemental subroutine set_trace(trace, xx, yy, zz)
       real(wp), intent(in) :: trace

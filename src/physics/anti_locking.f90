@@ -3,8 +3,8 @@ module m_anti_locking
    use m_kinds, only: wp
    use m_group_reader, only: group_reader_t
    use m_cell_list, only: cell_list_t
-   use m_cell_mean, only: take_volume_rate
-   use m_field_table, only: layout_t
+   use m_cell_mean, only: take_means
+   use m_field_table, only: field_table_t, layout_t
    use m_particle_store, only: particle_store_t
    use m_stencil, only: frame_t
    use m_effect, only: effect_t, hooks_t
@@ -19,6 +19,7 @@ module m_anti_locking
       integer :: kind = kind_volumetric
    contains
       procedure :: variables
+      procedure :: declare
       procedure :: hooks
       procedure :: on_cells
    end type anti_locking_t
@@ -31,6 +32,13 @@ contains
       call group%get_choice('kind', self%kind, kind_words)
    end subroutine variables
 
+   subroutine declare(self, table)
+      class(anti_locking_t), intent(inout) :: self
+      type(field_table_t), intent(inout) :: table
+      associate (unused => self%kind); end associate
+      call table%declare('pressure_shift', 1, 'Pa', written=.false.)
+   end subroutine declare
+
    !> Material at rest may share a cell with material that moves.
    pure type(hooks_t) function hooks(self)
       class(anti_locking_t), intent(in) :: self
@@ -42,13 +50,13 @@ contains
    pure subroutine on_cells(self, cells, particles, layout, frame, sums, gradient)
       class(anti_locking_t), intent(in) :: self
       type(cell_list_t), intent(in) :: cells
-      type(particle_store_t), intent(in) :: particles
+      type(particle_store_t), intent(inout) :: particles
       type(layout_t), intent(in) :: layout
       type(frame_t), intent(in) :: frame
       real(wp), intent(in), contiguous :: sums(:, 0:, 0:, 0:)
       real(wp), intent(inout), contiguous :: gradient(:, :)
       associate (unused => self%kind); end associate
-      call take_volume_rate(particles%count, cells%bin, particles%column, layout, frame, sums, gradient)
+      call take_means(particles%count, cells%bin, layout, frame, sums, particles%column, gradient)
    end subroutine on_cells
 
 end module m_anti_locking

@@ -158,10 +158,10 @@ contains
    pure subroutine on_cells(self, cells, particles, layout, frame, sums, gradient)
       class(effect_t), intent(in) :: self
       type(cell_list_t), intent(in) :: cells
-      type(particle_store_t), intent(in) :: particles
+      type(particle_store_t), intent(inout) :: particles
       type(layout_t), intent(in) :: layout
       type(frame_t), intent(in) :: frame
-      real(wp), intent(in), contiguous :: sums(:, 0:, 0:, 0:) !< at the cell's lowest node: 1 volume, m3; 2 volume tr L, m3/s
+      real(wp), intent(in), contiguous :: sums(:, 0:, 0:, 0:) !< at the cell's lowest node: volume, m3; times tr L, m3/s; times p, J
       real(wp), intent(inout), contiguous :: gradient(:, :) !< (:, 9), 1/s
       associate (unused => self%repeats, c => cells%current, p => particles%count, l => layout%mass, f => frame%cell, &
                  s => size(sums), n => size(gradient)); end associate
