@@ -9,10 +9,10 @@ module m_cell_mean
    private
    public :: give_to_cells, take_means
 
-   integer, parameter :: values = 8                 !< of a place in a tile; here 1 volume, m3, 2 its rate, m3/s, 3 volume times pressure, J
-   integer, parameter :: width = block_size + 2     !< of a tile
+   integer, parameter :: values = 8             !< of a place in a tile; here 1 volume, m3, 2 its rate, m3/s, 3 times pressure, J
+   integer, parameter :: width = block_size + 2 !< of a tile
    integer, parameter :: places = width**3
-   integer, parameter :: chunk = 64                 !< particles at once
+   integer, parameter :: chunk = 64             !< particles at once
 
 contains
 
