@@ -150,8 +150,6 @@ contains
             call self%effects(m)%effect%declare(table)
             self%effects(m)%columns = table%columns - self%effects(m)%columns
          end do
-         if (size(self%effect_step%on_cells) > 0 .and. .not. self%method%affine) &
-            call table%declare('kept_gradient', 9, '1/s', written=.false.)
          self%level%layout = table%layout()
       end associate
    end subroutine declare_fields
