@@ -53,16 +53,18 @@ contains
       real(wp), intent(in), contiguous :: column(:, :)
       type(layout_t), intent(in) :: layout
       integer, parameter :: voigt(3, 3) = reshape([0, 5, 4, 5, 1, 3, 4, 3, 2], [3, 3]) ! stress component, from 0
-      real(wp), dimension(chunk) :: mass, volume, viscous, own
+      real(wp), dimension(chunk) :: mass, volume, added, own
       real(wp) :: momentum(chunk, 3)
       integer :: axis, i, n, p
+      logical :: adds
       n = stencil%count
+      adds = layout%viscous_pressure > 0 .or. layout%pressure_shift > 0
       call fetch(stencil, column(:, layout%volume), volume)
-      if (layout%viscous_pressure > 0) call fetch(stencil, column(:, layout%viscous_pressure), viscous)
+      if (adds) call fetch_added_pressure(stencil, column, layout, added)
       do axis = 1, 3
          do i = axis, 3
             call fetch(stencil, column(:, layout%stress + voigt(i, axis)), own)
-            if (layout%viscous_pressure > 0 .and. i == axis) own(:n) = own(:n) - viscous(:n)
+            if (adds .and. i == axis) own(:n) = own(:n) - added(:n)
             !GCC$ novector
             do p = 1, n
                load%along(4 + i, axis, p) = -volume(p)*own(p)
@@ -96,6 +98,20 @@ contains
          load%fixed(4, p) = momentum(p, 3)
       end do
    end subroutine set_load
+
+   !> What adds to the pressure and is no part of the stress.
+   pure subroutine fetch_added_pressure(stencil, column, layout, added)
+      type(stencil_t), intent(in) :: stencil
+      real(wp), intent(in), contiguous :: column(:, :)
+      type(layout_t), intent(in) :: layout
+      real(wp), intent(out) :: added(chunk)
+      real(wp) :: shift(chunk)
+      added = 0.0_wp
+      if (layout%viscous_pressure > 0) call fetch(stencil, column(:, layout%viscous_pressure), added)
+      if (layout%pressure_shift == 0) return
+      call fetch(stencil, column(:, layout%pressure_shift), shift)
+      added(:stencil%count) = added(:stencil%count) + shift(:stencil%count)
+   end subroutine fetch_added_pressure
 
    !> What multiplies `along` at a node: the slope for forces, weight times distance from the nearest node for momenta.
    pure subroutine set_arms(load, stencil, cell)

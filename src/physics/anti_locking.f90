@@ -1,10 +1,12 @@
-!> Against volumetric locking: all particles of a bin change their volume at one rate (theory.md, eq. anti-locking).
+!> Against volumetric locking: all particles of a cell change their volume at one rate (theory.md, eq. anti-locking).
 module m_anti_locking
    use m_kinds, only: wp
    use m_group_reader, only: group_reader_t
    use m_cell_list, only: cell_list_t
-   use m_field_table, only: layout_t
+   use m_cell_mean, only: take_means
+   use m_field_table, only: field_table_t, layout_t
    use m_particle_store, only: particle_store_t
+   use m_stencil, only: frame_t
    use m_effect, only: effect_t, hooks_t
    implicit none
    private
@@ -17,8 +19,9 @@ module m_anti_locking
       integer :: kind = kind_volumetric
    contains
       procedure :: variables
+      procedure :: declare
       procedure :: hooks
-      procedure :: on_gradient
+      procedure :: on_cells
    end type anti_locking_t
 
 contains
@@ -29,39 +32,33 @@ contains
       call group%get_choice('kind', self%kind, kind_words)
    end subroutine variables
 
+   !> The velocity gradients of all blocks wait for the sums over cells: in a field of their own, where affine transfer has none.
+   subroutine declare(self, table)
+      class(anti_locking_t), intent(inout) :: self
+      type(field_table_t), intent(inout) :: table
+      associate (unused => self%kind); end associate
+      call table%declare('pressure_shift', 1, 'Pa', written=.false.)
+      if (table%column('velocity_gradient') == 0) call table%declare('kept_gradient', 9, '1/s', written=.false.)
+   end subroutine declare
+
+   !> Material at rest may share a cell with material that moves.
    pure type(hooks_t) function hooks(self)
       class(anti_locking_t), intent(in) :: self
       associate (unused => self%kind); end associate
-      hooks = hooks_t(on_gradient=.true.)
+      hooks = hooks_t(on_cells=.true., acts_at_rest=.true.)
    end function hooks
 
-   !> tr L becomes its mean over the bin, weighted by volume: one condition on the volume a node, where there was one a particle.
-   pure subroutine on_gradient(self, cells, particles, layout, time_step, gradient)
+   !> tr L becomes its mean over the cell, weighted by volume: one condition on the volume a cell, where there was one a particle.
+   pure subroutine on_cells(self, cells, particles, layout, frame, sums, gradient)
       class(anti_locking_t), intent(in) :: self
       type(cell_list_t), intent(in) :: cells
-      type(particle_store_t), intent(in) :: particles
+      type(particle_store_t), intent(inout) :: particles
       type(layout_t), intent(in) :: layout
-      real(wp), intent(in) :: time_step
+      type(frame_t), intent(in) :: frame
+      real(wp), intent(in), contiguous :: sums(:, 0:, 0:, 0:)
       real(wp), intent(inout), contiguous :: gradient(:, :)
-      real(wp) :: rate, volume, change
-      integer :: bin, l, p
-      associate (unused => self%kind, unused_too => time_step); end associate
-      do bin = 1, size(cells%first) - 1
-         rate = 0.0_wp
-         volume = 0.0_wp
-         do l = cells%first(bin), cells%first(bin + 1) - 1
-            p = cells%order(l)
-            volume = volume + particles%column(p, layout%volume)
-            rate = rate + particles%column(p, layout%volume)*(gradient(p, 1) + gradient(p, 5) + gradient(p, 9))
-         end do
-         do l = cells%first(bin), cells%first(bin + 1) - 1
-            p = cells%order(l)
-            change = (rate/volume - (gradient(p, 1) + gradient(p, 5) + gradient(p, 9)))/3.0_wp
-            gradient(p, 1) = gradient(p, 1) + change
-            gradient(p, 5) = gradient(p, 5) + change
-            gradient(p, 9) = gradient(p, 9) + change
-         end do
-      end do
-   end subroutine on_gradient
+      associate (unused => self%kind); end associate
+      call take_means(particles%count, cells%bin, layout, frame, sums, particles%column, gradient)
+   end subroutine on_cells
 
 end module m_anti_locking

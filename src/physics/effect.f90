@@ -12,6 +12,7 @@ module m_effect
    use m_materials, only: materials_t
    use m_offer, only: offer_t
    use m_particle_store, only: particle_store_t
+   use m_stencil, only: frame_t
    implicit none
    private
    public :: effect_t, effect_slot_t, hooks_t
@@ -21,6 +22,7 @@ module m_effect
       logical :: acceleration = .false.
       logical :: add_forces = .false.
       logical :: on_nodes = .false.
+      logical :: on_cells = .false.
       logical :: on_gradient = .false.
       logical :: on_stress = .false.
       logical :: acts_at_rest = .false. !< changes material that does not move and bears no stress: nothing may be left out
@@ -39,6 +41,7 @@ module m_effect
       procedure :: acceleration
       procedure :: add_forces
       procedure :: on_nodes
+      procedure :: on_cells
       procedure :: on_gradient
       procedure :: on_stress
    end type effect_t
@@ -150,6 +153,20 @@ contains
       real(wp), intent(inout), contiguous :: tile(:, 0:, 0:, 0:)
       associate (unused => self%repeats, s => time, d => time_step, n => size(tile)); end associate
    end subroutine on_nodes
+
+   !> As on_gradient, and before it, with what the particles of all blocks give to the cells of the grid; costs an exchange a step.
+   !> The effect must declare the field kept_gradient (9) where there is no velocity_gradient: the step keeps the gradients there.
+   pure subroutine on_cells(self, cells, particles, layout, frame, sums, gradient)
+      class(effect_t), intent(in) :: self
+      type(cell_list_t), intent(in) :: cells
+      type(particle_store_t), intent(inout) :: particles
+      type(layout_t), intent(in) :: layout
+      type(frame_t), intent(in) :: frame
+      real(wp), intent(in), contiguous :: sums(:, 0:, 0:, 0:) !< at the cell's lowest node: volume, m3; times tr L, m3/s; times p, J
+      real(wp), intent(inout), contiguous :: gradient(:, :) !< (:, 9), 1/s
+      associate (unused => self%repeats, c => cells%current, p => particles%count, l => layout%mass, f => frame%cell, &
+                 s => size(sums), n => size(gradient)); end associate
+   end subroutine on_cells
 
    !> Change the velocity gradients (1/s, d v_i/d x_j at 3 (j-1) + i) that strain the particles of a block. Affine transfer keeps
    !> them as they were.

@@ -20,7 +20,7 @@ module m_effect_step
 
    !> Which effects want to be called where (indices of the effects, rising), and their work so far.
    type :: effect_step_t
-      integer, allocatable :: acceleration(:), add_forces(:), on_nodes(:), on_gradient(:), on_stress(:)
+      integer, allocatable :: acceleration(:), add_forces(:), on_nodes(:), on_cells(:), on_gradient(:), on_stress(:)
       logical :: gathers = .false. !< some effect gives forces before the sum over blocks
       logical :: works = .false.   !< some effect pushes nodes
       logical :: acts_at_rest = .false. !< some effect changes material at rest
@@ -56,6 +56,7 @@ contains
       self%acceleration = pack([(e, e=1, size(effects))], hooks%acceleration)
       self%add_forces = pack([(e, e=1, size(effects))], hooks%add_forces)
       self%on_nodes = pack([(e, e=1, size(effects))], hooks%on_nodes)
+      self%on_cells = pack([(e, e=1, size(effects))], hooks%on_cells)
       self%on_gradient = pack([(e, e=1, size(effects))], hooks%on_gradient)
       self%on_stress = pack([(e, e=1, size(effects))], hooks%on_stress)
       self%kind = merge(dissipated, external, hooks%dissipates)
@@ -169,7 +170,8 @@ contains
       end do
    end subroutine measure
 
-   !> Effects on the velocity gradients of a block, before its stress.
+   !> Effects on the velocity gradients of a block, before its stress. `solved` holds the sums over cells, if some effect asks for
+   !> them.
    subroutine change_gradient(self, effects, level, b, time_step, timers)
       class(effect_step_t), intent(in) :: self
       type(effect_slot_t), intent(in) :: effects(:)
@@ -179,6 +181,11 @@ contains
       type(timers_t), intent(inout) :: timers
       integer :: i
       associate (block => level%blocks(b))
+         do i = 1, size(self%on_cells)
+            call timers%enter(effects(self%on_cells(i))%row)
+            call effects(self%on_cells(i))%effect%on_cells(block%cells, block%particles, level%layout, frame_of(level, block), &
+                                                           level%solved(:, :, :, :, b), level%gradient)
+         end do
          do i = 1, size(self%on_gradient)
             call timers%enter(effects(self%on_gradient(i))%row)
             call effects(self%on_gradient(i))%effect%on_gradient(block%cells, block%particles, level%layout, time_step, &

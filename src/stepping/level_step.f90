@@ -14,6 +14,7 @@ module m_level_step
    use m_model, only: model_t, bounds_t
    use m_migration, only: frame_of, entered
    use m_particle_to_node, only: gather_to_nodes
+   use m_cell_mean, only: give_to_cells
    use m_node_to_particle, only: scatter_to_particles, motion_t
    use m_corner_to_node, only: gather_corners_to_nodes
    use m_corner_to_particle, only: scatter_to_corners
@@ -132,6 +133,8 @@ contains
       type(error_t), intent(inout) :: error
       type(motion_t) :: motion
       integer :: b
+      logical :: shares_cells
+      shares_cells = with_stress .and. size(model%effect_step%on_cells) > 0
       motion = motion_t(time_step, model%method%flip_fraction, model%level%layout%position)
       if (model%level%layout%next_position > 0) motion%position = model%level%layout%next_position
       do b = 1, size(model%level%blocks)
@@ -144,8 +147,15 @@ contains
             call model%effect_step%measure(model%level, b, time_step)
          end if
          call scatter(model, b, motion)
+         if (shares_cells) cycle
          if (with_stress) call update_stress(model, b, time_step, error)
          if (model%level%layout%next_position == 0) call locate(model, b, error)
+      end do
+      if (.not. shares_cells) return
+      call sum_cells(model)
+      do b = 1, size(model%level%blocks)
+         call update_stress(model, b, time_step, error)
+         call locate(model, b, error)
       end do
    end subroutine to_particles
 
@@ -176,9 +186,27 @@ contains
       do b = 1, size(model%level%blocks)
          if (stays_at_rest(model, b)) cycle
          call scatter(model, b, motion_t(0.0_wp, 1.0_wp, model%level%layout%position))
+         if (size(model%effect_step%on_cells) == 0) call update_stress(model, b, time_step, error)
+      end do
+      if (size(model%effect_step%on_cells) == 0) return
+      call sum_cells(model)
+      do b = 1, size(model%level%blocks)
          call update_stress(model, b, time_step, error)
       end do
    end subroutine strain
+
+   !> Where effects want means over the cells, which blocks share: the sums over blocks and ranks, in place of the nodes. The
+   !> velocity gradients of all blocks wait for them.
+   subroutine sum_cells(model)
+      type(model_t), intent(inout) :: model
+      integer :: b
+      call model%timers%enter(phase_exchange)
+      call model%exchange%start(model%communicator, model%level%gathered)
+      call model%exchange%wait(model%level%gathered)
+      do b = 1, size(model%level%blocks)
+         call sum_tiles(model%level%blocks(b)%neighbour, model%level%gathered, model%level%solved(:, :, :, :, b))
+      end do
+   end subroutine sum_cells
 
    !> Nodes to the particles of one block. Affine transfer: the velocity gradient stays with them.
    subroutine scatter(model, b, motion)
@@ -197,8 +225,23 @@ contains
          end if
          n = block%particles%count
          if (first > 0) block%particles%column(:n, first:first + 8) = level%gradient(:n, :)
+         if (size(model%effect_step%on_cells) == 0) return
+         call give_to_cells(n, block%cells%bin, block%particles%column, level%layout, frame_of(level, block), level%gradient, &
+                            level%gathered(:, :, :, :, b))
+         if (first == 0) block%particles%column(:n, level%layout%kept_gradient:level%layout%kept_gradient + 8) = &
+            level%gradient(:n, :)
       end associate
    end subroutine scatter
+
+   !> The velocity gradients of one block, which waited for the sums over cells, into the work array again.
+   subroutine take_back(model, b)
+      type(model_t), intent(inout) :: model
+      integer, intent(in) :: b
+      integer :: first, n
+      first = max(model%level%layout%gradient, model%level%layout%kept_gradient)
+      n = model%level%blocks(b)%particles%count
+      model%level%gradient(:n, :) = model%level%blocks(b)%particles%column(:n, first:first + 8)
+   end subroutine take_back
 
    !> 6. Material law and volume of one block, with the velocity gradient that its particles have just been given.
    subroutine update_stress(model, b, time_step, error)
@@ -208,7 +251,8 @@ contains
       type(error_t), intent(inout) :: error
       real(wp) :: smallest
       integer :: first, last
-      if (size(model%effect_step%on_gradient) > 0) &
+      if (size(model%effect_step%on_cells) > 0) call take_back(model, b)
+      if (size(model%effect_step%on_cells) + size(model%effect_step%on_gradient) > 0) &
          call model%effect_step%change_gradient(model%effects, model%level, b, time_step, model%timers)
       call model%timers%enter(phase_stress)
       associate (level => model%level, particles => model%level%blocks(b)%particles)

@@ -13,7 +13,7 @@ done
 for n in 1 2 4; do
    {
       sed "s:'out':'effects_$n':" "$scenes/same_bits.nml"
-      echo "&gravity acceleration=0.5,-1,-2 / &damping kind='local', coefficient=0.1 /"
+      echo "&gravity acceleration=0.5,-1,-2 / &damping kind='local', coefficient=0.1 / &anti_locking /"
    } >scene.nml
    run_scene $n scene.nml || { cat run_$n.log; fail "with effects on $n ranks"; }
 done

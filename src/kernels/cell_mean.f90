@@ -1,0 +1,115 @@
+!> Means over the cells of the grid: what the particles of a block give to the cells, and what they take from the sums over blocks
+!> (theory.md, eq. anti-locking). A cell stands in a tile at the place of its lowest node: so the sums of nodes are those of cells.
+module m_cell_mean
+   use m_kinds, only: wp, i4
+   use m_constants, only: block_size
+   use m_field_table, only: layout_t
+   use m_stencil, only: frame_t
+   implicit none
+   private
+   public :: give_to_cells, take_means
+
+   integer, parameter :: values = 8             !< of a place in a tile; here 1 volume, m3, 2 its rate, m3/s, 3 times pressure, J
+   integer, parameter :: width = block_size + 2 !< of a tile
+   integer, parameter :: places = width**3
+   integer, parameter :: chunk = 64             !< particles at once
+
+contains
+
+   !> The sums over a block's particles of volume, volume times tr L and volume times pressure, on its own tile.
+   pure subroutine give_to_cells(count, bin, column, layout, frame, gradient, tile)
+      integer, intent(in) :: count
+      integer(i4), intent(in), contiguous :: bin(:)
+      real(wp), intent(in), contiguous :: column(:, :)
+      type(layout_t), intent(in) :: layout
+      type(frame_t), intent(in) :: frame
+      real(wp), intent(in), contiguous :: gradient(:, :) !< (:, 9), 1/s
+      real(wp), intent(out) :: tile(values, 0:places - 1)
+      integer :: place(chunk), first, last, p, s
+      tile = 0.0_wp
+      s = layout%stress
+      do first = 1, count, chunk
+         last = min(first + chunk - 1, count)
+         call find_cells(bin(first:last), column(first:last, layout%position), column(first:last, layout%position + 1), &
+                         column(first:last, layout%position + 2), frame, place)
+         do p = first, last
+            associate (volume => column(p, layout%volume), cell => tile(:, place(p - first + 1)))
+               cell(1) = cell(1) + volume
+               cell(2) = cell(2) + volume*(gradient(p, 1) + gradient(p, 5) + gradient(p, 9))
+               cell(3) = cell(3) + volume*pressure(column(p, s), column(p, s + 1), column(p, s + 2))
+            end associate
+         end do
+      end do
+   end subroutine give_to_cells
+
+   !> tr L of each particle becomes the mean of its cell. The pressure stays: how far it lies below the mean goes into the field
+   !> `pressure_shift`.
+   pure subroutine take_means(count, bin, layout, frame, tile, column, gradient)
+      integer, intent(in) :: count
+      integer(i4), intent(in), contiguous :: bin(:)
+      type(layout_t), intent(in) :: layout
+      type(frame_t), intent(in) :: frame
+      real(wp), intent(in) :: tile(values, 0:places - 1) !< sums over all blocks
+      real(wp), intent(inout), contiguous :: column(:, :)
+      real(wp), intent(inout), contiguous :: gradient(:, :) !< (:, 9), 1/s
+      real(wp) :: rate(chunk), mean(chunk)
+      integer :: place(chunk), first, last, p, s
+      s = layout%stress
+      do first = 1, count, chunk
+         last = min(first + chunk - 1, count)
+         call find_cells(bin(first:last), column(first:last, layout%position), column(first:last, layout%position + 1), &
+                         column(first:last, layout%position + 2), frame, place)
+         do p = 1, last - first + 1
+            rate(p) = tile(2, place(p))/tile(1, place(p))
+            mean(p) = tile(3, place(p))/tile(1, place(p))
+         end do
+         !$omp simd
+         do p = first, last
+            call set_trace(rate(p - first + 1), gradient(p, 1), gradient(p, 5), gradient(p, 9))
+            column(p, layout%pressure_shift) = mean(p - first + 1) - pressure(column(p, s), column(p, s + 1), column(p, s + 2))
+         end do
+      end do
+   end subroutine take_means
+
+   pure elemental real(wp) function pressure(xx, yy, zz)
+      real(wp), intent(in) :: xx, yy, zz
+      pressure = -(xx + yy + zz)/3.0_wp
+   end function pressure
+
+   pure elemental subroutine set_trace(trace, xx, yy, zz)
+      real(wp), intent(in) :: trace
+      real(wp), intent(inout) :: xx, yy, zz
+      real(wp) :: change
+      change = (trace - (xx + yy + zz))/3.0_wp
+      xx = xx + change
+      yy = yy + change
+      zz = zz + change
+   end subroutine set_trace
+
+   !> Where the cells of a few particles stand in the tile.
+   pure subroutine find_cells(bin, x, y, z, frame, place)
+      integer(i4), intent(in), contiguous :: bin(:)
+      real(wp), intent(in), contiguous :: x(:), y(:), z(:)
+      type(frame_t), intent(in) :: frame
+      integer, intent(out), contiguous :: place(:)
+      integer :: p
+      !$omp simd
+      do p = 1, size(bin)
+         place(p) = cell_place(bin(p) - 1, (x(p) - frame%origin(1))*frame%per_cell, (y(p) - frame%origin(2))*frame%per_cell, &
+                               (z(p) - frame%origin(3))*frame%per_cell)
+      end do
+   end subroutine find_cells
+
+   !> One of the eight cells around the node of the particle's bin. A bin from before the step's motion will do: a particle that has
+   !> just left it is in one of them all the same.
+   pure elemental integer function cell_place(bin, x, y, z) result(place)
+      integer(i4), intent(in) :: bin    !< from 0
+      real(wp), intent(in) :: x, y, z   !< place in cells, from the block's first node
+      integer :: i, j, k
+      i = iand(bin, block_size - 1)
+      j = iand(bin/block_size, block_size - 1)
+      k = bin/block_size**2
+      place = i + merge(1, 0, x >= i) + width*(j + merge(1, 0, y >= j) + width*(k + merge(1, 0, z >= k)))
+   end function cell_place
+
+end module m_cell_mean
