@@ -1,6 +1,10 @@
 !> Damping of the nodes' motion, to bring a body to rest (theory.md, eq. damping).
 module m_damping
    use m_kinds, only: wp
+   use m_constants, only: exit_input
+   use m_errors, only: error_t, fail
+   use m_communicator, only: communicator_t
+   use m_level, only: level_t
    use m_effect, only: effect_t, hooks_t
    use m_group_reader, only: group_reader_t
    use m_value_range, only: range_t, at_least
@@ -17,6 +21,7 @@ module m_damping
    contains
       procedure :: variables
       procedure :: hooks
+      procedure :: verify
       procedure :: on_nodes
    end type damping_t
 
@@ -37,6 +42,19 @@ contains
       associate (unused => self%kind); end associate
       hooks = hooks_t(on_nodes=.true., dissipates=.true.)
    end function hooks
+
+   !> Local damping must not meet tools: it would take the contact force for one that nothing balances, and every load would come
+   !> out higher by the share that it takes. After contact it would undo what contact has done, and the tool would chatter.
+   subroutine verify(self, communicator, level, tools, error)
+      class(damping_t), intent(in) :: self
+      type(communicator_t), intent(in) :: communicator
+      type(level_t), intent(in) :: level
+      integer, intent(in) :: tools
+      type(error_t), intent(inout) :: error
+      associate (unused => communicator%rank, unused_too => level%grid%cell); end associate
+      if (self%kind == kind_local .and. tools > 0 .and. self%coefficient > 0.0_wp) &
+         call fail(error, exit_input, '&damping kind=''local'': not with a &tool, whose load it would falsify; allowed: viscous')
+   end subroutine verify
 
    !> a <- a - c |a| sign(v) for each component, or a <- a - c v; v is the velocity at the beginning of the step.
    pure subroutine on_nodes(self, time, time_step, tile)

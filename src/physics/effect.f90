@@ -92,12 +92,13 @@ contains
    end subroutine initialise
 
    !> Collective: refuse a model that the effect cannot act on as its group says, when all bodies are filled.
-   subroutine verify(self, communicator, level, error)
+   subroutine verify(self, communicator, level, tools, error)
       class(effect_t), intent(in) :: self
       type(communicator_t), intent(in) :: communicator
       type(level_t), intent(in) :: level
+      integer, intent(in) :: tools !< how many the scene has
       type(error_t), intent(inout) :: error
-      associate (unused => self%repeats, c => communicator%rank, l => level%grid%cell, e => error%status); end associate
+      associate (unused => self%repeats, c => communicator%rank, l => level%grid%cell, t => tools, e => error%status); end associate
    end subroutine verify
 
    !> How much faster the fastest wave of the grid becomes through the effect, at least 1: the time step is shorter by this.

@@ -106,14 +106,16 @@ contains
    end subroutine initialise
 
    !> Collective: all of the patch must have found a face, on one side of its plane. Inside a body it finds two, which cancel.
-   subroutine verify(self, communicator, level, error)
+   subroutine verify(self, communicator, level, tools, error)
       class(pressure_t), intent(in) :: self
       type(communicator_t), intent(in) :: communicator
       type(level_t), intent(in) :: level
+      integer, intent(in) :: tools !< how many the scene has
       type(error_t), intent(inout) :: error
       real(wp) :: found, patch
       integer :: axis, b
       axis = self%area + minloc(self%upper - self%lower, dim=1) - 1
+      associate (unused => tools); end associate
       found = 0.0_wp
       do b = 1, size(level%blocks)
          associate (particles => level%blocks(b)%particles)

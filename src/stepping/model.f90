@@ -113,7 +113,7 @@ contains
       end do
       call self%level%size_work()
       do e = 1, size(self%effects)
-         call self%effects(e)%effect%verify(communicator, self%level, error)
+         call self%effects(e)%effect%verify(communicator, self%level, size(scene%tools), error)
       end do
       call communicator%agree(error)
    contains

@@ -5,7 +5,7 @@
 scene=$ROOT/input/incline.nml
 sed "s:out/incline:slides:" "$scene" >slides.nml
 sed "s:out/incline:stays:; s/friction=0.3/friction=0.6/; s/end_time=0.3/end_time=0.15/" "$scene" >stays.nml
-echo "&damping kind='local', coefficient=0.3 /" >>stays.nml
+echo "&damping kind='viscous', coefficient=200 /" >>stays.nml
 for name in slides stays; do
    run_scene 1 $name.nml || { cat run_1.log; fail "$name"; }
 done
