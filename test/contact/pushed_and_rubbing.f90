@@ -7,7 +7,8 @@ program pushed_and_rubbing
    use m_kinds, only: wp
    use m_errors, only: error_t
    use m_communicator, only: communicator_t
-   use m_scene, only: scene_t, tool_spec_t, material_spec_t, boundary_free, boundary_roller, tool_flat, tool_sphere
+   use m_materials, only: material_of
+   use m_scene, only: scene_t, tool_spec_t, boundary_free, boundary_roller, tool_flat, tool_sphere
    use m_model, only: model_t
    use m_energy, only: sums_t, measure
    use m_level_step, only: advance
@@ -47,7 +48,7 @@ contains
       scene%grid%cells = (cells + margin(1:5:2) + margin(2:6:2))*fineness
       scene%grid%boundary = boundary_free
       allocate (scene%materials(1), scene%bodies(1), scene%tools(0), scene%probes(0))
-      scene%materials(1) = material_spec_t('soft', 'elastic', density, young, poisson)
+      scene%materials(1) = material_of('soft', 'elastic', density, young, poisson)
       scene%bodies(1)%name = 'box'
       scene%bodies(1)%material = 1
       scene%bodies(1)%upper = cell*cells

@@ -7,6 +7,9 @@ program ranks
    use m_errors, only: error_t
    use m_communicator, only: communicator_t
    use m_scene, only: scene_t
+   use m_offer, only: catalogue_t
+   use m_materials, only: known_materials
+   use m_effects, only: known_effects
    use m_scene_reader, only: read_scene
    use m_grid_level, only: make_grid_level
    use m_level, only: level_t
@@ -15,6 +18,7 @@ program ranks
    use m_node_exchange, only: node_exchange_t
    implicit none
    type(communicator_t) :: communicator
+   type(catalogue_t) :: catalogue
    type(scene_t) :: scene
    type(level_t) :: level
    type(error_t) :: error
@@ -22,7 +26,9 @@ program ranks
    integer :: a, b, index, number
    character(len=12) :: word
    call communicator%start()
-   call read_scene(communicator, scene, error)
+   call known_materials(catalogue)
+   call known_effects(catalogue)
+   call read_scene(communicator, catalogue, scene, error)
    if (error%happened()) error stop 'the scene is not valid'
    level%grid = make_grid_level(scene%grid)
    allocate (counts(product(level%grid%blocks)), source=0)

@@ -1,7 +1,9 @@
 """E5, input/bilinear_patch.nml, on several grids: stresses and plastic strain at the point (0.25, 0.25, 6.75) mm at 100, 200, 300
 and 400 MPa. No grid has a particle there: the value is the mean of the eight around it, symmetrical about it on every grid.
 
-usage: bilinear_patch.py CELL [CELL ...] [--with GROUP ...]     cells in mm
+usage: bilinear_patch.py CELL [CELL ...] [--locking] [--falling]     cells in mm
+--locking  without the scene's &anti_locking
+--falling  the largest change from grid to grid must fall
 """
 import argparse
 import re
@@ -17,17 +19,19 @@ SHOWN = (("von Mises [MPa]", "von_mises", 1e-6), ("szz [MPa]", "stress_zz", 1e-6
          ("plastic strain [%]", "equivalent_plastic_strain", 100.0))
 
 
-def solve(cell, extra):
+def solve(cell, locking):
     """Run one grid; the table (quantity, level), and what was spent."""
-    name = f"cell_{cell:g}{'_with' if extra else ''}"
+    name = f"cell_{cell:g}{'_locking' if locking else ''}"
     text = (ROOT / "input/bilinear_patch.nml").read_text()
     text = replace(text, "cell_size=0.5e-3", f"cell_size={cell*1e-3!r}")
     text = replace(text, "'out/bilinear_patch', every=5e-6", f"'{name}', formats='none'")
     text = re.sub("^&probe.*\n", "", text, flags=re.M)
+    if locking:
+        text = replace(text, "&anti_locking /\n", "")
     places = [[POINT[i] + (corner >> i & 1)*cell/2 - cell/4 for i in range(3)] for corner in range(8)]
     for corner, place in enumerate(places):
         text += f"&probe name='p{corner}', position={','.join(repr(x*1e-3) for x in place)} /\n"
-    log = run(text + "\n".join(extra) + "\n", 2)
+    log = run(text, 2)
     probes = [probe(name, f"p{corner}") for corner in range(8)]
     for one, place in zip(probes, places):
         start = np.array([one[axis][0] for axis in "xyz"])
@@ -46,12 +50,12 @@ def solve(cell, extra):
 def main():
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("cells", nargs="+", type=float)
-    parser.add_argument("--with", nargs="*", default=[], dest="extra")
+    parser.add_argument("--locking", action="store_true")
     parser.add_argument("--falling", action="store_true")
     args = parser.parse_args()
     tables = []
     for cell in args.cells:
-        table, spent = solve(cell, args.extra)
+        table, spent = solve(cell, args.locking)
         tables.append(table)
         print(f"cell {cell:g} mm: {spent}", flush=True)
     print("                      at" + "".join(f"{level:8d} MPa" for level in LEVELS))

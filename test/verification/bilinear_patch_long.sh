@@ -3,5 +3,5 @@
 #test: long
 #test: limit 5400
 . "$(dirname "$0")/../harness/env.sh"
-"$PYTHON" "$ROOT/test/verification/bilinear_patch.py" 0.5 0.25 0.125 --with '&anti_locking /' --falling
-"$PYTHON" "$ROOT/test/verification/bilinear_patch.py" 0.5 0.25
+"$PYTHON" "$ROOT/test/verification/bilinear_patch.py" 0.5 0.25 0.125 --falling
+"$PYTHON" "$ROOT/test/verification/bilinear_patch.py" 0.5 0.25 --locking
