@@ -38,6 +38,7 @@ J2 = "model='j2', yield_stress=1e3"
 ON_NODES = {"nodes": 2 * EACH}           # nodes go on after the effect; its work is measured
 ON_FORCES = {"to nodes": EACH, "nodes": EACH} # so does to nodes; its work is measured
 PATCH = ({"pressure_area_1": 3, "pressure_arm_1": 3}, ON_FORCES | {"pressure": 2 * EACH}, {"pressure": 48})
+LOCKING_FIELDS = {"pressure_shift": 1, "kept_gradient": 9} # the gradient only where transfer does not keep it anyway
 FLOW = {"plastic_strain": 1, "plastic_work": 1}
 
 # name, what is said differently, fields, calls and effects (bytes a particle) other than those above, other files
@@ -58,11 +59,12 @@ CASES = [
     ("pressure", {"groups": PRESSURE}, *PATCH),
     ("bulk_viscosity", {"groups": VISCOSITY}, {"viscous_pressure": 1, "viscous_heat": 1}, {"bulk_viscosity": EACH},
      {"bulk_viscosity": 16}),
-    ("anti_locking", {"groups": ANTI_LOCKING}, {}, {"anti_locking": EACH}, {"anti_locking": 0}),
+    ("anti_locking", {"groups": ANTI_LOCKING}, LOCKING_FIELDS, {"anti_locking": EACH, "exchange": STEPS}, {"anti_locking": 80}),
     ("together", {"groups": "\n".join([GRAVITY, DAMPING, PRESSURE, VISCOSITY, ANTI_LOCKING])},
-     PATCH[0] | {"viscous_pressure": 1, "viscous_heat": 1},
+     PATCH[0] | LOCKING_FIELDS | {"viscous_pressure": 1, "viscous_heat": 1},
      {"to nodes": EACH, "nodes": 2 * EACH, "gravity": EACH, "damping": EACH, "pressure": 2 * EACH, "bulk_viscosity": EACH,
-      "anti_locking": EACH}, {"gravity": 0, "damping": 0, "pressure": 48, "bulk_viscosity": 16, "anti_locking": 0}),
+      "anti_locking": EACH, "exchange": STEPS},
+     {"gravity": 0, "damping": 0, "pressure": 48, "bulk_viscosity": 16, "anti_locking": 80}),
     ("probe", {"groups": PROBE}, {}, {}, {"probes": 0}, {"probe_one.dat"}),
     ("tool", {"groups": TOOL}, {"contact_pressure": 1}, {"contact": STEPS}, {"tool contact": 8}, {"tool_ball.dat"}),
     ("tool_with_friction", {"groups": TOOL.replace(" /", ", friction=0.2 /")}, {"contact_pressure": 1, "contact_friction": 3},
