@@ -3,7 +3,7 @@ module m_piecewise
    use m_kinds, only: wp
    implicit none
    private
-   public :: value_at
+   public :: value_at, integral
 
 contains
 
@@ -22,5 +22,21 @@ contains
          value = values(i) + (values(i + 1) - values(i))*(time - times(i))/(times(i + 1) - times(i))
       end if
    end function value_at
+
+   !> Integral of the same from one time to another, exact for its pieces.
+   pure real(wp) function integral(times, values, from, to)
+      real(wp), intent(in) :: times(:), values(:), from, to
+      real(wp) :: begun, ended
+      integer :: i
+      integral = 0.0_wp
+      begun = from
+      do i = 1, size(times) + 1
+         ended = to
+         if (i <= size(times)) ended = min(to, times(i))
+         if (ended <= begun) cycle
+         integral = integral + 0.5_wp*(value_at(times, values, begun) + value_at(times, values, ended))*(ended - begun)
+         begun = ended
+      end do
+   end function integral
 
 end module m_piecewise

@@ -5,6 +5,7 @@
 !> the tool.
 module m_tool_shape
    use m_kinds, only: wp
+   use m_vectors, only: cross
    use m_scene, only: tool_spec_t, tool_sphere, tool_cone, tool_flat, tool_berkovich, tool_cylinder, tool_wedge
    implicit none
    private
@@ -65,12 +66,6 @@ contains
          if (shape%faces > 2 .and. dot_product(shape%ridge(:, k), shape%axis) > 0.0_wp) shape%ridge(:, k) = -shape%ridge(:, k)
       end do
    end subroutine set_faces
-
-   pure function cross(a, b) result(c)
-      real(wp), intent(in) :: a(3), b(3)
-      real(wp) :: c(3)
-      c = [a(2)*b(3) - a(3)*b(2), a(3)*b(1) - a(1)*b(3), a(1)*b(2) - a(2)*b(1)]
-   end function cross
 
    !> Signed distance (m) of a place from the surface, negative inside, and the outward unit normal of the surface there.
    pure subroutine gap_and_normal(self, from_tip, gap, normal)

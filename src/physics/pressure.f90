@@ -1,6 +1,7 @@
 !> A pressure on a patch of a body's face that follows the surface (theory.md, eq. pressure).
 module m_pressure
    use m_kinds, only: wp
+   use m_vectors, only: cross
    use m_constants, only: exit_input
    use m_errors, only: error_t, fail
    use m_text, only: to_text
@@ -188,11 +189,5 @@ contains
          end do
       end associate
    end subroutine on_stress
-
-   pure function cross(a, b) result(c)
-      real(wp), intent(in) :: a(3), b(3)
-      real(wp) :: c(3)
-      c = [a(2)*b(3) - a(3)*b(2), a(3)*b(1) - a(1)*b(3), a(1)*b(2) - a(2)*b(1)]
-   end function cross
 
 end module m_pressure

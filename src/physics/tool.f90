@@ -1,6 +1,7 @@
 !> Rigid tools: where they are, how they move, and the gap and normal to their surface.
 module m_tool
    use m_kinds, only: wp
+   use m_piecewise, only: value_at, integral
    use m_scene, only: tool_spec_t
    use m_tool_shape, only: tool_shape_t, make_tool_shape
    implicit none
@@ -98,37 +99,6 @@ contains
       mobility = 0.0_wp
       if (self%is_pushed()) mobility = time_step/self%spec%mass
    end function mobility
-
-   !> Linear in between the given times, held outside them.
-   pure real(wp) function value_at(times, values, time)
-      real(wp), intent(in) :: times(:), values(:), time
-      integer :: i, n
-      n = size(times)
-      if (time <= times(1)) then
-         value_at = values(1)
-      else if (time >= times(n)) then
-         value_at = values(n)
-      else
-         i = count(times <= time)
-         value_at = values(i) + (values(i + 1) - values(i))*(time - times(i))/(times(i + 1) - times(i))
-      end if
-   end function value_at
-
-   !> Integral of the same, exact for its pieces.
-   pure real(wp) function integral(times, values, from, to)
-      real(wp), intent(in) :: times(:), values(:), from, to
-      real(wp) :: begun, ended
-      integer :: i
-      integral = 0.0_wp
-      begun = from
-      do i = 1, size(times) + 1
-         ended = to
-         if (i <= size(times)) ended = min(to, times(i))
-         if (ended <= begun) cycle
-         integral = integral + 0.5_wp*(value_at(times, values, begun) + value_at(times, values, ended))*(ended - begun)
-         begun = ended
-      end do
-   end function integral
 
    !> Velocity (m/s).
    pure function velocity(self) result(v)
