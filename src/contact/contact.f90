@@ -113,7 +113,7 @@ contains
       call MPI_Allreduce(MPI_IN_PLACE, needs, 2, MPI_INTEGER, MPI_SUM, communicator%comm)
       if (needs(1) > 0) then
          self%largest = max(self%largest, int(needs(1), i8))
-         if (needs(2) > 0) call self%solver%fit(communicator%comm%MPI_VAL, 64*((3*self%candidates%count/2)/64 + 1))
+         if (needs(2) > 0) call self%solver%fit(communicator%comm%MPI_VAL, 64*((9*self%candidates%count/8)/64 + 1))
          call self%assemble(communicator, level, neighbours, time_step)
          call self%solve(level, time_step, error)
          call self%move_nodes(level, time_step)
