@@ -5,8 +5,8 @@ usage: bench.py WORK GIMP3D TOOLS [--repeats N] [--only TABLE ...] [--build TEXT
 
 TOOLS is the folder of the programs probe and ranks. TABLE is one of block, contact, pairs, growth, large, model (all when none
 is named).
-block    an elastic block of 32 x 32 x 32 cells in motion: moved along (ordered) or tumbling (disordered), 1 and 8 particles a cell,
-         affine and plain transfer, 1 and 2 ranks
+block    an elastic block of 32 x 32 x 32 cells in motion: moved along (ordered), deforming as it hits a wall (impact) or tumbling
+         (disordered), 1 and 8 particles a cell, affine and plain transfer, 1 and 2 ranks
 contact  E2 and E3, over the run and over the last tenth of their depth
 pairs    2 ranks against two independent copies of 1 rank run side by side, and against one
 growth   10^5 to 4 x 10^6 particles, disordered, 1 rank
@@ -35,18 +35,22 @@ LATENCY, BANDWIDTH = 2e-6, 5e9 # s a message, B/s a rank: an assumed network
 
 
 def block_scene(cells, per_cell, motion, transfer, steps, out):
-    """An elastic cube of `cells` cells an edge in free flight; disordered: it tumbles, edges at a tenth of the wave speed."""
+    """An elastic cube of `cells` cells an edge: in free flight; tumbling (disordered), its edges at a tenth of the wave speed; or
+    against a wall at a tenth of the wave speed (impact)."""
     h, margin = 64e-9, 8
     size = (cells + 2*margin + 7)//8*8
     spin = 4e8*32/cells
+    low = 0 if motion == 'impact' else margin
+    side = ', boundary=\'free\',\'free\',\'free\',\'free\',\'symmetry\',\'free\'' if motion == 'impact' else ''
+    velocity = '0,0,-600' if motion == 'impact' else '100,50,20'
     turning = f', angular_velocity={spin/2!r},{spin/4!r},{spin!r}' if motion == 'disordered' else ''
     return f"""&scene title='bench', end_time={steps*STEP!r} /
-&grid lower=0,0,0, upper={size*h!r},{size*h!r},{size*h!r}, cell_size={h!r} /
+&grid lower=0,0,0, upper={size*h!r},{size*h!r},{size*h!r}, cell_size={h!r}{side} /
 &time time_step={STEP!r}, transfer='{transfer}' /
 &material name='aluminium', model='elastic', density=2710, young=70e9, poisson=0.33 /
-&body material='aluminium', shape='box', lower={margin*h!r},{margin*h!r},{margin*h!r},
-      upper={(margin + cells)*h!r},{(margin + cells)*h!r},{(margin + cells)*h!r}, particles_per_cell={per_cell},
-      velocity=100,50,20{turning} /
+&body material='aluminium', shape='box', lower={margin*h!r},{margin*h!r},{low*h!r},
+      upper={(margin + cells)*h!r},{(margin + cells)*h!r},{(low + cells)*h!r}, particles_per_cell={per_cell},
+      velocity={velocity}{turning} /
 &output directory='{out}', formats='none', history_every=1 /
 """
 
@@ -154,10 +158,10 @@ def table_block(bench):
           'share of byte floor [%]', *(f'{p} [ns]' for p in PHASES if p not in ('contact', 'balance', 'output')), 'all [ns]',
           'not kernels [%]', 'B/particle'])
     for per_cell in 8, 1:
-        for motion in 'ordered', 'disordered':
+        for motion in ('ordered', 'impact', 'disordered') if per_cell == 8 else ('ordered', 'disordered'):
             for transfer in 'affine', 'plain':
                 for ranks in 1, 2:
-                    c = bench.several(ranks, lambda out: block_scene(32, per_cell, motion, transfer, 60, out))
+                    c = bench.several(ranks, lambda out: block_scene(32, per_cell, motion, transfer, 200 if motion == 'impact' else 60, out))
                     rest = 100*(1 - sum(c[k] for k in KERNELS)/c['all'])
                     row([str(per_cell), motion, transfer, str(ranks), f'{1e3/c["all"]:.2f}',
                          f'{100*FLOPS/bench.gflops[-1]/c["all"]:.0f}', f'{100*BYTES/bench.gbytes[-1]/c["all"]:.0f}',
