@@ -263,8 +263,9 @@ contains
             facts(5) = 'contact: largest overlap '//to_text(contact%worst_overlap/self%model%level%grid%cell, 3)// &
                        ' cells'
             facts(6) = 'contact: no tension; force times gap at most '//to_text(bridge, 3)//' of largest force times cell'
-            facts(7) = 'contact: '//to_text(late(1), 3)//' % of the elapsed time, '//to_text(late(2), 3)// &
-                       ' % over the last tenth of the scene'
+            facts(7) = 'contact: '//to_text(late(1), 3)//' % of the elapsed time'
+            if (self%early_elapsed > 0.0_wp) facts(7) = trim(facts(7))//', '//to_text(late(2), 3)// &
+                                                        ' % over the last tenth of the scene'
             if (contact%friction%present) then
                n = 8
                facts(8) = 'friction: '//to_text(real(contact%friction%sweeps, wp)/contact%solves, 3)//' sweeps and '// &
