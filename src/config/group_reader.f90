@@ -7,7 +7,7 @@ module m_group_reader
    use m_constants, only: exit_input
    use m_errors, only: error_t, fail
    use m_namelist_group, only: group_t
-   use m_namelist_lines, only: text_line, words_line, reals_line, integer_line
+   use m_namelist_lines, only: text_line, words_line, reals_line, integer_line, logical_line
    use m_number_text, only: read_real, read_integer, number_good, number_infinite, number_size
    use m_text, only: to_text
    use m_value_range, only: range_t
@@ -41,7 +41,7 @@ module m_group_reader
       procedure :: is_given
       procedure :: is_writing
       procedure :: refuse
-      generic :: get => get_real, get_reals, get_integer
+      generic :: get => get_real, get_reals, get_integer, get_logical
       procedure :: get_list
       procedure :: get_text
       procedure :: get_set
@@ -49,7 +49,7 @@ module m_group_reader
       procedure :: get_choice
       procedure :: get_choices
       procedure :: get_option
-      procedure, private :: get_real, get_reals, get_integer
+      procedure, private :: get_real, get_reals, get_integer, get_logical
       procedure, private :: look_up
       procedure, private :: writes
       procedure, private :: check_count
@@ -309,6 +309,29 @@ contains
          value = new
       end if
    end subroutine get_integer
+
+   !> True or false, as Fortran writes it: .true., true, .t. or t.
+   subroutine get_logical(self, name, value)
+      class(group_reader_t), intent(inout) :: self
+      character(len=*), intent(in) :: name
+      logical, intent(inout) :: value
+      character(len=*), parameter :: yes(4) = [character(len=7) :: '.true.', 'true', '.t.', 't']
+      character(len=*), parameter :: no(4) = [character(len=7) :: '.false.', 'false', '.f.', 'f']
+      character(len=*), parameter :: expected = 'must be .true. or .false.'
+      character(len=:), allocatable :: word
+      integer :: found
+      logical :: good
+      found = self%look_up(name, expected)
+      if (self%writes()) self%lines = self%lines//logical_line(name, value)
+      call self%check_count(found, 1, expected, good)
+      if (.not. good) return
+      word = lower_case(self%group%entries(found)%value_text(1))
+      if (self%group%entries(found)%values(1)%quoted .or. .not. (any(yes == word) .or. any(no == word))) then
+         call self%refuse(name, expected)
+      else
+         value = any(yes == word)
+      end if
+   end subroutine get_logical
 
    !> One of a few whole numbers.
    subroutine get_option(self, name, value, options)

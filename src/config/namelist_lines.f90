@@ -5,7 +5,7 @@ module m_namelist_lines
    use m_text, only: to_text
    implicit none
    private
-   public :: reals_line, integer_line, text_line, words_line
+   public :: reals_line, integer_line, logical_line, text_line, words_line
 
 contains
 
@@ -22,6 +22,13 @@ contains
       character(len=:), allocatable :: line
       line = '   '//name//'='//to_text(value)//new_line('a')
    end function integer_line
+
+   pure function logical_line(name, value) result(line)
+      character(len=*), intent(in) :: name
+      logical, intent(in) :: value
+      character(len=:), allocatable :: line
+      line = '   '//name//'='//trim(merge('.true. ', '.false.', value))//new_line('a')
+   end function logical_line
 
    pure function text_line(name, value) result(line)
       character(len=*), intent(in) :: name, value

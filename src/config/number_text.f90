@@ -1,7 +1,7 @@
 !> The strict reading of numbers, and the text that reads back to the same bits.
 module m_number_text
    use m_kinds, only: wp
-   use m_text, only: exact_text
+   use m_text, only: exact_text, to_text
    use m_words, only: lower_case
    implicit none
    private
@@ -102,15 +102,20 @@ contains
       good = status == 0
    end subroutine read_integer
 
-   !> Several values, as `1,2,3`.
-   pure function reals_text(values) result(text)
+   !> Several values, as `1,2,3`: exact, or to some digits.
+   pure function reals_text(values, digits) result(text)
       real(wp), intent(in) :: values(:)
+      integer, intent(in), optional :: digits !< significant digits
       character(len=:), allocatable :: text
       integer :: i
       text = ''
       do i = 1, size(values)
          if (i > 1) text = text//','
-         text = text//exact_text(values(i))
+         if (present(digits)) then
+            text = text//to_text(values(i), digits)
+         else
+            text = text//exact_text(values(i))
+         end if
       end do
    end function reals_text
 

@@ -16,6 +16,8 @@ module m_scene
    integer, parameter, public :: tool_round(3) = [tool_sphere, tool_flat, tool_cylinder]    !< with a radius
    integer, parameter, public :: tool_edged(3) = [tool_berkovich, tool_cylinder, tool_wedge] !< that a turn about the axis changes
 
+   integer, parameter, public :: criterion_none = 0, criterion_stress = 1, criterion_strain = 2
+
    !> &grid: the background grid. Sides in the order x- x+ y- y+ z- z+.
    type, public :: grid_spec_t
       real(wp) :: lower(3) = 0.0_wp      !< m
@@ -33,6 +35,7 @@ module m_scene
       real(wp) :: flip_fraction = 1.0_wp !< 1 is FLIP, 0 is PIC
       logical :: affine = .true.         !< transfer: affine or plain
       integer :: domain = domain_fixed   !< how the domains of particles deform
+      logical :: subcycle = .true.       !< a level takes two steps to its parent's one; else all step with the finest's
    end type time_spec_t
 
    !> &material
@@ -79,6 +82,15 @@ module m_scene
       real(wp) :: friction = 0.0_wp
    end type tool_spec_t
 
+   !> &level: a box of cells half the size of those around it. The first lies in the background grid, each other in the one before.
+   type, public :: level_spec_t
+      real(wp) :: lower(3) = 0.0_wp      !< m; where the box moves, at the start
+      real(wp) :: upper(3) = 0.0_wp      !< m
+      integer :: follow = 0              !< index into scene_t%tools of the tool that the box moves with; 0: none
+      integer :: criterion = criterion_none !< places the box by the gradient of von Mises stress or of strain
+      integer :: max_cells = 1000000     !< with a criterion: of the level's own cells, in its box
+   end type level_spec_t
+
    !> &probe
    type, public :: probe_spec_t
       character(len=:), allocatable :: name
@@ -113,6 +125,7 @@ module m_scene
       type(material_spec_t), allocatable :: materials(:)
       type(body_spec_t), allocatable :: bodies(:)
       type(tool_spec_t), allocatable :: tools(:)
+      type(level_spec_t), allocatable :: levels(:)  !< from coarse to fine
       type(probe_spec_t), allocatable :: probes(:)
       type(offer_slot_t), allocatable :: effects(:) !< in the order of the catalogue, then of the text
    end type scene_t

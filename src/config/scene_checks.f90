@@ -7,6 +7,7 @@ module m_scene_checks
    use m_number_text, only: reals_text
    use m_text, only: exact_text, to_text
    use m_scene
+   use m_scene_level_checks, only: check_levels
    use m_scene_shapes, only: body_extent, body_distance, bodies_overlap, tool_overlaps
    implicit none
    private
@@ -31,6 +32,8 @@ contains
       type(error_t), intent(inout) :: error
       integer :: i
       call check_grid(text, scene%grid, error)
+      if (error%happened()) return
+      call check_levels(text, scene, error)
       if (error%happened()) return
       do i = 1, size(scene%bodies)
          call check_body(text, scene, i, error)
@@ -63,7 +66,7 @@ contains
          if (larger > 0.0_wp) advice = advice//to_text(larger, shown_digits)
          if (advice /= '') advice = '; nearest that do: '//advice
          call fail(error, exit_input, text%place('grid', 1, 'cell_size')//': must divide all lengths of the grid, '// &
-                   rounded(length)//' m'//advice)
+                   reals_text(length, 6)//' m'//advice)
       end if
       if (.not. error%happened()) grid%cells = nint(length/grid%cell_size)
    end subroutine check_grid
@@ -123,8 +126,9 @@ contains
          slack = touching*grid%cell_size
          if (body%shape == shape_box .and. any(lower < grid%lower - slack)) variable = 'lower'
          if (any(inner_lower < grid%lower - slack) .or. any(inner_upper > grid%upper + slack)) then
-            call fail(error, exit_input, text%place('body', i, variable)//': the body spans '//rounded(lower)//' to '// &
-                      rounded(upper)//' m; allowed: inside the grid, '//rounded(grid%lower)//' to '//rounded(grid%upper)//' m')
+            call fail(error, exit_input, text%place('body', i, variable)//': the body spans '//reals_text(lower, 6)//' to '// &
+                      reals_text(upper, 6)//' m; allowed: inside the grid, '//reals_text(grid%lower, 6)//' to '// &
+                      reals_text(grid%upper, 6)//' m')
          end if
          particle = grid%cell_size/nint(body%particles_per_cell**(1.0_wp/3.0_wp))
          select case (body%shape)
@@ -231,12 +235,5 @@ contains
          call fail(error, exit_input, text%place('probe', i, 'position')//': must lie inside a body')
       end do
    end subroutine check_probes
-
-   !> Three numbers to 6 digits.
-   function rounded(values) result(text)
-      real(wp), intent(in) :: values(3)
-      character(len=:), allocatable :: text
-      text = to_text(values(1), 6)//','//to_text(values(2), 6)//','//to_text(values(3), 6)
-   end function rounded
 
 end module m_scene_checks

@@ -37,6 +37,7 @@ contains
       if (error%happened()) return
       allocate (scene%materials(text%count_groups('material')), scene%bodies(text%count_groups('body')))
       allocate (scene%tools(text%count_groups('tool')), scene%probes(text%count_groups('probe')))
+      allocate (scene%levels(text%count_groups('level')))
       allocate (material_names(size(scene%materials)))
       scene%output%present = text%count_groups('output') > 0
       do kind = 1, size(group_words)
@@ -115,6 +116,7 @@ contains
       integer, intent(in) :: number
       type(error_t), intent(inout) :: error
       integer :: i
+      if (kind == 'level') return ! has no name
       do i = 1, number - 1
          if (name_of(scene, kind, i) /= name_of(scene, kind, number)) cycle
          call fail(error, exit_input, text%place(kind, number, 'name')//': the name '//name_of(scene, kind, number)// &
@@ -149,7 +151,7 @@ contains
       class(offer_t), allocatable :: effect
       character(len=name_length) :: material_names(0)
       integer :: kind
-      allocate (scene%materials(1), scene%bodies(1), scene%tools(1), scene%probes(1))
+      allocate (scene%materials(1), scene%bodies(1), scene%tools(1), scene%levels(1), scene%probes(1))
       text = ''
       do kind = 1, size(group_words)
          call group%begin()
@@ -200,6 +202,8 @@ contains
       case ('tool')
          if (.not. allocated(scene%tools(number)%name)) scene%tools(number)%name = 'tool'//to_text(number)
          call describe_tool(group, scene%tools(number))
+      case ('level')
+         call describe_level(group, scene%tools, scene%levels(number))
       case ('probe')
          if (.not. allocated(scene%probes(number)%name)) scene%probes(number)%name = 'probe'//to_text(number)
          call group%get_name('name', scene%probes(number)%name)
@@ -239,6 +243,7 @@ contains
       call group%get_choice('transfer', transfer, transfer_words)
       time%affine = transfer == 1
       call group%get_choice('domain', time%domain, domain_words)
+      call group%get('subcycle', time%subcycle)
       velocity_update = 1
       call group%get_choice('velocity_update', velocity_update, velocity_update_words)
       flip = velocity_update /= 2
@@ -399,6 +404,31 @@ contains
          axis = axis/norm2(axis)
       end if
    end subroutine make_unit
+
+   !> The box of a level and what moves it, if anything does.
+   subroutine describe_level(group, tools, level)
+      type(group_reader_t), intent(inout) :: group
+      type(tool_spec_t), intent(in) :: tools(:)
+      type(level_spec_t), intent(inout) :: level
+      character(len=name_length) :: tool_names(size(tools))
+      integer :: choice, i
+      do i = 1, size(tools)
+         tool_names(i) = tools(i)%name
+      end do
+      call group%get('lower', level%lower, any_value('m'), required=.true.)
+      call group%get('upper', level%upper, any_value('m'), required=.true.)
+      if (group%is_given('follow') .and. size(tools) == 0) call group%refuse('follow', 'the scene has no &tool to follow')
+      if (level%follow > 0 .or. .not. group%is_writing()) call group%get_choice('follow', level%follow, tool_names)
+      choice = level%criterion + 1
+      call group%get_choice('criterion', choice, criterion_words)
+      level%criterion = max(choice, 1) - 1
+      if (level%follow > 0 .and. level%criterion /= criterion_none) &
+         call group%refuse('criterion', 'not together with follow; a level moves by one or the other')
+      if (level%criterion == criterion_none .and. group%is_writing()) return
+      call group%get('max_cells', level%max_cells, least=1)
+      if (level%criterion == criterion_none .and. group%is_given('max_cells')) &
+         call group%refuse('max_cells', 'only with criterion=''stress'' or ''strain''')
+   end subroutine describe_level
 
    subroutine describe_output(group, output)
       type(group_reader_t), intent(inout) :: group

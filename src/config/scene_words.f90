@@ -1,5 +1,5 @@
-!> The words of a scene that stand for a choice, and the names of its groups. A choice is its word's index,
-!> boundaries excepted (their codes begin at 0).
+!> The words of a scene that stand for a choice, and the names of its groups. A choice is its word's index, boundaries
+!> and criteria excepted (their codes begin at 0).
 module m_scene_words
    use m_scene, only: boundary_free, boundary_symmetry, boundary_roller, boundary_fixed
    implicit none
@@ -14,14 +14,18 @@ module m_scene_words
    character(len=*), parameter, public :: body_shape_words(3) = [character(len=8) :: 'box', 'sphere', 'cylinder']
    character(len=*), parameter, public :: tool_shape_words(6) = [character(len=9) :: 'sphere', 'cone', 'flat', 'berkovich', &
                                                                    'cylinder', 'wedge']
+   character(len=*), parameter, public :: criterion_words(3) = [character(len=6) :: 'none', 'stress', 'strain']
    character(len=*), parameter, public :: format_words(3) = [character(len=7) :: 'hdf5', 'tecplot', 'none']
 
-   !> Groups that are no effects, and for each whether it must be there and whether it may be repeated.
-   character(len=*), parameter, public :: group_words(9) = [character(len=8) :: 'scene', 'grid', 'time', 'material', 'body', &
-                                                            'tool', 'probe', 'contact', 'output']
-   logical, parameter, public :: group_required(9) = [.true., .true., .false., .true., .true., .false., .false., .false., .false.]
-   logical, parameter, public :: group_repeats(9) = [.false., .false., .false., .true., .true., .true., .true., .false., .false.]
+   !> Groups that are no effects, and for each whether it must be there and whether it may be repeated. A level names a tool, a body
+   !> a material: these stand before them.
+   character(len=*), parameter, public :: group_words(10) = [character(len=8) :: 'scene', 'grid', 'time', 'material', 'body', &
+                                                             'tool', 'level', 'probe', 'contact', 'output']
+   logical, parameter, public :: group_required(10) = [.true., .true., .false., .true., .true., &
+                                                       .false., .false., .false., .false., .false.]
+   logical, parameter, public :: group_repeats(10) = [.false., .false., .false., .true., .true., &
+                                                      .true., .true., .true., .false., .false.]
 
    !> Groups of later versions.
-   character(len=*), parameter, public :: later_groups(2) = [character(len=10) :: 'level', 'checkpoint']
+   character(len=*), parameter, public :: later_groups(1) = [character(len=10) :: 'checkpoint']
 end module m_scene_words

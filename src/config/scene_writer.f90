@@ -48,6 +48,9 @@ contains
       case ('material'); count = size(scene%materials)
       case ('body'); count = size(scene%bodies)
       case ('tool'); count = size(scene%tools)
+      case ('level')
+         count = 0 ! a scene that was not read may have none
+         if (allocated(scene%levels)) count = size(scene%levels)
       case ('probe'); count = size(scene%probes)
       case ('output'); count = merge(1, 0, scene%output%present)
       case default; count = 1

@@ -1,0 +1,236 @@
+!> What must hold between the levels of a scene, the grid and the way in which it is stepped.
+module m_scene_level_checks
+   use m_kinds, only: wp
+   use m_constants, only: block_size, exit_input
+   use m_errors, only: error_t, fail
+   use m_namelist_text, only: namelist_text_t
+   use m_number_text, only: reals_text
+   use m_scene
+   use m_scene_words, only: stress_update_words
+   use m_text, only: exact_text, to_text
+   implicit none
+   private
+   public :: check_levels
+
+   integer, parameter, public :: most_levels = 6
+   real(wp), parameter :: least_gap = 2.0_wp      !< between the sides of boxes, in cells of the outer one
+   real(wp), parameter :: least_width = 4.0_wp    !< of a box, in the cells that it refines
+   real(wp), parameter :: most_blocks = 2.0e9_wp  !< of the finest cells, over the whole grid: they are numbered by integers
+   real(wp), parameter :: near_node = 1.0e-6_wp   !< a face is on a node that is nearer than this share of a cell,
+   real(wp), parameter :: whole = 1.0e-9_wp       !< or this share of its way from the grid's lower corner
+   integer, parameter :: shown_digits = 12
+   character(len=1), parameter :: axes(3) = ['x', 'y', 'z']
+
+   !> One level among those around it. Places are counted in the cells that it refines, from the grid's lower corner.
+   type :: nest_t
+      character(len=:), allocatable :: parent    !< what it lies in: `the grid` or `the level on line 4`
+      real(wp) :: origin(3)                      !< m
+      real(wp) :: cell                           !< the cells that it refines, m
+      real(wp) :: grid_size(3)
+      real(wp) :: parent_lower(3), parent_upper(3)
+      real(wp) :: lower(3), upper(3)
+   contains
+      procedure :: metres
+   end type nest_t
+
+contains
+
+   !> All checks. `text` is where the scene came from, to name the place of a fault.
+   subroutine check_levels(text, scene, error)
+      type(namelist_text_t), intent(in) :: text
+      type(scene_t), intent(in) :: scene
+      type(error_t), intent(inout) :: error
+      type(nest_t) :: nest
+      integer :: l
+      if (size(scene%levels) == 0) return
+      call check_number(text, scene, error)
+      if (scene%time%stress_update /= update_usl) &
+         call fail(error, exit_input, text%place('time', 1, 'stress_update')//': must be '// &
+                   trim(stress_update_words(update_usl))//' with the &level on '//text%line_of('level', 1)// &
+                   ', for levels exchange with their nodes once a step')
+      nest%origin = scene%grid%lower
+      nest%cell = scene%grid%cell_size
+      nest%grid_size = real(scene%grid%cells, wp)
+      nest%parent = 'the grid'
+      nest%parent_lower = 0.0_wp
+      nest%parent_upper = nest%grid_size
+      do l = 1, size(scene%levels)
+         call check_box(text, scene%levels(l), l, nest, error)
+         call check_motion(text, scene, l, error)
+         if (error%happened()) return
+         nest%parent = 'the level on '//text%line_of('level', l)
+         nest%cell = 0.5_wp*nest%cell
+         nest%grid_size = 2.0_wp*nest%grid_size
+         nest%parent_lower = 2.0_wp*nest%lower
+         nest%parent_upper = 2.0_wp*nest%upper
+      end do
+   end subroutine check_levels
+
+   !> Not too many levels, and blocks that can be numbered.
+   subroutine check_number(text, scene, error)
+      type(namelist_text_t), intent(in) :: text
+      type(scene_t), intent(in) :: scene
+      type(error_t), intent(inout) :: error
+      real(wp) :: blocks
+      character(len=:), allocatable :: edge
+      integer :: l
+      edge = to_text(block_size)
+      if (size(scene%levels) > most_levels) then
+         call fail(error, exit_input, text%line_of('level', most_levels + 1)//', &level: there are '// &
+                   to_text(size(scene%levels))//' levels; allowed: at most '//to_text(most_levels))
+         return
+      end if
+      do l = 1, size(scene%levels)
+         blocks = product(real(scene%grid%cells, wp)*2.0_wp**l/block_size + 1.0_wp)
+         if (blocks < most_blocks) cycle
+         call fail(error, exit_input, text%line_of('level', l)//', &level: its cells, '// &
+                   to_text(scene%grid%cell_size/2.0_wp**l, 6)//' m, would fill the grid with '//to_text(blocks, 3)// &
+                   ' blocks of '//edge//' x '//edge//' x '//edge//'; allowed: below '//exact_text(most_blocks))
+         return
+      end do
+   end subroutine check_number
+
+   !> The box of a level has a size, lies inside its parent on the nodes there, and keeps its distance. Sets its place in the nest.
+   subroutine check_box(text, level, l, nest, error)
+      type(namelist_text_t), intent(in) :: text
+      type(level_spec_t), intent(in) :: level
+      integer, intent(in) :: l
+      type(nest_t), intent(inout) :: nest
+      type(error_t), intent(inout) :: error
+      character(len=:), allocatable :: variable
+      integer :: axis
+      if (any(level%upper <= level%lower)) then
+         call fail(error, exit_input, text%place('level', l, 'upper')//': must be above lower='//reals_text(level%lower)// &
+                   ' in every direction')
+         return
+      end if
+      nest%lower = (level%lower - nest%origin)/nest%cell
+      nest%upper = (level%upper - nest%origin)/nest%cell
+      variable = ''
+      if (any(nest%upper > nest%parent_upper + slack(nest%parent_upper))) variable = 'upper'
+      if (any(nest%lower < nest%parent_lower - slack(nest%parent_lower))) variable = 'lower'
+      if (variable /= '') then
+         call fail(error, exit_input, text%place('level', l, variable)//': the box spans '//reals_text(level%lower, 6)//' to '// &
+                   reals_text(level%upper, 6)//' m; allowed: inside '//nest%parent//', '// &
+                   reals_text([(nest%metres(nest%parent_lower(axis), axis), axis=1, 3)], 6)//' to '// &
+                   reals_text([(nest%metres(nest%parent_upper(axis), axis), axis=1, 3)], 6)//' m')
+         return
+      end if
+      call move_to_nodes(text%place('level', l, 'lower'), nest, nest%lower, error)
+      call move_to_nodes(text%place('level', l, 'upper'), nest, nest%upper, error)
+      call check_width(text%place('level', l, 'upper'), nest, error)
+      call check_gaps(text%place('level', l, 'lower'), nest, nest%lower, nest%parent_lower, 1, error)
+      call check_gaps(text%place('level', l, 'upper'), nest, nest%upper, nest%parent_upper, -1, error)
+   end subroutine check_box
+
+   !> So near to a place is on it, in cells.
+   elemental real(wp) function slack(place)
+      real(wp), intent(in) :: place
+      slack = max(near_node, whole*abs(place))
+   end function slack
+
+   !> Coordinate of a place in the nest, m; what is left of zero by rounding is zero.
+   pure real(wp) function metres(self, place, axis)
+      class(nest_t), intent(in) :: self
+      real(wp), intent(in) :: place
+      integer, intent(in) :: axis
+      metres = self%origin(axis) + place*self%cell
+      if (abs(metres) < whole*self%cell) metres = 0.0_wp
+   end function metres
+
+   !> A corner of a box is a node of the grid that the level refines.
+   subroutine move_to_nodes(at, nest, corner, error)
+      character(len=*), intent(in) :: at !< line, group and variable
+      type(nest_t), intent(in) :: nest
+      real(wp), intent(inout) :: corner(3)
+      type(error_t), intent(inout) :: error
+      integer :: axis
+      do axis = 1, 3
+         if (abs(corner(axis) - anint(corner(axis))) > slack(corner(axis))) then
+            call fail(error, exit_input, at//': '//axes(axis)//' lies between nodes of '//nest%parent//', whose cells are '// &
+                      to_text(nest%cell, 6)//' m; allowed: on a node, nearest '//axes(axis)//'='// &
+                      to_text(nest%metres(anint(corner(axis)), axis), shown_digits))
+            return
+         end if
+         corner(axis) = anint(corner(axis))
+      end do
+   end subroutine move_to_nodes
+
+   !> A box has an inside.
+   subroutine check_width(at, nest, error)
+      character(len=*), intent(in) :: at
+      type(nest_t), intent(in) :: nest
+      type(error_t), intent(inout) :: error
+      real(wp) :: width
+      integer :: axis
+      do axis = 1, 3
+         width = nest%upper(axis) - nest%lower(axis)
+         if (width >= least_width) cycle
+         call fail(error, exit_input, at//': the box is '//cells(width)//' of '//nest%parent//' wide in '//axes(axis)// &
+                   '; allowed: at least '//to_text(least_width)//' of '//to_text(nest%cell, 6)//' m')
+         return
+      end do
+   end subroutine check_width
+
+   !> Each side of a box, the lower three or the upper three, is a side of the grid or lies well inside the parent.
+   subroutine check_gaps(at, nest, corner, parent, inward, error)
+      character(len=*), intent(in) :: at
+      type(nest_t), intent(in) :: nest
+      real(wp), intent(in) :: corner(3), parent(3)
+      integer, intent(in) :: inward !< 1: the lower sides, -1: the upper
+      type(error_t), intent(inout) :: error
+      real(wp) :: gap, side(3)
+      character(len=:), allocatable :: also
+      integer :: axis
+      side = merge(0.0_wp, nest%grid_size, inward > 0)
+      do axis = 1, 3
+         gap = inward*(corner(axis) - parent(axis))
+         if (gap >= least_gap .or. abs(corner(axis) - side(axis)) < 0.5_wp) cycle
+         also = ''
+         if (abs(parent(axis) - side(axis)) < 0.5_wp) &
+            also = ', or '//to_text(nest%metres(side(axis), axis), shown_digits)//', the side of the grid'
+         call fail(error, exit_input, at//': lies '//cells(gap)//' of '//to_text(nest%cell, 6)//' m inside '//nest%parent// &
+                   ' in '//axes(axis)//'; allowed: at least '//to_text(least_gap)//', '//axes(axis)// &
+                   trim(merge(' at least ', ' at most  ', inward > 0))//' '// &
+                   to_text(nest%metres(parent(axis) + inward*least_gap, axis), shown_digits)//also)
+         return
+      end do
+   end subroutine check_gaps
+
+   !> `1 cell`, `3 cells`.
+   function cells(count) result(text)
+      real(wp), intent(in) :: count
+      character(len=:), allocatable :: text
+      text = to_text(count)//' cells'
+      if (nint(count) == 1) text = to_text(count)//' cell'
+   end function cells
+
+   !> A level moves in the way of its parent, so that the gap between them does not close.
+   subroutine check_motion(text, scene, l, error)
+      type(namelist_text_t), intent(in) :: text
+      type(scene_t), intent(in) :: scene
+      integer, intent(in) :: l
+      type(error_t), intent(inout) :: error
+      integer :: first
+      associate (level => scene%levels(l))
+         first = findloc(scene%levels(:l)%follow > 0, .true., dim=1)
+         if (first > 0 .and. level%follow > 0) then
+            if (level%follow /= scene%levels(first)%follow) &
+               call fail(error, exit_input, text%place('level', l, 'follow')//': must be '// &
+                         scene%tools(scene%levels(first)%follow)%name//', which the level on '//text%line_of('level', first)// &
+                         ' follows; levels follow one tool')
+         end if
+         if (l == 1) return
+         associate (parent => scene%levels(l - 1))
+            if (parent%follow > 0 .and. level%follow == 0) &
+               call fail(error, exit_input, text%place('level', l, 'follow')//': missing; must be '// &
+                         scene%tools(parent%follow)%name//', which the level around it on '//text%line_of('level', l - 1)// &
+                         ' follows')
+            if (parent%criterion /= criterion_none .and. level%criterion == criterion_none) &
+               call fail(error, exit_input, text%place('level', l, 'criterion')//': must be stress or strain, for the level '// &
+                         'around it on '//text%line_of('level', l - 1)//' is placed by a criterion')
+         end associate
+      end associate
+   end subroutine check_motion
+
+end module m_scene_level_checks
