@@ -11,7 +11,7 @@ program namelist_test
    use m_number_text, only: read_real, read_integer, number_good, number_none, number_infinite, number_size
    use m_scene, only: scene_t, body_spec_t, tool_spec_t, shape_box, shape_sphere, shape_cylinder, tool_sphere, &
                       tool_cone, tool_wedge, tool_edged, &
-                      tool_flat, boundary_fixed, boundary_free, update_musl
+                      tool_flat, boundary_fixed, boundary_free, update_musl, criterion_none, criterion_stress, criterion_strain
    use m_offer, only: catalogue_t
    use m_materials, only: known_materials
    use m_effects, only: known_effects
@@ -37,6 +37,7 @@ program namelist_test
    call test_directories()
    call test_scene()
    call test_round_trip()
+   call test_levels()
    call test%finish()
 
 contains
@@ -239,6 +240,7 @@ contains
       call test%check_close(scene%tools(3)%half_angle, 65.27_wp*pi/180.0_wp, 1.0e-15_wp, 'scene: angle of a berkovich')
       call test%check_close(scene%tools(4)%edge, [0.0_wp, 1.0_wp, 0.0_wp], 0.0_wp, 'scene: an edge across the axis by default')
       call test%check(.not. scene%output%present, 'scene: no output')
+      call test%check(size(scene%levels) == 0 .and. scene%time%subcycle, 'scene: no levels')
       call test%check_equal(size(scene%effects), 2, 'scene: effects')
       call test%check(scene%effects(1)%it%name == 'gravity' .and. scene%effects(2)%it%name == 'damping', &
                       'scene: effects in the order of the catalogue')
@@ -290,5 +292,59 @@ contains
          end if
       end do
    end subroutine test_round_trip
+
+   !> Levels with all that they can say, read, written and read again.
+   subroutine test_levels()
+      character(len=*), parameter :: before = '&scene end_time=1/ &grid lower=-0.1,0,0 upper=.9,1,1 cell_size=.1/'//new// &
+         '&material name="a" model="elastic" density=1 young=1 poisson=0/'//new// &
+         '&body material="a" shape="box" lower=3*.1 upper=3*.3/'//new// &
+         '&tool name="Other" shape="sphere" radius=0.1 tip=0.3,0.3,0.8 times=0 speeds=0/'//new// &
+         '&tool name="Ball" shape="sphere" radius=0.1 tip=0.3,0.3,0.8 times=0 speeds=1/'//new
+      character(len=*), parameter :: box = '&level lower=0.1,0,0.3, upper=0.7,0.6,1', inner = '&level lower=.2,0,.5 upper=.6,.5,1'
+      type(scene_t) :: scene
+      call go_round(before//box//'/', scene)
+      call test%check(scene%time%subcycle .and. scene%levels(1)%follow == 0 .and. scene%levels(1)%criterion == criterion_none, &
+                      'levels: defaults')
+      call test%check_close(scene%levels(1)%lower, [0.1_wp, 0.0_wp, 0.3_wp], 0.0_wp, 'levels: lower')
+      call test%check_close(scene%levels(1)%upper, [0.7_wp, 0.6_wp, 1.0_wp], 0.0_wp, 'levels: upper')
+      call go_round(before//'&time subcycle=F /'//box//'/'//inner//' follow="ball"/', scene)
+      call test%check(.not. scene%time%subcycle, 'levels: no subcycles')
+      call test%check_equal(scene%levels(2)%follow, 2, 'levels: the tool that one follows')
+      call go_round(before//'&time subcycle=TRUE /'//box//' criterion="stress" max_cells=512/'// &
+                    inner//' criterion="strain"/', scene)
+      call test%check(scene%time%subcycle, 'levels: subcycles')
+      call test%check(scene%levels(1)%criterion == criterion_stress .and. scene%levels(2)%criterion == criterion_strain, &
+                      'levels: criteria')
+      call test%check_equal(scene%levels(1)%max_cells, 512, 'levels: cells')
+      call test%check_equal(scene%levels(2)%max_cells, 1000000, 'levels: cells by default')
+   end subroutine test_levels
+
+   !> Read a scene with levels, write it, read that: the same levels and text.
+   subroutine go_round(given, scene)
+      character(len=*), intent(in) :: given
+      type(scene_t), intent(out) :: scene
+      type(scene_t) :: second
+      type(error_t) :: error
+      character(len=:), allocatable :: text, again
+      integer :: l
+      text = given
+      call interpret_scene(communicator, catalogue, text, scene, error)
+      if (.not. error%happened()) text = scene_as_namelist(scene)
+      again = text
+      if (.not. error%happened()) call interpret_scene(communicator, catalogue, again, second, error)
+      call test%check(.not. error%happened(), 'levels: read again')
+      if (error%happened()) print '(a)', error%message
+      if (error%happened()) error stop 'levels: no scene'
+      call test%check(scene_as_namelist(second) == text, 'levels: the same text')
+      call test%check(scene%time%subcycle .eqv. second%time%subcycle, 'levels: the same subcycles')
+      call test%check_equal(size(second%levels), size(scene%levels), 'levels: as many')
+      do l = 1, size(scene%levels)
+         associate (a => scene%levels(l), b => second%levels(l))
+            call test%check_close([b%lower, b%upper], [a%lower, a%upper], 0.0_wp, 'levels: the same boxes')
+            call test%check(a%follow == b%follow .and. a%criterion == b%criterion .and. a%max_cells == b%max_cells, &
+                            'levels: the same motion')
+         end associate
+      end do
+   end subroutine go_round
 
 end program namelist_test
