@@ -13,8 +13,10 @@ module m_simulation
    use m_field_table, only: field_table_t, bytes_per_column
    use m_materials, only: known_materials
    use m_effects, only: known_effects
+   use m_level, only: level_t
    use m_model, only: model_t
-   use m_level_step, only: advance, bound_speeds
+   use m_level_step, only: bound_speeds
+   use m_advance, only: advance
    use m_energy, only: balance_t
    use m_recorder, only: recorder_t
    use m_console, only: console_t
@@ -61,7 +63,7 @@ contains
       if (self%error%happened()) return
       call self%model%build(self%communicator, self%scene, self%error)
       if (self%error%happened()) return
-      self%particles = self%communicator%sum_count(self%model%level%particle_count())
+      self%particles = self%communicator%sum_count(self%model%particle_count())
       call bound_speeds(self%model)
       call check_time_step(self)
       if (self%error%happened()) return
@@ -78,7 +80,7 @@ contains
    subroutine check_time_step(self)
       class(simulation_t), intent(inout) :: self
       real(wp) :: limit
-      limit = safety_limit(self%scene)*self%model%level%grid%cell/(self%model%wave_speed() + self%model%bounds%particle_speed)
+      limit = safety_limit(self%scene)*self%model%stepped_cell()/(self%model%wave_speed() + self%model%bounds%particle_speed)
       if (self%scene%time%time_step > limit) call fail(self%error, exit_input, '&time time_step='// &
           to_text(self%scene%time%time_step)//': must be at most '//to_text(limit)//' s, '// &
           to_text(safety_limit(self%scene))//' cells over the speed of sound')
@@ -94,6 +96,7 @@ contains
    !> Collective: one step, and what is to be written after it.
    subroutine step(self)
       class(simulation_t), intent(inout) :: self
+      integer :: l
       call advance(self%model, self%next_time_step(), self%error)
       if (self%error%happened()) return
       call self%record()
@@ -102,7 +105,9 @@ contains
          self%early_elapsed = self%console%elapsed()
       end if
       if (mod(self%model%step, int(rebalance_every, i8)) == 0) then
-         call self%model%effect_step%fold(self%communicator)
+         do l = 1, size(self%model%levels)
+            call self%model%effect_step(l)%fold(self%communicator)
+         end do
          call self%model%rebalance(self%error)
       end if
       call self%console%progress(int(self%model%step), self%model%time, self%scene%end_time, self%balance%error())
@@ -120,7 +125,7 @@ contains
          do t = 1, size(self%model%contact%tools)
             speed = max(speed, abs(self%model%contact%tools(t)%speed_at(self%model%time)))
          end do
-         time_step = self%scene%time%safety*self%model%level%grid%cell/(self%model%wave_speed() + speed)
+         time_step = self%scene%time%safety*self%model%stepped_cell()/(self%model%wave_speed() + speed)
       end if
       remaining = self%scene%end_time - self%model%time
       time_step = remaining/max(1_i8, ceiling(remaining/time_step - 1.0e-6_wp, i8))
@@ -138,15 +143,26 @@ contains
       call self%model%timers%leave()
    end subroutine record
 
+   !> Memory (bytes) and blocks of a level on this rank.
+   elemental integer(i8) function own_bytes(level)
+      type(level_t), intent(in) :: level
+      own_bytes = level%bytes()
+   end function own_bytes
+
+   elemental integer function own_blocks(level)
+      type(level_t), intent(in) :: level
+      own_blocks = size(level%blocks)
+   end function own_blocks
+
    !> Collective: say what will be run.
    subroutine introduce(self)
       class(simulation_t), intent(inout) :: self
       integer(i8) :: bytes, blocks
       real(wp) :: time_step
-      bytes = self%communicator%sum_count(self%model%level%bytes())
-      blocks = self%communicator%sum_count(int(size(self%model%level%blocks), i8))
+      bytes = self%communicator%sum_count(sum(own_bytes(self%model%levels)))
+      blocks = self%communicator%sum_count(int(sum(own_blocks(self%model%levels)), i8))
       time_step = self%next_time_step()
-      associate (grid => self%model%level%grid)
+      associate (grid => self%model%levels(1)%grid)
          call self%console%line('gimp3d: '//self%scene%title)
          call self%console%line('grid       '//to_text(grid%cells(1))//' x '//to_text(grid%cells(2))//' x '// &
                                 to_text(grid%cells(3))//' cells of '//si(grid%cell, 'm')//', '// &
@@ -155,7 +171,7 @@ contains
                                 si(real(bytes, wp), 'B')//' in all, '//to_text(real(bytes, wp)/self%particles, 3)//' B a particle')
          call self%console%line('time       '//si(self%scene%end_time, 's')//' in steps of '//si(time_step, 's')//', about '// &
                                 to_text(ceiling(self%scene%end_time/time_step, i8))//' steps')
-         call self%console%line('fields     '//fields_text(self%model%level%table))
+         call self%console%line('fields     '//fields_text(self%model%levels(1)%table))
          call self%console%line('effects    '//effects_text(self))
       end associate
    end subroutine introduce
@@ -179,7 +195,7 @@ contains
       integer :: e, k
       text = ''
       off = ''
-      associate (table => self%model%level%table, effects => self%model%effects)
+      associate (table => self%model%levels(1)%table, effects => self%model%effects)
          call add(self%scene%time%affine, 'affine transfer', table%bytes_of('velocity_gradient'))
          call add(self%scene%time%domain /= domain_fixed, 'deforming domains', &
                   table%bytes_of('domain') + table%bytes_of('half_size') + table%bytes_of('generation') - bytes_per_column)
@@ -235,8 +251,8 @@ contains
       integer :: n
       resting = self%communicator%sum_count(self%model%particle_steps_at_rest)
       splits = self%communicator%sum_count(self%model%splits)
-      messages = self%communicator%maximum(real(self%model%exchange%messages, wp)/self%model%step)
-      bytes = self%communicator%maximum(real(self%model%exchange%bytes, wp)/self%model%step)
+      messages = self%communicator%maximum(real(sum(self%model%exchange%messages), wp)/self%model%step)
+      bytes = self%communicator%maximum(real(sum(self%model%exchange%bytes), wp)/self%model%step)
       bridge = self%communicator%maximum(self%model%contact%worst_bridge)
       late = contact_share(self)
       cost%timers = self%model%timers
@@ -260,8 +276,8 @@ contains
                        to_text(contact%largest)//' candidates'
             facts(4) = 'contact: largest residual '//to_text(contact%worst_residual, 3)//' (relative), '// &
                        to_text(contact%unsolved)//' steps above the tolerance'
-            facts(5) = 'contact: largest overlap '//to_text(contact%worst_overlap/self%model%level%grid%cell, 3)// &
-                       ' cells'
+            facts(5) = 'contact: largest overlap '//to_text(contact%worst_overlap/ &
+                                                            self%model%levels(size(self%model%levels))%grid%cell, 3)//' cells'
             facts(6) = 'contact: no tension; force times gap at most '//to_text(bridge, 3)//' of largest force times cell'
             facts(7) = 'contact: '//to_text(late(1), 3)//' % of the elapsed time'
             if (self%early_elapsed > 0.0_wp) facts(7) = trim(facts(7))//', '//to_text(late(2), 3)// &

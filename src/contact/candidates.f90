@@ -13,7 +13,7 @@ module m_candidates
    use m_stencil, only: bin_place, hat_weights
    implicit none
    private
-   public :: candidate_t, candidates_t, normal_speed, point_velocity, fastest, recovery
+   public :: candidate_t, candidates_t, first_inside, normal_speed, point_velocity, fastest, recovery
 
    !> A particle that would end the step inside a tool, or within a margin of it.
    type :: candidate_t
@@ -149,6 +149,27 @@ contains
          call keep(self, c)
       end associate
    end subroutine consider
+
+   !> The first particle of a block whose contact point lies inside a tool, and the tool; 0 where there is none.
+   pure subroutine first_inside(tools, level, b, particle, tool)
+      type(tool_t), intent(in) :: tools(:)
+      type(level_t), intent(in) :: level
+      integer, intent(in) :: b
+      integer, intent(out) :: particle, tool
+      real(wp) :: gap, normal(3)
+      particle = 0
+      if (level%blocks(b)%particles%count == 0) return
+      if (.not. near_tool(tools, level, level%blocks(b)%place)) return
+      associate (column => level%blocks(b)%particles%column, x => level%layout%position)
+         do tool = 1, size(tools)
+            do particle = 1, level%blocks(b)%particles%count
+               call tools(tool)%gap_and_normal(column(particle, x:x + 2), gap, normal)
+               if (gap < tools(tool)%spec%penetration_factor*level%thickness(column(particle, :), normal)) return
+            end do
+         end do
+      end associate
+      particle = 0
+   end subroutine first_inside
 
    !> Append a candidate to the list.
    subroutine keep(self, candidate)

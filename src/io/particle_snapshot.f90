@@ -1,9 +1,10 @@
-!> The particles of a level as the plain arrays that snapshots are written from.
+!> The particles of all levels as the plain arrays that snapshots are written from.
 module m_particle_snapshot
    use mpi_f08
    use m_kinds, only: wp, i8
    use m_communicator, only: communicator_t
    use m_level, only: level_t
+   use m_decomposition, only: blocks_before
    use m_field_table, only: field_t
    use m_snapshot, only: snapshot_t, snapshot_field_t, component_name_length
    implicit none
@@ -15,66 +16,83 @@ module m_particle_snapshot
 
 contains
 
-   !> Collective: all written fields, and the number of the body. Particles stand in the order of their blocks' indices, so
-   !> that the file is the same on any number of ranks.
-   subroutine take_snapshot(communicator, level, snapshot)
+   !> Collective: all written fields, and the numbers of body and level. Particles stand level by level, in the order of their
+   !> blocks' indices, so that the file is the same on any number of ranks.
+   subroutine take_snapshot(communicator, levels, snapshot)
       type(communicator_t), intent(in) :: communicator
-      type(level_t), intent(in) :: level
+      type(level_t), intent(in) :: levels(:)
       type(snapshot_t), intent(inout) :: snapshot
-      integer :: b, f, first, last, n, written
-      call place_runs(communicator, level, snapshot)
+      integer :: b, f, first, l, last, n, written
+      call place_runs(communicator, levels, snapshot)
       n = snapshot%n_local
       if (allocated(snapshot%position)) deallocate (snapshot%position, snapshot%id, snapshot%fields)
-      written = count(level%table%fields%written) - 1 ! the position stands apart
-      allocate (snapshot%position(n, 3), snapshot%id(n), snapshot%fields(written + 1))
-      call collect(level, level%layout%position, snapshot%position)
-      written = 0
-      do f = 1, size(level%table%fields)
-         if (.not. level%table%fields(f)%written .or. level%table%fields(f)%name == 'position') cycle
-         written = written + 1
-         snapshot%fields(written) = empty_field(level%table%fields(f), n)
-         call collect(level, level%table%fields(f)%first, snapshot%fields(written)%values)
-      end do
+      associate (table => levels(1)%table)
+         written = count(table%fields%written) - 1 ! the position stands apart
+         allocate (snapshot%position(n, 3), snapshot%id(n), snapshot%fields(written + merge(2, 1, size(levels) > 1)))
+         call collect(levels, levels(1)%layout%position, snapshot%position)
+         written = 0
+         do f = 1, size(table%fields)
+            if (.not. table%fields(f)%written .or. table%fields(f)%name == 'position') cycle
+            written = written + 1
+            snapshot%fields(written) = empty_field(table%fields(f), n)
+            call collect(levels, table%fields(f)%first, snapshot%fields(written)%values)
+         end do
+      end associate
       snapshot%fields(written + 1) = empty_field(field_t('body', '', 1), n)
+      if (size(levels) > 1) snapshot%fields(written + 2) = empty_field(field_t('level', '', 1), n)
       last = 0
-      do b = 1, size(level%blocks)
-         first = last + 1
-         last = last + level%blocks(b)%particles%count
-         if (last < first) cycle
-         snapshot%id(first:last) = level%blocks(b)%particles%id(:last - first + 1)
-         snapshot%fields(written + 1)%values(first:last, 1) = real(level%blocks(b)%particles%body(:last - first + 1), wp)
+      do l = 1, size(levels)
+         do b = 1, size(levels(l)%blocks)
+            associate (particles => levels(l)%blocks(b)%particles)
+               first = last + 1
+               last = last + particles%count
+               if (last < first) cycle
+               snapshot%id(first:last) = particles%id(:particles%count)
+               snapshot%fields(written + 1)%values(first:last, 1) = real(particles%body(:particles%count), wp)
+               if (size(levels) > 1) snapshot%fields(written + 2)%values(first:last, 1) = real(l, wp)
+            end associate
+         end do
       end do
    end subroutine take_snapshot
 
    !> Where the particles of each block go in the file.
-   subroutine place_runs(communicator, level, snapshot)
+   subroutine place_runs(communicator, levels, snapshot)
       type(communicator_t), intent(in) :: communicator
-      type(level_t), intent(in) :: level
+      type(level_t), intent(in) :: levels(:)
       type(snapshot_t), intent(inout) :: snapshot
       integer, allocatable :: counts(:)
-      integer(i8) :: before
-      integer :: b, index
-      allocate (counts(size(level%owner)), source=0)
-      do b = 1, size(level%blocks)
-         counts(level%blocks(b)%index) = level%blocks(b)%particles%count
+      integer(i8) :: before(blocks_before(levels, size(levels) + 1))
+      integer :: b, index, l, r
+      allocate (counts(size(before)), source=0)
+      do l = 1, size(levels)
+         do b = 1, size(levels(l)%blocks)
+            counts(blocks_before(levels, l) + levels(l)%blocks(b)%index) = levels(l)%blocks(b)%particles%count
+         end do
       end do
       snapshot%n_local = sum(counts)
       call MPI_Allreduce(MPI_IN_PLACE, counts, size(counts), MPI_INTEGER, MPI_SUM, communicator%comm)
       snapshot%n_total = sum(int(counts, i8))
+      before(1) = 0
+      do index = 2, size(counts)
+         before(index) = before(index - 1) + counts(index - 1)
+      end do
       if (allocated(snapshot%run_offset)) deallocate (snapshot%run_offset, snapshot%run_count)
-      allocate (snapshot%run_offset(size(level%blocks)), snapshot%run_count(size(level%blocks)))
-      before = 0
-      b = 1
-      do index = 1, size(counts)
-         if (b > size(level%blocks)) exit
-         if (level%blocks(b)%index == index) then
-            snapshot%run_offset(b) = before
-            snapshot%run_count(b) = counts(index)
-            b = b + 1
-         end if
-         before = before + counts(index)
+      allocate (snapshot%run_offset(sum(own_blocks(levels))), snapshot%run_count(sum(own_blocks(levels))))
+      r = 0
+      do l = 1, size(levels)
+         do b = 1, size(levels(l)%blocks)
+            r = r + 1
+            snapshot%run_offset(r) = before(blocks_before(levels, l) + levels(l)%blocks(b)%index)
+            snapshot%run_count(r) = levels(l)%blocks(b)%particles%count
+         end do
       end do
    end subroutine place_runs
+
+   !> This rank's blocks of a level.
+   pure elemental integer function own_blocks(level)
+      type(level_t), intent(in) :: level
+      own_blocks = size(level%blocks)
+   end function own_blocks
 
    !> A field of a snapshot, not filled.
    function empty_field(field, n) result(snapshot_field)
@@ -89,17 +107,19 @@ contains
       allocate (snapshot_field%values(n, field%components))
    end function empty_field
 
-   !> Columns from `first` of all blocks, one block after the other.
-   subroutine collect(level, first, values)
-      type(level_t), intent(in) :: level
+   !> Columns from `first` of all blocks of all levels, one block after the other.
+   subroutine collect(levels, first, values)
+      type(level_t), intent(in) :: levels(:)
       integer, intent(in) :: first
       real(wp), intent(out) :: values(:, :)
-      integer :: b, n, begun
+      integer :: b, l, n, begun
       begun = 0
-      do b = 1, size(level%blocks)
-         n = level%blocks(b)%particles%count
-         values(begun + 1:begun + n, :) = level%blocks(b)%particles%column(:n, first:first + size(values, 2) - 1)
-         begun = begun + n
+      do l = 1, size(levels)
+         do b = 1, size(levels(l)%blocks)
+            n = levels(l)%blocks(b)%particles%count
+            values(begun + 1:begun + n, :) = levels(l)%blocks(b)%particles%column(:n, first:first + size(values, 2) - 1)
+            begun = begun + n
+         end do
       end do
    end subroutine collect
 

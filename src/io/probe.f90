@@ -20,18 +20,20 @@ contains
       real(wp), intent(in) :: position(3)
       real(wp) :: distance, nearest
       integer(i8) :: id
-      integer :: b, p, pass
+      integer :: b, l, p, pass
       nearest = huge(nearest)
       id = huge(id)
       do pass = 1, 2
-         do b = 1, size(model%level%blocks)
-            associate (particles => model%level%blocks(b)%particles, x => model%level%layout%position)
-               do p = 1, particles%count
-                  distance = sum((particles%column(p, x:x + 2) - position)**2)
-                  if (pass == 1) nearest = min(nearest, distance)
-                  if (pass == 2 .and. distance <= nearest) id = min(id, particles%id(p))
-               end do
-            end associate
+         do l = 1, size(model%levels)
+            do b = 1, size(model%levels(l)%blocks)
+               associate (particles => model%levels(l)%blocks(b)%particles, x => model%levels(l)%layout%position)
+                  do p = 1, particles%count
+                     distance = sum((particles%column(p, x:x + 2) - position)**2)
+                     if (pass == 1) nearest = min(nearest, distance)
+                     if (pass == 2 .and. distance <= nearest) id = min(id, particles%id(p))
+                  end do
+               end associate
+            end do
          end do
          if (pass == 1) nearest = model%communicator%minimum(nearest)*(1.0_wp + 1.0e-9_wp)
       end do
@@ -46,16 +48,18 @@ contains
       type(probe_t), intent(in) :: probe
       real(wp), intent(out) :: position(3), stress(6), plastic_strain
       real(wp) :: found(10)
-      integer :: b, p, flowed
+      integer :: b, flowed, l, p
       found = 0.0_wp
-      flowed = model%level%table%column('plastic_strain')
-      do b = 1, size(model%level%blocks)
-         associate (particles => model%level%blocks(b)%particles, at => model%level%layout)
-            p = findloc(particles%id(:particles%count), probe%id, dim=1)
-            if (p == 0) cycle
-            found(:9) = [particles%column(p, at%position:at%position + 2), particles%column(p, at%stress:at%stress + 5)]
-            if (flowed > 0) found(10) = particles%column(p, flowed)
-         end associate
+      flowed = model%levels(1)%table%column('plastic_strain')
+      do l = 1, size(model%levels)
+         do b = 1, size(model%levels(l)%blocks)
+            associate (particles => model%levels(l)%blocks(b)%particles, at => model%levels(l)%layout)
+               p = findloc(particles%id(:particles%count), probe%id, dim=1)
+               if (p == 0) cycle
+               found(:9) = [particles%column(p, at%position:at%position + 2), particles%column(p, at%stress:at%stress + 5)]
+               if (flowed > 0) found(10) = particles%column(p, flowed)
+            end associate
+         end do
       end do
       call MPI_Allreduce(MPI_IN_PLACE, found, size(found), MPI_DOUBLE_PRECISION, MPI_SUM, model%communicator%comm)
       position = found(1:3)

@@ -150,7 +150,7 @@ contains
       snapshot%time = model%time
       snapshot%step = int(model%step)
       snapshot%title = self%title
-      call take_snapshot(model%communicator, model%level, snapshot)
+      call take_snapshot(model%communicator, model%levels, snapshot)
       if (self%hdf5) call write_hdf5_snapshot(model%communicator, snapshot, self%directory, error)
       if (self%hdf5 .and. .not. error%happened()) call self%index%add(model%communicator, snapshot, error)
       if (self%tecplot .and. .not. error%happened()) &

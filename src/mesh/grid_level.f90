@@ -20,6 +20,7 @@ module m_grid_level
       integer :: boundary(2, 3)   !< condition on the lower and upper side of each axis
    contains
       procedure :: nearest_node
+      procedure :: block_of
       procedure :: block_origin
       procedure :: block_index
       procedure :: block_place
@@ -28,16 +29,20 @@ module m_grid_level
 
 contains
 
-   !> The grid that a scene asks for.
-   pure function make_grid_level(spec) result(grid)
+   !> The grid that a scene asks for, or one of the finer ones over it: level 1 is the scene's, each next one has cells half as large.
+   pure function make_grid_level(spec, level) result(grid)
       type(grid_spec_t), intent(in) :: spec
+      integer, intent(in), optional :: level !< 1 where it is not given
       type(grid_level_t) :: grid
+      integer :: refinement
+      refinement = 1
+      if (present(level)) refinement = 2**(level - 1)
       grid%lower = spec%lower
       grid%upper = spec%upper
-      grid%cell = spec%cell_size
-      grid%per_cell = 1.0_wp/spec%cell_size
-      grid%cells = spec%cells
-      grid%blocks = spec%cells/block_size + 1
+      grid%cell = spec%cell_size/refinement
+      grid%per_cell = refinement/spec%cell_size
+      grid%cells = refinement*spec%cells
+      grid%blocks = grid%cells/block_size + 1
       grid%boundary = reshape(spec%boundary, [2, 3])
    end function make_grid_level
 
@@ -48,6 +53,14 @@ contains
       integer :: node(3)
       node = floor((position - self%lower)*self%per_cell + 0.5_wp)
    end function nearest_node
+
+   !> Place of the block whose bins hold a place in space; on or beyond the sides of the grid the nearest one.
+   pure function block_of(self, position) result(place)
+      class(grid_level_t), intent(in) :: self
+      real(wp), intent(in) :: position(3) !< m
+      integer :: place(3)
+      place = min(max(self%nearest_node(position), 0)/block_size, self%blocks - 1)
+   end function block_of
 
    !> Place (m) of the first node of a block.
    pure function block_origin(self, place) result(origin)

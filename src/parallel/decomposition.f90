@@ -1,4 +1,5 @@
-!> Which rank owns which block: METIS on the graph of blocks, weighted by particles and by the nodes that neighbours share.
+!> Which rank owns which block: METIS on the graph of the blocks of all levels, weighted by particles, one constraint a level, and
+!> by the nodes that neighbours, parents and children share.
 module m_decomposition
    use mpi_f08
    use m_kinds, only: wp
@@ -7,25 +8,36 @@ module m_decomposition
    use m_communicator, only: communicator_t
    use m_level, only: level_t, tile_last, node_values
    use m_block, only: block_t
-   use m_grid_level, only: grid_level_t
    use m_metis, only: partition_graph
    implicit none
    private
-   public :: choose_owners, settle_blocks
+   public :: choose_owners, set_owners, all_owners, settle_blocks, blocks_before
 
    integer, parameter :: block_cost = 64 !< cost of a block's node tile, in particles
+   integer, parameter :: shared_with_parent = 6**3 !< nodes of the level above that a block exchanges with its parent
 
 contains
 
+   !> Number of the block of level l with index 1 among the blocks of all levels, minus 1: levels one after the other.
+   pure integer function blocks_before(levels, l) result(before)
+      type(level_t), intent(in) :: levels(:)
+      integer, intent(in) :: l
+      integer :: m
+      before = 0
+      do m = 1, l - 1
+         before = before + product(levels(m)%grid%blocks)
+      end do
+   end function blocks_before
+
    !> Collective: an owner for every block that exists (counts >= 0), the same on every rank; -1 elsewhere.
-   subroutine choose_owners(communicator, grid, counts, owner, error)
+   subroutine choose_owners(communicator, levels, counts, owner, error)
       type(communicator_t), intent(in) :: communicator
-      type(grid_level_t), intent(in) :: grid
-      integer, intent(in) :: counts(:) !< particles of each block by index; -1 where there is no block; the same on every rank
-      integer, intent(out) :: owner(0:, 0:, 0:)
+      type(level_t), intent(in) :: levels(:) !< only their grids matter
+      integer, intent(in) :: counts(:)       !< particles of each block of each level, by index; -1 where there is no block
+      integer, intent(out) :: owner(:)       !< in the same order
       type(error_t), intent(inout) :: error
       integer, allocatable :: vertex(:), part(:)
-      integer :: index, n, place(3)
+      integer :: index, n
       logical :: failed
       allocate (vertex(size(counts)), source=0)
       n = 0
@@ -36,7 +48,7 @@ contains
       end do
       allocate (part(n))
       failed = .false.
-      if (communicator%is_root()) call partition(grid, counts, vertex, communicator%ranks, part, failed)
+      if (communicator%is_root()) call partition(levels, counts, vertex, communicator%ranks, part, failed)
       call MPI_Bcast(failed, 1, MPI_LOGICAL, 0, communicator%comm)
       if (failed) then
          call fail(error, exit_numerical, 'METIS could not place the blocks on the ranks; try another number of ranks')
@@ -45,20 +57,41 @@ contains
       call MPI_Bcast(part, n, MPI_INTEGER, 0, communicator%comm)
       owner = -1
       do index = 1, size(counts)
-         if (vertex(index) == 0) cycle
-         place = grid%block_place(index)
-         owner(place(1), place(2), place(3)) = part(vertex(index))
+         if (vertex(index) > 0) owner(index) = part(vertex(index))
       end do
    end subroutine choose_owners
 
-   !> Part of every block. With no more blocks than ranks, one block a rank.
-   subroutine partition(grid, counts, vertex, ranks, part, failed)
-      type(grid_level_t), intent(in) :: grid
+   !> The owners of the blocks of every level from those of all.
+   subroutine set_owners(levels, owner)
+      type(level_t), intent(inout) :: levels(:)
+      integer, intent(in) :: owner(:) !< as from choose_owners
+      integer :: before, l, n(3)
+      do l = 1, size(levels)
+         before = blocks_before(levels, l)
+         n = levels(l)%grid%blocks
+         if (.not. allocated(levels(l)%owner)) allocate (levels(l)%owner(0:n(1) - 1, 0:n(2) - 1, 0:n(3) - 1))
+         levels(l)%owner(:, :, :) = reshape(owner(before + 1:before + product(n)), n)
+      end do
+   end subroutine set_owners
+
+   !> The owners of the blocks of all levels.
+   pure function all_owners(levels) result(owner)
+      type(level_t), intent(in) :: levels(:)
+      integer :: owner(blocks_before(levels, size(levels) + 1)), before, l
+      do l = 1, size(levels)
+         before = blocks_before(levels, l)
+         owner(before + 1:before + size(levels(l)%owner)) = reshape(levels(l)%owner, [size(levels(l)%owner)])
+      end do
+   end function all_owners
+
+   !> Part of every block, each level balanced in itself. With no more blocks than ranks, one block a rank.
+   subroutine partition(levels, counts, vertex, ranks, part, failed)
+      type(level_t), intent(in) :: levels(:)
       integer, intent(in) :: counts(:), vertex(:), ranks
       integer, intent(out) :: part(:)
       logical, intent(out) :: failed
-      integer, allocatable :: offsets(:), adjacent(:), edge_weights(:), weights(:)
-      integer :: index, n, v, edges, place(3), other(3), d(3)
+      integer, allocatable :: offsets(:), adjacent(:), edge_weights(:), weights(:, :)
+      integer :: before, index, l, n, v, edges, place(3), d(3)
       failed = .false.
       part = 0
       if (ranks == 1) return
@@ -66,26 +99,43 @@ contains
          part = [(v - 1, v=1, size(part))]
          return
       end if
-      allocate (offsets(size(part) + 1), adjacent(26*size(part)), edge_weights(26*size(part)), weights(size(part)))
+      allocate (offsets(size(part) + 1), adjacent(35*size(part)), edge_weights(35*size(part)))
+      allocate (weights(size(levels), size(part)), source=0)
       edges = 0
       offsets(1) = 0
-      do index = 1, size(counts)
-         v = vertex(index)
-         if (v == 0) cycle
-         weights(v) = counts(index) + block_cost
-         place = grid%block_place(index)
-         do n = 1, 27
-            d = [mod(n - 1, 3), mod((n - 1)/3, 3), (n - 1)/9] - 1
-            other = place + d
-            if (n == 14 .or. any(other < 0) .or. any(other >= grid%blocks)) cycle
-            if (vertex(grid%block_index(other)) == 0) cycle
-            edges = edges + 1
-            adjacent(edges) = vertex(grid%block_index(other)) - 1
-            edge_weights(edges) = product(merge(2, tile_last + 1, d /= 0))
+      do l = 1, size(levels)
+         before = blocks_before(levels, l)
+         do index = 1, product(levels(l)%grid%blocks)
+            v = vertex(before + index)
+            if (v == 0) cycle
+            weights(l, v) = counts(before + index) + block_cost
+            place = levels(l)%grid%block_place(index)
+            do n = 1, 27
+               if (n == 14) cycle
+               d = [mod(n - 1, 3), mod((n - 1)/3, 3), (n - 1)/9] - 1
+               call connect(l, place + d, product(merge(2, tile_last + 1, d /= 0)))
+            end do
+            if (l > 1) call connect(l - 1, place/2, shared_with_parent)
+            do n = 0, 7
+               if (l < size(levels)) call connect(l + 1, 2*place + [ibits(n, 0, 1), ibits(n, 1, 1), ibits(n, 2, 1)], &
+                                                  shared_with_parent)
+            end do
+            offsets(v + 1) = edges
          end do
-         offsets(v + 1) = edges
       end do
       call partition_graph(offsets, adjacent(:edges), weights, edge_weights(:edges), ranks, part, failed)
+   contains
+      !> An edge from block v to a block of a level, if that exists.
+      subroutine connect(to_level, to, weight)
+         integer, intent(in) :: to_level, to(3), weight
+         integer :: other
+         if (any(to < 0) .or. any(to >= levels(to_level)%grid%blocks)) return
+         other = vertex(blocks_before(levels, to_level) + levels(to_level)%grid%block_index(to))
+         if (other == 0) return
+         edges = edges + 1
+         adjacent(edges) = other - 1
+         edge_weights(edges) = weight
+      end subroutine connect
    end subroutine partition
 
    !> Make this rank's blocks, mirrors, slots and pools fit the owners. Blocks that stay keep their particles; blocks that
@@ -151,6 +201,8 @@ contains
       new%cells%jumps = old%cells%jumps
       call move_alloc(old%leavers, new%leavers)
       new%leaver_count = old%leaver_count
+      new%lowest = old%lowest
+      new%highest = old%highest
    end subroutine take_over
 
    !> Mirrors of the remote neighbours, slots of all, and each block's table of neighbours.

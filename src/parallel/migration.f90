@@ -11,7 +11,7 @@ module m_migration
    use m_locate, only: bin_of
    implicit none
    private
-   public :: migration_t, frame_of, entered
+   public :: migration_t, frame_of, entered, take_out
 
    integer, parameter :: extra = 4 !< after a particle's columns a record holds: id's bits, body, block index, bin (0: not known)
 
@@ -21,6 +21,7 @@ module m_migration
       real(wp), allocatable :: records(:, :)
    contains
       procedure :: add
+      procedure :: add_values
    end type parcel_t
 
    type :: migration_t
@@ -32,6 +33,9 @@ module m_migration
    contains
       procedure :: move_leavers
       procedure :: move_blocks
+      procedure :: begin
+      procedure :: give_away
+      procedure :: deliver
       procedure :: unload
       procedure :: release
       procedure, private :: prepare
@@ -77,6 +81,48 @@ contains
       call exchange(self, communicator, neighbours)
       call settle(self%incoming, level)
    end subroutine move_leavers
+
+   !> Begin to move single particles to blocks of this level: give_away them one by one, then deliver.
+   subroutine begin(self, communicator, level)
+      class(migration_t), intent(inout) :: self
+      type(communicator_t), intent(in) :: communicator
+      type(level_t), intent(in) :: level
+      call self%prepare(level, communicator%ranks - 1)
+   end subroutine begin
+
+   !> A particle for the block of the level in which its centre lies, and which must exist.
+   subroutine give_away(self, communicator, level, values, id, body)
+      class(migration_t), intent(inout) :: self
+      type(communicator_t), intent(in) :: communicator
+      type(level_t), intent(in) :: level
+      real(wp), intent(in) :: values(:)
+      integer(i8), intent(in) :: id
+      integer(i4), intent(in) :: body
+      integer :: place(3), rank
+      associate (x => level%layout%position)
+         place = level%grid%block_of(values(x:x + 2))
+      end associate
+      rank = level%owner_at(place)
+      if (rank == communicator%rank) then
+         call self%incoming%add_values(values, id, body, level%grid%block_index(place), 0_i4)
+      else
+         call self%outgoing(merge(rank + 1, rank, rank < communicator%rank))%add_values(values, id, body, &
+                                                                                        level%grid%block_index(place), 0_i4)
+         self%sent = self%sent + 1
+      end if
+      self%moved = self%moved + 1
+   end subroutine give_away
+
+   !> Collective: what was given away arrives, in the order of ids.
+   subroutine deliver(self, communicator, level)
+      class(migration_t), intent(inout) :: self
+      type(communicator_t), intent(in) :: communicator
+      type(level_t), intent(inout) :: level
+      integer :: r
+      call exchange(self, communicator, pack([(r, r=0, communicator%ranks - 1)], &
+                                             [(r /= communicator%rank, r=0, communicator%ranks - 1)]))
+      call settle(self%incoming, level)
+   end subroutine deliver
 
    !> The block that a leaver has entered.
    pure function entered(level, block, p) result(place)
@@ -156,6 +202,7 @@ contains
       call block%particles%append(record(:n), transfer(record(n + 1), 0_i8), int(record(n + 2), i4))
       associate (x => level%layout%position)
          block%cells%bin(block%particles%count) = bin_of(record(x:x + 2), frame_of(level, block))
+         call block%include_place(record(x:x + 2))
       end associate
       if (record(n + 4) > 0.0_wp) block%cells%bin(block%particles%count) = int(record(n + 4), i4)
       block%cells%current = .false.
@@ -224,19 +271,28 @@ contains
       self%incoming%count = 0
    end subroutine prepare
 
-   !> Append particle p of a block, bound for the block `index`.
+   !> Append particle p of a block, bound for the block `index`, whose bin there is known if the block is its own.
    subroutine add(self, block, p, index)
       class(parcel_t), intent(inout) :: self
       type(block_t), intent(in) :: block
       integer, intent(in) :: p, index
+      call self%add_values(block%particles%column(p, :), block%particles%id(p), block%particles%body(p), index, block%cells%bin(p))
+   end subroutine add
+
+   !> Append a particle, bound for the block `index` and, where `bin` is not 0, for a bin there.
+   subroutine add_values(self, values, id, body, index, bin)
+      class(parcel_t), intent(inout) :: self
+      real(wp), intent(in) :: values(:)
+      integer(i8), intent(in) :: id
+      integer(i4), intent(in) :: body, bin
+      integer, intent(in) :: index
       integer :: columns
-      columns = size(block%particles%column, 2)
+      columns = size(values)
       call make_room(self, 1)
       self%count = self%count + 1
-      self%records(:columns, self%count) = block%particles%column(p, :)
-      self%records(columns + 1:, self%count) = [transfer(block%particles%id(p), 1.0_wp), real(block%particles%body(p), wp), &
-                                                real(index, wp), real(block%cells%bin(p), wp)]
-   end subroutine add
+      self%records(:columns, self%count) = values
+      self%records(columns + 1:, self%count) = [transfer(id, 1.0_wp), real(body, wp), real(index, wp), real(bin, wp)]
+   end subroutine add_values
 
    !> Room for `more` records; grows by half.
    subroutine make_room(parcel, more)

@@ -20,9 +20,11 @@ module m_block
       logical :: at_rest = .false.       !< no particle moves, none is under stress
       logical :: tile_holds = .false.    !< its tile in `gathered` is what these particles at rest give
       real(wp) :: wave_speed = 0.0_wp    !< largest of its particles, m/s
+      real(wp) :: lowest(3) = huge(1.0_wp), highest(3) = -huge(1.0_wp) !< bounds of its particles' centres, m
    contains
       procedure :: reserve
       procedure :: refresh_lists
+      procedure :: include_place
       procedure :: bytes
    end type block_t
 
@@ -50,6 +52,14 @@ contains
          call self%cells%set_in_order(self%particles%count)
       end if
    end subroutine refresh_lists
+
+   !> Widen the bounds to a place.
+   pure subroutine include_place(self, place)
+      class(block_t), intent(inout) :: self
+      real(wp), intent(in) :: place(3) !< m
+      self%lowest = min(self%lowest, place)
+      self%highest = max(self%highest, place)
+   end subroutine include_place
 
    !> Memory held by particles and lists (bytes).
    pure integer(i8) function bytes(self)

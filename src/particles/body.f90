@@ -5,6 +5,7 @@ module m_body
    use m_scene, only: body_spec_t, shape_box, shape_sphere, shape_cylinder
    use m_level, only: level_t
    use m_block, only: block_t
+   use m_split, only: must_split, octant_of, child_id
    implicit none
    private
    public :: fill_block, count_in_block, body_center
@@ -17,85 +18,160 @@ module m_body
       integer(i8) :: last(3)
    end type lattice_t
 
+   !> A particle before it is one.
+   type :: birth_t
+      real(wp) :: x(3) = 0.0_wp    !< m
+      real(wp) :: half = 0.0_wp    !< half its edge, m
+      integer(i8) :: id = 0        !< number of its place in the lattice, from 1
+      integer(i8) :: octants = 0   !< which part of which part it is, three bits a split, the last one lowest
+      integer :: refinement = 0    !< splits into eight
+   end type birth_t
+
+   type :: births_t
+      integer :: count = 0
+      type(birth_t), allocatable :: list(:)
+   contains
+      procedure :: add
+   end type births_t
+
 contains
 
-   !> Add the particles of a body that lie in a block.
+   !> Add the particles of a body that live in a block of level l.
    !> The id is id_base + the number of the lattice place, so that it does not depend on the blocks.
-   subroutine fill_block(level, block, spec, body, density, id_base)
-      type(level_t), intent(in) :: level
+   subroutine fill_block(levels, l, block, spec, body, density, id_base)
+      type(level_t), intent(in) :: levels(:)
+      integer, intent(in) :: l
       type(block_t), intent(inout) :: block
       type(body_spec_t), intent(in) :: spec
       integer, intent(in) :: body         !< number of the body
       real(wp), intent(in) :: density     !< kg/m3
       integer(i8), intent(in) :: id_base
-      type(lattice_t) :: lattice
-      real(wp) :: values(level%table%columns), x(3)
-      integer(i8) :: i, j, k, low(3), high(3), extent(3)
-      lattice = body_lattice(spec, level%grid%cell)
-      call range_in_block(level, block%place, lattice, low, high)
-      extent = lattice%last - lattice%first + 1
-      call block%reserve(block%particles%count + count_in_block(level, block%place, spec), size(values))
-      do k = low(3), high(3)
-         do j = low(2), high(2)
-            do i = low(1), high(1)
-               x = lattice%anchor + (real([i, j, k], wp) + 0.5_wp)*lattice%spacing
-               if (.not. belongs(level, block%place, spec, x)) cycle
-               call initial_values(level, spec, density, lattice%spacing, x, values)
-               call block%particles%append(values, id_base + 1 + (i - lattice%first(1)) + extent(1)*((j - lattice%first(2)) &
-                                           + extent(2)*(k - lattice%first(3))), int(body, i4))
-            end do
-         end do
+      type(births_t) :: births
+      real(wp) :: values(levels(l)%table%columns)
+      integer :: p
+      call find_births(levels, l, block%place, spec, births)
+      call block%reserve(block%particles%count + births%count, size(values))
+      do p = 1, births%count
+         associate (birth => births%list(p))
+            call initial_values(levels(l), spec, density, birth, values)
+            call block%particles%append(values, child_id(id_base + birth%id, birth%octants, birth%refinement), int(body, i4))
+         end associate
       end do
    end subroutine fill_block
 
-   !> How many particles of a body lie in the block at a place.
-   pure integer function count_in_block(level, place, spec) result(n)
+   !> How many particles of a body live in the block of level l at a place.
+   pure integer function count_in_block(levels, l, place, spec) result(n)
+      type(level_t), intent(in) :: levels(:)
+      integer, intent(in) :: l, place(3)
+      type(body_spec_t), intent(in) :: spec
+      type(births_t) :: births
+      n = 0
+      if (.not. may_hold(levels(l), place)) return
+      call find_births(levels, l, place, spec, births)
+      n = births%count
+   end function count_in_block
+
+   !> False for blocks that lie well outside the region of their level.
+   pure logical function may_hold(level, place)
       type(level_t), intent(in) :: level
       integer, intent(in) :: place(3)
+      real(wp) :: origin(3)
+      origin = level%grid%block_origin(place)
+      may_hold = level%region%overlaps(origin - 3.0_wp*level%grid%cell, origin + (block_size + 2)*level%grid%cell)
+   end function may_hold
+
+   !> The particles of a body that live in the block of level l at a place: the places of the lattice of the coarsest level that
+   !> lie in the body, and where finer regions begin their parts.
+   pure subroutine find_births(levels, l, place, spec, births)
+      type(level_t), intent(in) :: levels(:)
+      integer, intent(in) :: l, place(3)
       type(body_spec_t), intent(in) :: spec
+      type(births_t), intent(inout) :: births
       type(lattice_t) :: lattice
-      integer(i8) :: i, j, k, low(3), high(3)
-      lattice = body_lattice(spec, level%grid%cell)
-      call range_in_block(level, place, lattice, low, high)
-      n = 0
+      type(birth_t) :: root
+      integer(i8) :: i, j, k, low(3), high(3), extent(3)
+      lattice = body_lattice(spec, levels(1)%grid%cell)
+      call range_in_block(levels(l), place, lattice, low, high)
+      extent = lattice%last - lattice%first + 1
+      allocate (births%list(max(1, product(int(max(0_i8, high - low + 1))))))
+      root%half = 0.5_wp*lattice%spacing
       do k = low(3), high(3)
          do j = low(2), high(2)
             do i = low(1), high(1)
-               if (belongs(level, place, spec, lattice%anchor + (real([i, j, k], wp) + 0.5_wp)*lattice%spacing)) n = n + 1
+               root%x = lattice%anchor + (real([i, j, k], wp) + 0.5_wp)*lattice%spacing
+               if (any(root%x < levels(1)%grid%lower) .or. any(root%x > levels(1)%grid%upper)) cycle ! a symmetry plane cuts it
+               if (.not. inside(spec, root%x)) cycle
+               root%id = 1 + (i - lattice%first(1)) + extent(1)*((j - lattice%first(2)) + extent(2)*(k - lattice%first(3)))
+               call settle_down(levels, 1, l, place, root, births)
             end do
          end do
       end do
-   end function count_in_block
+   end subroutine find_births
 
-   !> True when a place lies in the body and in the grid, and its nearest node in the block.
-   pure logical function belongs(level, place, spec, x)
-      type(level_t), intent(in) :: level
-      integer, intent(in) :: place(3)
-      type(body_spec_t), intent(in) :: spec
-      real(wp), intent(in) :: x(3)
-      belongs = .false.
-      if (any(x < level%grid%lower) .or. any(x > level%grid%upper)) return ! a symmetry plane cuts the body
-      if (any(level%grid%nearest_node(x)/block_size /= place)) return
-      belongs = inside(spec, x)
-   end function belongs
+   !> A particle on level `now`, or its parts, go to the level where they live (theory.md, eq. residence). Those that live in the
+   !> block are listed.
+   pure recursive subroutine settle_down(levels, now, l, place, birth, births)
+      type(level_t), intent(in) :: levels(:)
+      integer, intent(in) :: now, l, place(3)
+      type(birth_t), intent(in) :: birth
+      type(births_t), intent(inout) :: births
+      type(birth_t) :: part
+      integer :: octant
+      logical :: goes_on
+      goes_on = now < size(levels)
+      if (goes_on) goes_on = levels(now + 1)%region%overlaps(birth%x - birth%half, birth%x + birth%half)
+      if (.not. goes_on) then
+         if (now /= l) return
+         if (any(levels(l)%grid%nearest_node(birth%x)/block_size /= place)) return
+         call births%add(birth)
+      else if (must_split(levels(now + 1)%grid, levels(now + 1)%region, now + 1, birth%refinement, birth%x, birth%half)) then
+         do octant = 0, 7
+            part = birth
+            part%half = 0.5_wp*birth%half
+            part%x = birth%x + octant_of(octant)*part%half
+            part%octants = 8_i8*birth%octants + octant
+            part%refinement = birth%refinement + 1
+            call settle_down(levels, now, l, place, part, births)
+         end do
+      else
+         call settle_down(levels, now + 1, l, place, birth, births)
+      end if
+   end subroutine settle_down
+
+   !> Append to a list.
+   pure subroutine add(self, birth)
+      class(births_t), intent(inout) :: self
+      type(birth_t), intent(in) :: birth
+      type(birth_t), allocatable :: more(:)
+      if (self%count == size(self%list)) then
+         allocate (more(2*self%count))
+         more(:self%count) = self%list
+         call move_alloc(more, self%list)
+      end if
+      self%count = self%count + 1
+      self%list(self%count) = birth
+   end subroutine add
 
    !> What a new particle carries; fields of its law follow (material_t%initial).
-   pure subroutine initial_values(level, spec, density, spacing, x, values)
+   pure subroutine initial_values(level, spec, density, birth, values)
       type(level_t), intent(in) :: level
       type(body_spec_t), intent(in) :: spec
-      real(wp), intent(in) :: density, spacing, x(3)
+      real(wp), intent(in) :: density
+      type(birth_t), intent(in) :: birth
       real(wp), intent(out) :: values(:)
       real(wp) :: arm(3)
       values = 0.0_wp
-      arm = x - body_center(spec)
+      arm = birth%x - body_center(spec)
       associate (at => level%layout, w => spec%angular_velocity)
-         values(at%position:at%position + 2) = x
+         values(at%position:at%position + 2) = birth%x
          values(at%velocity:at%velocity + 2) = spec%velocity &
                           + [w(2)*arm(3) - w(3)*arm(2), w(3)*arm(1) - w(1)*arm(3), w(1)*arm(2) - w(2)*arm(1)]
-         values(at%volume) = spacing**3
-         values(at%mass) = density*spacing**3
-         if (at%half_size > 0) values(at%half_size:at%half_size + merge(2, 0, at%half_sizes)) = 0.5_wp*spacing
-         if (at%domain > 0) values(at%domain:at%domain + 8:4) = 0.5_wp*spacing
+         values(at%volume) = (2.0_wp*birth%half)**3
+         values(at%mass) = density*(2.0_wp*birth%half)**3
+         if (at%half_size > 0) values(at%half_size:at%half_size + merge(2, 0, at%half_sizes)) = birth%half
+         if (at%domain > 0) values(at%domain:at%domain + 8:4) = birth%half
+         if (at%refinement > 0) values(at%refinement) = birth%refinement
+         if (at%generation > 0) values(at%generation) = 3*birth%refinement
          if (at%gradient > 0) values(at%gradient:at%gradient + 8) = [0.0_wp, w(3), -w(2), -w(3), 0.0_wp, w(1), w(2), -w(1), 0.0_wp]
       end associate
    end subroutine initial_values
@@ -123,6 +199,10 @@ contains
       real(wp) :: from(3), to(3)
       from = level%grid%block_origin(place) - 0.5_wp*level%grid%cell
       to = from + block_size*level%grid%cell
+      if (level%number > 1) then ! what lives here may be part of a larger one
+         from = from - lattice%spacing
+         to = to + lattice%spacing
+      end if
       low = max(lattice%first, floor((from - lattice%anchor)/lattice%spacing - 0.5_wp, i8))
       high = min(lattice%last, ceiling((to - lattice%anchor)/lattice%spacing - 0.5_wp, i8))
    end subroutine range_in_block

@@ -23,6 +23,7 @@ module m_field_table
       logical :: half_sizes = .false.
       integer :: domain = 0        !< half edges of the domain instead: 9 columns, component i of edge k at 3 (k-1) + i
       integer :: generation = 0    !< how often the particle has been split
+      integer :: refinement = 0    !< how often of that into eight, on the way to a finer level
       integer :: gradient = 0      !< velocity gradient of the last step, 9 columns, d v_i / d x_j at 3 (j-1) + i
       integer :: kept_gradient = 0 !< the same, where the step puts it between nodes and stress and nothing else wants it
       integer :: deformation = 0   !< deformation gradient, 9 columns, the same order
@@ -109,6 +110,7 @@ contains
       end do
       layout%domain = self%column('domain')
       layout%generation = self%column('generation')
+      layout%refinement = self%column('refinement')
       layout%stress = self%column('stress')
       layout%gradient = self%column('velocity_gradient')
       layout%kept_gradient = self%column('kept_gradient')

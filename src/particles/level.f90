@@ -3,6 +3,7 @@ module m_level
    use m_kinds, only: wp, i8
    use m_constants, only: block_size
    use m_grid_level, only: grid_level_t
+   use m_region, only: region_t
    use m_block, only: block_t
    use m_field_table, only: field_table_t, layout_t
    use m_split, only: half_edges
@@ -15,7 +16,9 @@ module m_level
                                                             !< force or acceleration (5 to 7), spare
 
    type :: level_t
+      integer :: number = 1                  !< 1 is the coarsest
       type(grid_level_t) :: grid
+      type(region_t) :: region               !< that it refines; the coarsest level's is everything
       type(field_table_t) :: table
       type(layout_t) :: layout
       integer, allocatable :: owner(:, :, :) !< rank that owns a block, -1 where there is no block; from 0; the same on every rank

@@ -4,9 +4,11 @@ module m_split
    use m_block, only: block_t
    use m_particle_store, only: particle_store_t
    use m_field_table, only: field_table_t, layout_t
+   use m_grid_level, only: grid_level_t
+   use m_region, only: region_t
    implicit none
    private
-   public :: split_long, half_edges, longest
+   public :: split_long, split_in_eight, must_split, half_edges, extents, octant_of, child_id, longest
 
    integer, parameter, public :: id_bits = 50          !< ids of particles that were never split are below 2^id_bits
    integer, parameter, public :: most_generations = 12 !< splits that an id has room for; it stays below 2^62
@@ -52,6 +54,82 @@ contains
       end do
       block%cells%current = .false.
    end subroutine split_long
+
+   !> True when a particle that goes to a finer level, or lives there, must be split into eight: its centre is inside and it is
+   !> larger than the particles of that level, or it is too large for the weights there (theory.md, eq. refine).
+   pure logical function must_split(grid, region, number, refinement, x, half)
+      type(grid_level_t), intent(in) :: grid
+      type(region_t), intent(in) :: region
+      integer, intent(in) :: number     !< of the level, from 1
+      integer, intent(in) :: refinement !< how often the particle has been split into eight
+      real(wp), intent(in) :: x(3)      !< its centre, m
+      real(wp), intent(in) :: half      !< its longest half edge, m
+      must_split = half > longest*grid%cell
+      if (refinement < number - 1 .and. .not. must_split) must_split = region%holds(x)
+   end function must_split
+
+   !> Signs of the way from the centre of a particle to that of its octant (0 to 7).
+   pure function octant_of(octant) result(signs)
+      integer, intent(in) :: octant
+      real(wp) :: signs(3)
+      signs = real(2*[ibits(octant, 0, 1), ibits(octant, 1, 1), ibits(octant, 2, 1)] - 1, wp)
+   end function octant_of
+
+   !> Id of a part of a particle: three bits for each split into eight, as if it had been halved along x, y, z.
+   pure integer(i8) function child_id(id, octants, splits)
+      integer(i8), intent(in) :: id, octants !< the last split in the lowest three bits
+      integer, intent(in) :: splits
+      integer :: s
+      child_id = id
+      do s = 1, splits
+         child_id = ior(child_id, ishft(ibits(octants, 3*(splits - s), 3), id_bits + 3*(s - 1)))
+      end do
+   end function child_id
+
+   !> Half the size, along the axes, of the box around a particle's domain, m.
+   pure function extents(values, layout) result(e)
+      real(wp), intent(in) :: values(:) !< the particle's columns
+      type(layout_t), intent(in) :: layout
+      real(wp) :: e(3)
+      if (layout%domain > 0) then
+         e = sum(abs(half_edges(values, layout)), dim=2)
+      else if (layout%half_sizes) then
+         e = values(layout%half_size:layout%half_size + 2)
+      else
+         e = values(layout%half_size)
+      end if
+   end function extents
+
+   !> The columns of the eight parts of a particle: halved along all its edges. With the velocity gradient each has the velocity
+   !> of its own centre. The bits of its id that tell the parts apart are those of `generation` to `generation` + 2.
+   pure subroutine split_in_eight(values, layout, extensive, parts)
+      real(wp), intent(in) :: values(:)
+      type(layout_t), intent(in) :: layout
+      logical, intent(in) :: extensive(:)
+      real(wp), intent(out) :: parts(:, 0:) !< (columns, 0:7)
+      real(wp) :: r(3, 3), shift(3), l(3, 3)
+      integer :: octant
+      r = 0.5_wp*half_edges(values, layout)
+      l = 0.0_wp
+      if (layout%gradient > 0) l = reshape(values(layout%gradient:layout%gradient + 8), [3, 3])
+      do octant = 0, 7
+         shift = matmul(r, octant_of(octant))
+         associate (part => parts(:, octant))
+            part = merge(0.125_wp*values, values, extensive)
+            part(layout%position:layout%position + 2) = values(layout%position:layout%position + 2) + shift
+            part(layout%velocity:layout%velocity + 2) = values(layout%velocity:layout%velocity + 2) + matmul(l, shift)
+            if (layout%domain > 0) then
+               part(layout%domain:layout%domain + 8) = reshape(r, [9])
+            else if (layout%half_sizes) then
+               part(layout%half_size:layout%half_size + 2) = [r(1, 1), r(2, 2), r(3, 3)]
+            else
+               part(layout%half_size) = r(1, 1)
+            end if
+            part(layout%generation) = values(layout%generation) + 3.0_wp
+            part(layout%refinement) = values(layout%refinement) + 1.0_wp
+         end associate
+      end do
+   end subroutine split_in_eight
 
    !> Squared lengths of a particle's half edges, m2.
    pure function lengths_squared(column, p, layout) result(squares)

@@ -15,7 +15,6 @@ module m_bulk_viscosity
 
    type, extends(effect_t) :: bulk_viscosity_t
       real(wp) :: linear = 0.06_wp, quadratic = 1.2_wp
-      real(wp) :: cell = 0.0_wp              !< m
       real(wp), allocatable :: stiffest(:)   !< of each body's material, Pa
       integer :: pressure = 0, heat = 0      !< columns
    contains
@@ -57,7 +56,6 @@ contains
       type(grid_level_t), intent(in) :: grid
       type(materials_t), intent(in) :: materials
       integer :: b
-      self%cell = grid%cell
       allocate (self%stiffest(size(materials%of_body)))
       do b = 1, size(self%stiffest)
          self%stiffest(b) = materials%slots(materials%of_body(b))%law%stiffest()
@@ -76,17 +74,17 @@ contains
 
    !> q = rho h (quadratic^2 h d^2 + linear c d) where the volume shrinks at the rate d, 0 where it does not. What it takes from the
    !> motion in the step is booked with the q that acts, that of the step's beginning.
-   pure subroutine on_stress(self, particles, layout, gradient, time_step)
+   pure subroutine on_stress(self, particles, layout, gradient, cell, time_step)
       class(bulk_viscosity_t), intent(in) :: self
       type(particle_store_t), intent(inout) :: particles
       type(layout_t), intent(in) :: layout
       real(wp), intent(in), contiguous :: gradient(:, :)
-      real(wp), intent(in) :: time_step
+      real(wp), intent(in) :: cell, time_step
       integer :: first, last
       first = 1
       do while (first <= particles%count)
          last = particles%run_end(first)
-         call advance(self, self%stiffest(particles%body(first)), first, last, time_step, gradient, &
+         call advance(self, self%stiffest(particles%body(first)), first, last, cell, time_step, gradient, &
                       particles%column(:, layout%mass), particles%column(:, layout%volume), particles%column(:, self%pressure), &
                       particles%column(:, self%heat))
          first = last + 1
@@ -94,9 +92,9 @@ contains
    end subroutine on_stress
 
    !> Particles first..last, all of one material.
-   pure subroutine advance(self, stiffest, first, last, time_step, gradient, mass, volume, pressure, heat)
+   pure subroutine advance(self, stiffest, first, last, cell, time_step, gradient, mass, volume, pressure, heat)
       class(bulk_viscosity_t), intent(in) :: self
-      real(wp), intent(in) :: stiffest, time_step
+      real(wp), intent(in) :: stiffest, cell, time_step
       integer, intent(in) :: first, last
       real(wp), intent(in), contiguous :: gradient(:, :), mass(:), volume(:)
       real(wp), intent(inout), contiguous :: pressure(:), heat(:)
@@ -108,7 +106,7 @@ contains
          heat(p) = heat(p) + time_step*pressure(p)*rate*volume(p)
          rate = max(0.0_wp, rate)
          density = mass(p)/volume(p)
-         pressure(p) = self%cell*rate*(density*self%quadratic**2*self%cell*rate + self%linear*sqrt(density*stiffest))
+         pressure(p) = cell*rate*(density*self%quadratic**2*cell*rate + self%linear*sqrt(density*stiffest))
       end do
    end subroutine advance
 

@@ -45,13 +45,13 @@ contains
 
    !> Local damping must not meet tools: it would take the contact force for one that nothing balances, and every load would come
    !> out higher by the share that it takes. After contact it would undo what contact has done, and the tool would chatter.
-   subroutine verify(self, communicator, level, tools, error)
+   subroutine verify(self, communicator, levels, tools, error)
       class(damping_t), intent(in) :: self
       type(communicator_t), intent(in) :: communicator
-      type(level_t), intent(in) :: level
+      type(level_t), intent(in) :: levels(:)
       integer, intent(in) :: tools
       type(error_t), intent(inout) :: error
-      associate (unused => communicator%rank, unused_too => level%grid%cell); end associate
+      associate (unused => communicator%rank, unused_too => size(levels)); end associate
       if (self%kind == kind_local .and. tools > 0 .and. self%coefficient > 0.0_wp) &
          call fail(error, exit_input, '&damping kind=''local'': not with a &tool, whose load it would falsify; allowed: viscous')
    end subroutine verify

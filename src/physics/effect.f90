@@ -92,13 +92,13 @@ contains
    end subroutine initialise
 
    !> Collective: refuse a model that the effect cannot act on as its group says, when all bodies are filled.
-   subroutine verify(self, communicator, level, tools, error)
+   subroutine verify(self, communicator, levels, tools, error)
       class(effect_t), intent(in) :: self
       type(communicator_t), intent(in) :: communicator
-      type(level_t), intent(in) :: level
+      type(level_t), intent(in) :: levels(:)
       integer, intent(in) :: tools !< how many the scene has
       type(error_t), intent(inout) :: error
-      associate (unused => self%repeats, c => communicator%rank, l => level%grid%cell, t => tools, e => error%status); end associate
+      associate (unused => self%repeats, c => communicator%rank, l => size(levels), t => tools, e => error%status); end associate
    end subroutine verify
 
    !> How much faster the fastest wave of the grid becomes through the effect, at least 1: the time step is shorter by this.
@@ -183,13 +183,15 @@ contains
    end subroutine on_gradient
 
    !> Change stress or own fields of the particles of a block, whose stress and volume have just been advanced by `gradient`.
-   pure subroutine on_stress(self, particles, layout, gradient, time_step)
+   pure subroutine on_stress(self, particles, layout, gradient, cell, time_step)
       class(effect_t), intent(in) :: self
       type(particle_store_t), intent(inout) :: particles
       type(layout_t), intent(in) :: layout
       real(wp), intent(in), contiguous :: gradient(:, :) !< (:, 9), 1/s
+      real(wp), intent(in) :: cell      !< size of the cells of the particles' level, m
       real(wp), intent(in) :: time_step !< s
-      associate (unused => self%repeats, p => particles%count, l => layout%mass, d => time_step, n => size(gradient)); end associate
+      associate (unused => self%repeats, p => particles%count, l => layout%mass, d => time_step, n => size(gradient), &
+                 c => cell); end associate
    end subroutine on_stress
 
 end module m_effect

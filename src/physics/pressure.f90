@@ -107,21 +107,23 @@ contains
    end subroutine initialise
 
    !> Collective: all of the patch must have found a face, on one side of its plane. Inside a body it finds two, which cancel.
-   subroutine verify(self, communicator, level, tools, error)
+   subroutine verify(self, communicator, levels, tools, error)
       class(pressure_t), intent(in) :: self
       type(communicator_t), intent(in) :: communicator
-      type(level_t), intent(in) :: level
+      type(level_t), intent(in) :: levels(:)
       integer, intent(in) :: tools !< how many the scene has
       type(error_t), intent(inout) :: error
       real(wp) :: found, patch
-      integer :: axis, b
+      integer :: axis, b, l
       axis = self%area + minloc(self%upper - self%lower, dim=1) - 1
       associate (unused => tools); end associate
       found = 0.0_wp
-      do b = 1, size(level%blocks)
-         associate (particles => level%blocks(b)%particles)
-            found = found + sum(particles%column(:particles%count, axis))
-         end associate
+      do l = 1, size(levels)
+         do b = 1, size(levels(l)%blocks)
+            associate (particles => levels(l)%blocks(b)%particles)
+               found = found + sum(particles%column(:particles%count, axis))
+            end associate
+         end do
       end do
       found = abs(communicator%sum_real(found))
       patch = product(pack(self%upper - self%lower, self%upper > self%lower))
@@ -165,15 +167,15 @@ contains
    end subroutine add_forces
 
    !> With F = I + dt L the arm becomes F arm and the area J F^-T area (Nanson).
-   pure subroutine on_stress(self, particles, layout, gradient, time_step)
+   pure subroutine on_stress(self, particles, layout, gradient, cell, time_step)
       class(pressure_t), intent(in) :: self
       type(particle_store_t), intent(inout) :: particles
       type(layout_t), intent(in) :: layout
       real(wp), intent(in), contiguous :: gradient(:, :)
-      real(wp), intent(in) :: time_step
+      real(wp), intent(in) :: cell, time_step
       real(wp) :: f(3, 3), cofactor(3, 3)
       integer :: i, p
-      associate (unused => layout%mass); end associate
+      associate (unused => layout%mass, unused_too => cell); end associate
       associate (column => particles%column)
          do p = 1, particles%count
             if (.not. any(abs(column(p, self%area:self%area + 2)) > 0.0_wp)) cycle

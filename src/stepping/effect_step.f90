@@ -119,25 +119,31 @@ contains
    end subroutine fit_push
 
    !> Effects on the solved nodes of a block, before what is held is held.
-   subroutine change_nodes(self, effects, level, b, time, time_step, timers)
+   subroutine change_nodes(self, effects, level, b, time, time_step, slave, timers)
       class(effect_step_t), intent(inout) :: self
       type(effect_slot_t), intent(in) :: effects(:)
       type(level_t), intent(inout) :: level
       integer, intent(in) :: b
       real(wp), intent(in) :: time, time_step !< s
+      integer, intent(in) :: slave(:, :)      !< nodes of the tile that a coarser level moves: they are left as they are
       type(timers_t), intent(inout) :: timers
-      real(wp) :: before(3, 0:tile_last, 0:tile_last, 0:tile_last)
-      integer :: n, e, i, j, k
+      real(wp) :: before(6, 0:tile_last, 0:tile_last, 0:tile_last)
+      integer :: n, e, i, j, k, s
       do n = 1, size(self%on_nodes)
          e = self%on_nodes(n)
          call timers%enter(effects(e)%row)
-         before = level%solved(5:7, :, :, :, b)
+         before = level%solved(2:7, :, :, :, b)
          call effects(e)%effect%on_nodes(time, time_step, level%solved(:, :, :, :, b))
+         do s = 1, size(slave, 2)
+            associate (at => slave(:3, s))
+               level%solved(2:7, at(1), at(2), at(3), b) = before(:, at(1), at(2), at(3))
+            end associate
+         end do
          do k = 0, tile_last
             do j = 0, tile_last
                do i = 0, tile_last
                   self%push(:, i, j, k, self%kind(e), b) = self%push(:, i, j, k, self%kind(e), b) &
-                     + level%gathered(1, i, j, k, b)*(level%solved(5:7, i, j, k, b) - before(:, i, j, k))
+                     + level%gathered(1, i, j, k, b)*(level%solved(5:7, i, j, k, b) - before(4:6, i, j, k))
                end do
             end do
          end do
@@ -205,7 +211,8 @@ contains
       integer :: i
       do i = 1, size(self%on_stress)
          call timers%enter(effects(self%on_stress(i))%row)
-         call effects(self%on_stress(i))%effect%on_stress(level%blocks(b)%particles, level%layout, level%gradient, time_step)
+         call effects(self%on_stress(i))%effect%on_stress(level%blocks(b)%particles, level%layout, level%gradient, &
+                                                             level%grid%cell, time_step)
       end do
    end subroutine change_stress
 

@@ -2,6 +2,7 @@
 module m_energy
    use mpi_f08
    use m_kinds, only: wp
+   use m_decomposition, only: blocks_before
    use m_model, only: model_t
    implicit none
    private
@@ -45,10 +46,12 @@ contains
       type(sums_t) :: sums
       real(wp), allocatable :: parts(:, :)
       real(wp) :: total(quantities)
-      integer :: b
-      allocate (parts(quantities, size(model%level%owner)), source=0.0_wp)
-      do b = 1, size(model%level%blocks)
-         parts(:, model%level%blocks(b)%index) = block_sums(model, b)
+      integer :: b, l
+      allocate (parts(quantities, blocks_before(model%levels, size(model%levels) + 1)), source=0.0_wp)
+      do l = 1, size(model%levels)
+         do b = 1, size(model%levels(l)%blocks)
+            parts(:, blocks_before(model%levels, l) + model%levels(l)%blocks(b)%index) = block_sums(model, l, b)
+         end do
       end do
       call MPI_Allreduce(MPI_IN_PLACE, parts, size(parts), MPI_DOUBLE_PRECISION, MPI_SUM, model%communicator%comm)
       total = 0.0_wp
@@ -65,12 +68,12 @@ contains
    end function energy
 
    !> Mass, kinetic energy, strain energy, plastic work, momentum, angular momentum of one block, and what effects took out.
-   pure function block_sums(model, b) result(sums)
+   pure function block_sums(model, l, b) result(sums)
       type(model_t), intent(in) :: model
-      integer, intent(in) :: b
+      integer, intent(in) :: l, b
       real(wp) :: sums(quantities)
       integer :: first, last, m
-      associate (particles => model%level%blocks(b)%particles, at => model%level%layout)
+      associate (particles => model%levels(l)%blocks(b)%particles, at => model%levels(l)%layout)
          sums = 0.0_wp
          if (particles%count == 0) return
          call moments(particles%count, particles%column(:, at%position:at%position + 2), &
@@ -128,10 +131,13 @@ contains
    subroutine follow(self, model)
       class(balance_t), intent(inout) :: self
       type(model_t), intent(inout) :: model
+      integer :: l
       self%now = measure(model)
-      call model%effect_step%fold(model%communicator)
-      self%external_work = sum(model%contact%states%work) + model%effect_step%external_work
-      self%damped = model%effect_step%damped + self%now%dissipated + sum(model%contact%states%heat)
+      do l = 1, size(model%levels)
+         call model%effect_step(l)%fold(model%communicator)
+      end do
+      self%external_work = sum(model%contact%states%work) + sum(model%effect_step%external_work)
+      self%damped = sum(model%effect_step%damped) + self%now%dissipated + sum(model%contact%states%heat)
       self%largest = max(self%largest, abs(self%external_work), abs(self%damped), self%now%energy())
       self%worst = max(self%worst, abs(self%excess()))
    end subroutine follow

@@ -11,7 +11,9 @@ module m_model
    use m_grid_level, only: make_grid_level
    use m_level, only: level_t
    use m_body, only: fill_block, count_in_block
-   use m_decomposition, only: choose_owners, settle_blocks
+   use m_decomposition, only: choose_owners, set_owners, all_owners, settle_blocks, blocks_before
+   use m_region, only: make_region
+   use m_composite, only: composite_t, has_slaves
    use m_node_exchange, only: node_exchange_t
    use m_block, only: block_t
    use m_locate, only: bin_of
@@ -35,30 +37,38 @@ module m_model
    type :: model_t
       type(communicator_t) :: communicator
       type(time_spec_t) :: method
-      type(level_t) :: level
+      type(level_t), allocatable :: levels(:)           !< the coarsest first
       type(materials_t) :: materials
       type(effect_slot_t), allocatable :: effects(:)
-      type(effect_step_t) :: effect_step
+      type(effect_step_t), allocatable :: effect_step(:) !< one a level
       type(contact_t) :: contact
-      type(node_exchange_t) :: exchange
-      type(migration_t) :: migration
+      type(node_exchange_t), allocatable :: exchange(:) !< one a level
+      type(migration_t), allocatable :: migration(:)    !< one a level
+      type(composite_t), allocatable :: composite(:)    !< each level with the one above; the first is not used
       type(timers_t) :: timers
+      integer :: levels_row = 0                       !< of the timers, where there are several levels
       type(bounds_t) :: bounds
       real(wp) :: time = 0.0_wp                       !< s
       integer(i8) :: step = 0
       integer(i8) :: particle_steps = 0               !< particle updates on this rank so far
-      integer(i8) :: splits = 0                       !< particles that this rank has split
+      integer(i8) :: splits = 0                       !< particles that this rank has made by splitting others
       integer(i8) :: particle_steps_at_rest = 0       !< of these, how many had nothing to do
       logical :: skip_at_rest = .true.                !< leave out blocks that are at rest: the same bits, less time
    contains
       procedure :: build
       procedure :: connect
       procedure :: create_blocks
+      procedure :: prepare_blocks
       procedure :: rebalance
+      procedure :: particle_count
+      procedure :: stepped_cell
       procedure :: wave_speed
       procedure :: release
+      procedure, private :: mark_wanted
+      procedure, private :: make_wanted
    end type model_t
 
+   real(wp), parameter :: furthest = 0.45_wp            !< way of a particle in a step of the coarsest level, in its cells: above safety
    real(wp), parameter :: tolerated_imbalance = 1.15_wp !< most loaded rank over the mean
 
 contains
@@ -69,54 +79,67 @@ contains
       type(communicator_t), intent(in) :: communicator
       type(scene_t), intent(in) :: scene
       type(error_t), intent(inout) :: error
-      integer, allocatable :: counts(:)
-      integer :: b, body, e, filled
+      integer, allocatable :: counts(:), owner(:)
+      integer :: e, l
       self%communicator = communicator
       self%method = scene%time
       self%materials = make_materials(scene)
-      if (self%method%domain /= domain_fixed .and. first_id(size(scene%bodies) + 1) > 2_i8**id_bits) then
-         call fail(error, exit_input, "with domains other than 'fixed' a scene has at most "// &
+      if ((self%method%domain /= domain_fixed .or. has_levels(scene)) .and. first_id(size(scene%bodies) + 1) > 2_i8**id_bits) then
+         call fail(error, exit_input, "with levels, or domains other than 'fixed', a scene has at most "// &
                    to_text(2_i8**id_bits/first_id(2))//' bodies')
          return
       end if
       if (.not. allocated(self%effects)) call make_effects(scene, self%effects)
-      self%level%grid = make_grid_level(scene%grid)
+      call make_levels(self, scene)
       call self%timers%start()
+      if (size(self%levels) > 1) self%levels_row = self%timers%row_of('levels')
       do e = 1, size(self%effects)
-         call self%effects(e)%effect%prepare(self%level%grid, self%materials)
+         call self%effects(e)%effect%prepare(self%levels(1)%grid, self%materials)
       end do
-      call self%effect_step%build(self%effects, product(self%level%grid%blocks), self%timers)
+      do l = 1, size(self%levels)
+         call self%effect_step(l)%build(self%effects, product(self%levels(l)%grid%blocks), self%timers)
+      end do
       call self%contact%build(scene%tools, scene%contact)
       call declare_fields(self)
-      associate (n => self%level%grid%blocks)
-         allocate (self%level%owner(0:n(1) - 1, 0:n(2) - 1, 0:n(3) - 1), source=-1)
-      end associate
       call count_particles(self, scene, counts)
-      call choose_owners(communicator, self%level%grid, counts, self%level%owner, error)
+      allocate (owner(size(counts)))
+      call choose_owners(communicator, self%levels, counts, owner, error)
       if (error%happened()) return
+      call set_owners(self%levels, owner)
       call self%connect()
-      do b = 1, size(self%level%blocks)
-         do body = 1, size(scene%bodies)
-            filled = self%level%blocks(b)%particles%count
-            call fill_block(self%level, self%level%blocks(b), scene%bodies(body), body, &
-                            scene%materials(scene%bodies(body)%material)%density, first_id(body))
-            associate (particles => self%level%blocks(b)%particles, law => self%materials%slots(self%materials%of_body(body))%law)
-               if (particles%count > filled) &
-                  call law%initial(particles%column, self%level%layout, filled + 1, particles%count)
-            end associate
-         end do
-         call set_bins(self%level, self%level%blocks(b))
-         do e = 1, size(self%effects)
-            call self%effects(e)%effect%initialise(self%level%blocks(b)%particles, self%level%table, self%level%layout, &
-                                                   self%level%grid)
-         end do
+      do l = 1, size(self%levels)
+         call fill(l)
       end do
-      call self%level%size_work()
       do e = 1, size(self%effects)
-         call self%effects(e)%effect%verify(communicator, self%level, size(scene%tools), error)
+         call self%effects(e)%effect%verify(communicator, self%levels, size(scene%tools), error)
       end do
       call communicator%agree(error)
    contains
+      !> The particles of one level.
+      subroutine fill(l)
+         integer, intent(in) :: l
+         integer :: b, body, e, filled
+         do b = 1, size(self%levels(l)%blocks)
+            associate (block => self%levels(l)%blocks(b))
+               do body = 1, size(scene%bodies)
+                  filled = block%particles%count
+                  call fill_block(self%levels, l, block, scene%bodies(body), body, &
+                                  scene%materials(scene%bodies(body)%material)%density, first_id(body))
+                  associate (law => self%materials%slots(self%materials%of_body(body))%law)
+                     if (block%particles%count > filled) &
+                        call law%initial(block%particles%column, self%levels(l)%layout, filled + 1, block%particles%count)
+                  end associate
+               end do
+               call set_bins(self%levels(l), block)
+               do e = 1, size(self%effects)
+                  call self%effects(e)%effect%initialise(block%particles, self%levels(l)%table, self%levels(l)%layout, &
+                                                         self%levels(l)%grid)
+               end do
+            end associate
+         end do
+         call self%levels(l)%size_work()
+      end subroutine fill
+
       !> Ids of different bodies do not meet.
       pure integer(i8) function first_id(body)
          integer, intent(in) :: body
@@ -124,7 +147,33 @@ contains
       end function first_id
    end subroutine build
 
-   !> Bins of the particles of a block that has just been filled.
+   !> True when a scene has levels besides its grid.
+   pure logical function has_levels(scene)
+      type(scene_t), intent(in) :: scene
+      has_levels = .false.
+      if (allocated(scene%levels)) has_levels = size(scene%levels) > 0
+   end function has_levels
+
+   !> The grids of all levels and the regions that they refine.
+   subroutine make_levels(self, scene)
+      class(model_t), intent(inout) :: self
+      type(scene_t), intent(in) :: scene
+      integer :: l, n
+      n = 1
+      if (has_levels(scene)) n = 1 + size(scene%levels)
+      allocate (self%levels(n), self%effect_step(n), self%exchange(n), self%migration(n), self%composite(n))
+      do l = 1, n
+         self%levels(l)%number = l
+         self%levels(l)%grid = make_grid_level(scene%grid, l)
+         if (l == 1) cycle
+         associate (grid => self%levels(l)%grid, spec => scene%levels(l - 1))
+            self%levels(l)%region = make_region(grid, 2*nint(0.5_wp*(spec%lower - grid%lower)*grid%per_cell), &
+                                                2*nint(0.5_wp*(spec%upper - grid%lower)*grid%per_cell))
+         end associate
+      end do
+   end subroutine make_levels
+
+   !> Bins of the particles of a block that has just been filled, and the bounds of their places.
    subroutine set_bins(level, block)
       type(level_t), intent(in) :: level
       type(block_t), intent(inout) :: block
@@ -132,6 +181,7 @@ contains
       associate (x => level%layout%position)
          do p = 1, block%particles%count
             block%cells%bin(p) = bin_of(block%particles%column(p, x:x + 2), frame_of(level, block))
+            call block%include_place(block%particles%column(p, x:x + 2))
          end do
       end associate
       block%cells%current = .false.
@@ -140,8 +190,8 @@ contains
    !> The fields that every scene has, and those that materials, effects and choices of the method ask for.
    subroutine declare_fields(self)
       class(model_t), intent(inout) :: self
-      integer :: m
-      associate (table => self%level%table)
+      integer :: l, m
+      associate (table => self%levels(1)%table)
          call table%declare('position', 3, 'm', written=.true.)
          call table%declare('velocity', 3, 'm/s', written=.true.)
          call table%declare('mass', 1, 'kg', written=.true., extensive=.true.)
@@ -151,7 +201,9 @@ contains
          case (domain_stretch); call table%declare('half_size', 3, 'm', written=.true.)
          case default; call table%declare('half_size', 1, 'm', written=.true.)
          end select
-         if (self%method%domain /= domain_fixed) call table%declare('generation', 1, '1', written=.false.)
+         if (self%method%domain /= domain_fixed .or. size(self%levels) > 1) &
+            call table%declare('generation', 1, '1', written=.false.)
+         if (size(self%levels) > 1) call table%declare('refinement', 1, '1', written=.false.)
          call table%declare('stress', 6, 'Pa', written=.true.)
          if (self%method%affine) call table%declare('velocity_gradient', 9, '1/s', written=.false.)
          if (self%method%stress_update == update_musl) call table%declare('next_position', 3, 'm', written=.false.)
@@ -164,88 +216,218 @@ contains
             call self%effects(m)%effect%declare(table)
             self%effects(m)%columns = table%columns - self%effects(m)%columns
          end do
-         self%level%layout = table%layout()
+         do l = 1, size(self%levels)
+            self%levels(l)%table = table
+            self%levels(l)%layout = table%layout()
+         end do
       end associate
    end subroutine declare_fields
 
-   !> Collective: particles of each block by index, -1 where there are none; each rank counts a share of the blocks.
+   !> Collective: particles of each block of each level by index, -1 where there are none; each rank counts a share of the blocks.
    subroutine count_particles(self, scene, counts)
       class(model_t), intent(in) :: self
       type(scene_t), intent(in) :: scene
       integer, allocatable, intent(out) :: counts(:)
-      integer :: index, body
-      allocate (counts(product(self%level%grid%blocks)), source=0)
-      do index = 1 + self%communicator%rank, size(counts), self%communicator%ranks
-         do body = 1, size(scene%bodies)
-            counts(index) = counts(index) + count_in_block(self%level, self%level%grid%block_place(index), scene%bodies(body))
+      integer :: before, body, index, l
+      allocate (counts(blocks_before(self%levels, size(self%levels) + 1)), source=0)
+      do l = 1, size(self%levels)
+         before = blocks_before(self%levels, l)
+         do index = 1 + self%communicator%rank, product(self%levels(l)%grid%blocks), self%communicator%ranks
+            do body = 1, size(scene%bodies)
+               counts(before + index) = counts(before + index) &
+                  + count_in_block(self%levels, l, self%levels(l)%grid%block_place(index), scene%bodies(body))
+            end do
          end do
       end do
       call MPI_Allreduce(MPI_IN_PLACE, counts, size(counts), MPI_INTEGER, MPI_SUM, self%communicator%comm)
       where (counts == 0) counts = -1
+      call add_parents(self%levels, counts, 0)
    end subroutine count_particles
+
+   !> Where blocks (values of at least 0) hold slaves their parents are needed too: those that are missing get a value.
+   subroutine add_parents(levels, values, value)
+      type(level_t), intent(in) :: levels(:)
+      integer, intent(inout) :: values(:) !< one a block of each level, as from count_particles
+      integer, intent(in) :: value
+      integer :: index, l, parent, place(3)
+      do l = size(levels), 2, -1
+         do index = 1, product(levels(l)%grid%blocks)
+            if (values(blocks_before(levels, l) + index) < 0) cycle
+            place = levels(l)%grid%block_place(index)
+            if (.not. has_slaves(levels(l)%region, place)) cycle
+            parent = blocks_before(levels, l - 1) + levels(l - 1)%grid%block_index(place/2)
+            if (values(parent) < 0) values(parent) = value
+         end do
+      end do
+   end subroutine add_parents
 
    !> Fit blocks, mirrors, pools and messages to the owners.
    subroutine connect(self)
       class(model_t), intent(inout) :: self
-      call settle_blocks(self%level, self%communicator%rank)
-      call self%exchange%build(self%communicator, self%level)
+      integer :: l
+      do l = 1, size(self%levels)
+         call settle_blocks(self%levels(l), self%communicator%rank)
+         call self%exchange(l)%build(self%communicator, self%levels(l))
+      end do
+      do l = 2, size(self%levels)
+         call self%composite(l)%build(self%communicator, self%levels(l - 1), self%levels(l))
+      end do
    end subroutine connect
 
-   !> Collective: make the blocks that leavers have entered and that do not exist yet. A new block belongs to the lowest rank
-   !> that asks for it.
+   !> Collective: make the blocks that leavers of the only level have entered and that do not exist yet.
    subroutine create_blocks(self)
       class(model_t), intent(inout) :: self
-      integer, allocatable :: asked(:)
-      integer :: b, index, l, place(3)
-      allocate (asked(size(self%level%owner)), source=self%communicator%ranks)
-      do b = 1, size(self%level%blocks)
-         associate (block => self%level%blocks(b))
+      logical, allocatable :: wanted(:)
+      integer :: b, l
+      allocate (wanted(size(self%levels(1)%owner)), source=.false.)
+      do b = 1, size(self%levels(1)%blocks)
+         associate (block => self%levels(1)%blocks(b))
             do l = 1, block%leaver_count
-               place = entered(self%level, block, int(block%leavers(l)))
-               if (self%level%owner_at(place) < 0) asked(self%level%grid%block_index(place)) = self%communicator%rank
+               wanted(self%levels(1)%grid%block_index(entered(self%levels(1), block, int(block%leavers(l))))) = .true.
             end do
          end associate
       end do
-      call MPI_Allreduce(MPI_IN_PLACE, asked, size(asked), MPI_INTEGER, MPI_MIN, self%communicator%comm)
-      do index = 1, size(asked)
-         if (asked(index) == self%communicator%ranks) cycle
-         place = self%level%grid%block_place(index)
-         self%level%owner(place(1), place(2), place(3)) = asked(index)
-      end do
-      call self%connect()
+      call self%make_wanted(wanted)
    end subroutine create_blocks
 
-   !> Collective: place the blocks anew, without the empty ones, when the ranks' shares of the particles have drifted apart.
+   !> Collective: with several levels, make the blocks that particles may enter before the end of the next step, on their own level,
+   !> in the finer one's region or out of their own, and the parents of those with slaves. Blocks are only made here: within a step
+   !> of the coarsest level all stay where they are.
+   subroutine prepare_blocks(self)
+      class(model_t), intent(inout) :: self
+      logical, allocatable :: wanted(:)
+      if (size(self%levels) == 1) return
+      call self%mark_wanted(wanted)
+      call self%make_wanted(wanted)
+   end subroutine prepare_blocks
+
+   !> The blocks that this rank's particles may enter, by number.
+   subroutine mark_wanted(self, wanted)
+      class(model_t), intent(in) :: self
+      logical, allocatable, intent(out) :: wanted(:)
+      real(wp) :: low(3), high(3), reach
+      integer :: b, l
+      reach = furthest*self%levels(1)%grid%cell
+      allocate (wanted(blocks_before(self%levels, size(self%levels) + 1)), source=.false.)
+      do l = 1, size(self%levels)
+         associate (level => self%levels(l))
+            do b = 1, size(level%blocks)
+               if (level%blocks(b)%particles%count == 0) cycle
+               low = level%blocks(b)%lowest - reach
+               high = level%blocks(b)%highest + reach
+               call mark_box(l, low, high)
+               if (l < size(self%levels)) then
+                  associate (finer => self%levels(l + 1)%region)
+                     if (finer%overlaps(low - level%grid%cell, high + level%grid%cell)) &
+                        call mark_box(l + 1, max(low, finer%lower - level%grid%cell), min(high, finer%upper + level%grid%cell))
+                  end associate
+               end if
+               if (l > 1) then
+                  if (.not. level%region%clear_of_edge(low, high, 2.0_wp*level%grid%cell)) call mark_box(l - 1, low, high)
+               end if
+            end do
+         end associate
+      end do
+   contains
+      subroutine mark_box(l, low, high)
+         integer, intent(in) :: l
+         real(wp), intent(in) :: low(3), high(3)
+         integer :: a(3), z(3), i, j, k
+         a = self%levels(l)%grid%block_of(low)
+         z = self%levels(l)%grid%block_of(high)
+         do k = a(3), z(3)
+            do j = a(2), z(2)
+               do i = a(1), z(1)
+                  wanted(blocks_before(self%levels, l) + self%levels(l)%grid%block_index([i, j, k])) = .true.
+               end do
+            end do
+         end do
+      end subroutine mark_box
+   end subroutine mark_wanted
+
+   !> Collective: make the blocks that some rank wants and that do not exist yet. A new block belongs to the lowest rank that wants it.
+   subroutine make_wanted(self, wanted)
+      class(model_t), intent(inout) :: self
+      logical, intent(in) :: wanted(:) !< one a block of each level
+      integer, allocatable :: asked(:), owner(:)
+      integer :: missing
+      owner = all_owners(self%levels)
+      missing = merge(1, 0, any(wanted .and. owner < 0))
+      call MPI_Allreduce(MPI_IN_PLACE, missing, 1, MPI_INTEGER, MPI_MAX, self%communicator%comm)
+      if (missing == 0) return
+      asked = merge(self%communicator%rank, self%communicator%ranks, wanted)
+      call MPI_Allreduce(MPI_IN_PLACE, asked, size(asked), MPI_INTEGER, MPI_MIN, self%communicator%comm)
+      where (owner < 0 .and. asked < self%communicator%ranks) owner = asked
+      call add_parents(self%levels, owner, 0)
+      call set_owners(self%levels, owner)
+      call self%connect()
+   end subroutine make_wanted
+
+   !> Collective: place the blocks anew, without those that are empty and not wanted, when the ranks' shares of the work have drifted
+   !> apart.
    subroutine rebalance(self, error)
       class(model_t), intent(inout) :: self
       type(error_t), intent(inout) :: error
-      integer, allocatable :: counts(:), owner(:, :, :)
-      integer(i8) :: own, total
-      real(wp) :: heaviest
-      integer :: b
+      integer, allocatable :: counts(:), owner(:)
+      integer(i8) :: own(size(self%levels)), total(size(self%levels)), heaviest(size(self%levels))
+      logical, allocatable :: wanted(:)
+      integer :: b, before, l, n(3)
       if (self%communicator%ranks == 1) return
       call self%timers%enter(phase_balance)
-      own = self%level%particle_count()
-      total = self%communicator%sum_count(own)
-      heaviest = self%communicator%maximum(real(own, wp))
-      if (heaviest*self%communicator%ranks > tolerated_imbalance*total) then
-         allocate (counts(size(self%level%owner)), source=0)
-         do b = 1, size(self%level%blocks)
-            counts(self%level%blocks(b)%index) = self%level%blocks(b)%particles%count
+      do l = 1, size(self%levels)
+         own(l) = 2_i8**merge(l - 1, 0, self%method%subcycle)*self%levels(l)%particle_count()
+      end do
+      call MPI_Allreduce(own, total, size(own), MPI_INTEGER8, MPI_SUM, self%communicator%comm)
+      call MPI_Allreduce(own, heaviest, size(own), MPI_INTEGER8, MPI_MAX, self%communicator%comm)
+      if (sum(heaviest)*self%communicator%ranks > tolerated_imbalance*sum(total)) then
+         call self%mark_wanted(wanted)
+         counts = merge(0, -1, wanted)
+         do l = 1, size(self%levels)
+            before = blocks_before(self%levels, l)
+            do b = 1, size(self%levels(l)%blocks)
+               associate (block => self%levels(l)%blocks(b))
+                  if (block%particles%count > 0) counts(before + block%index) = block%particles%count
+               end associate
+            end do
          end do
-         call MPI_Allreduce(MPI_IN_PLACE, counts, size(counts), MPI_INTEGER, MPI_SUM, self%communicator%comm)
-         where (counts == 0) counts = -1
-         allocate (owner, mold=self%level%owner)
-         call choose_owners(self%communicator, self%level%grid, counts, owner, error)
+         if (size(self%levels) == 1) where (counts == 0) counts = -1 ! there blocks are made when a particle has entered them
+         call MPI_Allreduce(MPI_IN_PLACE, counts, size(counts), MPI_INTEGER, MPI_MAX, self%communicator%comm)
+         call add_parents(self%levels, counts, 0)
+         allocate (owner(size(counts)))
+         call choose_owners(self%communicator, self%levels, counts, owner, error)
          if (.not. error%happened()) then
-            call self%migration%move_blocks(self%communicator, self%level, owner)
-            self%level%owner(:, :, :) = owner
+            do l = 1, size(self%levels)
+               before = blocks_before(self%levels, l)
+               n = self%levels(l)%grid%blocks
+               call self%migration(l)%move_blocks(self%communicator, self%levels(l), &
+                                                  reshape(owner(before + 1:before + product(n)), n))
+            end do
+            call set_owners(self%levels, owner)
             call self%connect()
-            call self%migration%unload(self%level)
+            do l = 1, size(self%levels)
+               call self%migration(l)%unload(self%levels(l))
+            end do
          end if
       end if
       call self%timers%leave()
    end subroutine rebalance
+
+   !> Particles on this rank.
+   pure integer(i8) function particle_count(self)
+      class(model_t), intent(in) :: self
+      integer :: l
+      particle_count = 0
+      do l = 1, size(self%levels)
+         particle_count = particle_count + self%levels(l)%particle_count()
+      end do
+   end function particle_count
+
+   !> The cell size (m) that bounds the time step of the coarsest level: its own, where the finer levels take as many more steps as
+   !> their cells are smaller; else that of the finest.
+   pure real(wp) function stepped_cell(self)
+      class(model_t), intent(in) :: self
+      stepped_cell = self%levels(merge(1, size(self%levels), self%method%subcycle))%grid%cell
+   end function stepped_cell
 
    !> Speed (m/s) of the fastest wave of the grid: that of the material, faster by what effects make of it.
    pure real(wp) function wave_speed(self)
@@ -260,8 +442,13 @@ contains
    !> Free what MPI and PETSc hold.
    subroutine release(self)
       class(model_t), intent(inout) :: self
-      call self%exchange%release()
-      call self%migration%release()
+      integer :: l
+      if (.not. allocated(self%levels)) return
+      do l = 1, size(self%levels)
+         call self%exchange(l)%release()
+         call self%migration(l)%release()
+         call self%composite(l)%release()
+      end do
       call self%contact%release()
    end subroutine release
 

@@ -11,7 +11,7 @@ program pushed_and_rubbing
    use m_scene, only: scene_t, tool_spec_t, boundary_free, boundary_roller, tool_flat, tool_sphere
    use m_model, only: model_t
    use m_energy, only: sums_t, measure
-   use m_level_step, only: advance
+   use m_advance, only: advance
    use m_assertions, only: assertions_t
    use m_chance, only: keep_worst, say
    implicit none
@@ -71,8 +71,8 @@ contains
       type(model_t), intent(inout) :: model
       real(wp), intent(in) :: velocity(3)
       integer :: b, k, n
-      do b = 1, size(model%level%blocks)
-         associate (particles => model%level%blocks(b)%particles, v => model%level%layout%velocity)
+      do b = 1, size(model%levels(1)%blocks)
+         associate (particles => model%levels(1)%blocks(b)%particles, v => model%levels(1)%layout%velocity)
             n = particles%count
             do k = 1, 3
                particles%column(:n, v + k - 1) = velocity(k)
@@ -103,8 +103,8 @@ contains
    !> Free what MPI holds. PETSc stays: it cannot start a second time in one program.
    subroutine let_go(model)
       type(model_t), intent(inout) :: model
-      call model%exchange%release()
-      call model%migration%release()
+      call model%exchange(1)%release()
+      call model%migration(1)%release()
    end subroutine let_go
 
    !> Nothing in the way: speed is the integral of load over mass; the way is that of a scheme of first order.

@@ -14,15 +14,16 @@ program ranks
    use m_grid_level, only: make_grid_level
    use m_level, only: level_t
    use m_body, only: count_in_block
-   use m_decomposition, only: choose_owners, settle_blocks
+   use m_decomposition, only: choose_owners, set_owners, settle_blocks
    use m_node_exchange, only: node_exchange_t
    implicit none
    type(communicator_t) :: communicator
    type(catalogue_t) :: catalogue
    type(scene_t) :: scene
-   type(level_t) :: level
+   type(level_t), target :: levels(1)
+   type(level_t), pointer :: level
    type(error_t) :: error
-   integer, allocatable :: counts(:)
+   integer, allocatable :: counts(:), owner(:)
    integer :: a, b, index, number
    character(len=12) :: word
    call communicator%start()
@@ -30,16 +31,15 @@ program ranks
    call known_effects(catalogue)
    call read_scene(communicator, catalogue, scene, error)
    if (error%happened()) error stop 'the scene is not valid'
+   level => levels(1)
    level%grid = make_grid_level(scene%grid)
    allocate (counts(product(level%grid%blocks)), source=0)
    do index = 1, size(counts)
       do b = 1, size(scene%bodies)
-         counts(index) = counts(index) + count_in_block(level, level%grid%block_place(index), scene%bodies(b))
+         counts(index) = counts(index) + count_in_block(levels, 1, level%grid%block_place(index), scene%bodies(b))
       end do
    end do
-   associate (n => level%grid%blocks)
-      allocate (level%owner(0:n(1) - 1, 0:n(2) - 1, 0:n(3) - 1))
-   end associate
+   allocate (owner(size(counts)))
    print '(a)', 'ranks blocks_most particles_mean particles_most neighbours_most messages_all bytes_most bytes_all'
    do a = 1, command_argument_count()
       call get_command_argument(a, word)
@@ -58,8 +58,9 @@ contains
       integer(i8) :: particles, most, messages, bytes, bytes_all
       one = communicator
       one%ranks = number
-      call choose_owners(one, level%grid, merge(counts, -1, counts > 0), level%owner, error)
+      call choose_owners(one, levels, merge(counts, -1, counts > 0), owner, error)
       if (error%happened()) error stop 'METIS could not place the blocks'
+      call set_owners(levels, owner)
       blocks = 0
       neighbours = 0
       most = 0

@@ -7,7 +7,7 @@ program at_rest
    use m_scene, only: scene_t, grid_spec_t, update_usl, update_usf, update_musl
    use m_materials, only: material_of
    use m_model, only: model_t
-   use m_level_step, only: advance
+   use m_advance, only: advance
    use m_assertions, only: assertions_t
    implicit none
    real(wp), parameter :: young = 1.0e6_wp, density = 1000.0_wp, cell = 0.125_wp
@@ -52,15 +52,15 @@ contains
    integer function different_bits(a, b) result(different)
       type(model_t), intent(in) :: a, b
       integer :: i, c, n
-      different = abs(size(a%level%blocks) - size(b%level%blocks))
+      different = abs(size(a%levels(1)%blocks) - size(b%levels(1)%blocks))
       if (different > 0) return
-      do i = 1, size(a%level%blocks)
-         n = a%level%blocks(i)%particles%count
-         different = different + abs(n - b%level%blocks(i)%particles%count)
+      do i = 1, size(a%levels(1)%blocks)
+         n = a%levels(1)%blocks(i)%particles%count
+         different = different + abs(n - b%levels(1)%blocks(i)%particles%count)
          if (different > 0) return
-         do c = 1, a%level%table%columns
-            different = different + count(transfer(a%level%blocks(i)%particles%column(:n, c), [0_i8]) &
-                                          /= transfer(b%level%blocks(i)%particles%column(:n, c), [0_i8]))
+         do c = 1, a%levels(1)%table%columns
+            different = different + count(transfer(a%levels(1)%blocks(i)%particles%column(:n, c), [0_i8]) &
+                                          /= transfer(b%levels(1)%blocks(i)%particles%column(:n, c), [0_i8]))
          end do
       end do
    end function different_bits

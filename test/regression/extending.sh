@@ -37,7 +37,7 @@ with_example=$PWD/tree/build/$BUILD/gimp3d
 "$with_example" <example.nml >example.log 2>&1 || fail "the example ends with status $?: $(tail -n 3 example.log)"
 "$PYTHON" "$ROOT/test/regression/extending.py" check out/example example.log
 
-sed -i "s/^\( *\)self%level%layout = table%layout()/\1call table%declare('planted', 1, '1', written=.false.)\n&/" \
+sed -i "s/^\( *\)call table%declare('stress', .*/\1call table%declare('planted', 1, '1', written=.false.)\n&/" \
    tree/src/stepping/model.f90
 ! cmp -s "$ROOT/src/stepping/model.f90" tree/src/stepping/model.f90 || fail 'nothing was planted'
 build

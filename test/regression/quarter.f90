@@ -9,7 +9,7 @@ program quarter
                       update_musl, domain_fixed, domain_stretch, domain_corners
    use m_materials, only: material_of
    use m_model, only: model_t
-   use m_level_step, only: advance
+   use m_advance, only: advance
    use m_assertions, only: assertions_t
    use m_chance, only: keep_worst
    implicit none
@@ -111,8 +111,8 @@ contains
       call model%build(comm, scene, error)
       call test%check(.not. error%happened(), 'the box is built')
       allocate (key_of(16*half*half*high*2), source=0.0_wp)
-      do b = 1, size(model%level%blocks)
-         associate (particles => model%level%blocks(b)%particles, at => model%level%layout)
+      do b = 1, size(model%levels(1)%blocks)
+         associate (particles => model%levels(1)%blocks(b)%particles, at => model%levels(1)%layout)
             do p = 1, particles%count
                x = particles%column(p, at%position:at%position + 2)
                key_of(int(particles%id(p))) = 1 + floor(x(1)/(0.5_wp*cell)) + 2*n + per_row*(floor(x(2)/(0.5_wp*cell)) + 2*n &
@@ -129,8 +129,8 @@ contains
       end do
       if (error%happened() .and. comm%is_root()) print '(3x,a)', error%message
       allocate (values(kept, per_row*per_row*2*high), source=0.0_wp)
-      do b = 1, size(model%level%blocks)
-         associate (particles => model%level%blocks(b)%particles, at => model%level%layout)
+      do b = 1, size(model%levels(1)%blocks)
+         associate (particles => model%levels(1)%blocks(b)%particles, at => model%levels(1)%layout)
             do p = 1, particles%count
                values(:, nint(key_of(int(particles%id(p))))) = [particles%column(p, at%volume), &
                   particles%column(p, at%position:at%position + 2), particles%column(p, at%velocity:at%velocity + 2), &

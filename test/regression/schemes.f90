@@ -8,7 +8,7 @@ program schemes
    use m_scene, only: scene_t, grid_spec_t, update_usl, update_usf, update_musl
    use m_materials, only: material_of
    use m_model, only: model_t
-   use m_level_step, only: advance
+   use m_advance, only: advance
    use m_energy, only: sums_t, measure
    use m_assertions, only: assertions_t
    implicit none
@@ -102,8 +102,8 @@ contains
       type(model_t), intent(inout) :: model
       real(wp) :: x
       integer :: b, p
-      do b = 1, size(model%level%blocks)
-         associate (particles => model%level%blocks(b)%particles, at => model%level%layout)
+      do b = 1, size(model%levels(1)%blocks)
+         associate (particles => model%levels(1)%blocks(b)%particles, at => model%levels(1)%layout)
             do p = 1, particles%count
                x = (particles%column(p, at%position) - 4.0_wp*cell)/length
                particles%column(p, at%velocity) = speed*cos(pi*x)

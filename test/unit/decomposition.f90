@@ -6,11 +6,12 @@ program decomposition
    use m_errors, only: error_t
    use m_communicator, only: communicator_t
    use m_scene, only: scene_t, grid_spec_t, body_spec_t
-   use m_grid_level, only: grid_level_t, make_grid_level
+   use m_grid_level, only: make_grid_level
+   use m_level, only: level_t
    use m_decomposition, only: choose_owners
    use m_materials, only: material_of
    use m_model, only: model_t
-   use m_level_step, only: advance
+   use m_advance, only: advance
    use m_assertions, only: assertions_t
    use m_wandering, only: alone
    implicit none
@@ -36,20 +37,20 @@ contains
       as_of%ranks = parts
    end function as_of
 
-   pure type(grid_level_t) function grid_of(cells)
+   !> One level, as far as METIS wants to know.
+   function levels_of(cells) result(levels)
       integer, intent(in) :: cells(3)
-      grid_of = make_grid_level(grid_spec_t(upper=real(cells, wp), cell_size=1.0_wp, cells=cells))
-   end function grid_of
+      type(level_t) :: levels(1)
+      levels(1)%grid = make_grid_level(grid_spec_t(upper=real(cells, wp), cell_size=1.0_wp, cells=cells))
+   end function levels_of
 
    !> Particles of each part.
-   function loads(grid, counts, owner, parts) result(load)
-      type(grid_level_t), intent(in) :: grid
-      integer, intent(in) :: counts(:), owner(0:, 0:, 0:), parts
-      integer :: load(0:parts - 1), index, place(3), rank
+   function loads(counts, owner, parts) result(load)
+      integer, intent(in) :: counts(:), owner(:), parts
+      integer :: load(0:parts - 1), index, rank
       load = 0
       do index = 1, size(counts)
-         place = grid%block_place(index)
-         rank = owner(place(1), place(2), place(3))
+         rank = owner(index)
          if (counts(index) < 0) then
             call test%check_equal(rank, -1, 'no rank owns a block that is not there')
          else
@@ -62,21 +63,21 @@ contains
    !> A box of 96 x 88 x 80 cells, 8 particles a cell, among empty places.
    subroutine large_body(parts)
       integer, intent(in) :: parts
-      type(grid_level_t) :: grid
+      type(level_t) :: levels(1)
       type(error_t) :: error
-      integer, allocatable :: counts(:), owner(:, :, :), load(:)
+      integer, allocatable :: counts(:), owner(:), load(:)
       integer :: index, place(3)
       real(wp) :: share
-      grid = grid_of([120, 100, 90])
-      allocate (counts(product(grid%blocks)), source=-1)
+      levels = levels_of([120, 100, 90])
+      allocate (counts(product(levels(1)%grid%blocks)), source=-1)
       do index = 1, size(counts)
-         place = grid%block_place(index)
+         place = levels(1)%grid%block_place(index)
          if (all(place >= 1 .and. place <= [12, 11, 10])) counts(index) = 8*8**3
       end do
-      allocate (owner(0:grid%blocks(1) - 1, 0:grid%blocks(2) - 1, 0:grid%blocks(3) - 1))
-      call choose_owners(as_of(parts), grid, counts, owner, error)
+      allocate (owner(size(counts)))
+      call choose_owners(as_of(parts), levels, counts, owner, error)
       call test%check(.not. error%happened(), 'METIS places the blocks')
-      load = loads(grid, counts, owner, parts)
+      load = loads(counts, owner, parts)
       share = real(maxval(load), wp)*parts/sum(load)
       if (comm%is_root() .and. mod(parts, 4) == 0) print '(3x,a,i3,a,f7.3)', 'most loaded of', parts, ' parts over the mean:', share
       call test%check(share <= 1.15_wp, 'a large body is balanced within 15 %')
@@ -86,18 +87,18 @@ contains
    !> Up to five blocks, for more ranks than blocks or fewer.
    subroutine few_blocks(parts)
       integer, intent(in) :: parts
-      type(grid_level_t) :: grid
+      type(level_t) :: levels(1)
       type(error_t) :: error
-      integer, allocatable :: counts(:), owner(:, :, :), load(:)
+      integer, allocatable :: counts(:), owner(:), load(:)
       integer :: blocks
-      grid = grid_of([50, 10, 10])
+      levels = levels_of([50, 10, 10])
       do blocks = 1, 5
-         allocate (counts(product(grid%blocks)), source=-1)
+         allocate (counts(product(levels(1)%grid%blocks)), source=-1)
          counts(:blocks) = 100
-         allocate (owner(0:grid%blocks(1) - 1, 0:grid%blocks(2) - 1, 0:grid%blocks(3) - 1))
-         call choose_owners(as_of(parts), grid, counts, owner, error)
+         allocate (owner(size(counts)))
+         call choose_owners(as_of(parts), levels, counts, owner, error)
          call test%check(.not. error%happened(), 'few blocks are placed')
-         load = loads(grid, counts, owner, parts)
+         load = loads(counts, owner, parts)
          if (parts >= blocks) call test%check_equal(maxval(load), 100, 'with no more blocks than ranks, one block a rank')
          deallocate (counts, owner)
       end do
@@ -127,18 +128,18 @@ contains
       integer(i8) :: particles
       call model%build(comm, box_scene([1.0_wp, 1.0_wp, 1.0_wp], [5.0_wp, 5.0_wp, 5.0_wp], [8.0_wp, 6.0_wp, 7.0_wp]), error)
       call test%check(.not. error%happened(), 'a model of one block is built on any number of ranks')
-      call test%check_equal(count(model%level%owner >= 0), 1, 'one block')
+      call test%check_equal(count(model%levels(1)%owner >= 0), 1, 'one block')
       call owned_once(model)
       do step = 1, 60
          call advance(model, 0.05_wp, error)
          call test%check(.not. error%happened(), 'steps with empty ranks')
       end do
       call owned_once(model)
-      particles = comm%sum_count(model%level%particle_count())
+      particles = comm%sum_count(model%levels(1)%particle_count())
       call test%check(particles == 512_i8, 'steps with empty ranks keep all particles')
       call model%rebalance(error)
       call owned_once(model)
-      particles = comm%sum_count(model%level%particle_count())
+      particles = comm%sum_count(model%levels(1)%particle_count())
       call test%check(particles == 512_i8, 'rebalancing few blocks keeps all particles')
       do step = 1, 20
          call advance(model, 0.05_wp, error)
@@ -155,7 +156,7 @@ contains
       call model%build(comm, box_scene([6.0_wp, 6.0_wp, 6.0_wp], [18.0_wp, 17.0_wp, 16.0_wp], [0.0_wp, 0.0_wp, 0.0_wp]), error)
       call test%check(.not. error%happened(), 'a model is built')
       call owned_once(model)
-      particles = comm%sum_count(model%level%particle_count())
+      particles = comm%sum_count(model%levels(1)%particle_count())
       call test%check(particles == 8_i8*12*11*10, 'every particle is made once')
       call model%release()
    end subroutine holes
@@ -165,19 +166,19 @@ contains
       type(model_t), intent(in) :: model
       integer, allocatable :: lowest(:, :, :), highest(:, :, :), homes(:)
       integer :: b, index
-      allocate (lowest, source=model%level%owner)
-      allocate (highest, source=model%level%owner)
+      allocate (lowest, source=model%levels(1)%owner)
+      allocate (highest, source=model%levels(1)%owner)
       call MPI_Allreduce(MPI_IN_PLACE, lowest, size(lowest), MPI_INTEGER, MPI_MIN, comm%comm)
       call MPI_Allreduce(MPI_IN_PLACE, highest, size(highest), MPI_INTEGER, MPI_MAX, comm%comm)
       call test%check(all(lowest == highest), 'owners are the same on every rank')
       allocate (homes(size(lowest)), source=0)
-      do b = 1, size(model%level%blocks)
-         homes(model%level%blocks(b)%index) = homes(model%level%blocks(b)%index) + 1
+      do b = 1, size(model%levels(1)%blocks)
+         homes(model%levels(1)%blocks(b)%index) = homes(model%levels(1)%blocks(b)%index) + 1
       end do
       call MPI_Allreduce(MPI_IN_PLACE, homes, size(homes), MPI_INTEGER, MPI_SUM, comm%comm)
       do index = 1, size(homes)
-         associate (place => model%level%grid%block_place(index))
-            call test%check_equal(homes(index), merge(1, 0, model%level%owner_at(place) >= 0), 'every block lives on one rank')
+         associate (place => model%levels(1)%grid%block_place(index))
+            call test%check_equal(homes(index), merge(1, 0, model%levels(1)%owner_at(place) >= 0), 'every block lives on one rank')
          end associate
       end do
    end subroutine owned_once

@@ -32,12 +32,13 @@ program exchange
       call wander(single, step)
       call sums(model)
       call sums(single)
-      messages = messages + size(model%exchange%ranks)
+      messages = messages + size(model%exchange(1)%ranks)
       call test%check_equal(different_bits(), 0, 'the bits of one rank')
       call test%check_equal(disagreements(), 0, 'tiles that hold a node agree to the bit')
    end do
-   call test%check(model%exchange%messages == messages, 'one message a neighbour rank and sum')
-   if (comm%ranks > 1) call test%check(model%exchange%bytes_each > 0 .eqv. size(model%exchange%ranks) > 0, 'bytes are counted')
+   call test%check(model%exchange(1)%messages == messages, 'one message a neighbour rank and sum')
+   if (comm%ranks > 1) call test%check(model%exchange(1)%bytes_each > 0 .eqv. size(model%exchange(1)%ranks) > 0, &
+                                        'bytes are counted')
    call against_plain_sum()
    call single%release()
    call model%release()
@@ -49,14 +50,14 @@ contains
    subroutine sums(model)
       type(model_t), intent(inout) :: model
       integer :: b
-      associate (level => model%level)
+      associate (level => model%levels(1))
          level%gathered = -1.0e30_wp ! mirrors and tiles must be written anew
          do b = 1, size(level%blocks)
             call gather_to_nodes(level%blocks(b)%cells, level%blocks(b)%particles%column, level%layout, &
                                  frame_of(level, level%blocks(b)), level%gathered(:, :, :, :, b))
          end do
-         call model%exchange%start(model%communicator, level%gathered)
-         call model%exchange%wait(level%gathered)
+         call model%exchange(1)%start(model%communicator, level%gathered)
+         call model%exchange(1)%wait(level%gathered)
          do b = 1, size(level%blocks)
             call sum_tiles(level%blocks(b)%neighbour, level%gathered, level%solved(:, :, :, :, b))
          end do
@@ -66,10 +67,10 @@ contains
    integer function different_bits() result(wrong)
       integer :: b, s
       wrong = 0
-      do b = 1, size(model%level%blocks)
-         associate (place => model%level%blocks(b)%place)
-            s = single%level%slot(place(1), place(2), place(3))
-            wrong = wrong + count(abs(model%level%solved(:, :, :, :, b) - single%level%solved(:, :, :, :, s)) > 0.0_wp)
+      do b = 1, size(model%levels(1)%blocks)
+         associate (place => model%levels(1)%blocks(b)%place)
+            s = single%levels(1)%slot(place(1), place(2), place(3))
+            wrong = wrong + count(abs(model%levels(1)%solved(:, :, :, :, b) - single%levels(1)%solved(:, :, :, :, s)) > 0.0_wp)
          end associate
       end do
    end function different_bits
@@ -79,17 +80,17 @@ contains
       real(wp), allocatable :: nodes(:, :, :, :)
       logical, allocatable :: held(:, :, :)
       integer :: b, i, j, k, at(3)
-      associate (n => block_size*single%level%grid%blocks)
+      associate (n => block_size*single%levels(1)%grid%blocks)
          allocate (nodes(node_values, -1:n(1), -1:n(2), -1:n(3)))
          allocate (held(-1:n(1), -1:n(2), -1:n(3)), source=.false.)
       end associate
       wrong = 0
-      do b = 1, size(single%level%blocks)
+      do b = 1, size(single%levels(1)%blocks)
          do k = 0, tile_last
             do j = 0, tile_last
                do i = 0, tile_last
-                  at = block_size*single%level%blocks(b)%place + [i, j, k] - 1
-                  associate (value => single%level%solved(:, i, j, k, b), node => nodes(:, at(1), at(2), at(3)))
+                  at = block_size*single%levels(1)%blocks(b)%place + [i, j, k] - 1
+                  associate (value => single%levels(1)%solved(:, i, j, k, b), node => nodes(:, at(1), at(2), at(3)))
                      if (.not. held(at(1), at(2), at(3))) node = value
                      if (any(abs(node - value) > 0.0_wp)) wrong = wrong + 1
                   end associate
@@ -105,7 +106,7 @@ contains
       real(wp), allocatable :: plain(:, :, :, :)
       real(wp) :: off(3), scale(3), weight, slope(3), s(6), x(3), v(3), node(3)
       integer :: b, i, j, k, p, at(3), near(3)
-      associate (level => single%level, grid => single%level%grid, of => single%level%layout)
+      associate (level => single%levels(1), grid => single%levels(1)%grid, of => single%levels(1)%layout)
          associate (n => block_size*grid%blocks)
             allocate (plain(7, -1:n(1), -1:n(2), -1:n(3)), source=0.0_wp)
          end associate
@@ -139,12 +140,12 @@ contains
       end associate
       scale = [maxval(plain(1, :, :, :)), maxval(abs(plain(2:4, :, :, :))), maxval(abs(plain(5:7, :, :, :)))]
       off = 0.0_wp
-      do b = 1, size(model%level%blocks)
+      do b = 1, size(model%levels(1)%blocks)
          do k = 0, tile_last
             do j = 0, tile_last
                do i = 0, tile_last
-                  at = block_size*model%level%blocks(b)%place + [i, j, k] - 1
-                  associate (value => model%level%solved(:, i, j, k, b), to => plain(:, at(1), at(2), at(3)))
+                  at = block_size*model%levels(1)%blocks(b)%place + [i, j, k] - 1
+                  associate (value => model%levels(1)%solved(:, i, j, k, b), to => plain(:, at(1), at(2), at(3)))
                      call keep_worst(off(1), (value(1) - to(1))/scale(1))
                      call keep_worst(off(2), maxval(abs(value(2:4) - to(2:4)))/scale(2))
                      call keep_worst(off(3), maxval(abs(value(5:7) - to(5:7)))/scale(3))

@@ -93,26 +93,26 @@ contains
       real(wp) :: share, largest
       integer :: round
       call build_wandering(model, comm, error)
-      call test%check(model%level%table%column('mark_of_the_tests') > 0, 'an effect''s field is in the table')
+      call test%check(model%levels(1)%table%column('mark_of_the_tests') > 0, 'an effect''s field is in the table')
       ids = all_ids(model)
       do round = 1, 10
          call wander(model, round)
       end do
       do round = 1, 3
          before = ordered_ids(model)
-         owner = model%level%owner
+         owner = model%levels(1)%owner
          where (owner >= 0) owner = mod(owner + 1, comm%ranks)
          if (round == 2) where (owner >= 0) owner = 0
          if (round < 3) then
-            call model%migration%move_blocks(comm, model%level, owner)
-            model%level%owner = owner
+            call model%migration(1)%move_blocks(comm, model%levels(1), owner)
+            model%levels(1)%owner = owner
             call model%connect()
-            call model%migration%unload(model%level)
+            call model%migration(1)%unload(model%levels(1))
          else
             call model%rebalance(error)
             call test%check(.not. error%happened(), 'rebalancing goes well')
-            share = comm%maximum(real(model%level%particle_count(), wp))*comm%ranks/size(ids)
-            largest = comm%maximum(real(maxval([0, model%level%blocks%particles%count]), wp))*comm%ranks/size(ids)
+            share = comm%maximum(real(model%levels(1)%particle_count(), wp))*comm%ranks/size(ids)
+            largest = comm%maximum(real(maxval([0, model%levels(1)%blocks%particles%count]), wp))*comm%ranks/size(ids)
             if (comm%is_root()) call say('most loaded rank over the mean, rebalanced', share)
             if (comm%is_root()) call say('the largest block in the same measure', largest)
             call test%check(share < 1.15_wp + largest, 'rebalancing evens the particles out as well as whole blocks can')

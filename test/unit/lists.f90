@@ -23,7 +23,7 @@ program lists
    call test%check(.not. error%happened(), 'the model is built')
    call build_wandering(single, alone(), error)
    at_start = all_ids(model)
-   blocks = count(model%level%owner >= 0)
+   blocks = count(model%levels(1)%owner >= 0)
    call test%check(size(at_start) > 4000, 'thousands of particles')
    call test%check(all(at_start(2:) > at_start(:size(at_start) - 1)), 'no id twice')
    do step = 1, steps
@@ -39,10 +39,10 @@ program lists
       call test%check(same_order(), 'in every block the order in memory that one rank has')
       call test%check(same_places(), 'places to the bit those of one rank')
    end do
-   moved = comm%sum_count(model%migration%moved)
-   sent = comm%sum_count(model%migration%sent)
+   moved = comm%sum_count(model%migration(1)%moved)
+   sent = comm%sum_count(model%migration(1)%sent)
    if (comm%is_root()) print '(5(a,i0))', '   particles ', size(at_start), ', steps ', steps, ', blocks ', blocks
-   blocks = count(model%level%owner >= 0) - blocks
+   blocks = count(model%levels(1)%owner >= 0) - blocks
    if (comm%is_root()) print '(3(a,i0))', '   new blocks ', blocks, ', changes of block ', moved, ', of rank ', sent
    call test%check(blocks > 10, 'blocks were created')
    call test%check(moved > 10000, 'many particles changed block')
@@ -56,14 +56,14 @@ contains
    integer function outside_block() result(wrong)
       integer :: b
       wrong = 0
-      do b = 1, size(model%level%blocks)
-         associate (block => model%level%blocks(b))
-            if (model%level%owner_at(block%place) /= comm%rank) wrong = wrong + 1
-            if (model%level%grid%block_index(block%place) /= block%index) wrong = wrong + 1
-            if (model%level%slot(block%place(1), block%place(2), block%place(3)) /= b) wrong = wrong + 1
+      do b = 1, size(model%levels(1)%blocks)
+         associate (block => model%levels(1)%blocks(b))
+            if (model%levels(1)%owner_at(block%place) /= comm%rank) wrong = wrong + 1
+            if (model%levels(1)%grid%block_index(block%place) /= block%index) wrong = wrong + 1
+            if (model%levels(1)%slot(block%place(1), block%place(2), block%place(3)) /= b) wrong = wrong + 1
          end associate
       end do
-      if (size(model%level%blocks) /= count(model%level%owner == comm%rank)) wrong = wrong + 1
+      if (size(model%levels(1)%blocks) /= count(model%levels(1)%owner == comm%rank)) wrong = wrong + 1
    end function outside_block
 
    logical function same_order()
@@ -77,15 +77,15 @@ contains
    !> This rank's blocks against the same blocks of the model of one rank.
    logical function same_places()
       integer :: b, s, x
-      x = model%level%layout%position
+      x = model%levels(1)%layout%position
       same_places = .true.
-      do b = 1, size(model%level%blocks)
-         associate (block => model%level%blocks(b))
-            s = single%level%slot(block%place(1), block%place(2), block%place(3))
+      do b = 1, size(model%levels(1)%blocks)
+         associate (block => model%levels(1)%blocks(b))
+            s = single%levels(1)%slot(block%place(1), block%place(2), block%place(3))
             if (s == 0) then
                same_places = .false.
             else
-               associate (n => block%particles%count, other => single%level%blocks(s)%particles)
+               associate (n => block%particles%count, other => single%levels(1)%blocks(s)%particles)
                   same_places = same_places .and. n == other%count
                   if (same_places) same_places = all(abs(block%particles%column(:n, x:x + 2) - other%column(:n, x:x + 2)) <= 0.0_wp)
                end associate

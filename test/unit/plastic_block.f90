@@ -7,7 +7,8 @@ program plastic_block
    use m_scene, only: scene_t, material_spec_t
    use m_materials, only: material_of
    use m_model, only: model_t
-   use m_level_step, only: advance, bound_speeds
+   use m_advance, only: advance
+   use m_level_step, only: bound_speeds
    use m_energy, only: balance_t
    use m_probe, only: probe_t, choose_particle, read_probe
    use m_j2, only: j2_t
@@ -63,11 +64,11 @@ contains
       end do
       call model%build(comm, scene, error)
       call test%check(.not. error%happened(), 'a model of four laws is built')
-      warm = model%level%table%column('temperature')
-      strained = model%level%layout%deformation
+      warm = model%levels(1)%table%column('temperature')
+      strained = model%levels(1)%layout%deformation
       seen = 0
-      do b = 1, size(model%level%blocks)
-         associate (particles => model%level%blocks(b)%particles)
+      do b = 1, size(model%levels(1)%blocks)
+         associate (particles => model%levels(1)%blocks(b)%particles)
             do p = 1, particles%count
                n = particles%body(p)
                found = [particles%column(p, warm), sum(particles%column(p, strained:strained + 8))]
@@ -129,9 +130,9 @@ contains
       type(model_t), intent(inout) :: model
       real(wp), intent(in) :: rate
       integer :: b, p, x
-      x = model%level%layout%position
-      do b = 1, size(model%level%blocks)
-         associate (particles => model%level%blocks(b)%particles, v => model%level%layout%velocity)
+      x = model%levels(1)%layout%position
+      do b = 1, size(model%levels(1)%blocks)
+         associate (particles => model%levels(1)%blocks(b)%particles, v => model%levels(1)%layout%velocity)
             do p = 1, particles%count
                particles%column(p, v:v + 2) = rate*[1.0_wp, -0.5_wp, -0.5_wp]*(particles%column(p, x:x + 2) - middle)
             end do

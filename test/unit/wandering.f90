@@ -107,10 +107,10 @@ contains
    subroutine mark(model)
       type(model_t), intent(inout) :: model
       integer :: b, c, p
-      do b = 1, size(model%level%blocks)
-         associate (particles => model%level%blocks(b)%particles)
-            do c = 1, model%level%table%columns
-               if (is_place(model%level%layout, c)) cycle
+      do b = 1, size(model%levels(1)%blocks)
+         associate (particles => model%levels(1)%blocks(b)%particles)
+            do c = 1, model%levels(1)%table%columns
+               if (is_place(model%levels(1)%layout, c)) cycle
                do p = 1, particles%count
                   particles%column(p, c) = marked(particles%id(p), c)
                end do
@@ -133,8 +133,8 @@ contains
       real(wp) :: lowest(3), highest(3)
       integer :: b, p
       logical :: moved
-      do b = 1, size(model%level%blocks)
-         associate (level => model%level, block => model%level%blocks(b), x => model%level%layout%position)
+      do b = 1, size(model%levels(1)%blocks)
+         associate (level => model%levels(1), block => model%levels(1)%blocks(b), x => model%levels(1)%layout%position)
             block%leaver_count = 0
             if (block%particles%count == 0) cycle
             do p = 1, block%particles%count
@@ -147,9 +147,9 @@ contains
          end associate
       end do
       call model%create_blocks()
-      call model%migration%move_leavers(model%communicator, model%level, model%exchange%ranks)
-      do b = 1, size(model%level%blocks)
-         call model%level%blocks(b)%refresh_lists(model%level%work)
+      call model%migration(1)%move_leavers(model%communicator, model%levels(1), model%exchange(1)%ranks)
+      do b = 1, size(model%levels(1)%blocks)
+         call model%levels(1)%blocks(b)%refresh_lists(model%levels(1)%work)
       end do
    end subroutine wander
 
@@ -161,7 +161,7 @@ contains
       integer, intent(in) :: step
       real(wp) :: next(3)
       integer :: axis
-      associate (grid => model%level%grid)
+      associate (grid => model%levels(1)%grid)
          do axis = 1, 3
             next(axis) = place(axis) + longest_step*grid%cell*(2.0_wp*chance_of(id, 1000 + 3*step + axis) - 1.0_wp)
             if (next(axis) < grid%lower(axis)) next(axis) = 2.0_wp*grid%lower(axis) - next(axis)
@@ -175,12 +175,12 @@ contains
       type(model_t), intent(in) :: model
       integer :: b, c, p
       wrong = 0
-      do b = 1, size(model%level%blocks)
-         associate (particles => model%level%blocks(b)%particles)
+      do b = 1, size(model%levels(1)%blocks)
+         associate (particles => model%levels(1)%blocks(b)%particles)
             do p = 1, particles%count
                if (particles%body(p) /= 1 + int(particles%id(p)/10_i8**12)) wrong = wrong + 1
-               do c = 1, model%level%table%columns
-                  if (is_place(model%level%layout, c)) cycle
+               do c = 1, model%levels(1)%table%columns
+                  if (is_place(model%levels(1)%layout, c)) cycle
                   if (abs(particles%column(p, c) - marked(particles%id(p), c)) > 0.0_wp) wrong = wrong + 1
                end do
             end do
@@ -195,9 +195,9 @@ contains
       integer :: b, i, j, k, bin, m, p
       real(wp) :: node(3), distance(3)
       wrong = 0
-      associate (grid => model%level%grid, x => model%level%layout%position)
-         do b = 1, size(model%level%blocks)
-            associate (block => model%level%blocks(b))
+      associate (grid => model%levels(1)%grid, x => model%levels(1)%layout%position)
+         do b = 1, size(model%levels(1)%blocks)
+            associate (block => model%levels(1)%blocks(b))
                allocate (listed(block%particles%count), source=0)
                if (.not. block%cells%current) wrong = wrong + 1
                bin = 0
@@ -231,13 +231,13 @@ contains
       integer(i8), allocatable :: mine(:, :), all(:, :)
       integer, allocatable :: counts(:), offsets(:)
       integer :: b, n, p, r
-      n = int(model%level%particle_count())
+      n = int(model%levels(1)%particle_count())
       allocate (mine(3, n), counts(model%communicator%ranks), offsets(model%communicator%ranks))
       n = 0
-      do b = 1, size(model%level%blocks)
-         do p = 1, model%level%blocks(b)%particles%count
+      do b = 1, size(model%levels(1)%blocks)
+         do p = 1, model%levels(1)%blocks(b)%particles%count
             n = n + 1
-            mine(:, n) = [int(model%level%blocks(b)%index, i8), int(p, i8), model%level%blocks(b)%particles%id(p)]
+            mine(:, n) = [int(model%levels(1)%blocks(b)%index, i8), int(p, i8), model%levels(1)%blocks(b)%particles%id(p)]
          end do
       end do
       call MPI_Allgather(3*n, 1, MPI_INTEGER, counts, 1, MPI_INTEGER, model%communicator%comm)

@@ -9,7 +9,7 @@ program domains
    use m_materials, only: material_of
    use m_scene, only: scene_t, grid_spec_t, domain_fixed, domain_stretch, domain_corners
    use m_model, only: model_t
-   use m_level_step, only: advance
+   use m_advance, only: advance
    use m_split, only: half_edges
    use m_energy, only: sums_t, measure
    use m_assertions, only: assertions_t
@@ -77,8 +77,8 @@ contains
       call test%check(.not. error%happened(), trim(names(d))//': free flight ends')
       now = measure(model)
       off = 0.0_wp
-      do b = 1, size(model%level%blocks)
-         associate (particles => model%level%blocks(b)%particles, at => model%level%layout)
+      do b = 1, size(model%levels(1)%blocks)
+         associate (particles => model%levels(1)%blocks(b)%particles, at => model%levels(1)%layout)
             do s = 1, particles%count
                x = (particles%column(s, at%position:at%position + 2) - velocity*step*steps)/cell
                off(1) = max(off(1), maxval(abs(modulo(x, 0.5_wp) - 0.25_wp))) ! it started a quarter of a cell from a half cell
@@ -128,8 +128,8 @@ contains
       real(wp) :: r(3, 3), volume
       integer :: b, p
       worst_volume = 0.0_wp
-      do b = 1, size(model%level%blocks)
-         associate (particles => model%level%blocks(b)%particles, at => model%level%layout)
+      do b = 1, size(model%levels(1)%blocks)
+         associate (particles => model%levels(1)%blocks(b)%particles, at => model%levels(1)%layout)
             do p = 1, particles%count
                r = half_edges(particles%column(p, :), at)
                volume = 8.0_wp*(r(1, 1)*(r(2, 2)*r(3, 3) - r(2, 3)*r(3, 2)) - r(1, 2)*(r(2, 1)*r(3, 3) - r(2, 3)*r(3, 1)) &
@@ -159,9 +159,9 @@ contains
       lowest = huge(lowest)
       highest = 0.0_wp
       do s = 1, steps
-         blocks = size(model%level%blocks)
+         blocks = size(model%levels(1)%blocks)
          call advance(model, step, error)
-         if (size(model%level%blocks) > blocks) cycle ! the node tiles were made anew
+         if (size(model%levels(1)%blocks) > blocks) cycle ! the node tiles were made anew
          seen = seen + 1
          call inner_densities(model, middle, 1.0_wp + (s - 1)*step*rate, lowest, highest)
       end do
@@ -191,8 +191,8 @@ contains
       type(model_t), intent(inout) :: model
       real(wp), intent(in) :: middle, rate
       integer :: b, n
-      do b = 1, size(model%level%blocks)
-         associate (particles => model%level%blocks(b)%particles, at => model%level%layout)
+      do b = 1, size(model%levels(1)%blocks)
+         associate (particles => model%levels(1)%blocks(b)%particles, at => model%levels(1)%layout)
             n = particles%count
             particles%column(:n, at%velocity) = rate*(particles%column(:n, at%position) - middle)
             particles%column(:n, at%gradient) = rate
@@ -211,9 +211,9 @@ contains
       integer :: i, slot
       do i = middle - 20, middle + 20
          if (abs(i - middle) > 4.0_wp*stretch - 2.0_wp) cycle
-         slot = model%level%slot(i/8, 0, 0)
+         slot = model%levels(1)%slot(i/8, 0, 0)
          relative = 0.0_wp
-         if (slot > 0) relative = model%level%solved(1, mod(i, 8) + 1, 5, 5, slot)*stretch/(density*cell**3)
+         if (slot > 0) relative = model%levels(1)%solved(1, mod(i, 8) + 1, 5, 5, slot)*stretch/(density*cell**3)
          lowest = min(lowest, relative)
          highest = max(highest, relative)
       end do
@@ -228,8 +228,8 @@ contains
       integer :: b, i, p, first, last
       touched = .false.
       tied = .false. ! plane i with plane i + 1
-      do b = 1, size(model%level%blocks)
-         associate (particles => model%level%blocks(b)%particles, at => model%level%layout)
+      do b = 1, size(model%levels(1)%blocks)
+         associate (particles => model%levels(1)%blocks(b)%particles, at => model%levels(1)%layout)
             do p = 1, particles%count
                along = sum(abs(matmul([1.0_wp, 0.0_wp, 0.0_wp], half_edges(particles%column(p, :), at))))
                reach = 1.0_wp + min(0.5_wp, along/cell)
@@ -255,8 +255,8 @@ contains
       real(wp), intent(in) :: middle, rate
       integer :: b, p
       off = 0.0_wp
-      do b = 1, size(model%level%blocks)
-         associate (particles => model%level%blocks(b)%particles, at => model%level%layout)
+      do b = 1, size(model%levels(1)%blocks)
+         associate (particles => model%levels(1)%blocks(b)%particles, at => model%levels(1)%layout)
             do p = 1, particles%count
                off = max(off, abs(particles%column(p, at%velocity) - rate*(particles%column(p, at%position) - middle)))
             end do

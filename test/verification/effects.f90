@@ -15,7 +15,7 @@ program effects
    use m_gravity, only: gravity_t
    use m_damping, only: damping_t
    use m_model, only: model_t
-   use m_level_step, only: advance
+   use m_advance, only: advance
    use m_energy, only: balance_t
    use m_assertions, only: assertions_t
    use m_chance, only: keep_worst
@@ -84,7 +84,7 @@ contains
       call balance%begin(model)
       do step = 1, steps
          call advance(model, time_step, error)
-         if (mod(step, 50) == 0) call model%effect_step%fold(comm)
+         if (mod(step, 50) == 0) call model%effect_step(1)%fold(comm)
       end do
       call test%check(.not. error%happened(), name//': goes on')
       if (error%happened()) return
@@ -92,8 +92,8 @@ contains
       velocity = start_velocity + field*steps*time_step
       way = steps*time_step*start_velocity + field*time_step**2*(0.5_wp*steps*(steps + 1))
       off = 0.0_wp
-      do b = 1, size(model%level%blocks)
-         associate (particles => model%level%blocks(b)%particles, at => model%level%layout)
+      do b = 1, size(model%levels(1)%blocks)
+         associate (particles => model%levels(1)%blocks(b)%particles, at => model%levels(1)%layout)
             do p = 1, particles%count
                call keep_worst(off(1), maxval(abs(particles%column(p, at%velocity:at%velocity + 2) - velocity))/norm2(velocity))
                place = (particles%column(p, at%position:at%position + 2) - way)/(0.5_wp*cell) - 0.5_wp ! of the lattice
@@ -132,8 +132,8 @@ contains
       call balance%follow(model)
       velocity = start_velocity*(1.0_wp - coefficient*time_step)**steps
       off = 0.0_wp
-      do b = 1, size(model%level%blocks)
-         associate (particles => model%level%blocks(b)%particles, at => model%level%layout)
+      do b = 1, size(model%levels(1)%blocks)
+         associate (particles => model%levels(1)%blocks(b)%particles, at => model%levels(1)%layout)
             do p = 1, particles%count
                call keep_worst(off, maxval(abs(particles%column(p, at%velocity:at%velocity + 2) - velocity))/norm2(start_velocity))
             end do
@@ -177,8 +177,8 @@ contains
       integer :: step, b, p
       call set_effects(model, damping_t(name='damping', kind=local, coefficient=0.4_wp))
       call model%build(comm, bar(high, on_roller=.false.), error)
-      do b = 1, size(model%level%blocks)
-         associate (particles => model%level%blocks(b)%particles, at => model%level%layout)
+      do b = 1, size(model%levels(1)%blocks)
+         associate (particles => model%levels(1)%blocks(b)%particles, at => model%levels(1)%layout)
             do p = 1, particles%count
                z = (particles%column(p, at%position + 2)/cell - 4.0_wp)/high
                particles%column(p, at%velocity + 2) = speed*cos(pi*z)
@@ -249,11 +249,11 @@ contains
          call advance(model, time_step, error)
       end do
       call test%check(.not. error%happened(), 'hooks: goes on')
-      c = model%level%table%column('count_of_the_tests')
+      c = model%levels(1)%table%column('count_of_the_tests')
       largest = 0.0_wp
       off = 0.0_wp
-      do b = 1, size(model%level%blocks)
-         associate (particles => model%level%blocks(b)%particles, at => model%level%layout)
+      do b = 1, size(model%levels(1)%blocks)
+         associate (particles => model%levels(1)%blocks(b)%particles, at => model%levels(1)%layout)
             if (particles%count == 0) cycle
             largest = max(largest, maxval(abs(particles%column(:particles%count, at%stress:at%stress + 5))))
             call keep_worst(off, maxval(abs(particles%column(:particles%count, c) - (5.0_wp + steps))))
@@ -267,7 +267,7 @@ contains
       call test%check_equal(model%effects(2)%columns, 1, 'hooks: columns of one')
       call test%check_equal(size(model%timers%names), phases + 2, 'hooks: a row each')
       call test%check_equal(comm%sum_count(model%timers%calls(model%effects(1)%row)), 7_8*comm%sum_count(int(size( &
-                            model%level%blocks), 8)), 'hooks: called once a block and step')
+                            model%levels(1)%blocks), 8)), 'hooks: called once a block and step')
       call model%release()
    end subroutine hooks_on_particles
 
@@ -284,8 +284,8 @@ contains
       call test%check(.not. error%happened(), 'absent: goes on')
       call test%check_equal(size(model%effects), 0, 'absent: no effects')
       call test%check_equal(size(model%timers%names), phases, 'absent: no rows')
-      call test%check_equal(model%level%table%columns, 24, 'absent: no fields')
-      call test%check(.not. model%effect_step%works, 'absent: no work')
+      call test%check_equal(model%levels(1)%table%columns, 24, 'absent: no fields')
+      call test%check(.not. model%effect_step(1)%works, 'absent: no work')
       call model%release()
    end subroutine absent_is_free
 

@@ -24,7 +24,8 @@ module m_manufactured
    use m_group_reader, only: group_reader_t
    use m_materials, only: material_of
    use m_model, only: model_t
-   use m_level_step, only: advance, bound_speeds
+   use m_advance, only: advance
+   use m_level_step, only: bound_speeds
    use m_migration, only: frame_of
    use m_locate, only: locate_particles
    implicit none
@@ -229,10 +230,11 @@ contains
       allocate (model%effects(1)%effect, source=manufactured_t(name='manufactured', solution=solution))
       call model%build(communicator, make_scene(setting), error)
       if (.not. error%happened()) then
-         outcome%particles = communicator%sum_count(model%level%particle_count())
+         outcome%particles = communicator%sum_count(model%levels(1)%particle_count())
          span = setting%duration*2.0_wp/wave_speed
          ! the fastest wave is where the body is stretched most; the same step all along, for its order to be seen
-         time_step = setting%safety*model%level%grid%cell/(sqrt((solution%bulk + 4.0_wp*solution%shear/3.0_wp)/reference_density &
+         time_step = setting%safety*model%levels(1)%grid%cell &
+                     /(sqrt((solution%bulk + 4.0_wp*solution%shear/3.0_wp)/reference_density &
                      *(1.0_wp + 2.0_wp*pi*setting%amplitude)**3) + sqrt(3.0_wp)*pi*wave_speed*setting%amplitude)
          outcome%steps = ceiling(span/time_step)
          time_step = span/outcome%steps
@@ -286,11 +288,12 @@ contains
       integer :: b, p, first, s, c
       early = merge(-0.5_wp*time_step, 0.0_wp, setting%staggered)
       lag = merge(2.0_wp*early, 0.0_wp, setting%stress_update == update_usf)
-      first = model%level%table%column('initial_position')
-      s = model%level%table%column('initial_sine')
-      c = model%level%table%column('initial_cosine')
-      do b = 1, size(model%level%blocks)
-         associate (block => model%level%blocks(b), at => model%level%layout, column => model%level%blocks(b)%particles%column)
+      first = model%levels(1)%table%column('initial_position')
+      s = model%levels(1)%table%column('initial_sine')
+      c = model%levels(1)%table%column('initial_cosine')
+      do b = 1, size(model%levels(1)%blocks)
+         associate (block => model%levels(1)%blocks(b), at => model%levels(1)%layout, &
+                    column => model%levels(1)%blocks(b)%particles%column)
             do p = 1, block%particles%count
                x0 = column(p, at%position:at%position + 2)
                f = solution%stretch(x0, lag)
@@ -318,7 +321,7 @@ contains
       real(wp) :: lowest(3), highest(3)
       integer :: b
       logical :: moved
-      associate (level => model%level, x => model%level%layout%position)
+      associate (level => model%levels(1), x => model%levels(1)%layout%position)
          do b = 1, size(level%blocks)
             associate (block => level%blocks(b))
                block%leaver_count = 0
@@ -330,7 +333,7 @@ contains
          end do
       end associate
       call model%create_blocks()
-      call model%migration%move_leavers(model%communicator, model%level, model%exchange%ranks)
+      call model%migration(1)%move_leavers(model%communicator, model%levels(1), model%exchange(1)%ranks)
    end subroutine settle
 
    !> Add the squared position errors of this rank's particles; raise the largest.
@@ -340,11 +343,11 @@ contains
       real(wp), intent(inout) :: squares, largest
       real(wp) :: beat(3), off(3)
       integer :: b, p, first, s
-      first = model%level%table%column('initial_position')
-      s = model%level%table%column('initial_sine')
+      first = model%levels(1)%table%column('initial_position')
+      s = model%levels(1)%table%column('initial_sine')
       beat = solution%amplitude*sin(phase + pi*wave_speed*model%time)
-      do b = 1, size(model%level%blocks)
-         associate (particles => model%level%blocks(b)%particles, x => model%level%layout%position)
+      do b = 1, size(model%levels(1)%blocks)
+         associate (particles => model%levels(1)%blocks(b)%particles, x => model%levels(1)%layout%position)
             do p = 1, particles%count
                off = particles%column(p, x:x + 2) - particles%column(p, first:first + 2) - beat*particles%column(p, s:s + 2)
                squares = squares + sum(off**2)

@@ -29,7 +29,8 @@ program stability_limit
    use m_scene, only: scene_t, update_usl, update_usf, update_musl
    use m_materials, only: material_of
    use m_model, only: model_t
-   use m_level_step, only: advance, bound_speeds
+   use m_advance, only: advance
+   use m_level_step, only: bound_speeds
    use m_energy, only: sums_t, measure
    implicit none
 
@@ -190,8 +191,8 @@ contains
       real(wp), intent(in) :: small !< m/s
       real(wp) :: wave(3)
       integer :: b, p, axis
-      do b = 1, size(model%level%blocks)
-         associate (particles => model%level%blocks(b)%particles, at => model%level%layout)
+      do b = 1, size(model%levels(1)%blocks)
+         associate (particles => model%levels(1)%blocks(b)%particles, at => model%levels(1)%layout)
             do p = 1, particles%count
                wave = particles%column(p, at%position:at%position + 2)/(block_cells*cell)
                do axis = 1, 3

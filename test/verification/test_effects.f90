@@ -140,13 +140,13 @@ contains
       particles%column(:particles%count, self%column) = 5.0_wp
    end subroutine begin_count
 
-   pure subroutine count_step(self, particles, layout, gradient, time_step)
+   pure subroutine count_step(self, particles, layout, gradient, cell, time_step)
       class(counter_t), intent(in) :: self
       type(particle_store_t), intent(inout) :: particles
       type(layout_t), intent(in) :: layout
       real(wp), intent(in), contiguous :: gradient(:, :)
-      real(wp), intent(in) :: time_step
-      associate (unused => size(gradient), l => layout%mass, d => time_step); end associate
+      real(wp), intent(in) :: cell, time_step
+      associate (unused => size(gradient), l => layout%mass, d => time_step, c => cell); end associate
       particles%column(:particles%count, self%column) = particles%column(:particles%count, self%column) + 1.0_wp
    end subroutine count_step
 

@@ -1,0 +1,468 @@
+!> One composite space of two levels: the nodes of the finer one that are not inside its region are slaves of the nodes of the
+!> coarser one (theory.md, eqs slaves, hand-up, owed).
+!>
+!> A block of the finer level whose tile holds slaves is an edge block. All its slaves depend on 6 x 6 x 6 nodes of the coarser
+!> level, which lie in the tile of one block there, its parent. Between the two travels one such cube of nodes each way: up what
+!> the slaves were given, down how they move. Ranks exchange one message a neighbour and way.
+module m_composite
+   use mpi_f08
+   use m_kinds, only: wp, i8
+   use m_constants, only: block_size
+   use m_communicator, only: communicator_t
+   use m_grid_level, only: grid_level_t
+   use m_region, only: region_t
+   use m_level, only: level_t, tile_last, node_values
+   use m_boundary, only: constrain_nodes
+   implicit none
+   private
+   public :: composite_t, has_slaves
+
+   integer, parameter :: cube_last = 5 !< cubes run from 0 to here
+
+   !> A block of the finer level with slaves, seen from the rank of the block or of its parent.
+   type :: edge_t
+      integer :: block = 0     !< its number here, 0 where only its parent is
+      integer :: index = 0     !< its number on the finer level
+      integer :: parent = 0    !< number of its parent here, 0 where only the block is
+      integer :: corner(3) = 0 !< of the cube in the parent's tile
+      integer, allocatable :: slave(:, :) !< places (3) of the slaves in the tile, and 1 where this block hands the slave up, else 0
+   end type edge_t
+
+   type :: composite_t
+      type(edge_t), allocatable :: edges(:) !< of this rank's blocks by rising index, then those of others with their parent here
+      integer :: own = 0                    !< of them, how many are of this rank's blocks
+      integer, allocatable :: edge_of(:)    !< edge of each of this rank's blocks of the finer level, 0 without slaves
+      logical, allocatable :: receives(:)   !< this rank's blocks of the coarser level that hold nodes on which slaves depend
+      integer(i8) :: messages = 0, bytes = 0 !< sent by this rank over the run
+      integer, allocatable, private :: by_index(:) !< edges with their parent here, by rising index of the block
+      real(wp), allocatable, private :: up(:, :, :, :, :), down(:, :, :, :, :) !< (node_values, 0:5, 0:5, 0:5, edges)
+      real(wp), allocatable, private :: first(:, :, :, :, :) !< what was handed up in the first of two steps, of the own edges
+      real(wp), allocatable, private :: own_mass(:, :, :, :) !< of the nodes of parents, without what is handed up: (0:9, 0:9, 0:9, blocks)
+      integer, allocatable, private :: ranks(:)
+      type(MPI_Datatype), allocatable, private :: of_blocks(:), of_parents(:) !< cubes shared with each rank: of own blocks, own parents
+      integer, allocatable, private :: cubes(:, :) !< how many these are: (2, ranks)
+   contains
+      procedure :: build
+      procedure :: restrict
+      procedure :: restrict_change
+      procedure :: add_to_parents
+      procedure :: replace_in_parents
+      procedure :: hand_down
+      procedure :: correct
+      procedure :: send_down
+      procedure :: set_slaves
+      procedure :: release
+      procedure, private :: exchange
+   end type composite_t
+
+contains
+
+   !> True when the tile of a block holds nodes that are not inside the region.
+   pure logical function has_slaves(region, place)
+      type(region_t), intent(in) :: region
+      integer, intent(in) :: place(3) !< of the block
+      has_slaves = .not. (region%is_inner(block_size*place - 1) .and. region%is_inner(block_size*(place + 1)))
+   end function has_slaves
+
+   !> Edges, cubes and messages of the blocks as they are.
+   subroutine build(self, communicator, coarse, fine)
+      class(composite_t), intent(inout) :: self
+      type(communicator_t), intent(in) :: communicator
+      type(level_t), intent(in) :: coarse, fine
+      integer :: index, n, pass, place(3), parent(3), b
+      call self%release()
+      allocate (self%edge_of(size(fine%blocks)), source=0)
+      allocate (self%receives(size(coarse%blocks)), source=.false.)
+      do pass = 1, 2 ! count, then list
+         n = 0
+         do b = 1, size(fine%blocks)
+            if (.not. has_slaves(fine%region, fine%blocks(b)%place)) cycle
+            n = n + 1
+            if (pass == 2) call fill_edge(self%edges(n), fine%blocks(b)%index, b)
+            if (pass == 2) self%edge_of(b) = n
+         end do
+         self%own = n
+         do index = 1, product(fine%grid%blocks)
+            place = fine%grid%block_place(index)
+            if (fine%owner_at(place) < 0) cycle
+            if (.not. has_slaves(fine%region, place)) cycle
+            parent = place/2
+            do b = 1, size(coarse%blocks)
+               if (all(abs(coarse%blocks(b)%place - parent) <= 1)) self%receives(b) = .true.
+            end do
+            if (fine%owner_at(place) == communicator%rank .or. coarse%owner_at(parent) /= communicator%rank) cycle
+            n = n + 1
+            if (pass == 2) call fill_edge(self%edges(n), index, 0)
+         end do
+         if (pass == 1) allocate (self%edges(n))
+      end do
+      call order_children(self)
+      allocate (self%up(node_values, 0:cube_last, 0:cube_last, 0:cube_last, n), source=0.0_wp)
+      allocate (self%down(node_values, 0:cube_last, 0:cube_last, 0:cube_last, n), source=0.0_wp)
+      allocate (self%first(node_values, 0:cube_last, 0:cube_last, 0:cube_last, self%own), source=0.0_wp)
+      allocate (self%own_mass(0:tile_last, 0:tile_last, 0:tile_last, size(coarse%blocks)))
+      call make_messages(self, communicator, coarse, fine)
+   contains
+      subroutine fill_edge(edge, index, b)
+         type(edge_t), intent(inout) :: edge
+         integer, intent(in) :: index, b
+         integer :: place(3), home(3)
+         place = fine%grid%block_place(index)
+         home = place/2
+         edge%index = index
+         edge%block = b
+         if (coarse%owner_at(home) == communicator%rank) edge%parent = coarse%slot(home(1), home(2), home(3))
+         edge%corner = block_size/2*modulo(place, 2)
+         if (b > 0) call list_slaves(edge, fine, place)
+      end subroutine fill_edge
+   end subroutine build
+
+   !> The slaves in the tile of a block. Of the blocks whose tiles hold a slave, the one that it belongs to hands it up, or if that
+   !> does not exist the one with the lowest index.
+   subroutine list_slaves(edge, fine, place)
+      type(edge_t), intent(inout) :: edge
+      type(level_t), intent(in) :: fine
+      integer, intent(in) :: place(3)
+      integer :: all_slaves(4, (tile_last + 1)**3), i, j, k, n
+      n = 0
+      do k = 0, tile_last
+         do j = 0, tile_last
+            do i = 0, tile_last
+               if (fine%region%is_inner(block_size*place + [i, j, k] - 1)) cycle
+               n = n + 1
+               all_slaves(:, n) = [i, j, k, merge(1, 0, hands_up(block_size*place + [i, j, k] - 1))]
+            end do
+         end do
+      end do
+      edge%slave = all_slaves(:, :n)
+   contains
+      !> True when this block is the one that hands the node up.
+      logical function hands_up(node)
+         integer, intent(in) :: node(3)
+         integer :: home(3), low(3), high(3), x, y, z
+         home = (node - modulo(node, block_size))/block_size
+         hands_up = all(home == place)
+         if (hands_up .or. fine%owner_at(home) >= 0) return
+         low = home - merge(1, 0, modulo(node, block_size) == 0)
+         high = home + merge(1, 0, modulo(node, block_size) == block_size - 1)
+         do z = low(3), high(3)
+            do y = low(2), high(2)
+               do x = low(1), high(1)
+                  if (fine%owner_at([x, y, z]) < 0) cycle
+                  hands_up = all([x, y, z] == place)
+                  return
+               end do
+            end do
+         end do
+      end function hands_up
+   end subroutine list_slaves
+
+   !> The edges with their parent here, by rising index of the block: the order in which a parent adds.
+   subroutine order_children(self)
+      class(composite_t), intent(inout) :: self
+      integer :: a, b, e
+      allocate (self%by_index(count(self%edges%parent > 0)))
+      a = 1
+      b = self%own + 1
+      do e = 1, size(self%by_index)
+         do while (a <= self%own)
+            if (self%edges(a)%parent > 0) exit
+            a = a + 1
+         end do
+         if (a > self%own) then
+            self%by_index(e) = b
+            b = b + 1
+         else if (b > size(self%edges)) then
+            self%by_index(e) = a
+            a = a + 1
+         else if (self%edges(a)%index < self%edges(b)%index) then
+            self%by_index(e) = a
+            a = a + 1
+         else
+            self%by_index(e) = b
+            b = b + 1
+         end if
+      end do
+   end subroutine order_children
+
+   !> Which cubes go to and come from which rank.
+   subroutine make_messages(self, communicator, coarse, fine)
+      class(composite_t), intent(inout) :: self
+      type(communicator_t), intent(in) :: communicator
+      type(level_t), intent(in) :: coarse, fine
+      integer :: other(size(self%edges)), e, r, n
+      do e = 1, size(self%edges)
+         if (e > self%own) then
+            other(e) = fine%owner_at(fine%grid%block_place(self%edges(e)%index))
+         else
+            other(e) = coarse%owner_at(fine%grid%block_place(self%edges(e)%index)/2)
+            if (other(e) == communicator%rank) other(e) = -1
+         end if
+      end do
+      self%ranks = pack([(r, r=0, communicator%ranks - 1)], [(any(other == r), r=0, communicator%ranks - 1)])
+      n = size(self%ranks)
+      allocate (self%of_blocks(n), self%of_parents(n), self%cubes(2, n))
+      do r = 1, n
+         call make_type(pack([(e - 1, e=1, self%own)], other(:self%own) == self%ranks(r)), self%of_blocks(r), self%cubes(1, r))
+         call make_type(pack([(e - 1, e=self%own + 1, size(other))], other(self%own + 1:) == self%ranks(r)), &
+                        self%of_parents(r), self%cubes(2, r))
+      end do
+   end subroutine make_messages
+
+   !> The datatype of some cubes of a pool.
+   subroutine make_type(numbers, datatype, cubes)
+      integer, intent(in) :: numbers(:) !< of the cubes, from 0
+      type(MPI_Datatype), intent(out) :: datatype
+      integer, intent(out) :: cubes
+      integer, parameter :: values = node_values*(cube_last + 1)**3
+      cubes = size(numbers)
+      call MPI_Type_create_indexed_block(cubes, values, values*numbers, MPI_DOUBLE_PRECISION, datatype)
+      call MPI_Type_commit(datatype)
+   end subroutine make_type
+
+   !> What the slaves were given, to the cubes: mass, momentum, force, with the weights of eq. slaves. `solved` of the finer level
+   !> holds sums. Kept as that of a first step.
+   subroutine restrict(self, communicator, fine)
+      class(composite_t), intent(inout) :: self
+      type(communicator_t), intent(in) :: communicator
+      type(level_t), intent(in) :: fine
+      integer :: e
+      do e = 1, self%own
+         call gather_slaves(self%edges(e), fine%solved(:, :, :, :, self%edges(e)%block), self%up(:, :, :, :, e))
+      end do
+      self%first = self%up(:, :, :, :, :self%own)
+      call self%exchange(communicator, self%up, upwards=.true.)
+   end subroutine restrict
+
+   !> The same in the second of two steps: mass (1 and 8), momentum (2 to 4), the change of force since the first (5 to 7).
+   subroutine restrict_change(self, communicator, fine)
+      class(composite_t), intent(inout) :: self
+      type(communicator_t), intent(in) :: communicator
+      type(level_t), intent(in) :: fine
+      integer :: e
+      do e = 1, self%own
+         associate (up => self%up(:, :, :, :, e), first => self%first(:, :, :, :, e))
+            call gather_slaves(self%edges(e), fine%solved(:, :, :, :, self%edges(e)%block), up)
+            up(8, :, :, :) = up(1, :, :, :)
+            up(5:7, :, :, :) = up(5:7, :, :, :) - first(5:7, :, :, :)
+         end associate
+      end do
+      call self%exchange(communicator, self%up, upwards=.true.)
+   end subroutine restrict_change
+
+   !> One block's slaves to its cube.
+   pure subroutine gather_slaves(edge, tile, cube)
+      type(edge_t), intent(in) :: edge
+      real(wp), intent(in) :: tile(node_values, 0:tile_last, 0:tile_last, 0:tile_last)
+      real(wp), intent(out) :: cube(node_values, 0:cube_last, 0:cube_last, 0:cube_last)
+      integer :: s, at(3), low(3), high(3), i, j, k
+      real(wp) :: share
+      cube = 0.0_wp
+      do s = 1, size(edge%slave, 2)
+         if (edge%slave(4, s) == 0) cycle
+         at = edge%slave(:3, s)
+         if (.not. tile(1, at(1), at(2), at(3)) > 0.0_wp) cycle
+         call masters(at, low, high, share)
+         do k = low(3), high(3)
+            do j = low(2), high(2)
+               do i = low(1), high(1)
+                  cube(:, i, j, k) = cube(:, i, j, k) + share*tile(:, at(1), at(2), at(3))
+               end do
+            end do
+         end do
+      end do
+   end subroutine gather_slaves
+
+   !> The nodes of a cube that a node of the block's tile depends on: low to high, all with one weight, 1, 1/2, 1/4 or 1/8.
+   pure subroutine masters(at, low, high, share)
+      integer, intent(in) :: at(3)
+      integer, intent(out) :: low(3), high(3)
+      real(wp), intent(out) :: share
+      high = 1 + at/2          ! tile node t is node 8 a + t - 1 of the grid, cube node c is node 4 a + c - 1 of the coarser one
+      low = (at + 1)/2
+      share = 1.0_wp/product(high - low + 1)
+   end subroutine masters
+
+   !> Before the sum over blocks of the coarser level: add the cubes to what its own particles gave.
+   subroutine add_to_parents(self, coarse)
+      class(composite_t), intent(inout) :: self
+      type(level_t), intent(inout) :: coarse
+      integer :: c, e
+      do c = 1, size(self%by_index)
+         associate (b => self%edges(self%by_index(c))%parent)
+            self%own_mass(:, :, :, b) = coarse%gathered(1, :, :, :, b)
+         end associate
+      end do
+      call add_cubes(self, coarse)
+   end subroutine add_to_parents
+
+   subroutine add_cubes(self, coarse)
+      class(composite_t), intent(in) :: self
+      type(level_t), intent(inout) :: coarse
+      integer :: c, e
+      do c = 1, size(self%by_index)
+         e = self%by_index(c)
+         associate (a => self%edges(e)%corner, z => self%edges(e)%corner + cube_last, b => self%edges(e)%parent)
+            coarse%gathered(:, a(1):z(1), a(2):z(2), a(3):z(3), b) = coarse%gathered(:, a(1):z(1), a(2):z(2), a(3):z(3), b) &
+                                                                     + self%up(:, :, :, :, e)
+         end associate
+      end do
+   end subroutine add_cubes
+
+   !> In the second of two finer steps: the mass that the particles of the coarser level gave, and the cubes.
+   subroutine replace_in_parents(self, coarse)
+      class(composite_t), intent(inout) :: self
+      type(level_t), intent(inout) :: coarse
+      integer :: b, c
+      do c = 1, size(self%by_index)
+         b = self%edges(self%by_index(c))%parent
+         coarse%gathered(1, :, :, :, b) = self%own_mass(:, :, :, b)
+      end do
+      coarse%gathered(2:, :, :, :, :size(coarse%blocks)) = 0.0_wp
+      call add_cubes(self, coarse)
+   end subroutine replace_in_parents
+
+   !> The motion of the coarser nodes to the cubes: velocity at the end of their step, acceleration.
+   subroutine hand_down(self, coarse)
+      class(composite_t), intent(inout) :: self
+      type(level_t), intent(in) :: coarse
+      integer :: e
+      do e = 1, size(self%edges)
+         if (self%edges(e)%parent > 0) call take_cube(self%edges(e), coarse%solved(:, :, :, :, self%edges(e)%parent), &
+                                                      self%down(:, :, :, :, e))
+      end do
+   end subroutine hand_down
+
+   pure subroutine take_cube(edge, tile, cube)
+      type(edge_t), intent(in) :: edge
+      real(wp), intent(in) :: tile(node_values, 0:tile_last, 0:tile_last, 0:tile_last)
+      real(wp), intent(out) :: cube(node_values, 0:cube_last, 0:cube_last, 0:cube_last)
+      associate (a => edge%corner, z => edge%corner + cube_last)
+         cube = tile(:, a(1):z(1), a(2):z(2), a(3):z(3))
+      end associate
+   end subroutine take_cube
+
+   !> Correct the solved nodes of block b of the coarser level by what the two finer steps really gave the slaves, and hand the
+   !> corrected motion down (theory.md, eq. owed). `change` is the sum over blocks of replace_in_parents: mass, momentum and change
+   !> of force of the slaves, mass of the slaves alone. A node whose mass has more than doubled begins anew with what it carries now.
+   subroutine correct(self, coarse, b, time_step, flip_fraction, change)
+      class(composite_t), intent(inout) :: self
+      type(level_t), intent(inout) :: coarse
+      integer, intent(in) :: b
+      real(wp), intent(in) :: time_step !< of the coarser level, s
+      real(wp), intent(in) :: flip_fraction
+      real(wp), intent(inout) :: change(node_values, 0:tile_last, 0:tile_last, 0:tile_last)
+      real(wp) :: half, begun(3), start(3), later(3)
+      integer :: e, i, j, k
+      half = 0.5_wp*time_step
+      do k = 0, tile_last
+         do j = 0, tile_last
+            do i = 0, tile_last
+               associate (given => change(:, i, j, k), node => coarse%solved(:, i, j, k, b))
+                  if (.not. given(1) > 0.0_wp) then
+                     given(2:7) = 0.0_wp
+                     cycle
+                  end if
+                  begun = node(2:4) - half*node(5:7)        ! velocity after the first half, if the mass had stayed
+                  later = node(1)*node(5:7) + given(5:7)    ! force of the second half
+                  if (node(1) < 0.5_wp*given(1)) then
+                     start = ((given(1) - given(8))*begun + given(2:4))/given(1)
+                  else
+                     start = begun
+                     later = later + (1.0_wp - flip_fraction)/half*(given(2:4) - given(8)*begun)
+                  end if
+                  given(5:7) = half*(later/given(1) - node(5:7))
+                  given(2:4) = start - begun + given(5:7)
+               end associate
+            end do
+         end do
+      end do
+      call constrain_nodes(coarse%grid, coarse%blocks(b)%place, change)
+      coarse%solved(2:4, :, :, :, b) = coarse%solved(2:4, :, :, :, b) + change(2:4, :, :, :)
+      change(2:4, :, :, :) = coarse%solved(2:4, :, :, :, b)
+      coarse%solved(5:7, :, :, :, b) = coarse%solved(5:7, :, :, :, b) + change(5:7, :, :, :)/time_step
+      change(5:7, :, :, :) = coarse%solved(5:7, :, :, :, b) + change(5:7, :, :, :)/time_step ! a + owed/half
+      do e = 1, size(self%edges)
+         if (self%edges(e)%parent == b) call take_cube(self%edges(e), change, self%down(:, :, :, :, e))
+      end do
+   end subroutine correct
+
+   !> The cubes from the ranks of the parents to those of the blocks.
+   subroutine send_down(self, communicator)
+      class(composite_t), intent(inout) :: self
+      type(communicator_t), intent(in) :: communicator
+      call self%exchange(communicator, self%down, upwards=.false.)
+   end subroutine send_down
+
+   !> The slaves of a block move with the nodes that they depend on, linearly in time (theory.md, eq. half-steps).
+   pure subroutine set_slaves(self, b, remaining, tile)
+      class(composite_t), intent(in) :: self
+      integer, intent(in) :: b              !< the block's number here
+      real(wp), intent(in) :: remaining     !< time from the end of this step to that of the coarser one, s
+      real(wp), intent(inout) :: tile(node_values, 0:tile_last, 0:tile_last, 0:tile_last)
+      real(wp) :: motion(6), share
+      integer :: e, s, at(3), low(3), high(3), i, j, k
+      e = self%edge_of(b)
+      if (e == 0) return
+      do s = 1, size(self%edges(e)%slave, 2)
+         at = self%edges(e)%slave(:3, s)
+         call masters(at, low, high, share)
+         motion = 0.0_wp
+         do k = low(3), high(3)
+            do j = low(2), high(2)
+               do i = low(1), high(1)
+                  motion = motion + self%down(2:7, i, j, k, e)
+               end do
+            end do
+         end do
+         tile(2:4, at(1), at(2), at(3)) = share*(motion(1:3) - remaining*motion(4:6))
+         tile(5:7, at(1), at(2), at(3)) = share*motion(4:6)
+      end do
+   end subroutine set_slaves
+
+   !> One message to and from each rank that shares edges: cubes of own blocks and own parents.
+   subroutine exchange(self, communicator, pool, upwards)
+      class(composite_t), intent(inout) :: self
+      type(communicator_t), intent(in) :: communicator
+      real(wp), intent(inout), contiguous, asynchronous :: pool(:, :, :, :, :)
+      logical, intent(in) :: upwards
+      type(MPI_Request) :: requests(2*size(self%ranks))
+      type(MPI_Datatype) :: given, taken
+      integer :: n, r, sends(size(self%ranks)), receives(size(self%ranks))
+      sends = self%cubes(merge(1, 2, upwards), :)
+      receives = self%cubes(merge(2, 1, upwards), :)
+      n = 0
+      do r = 1, size(self%ranks)
+         given = self%of_parents(r)
+         taken = self%of_blocks(r)
+         if (upwards) given = self%of_blocks(r)
+         if (upwards) taken = self%of_parents(r)
+         if (receives(r) > 0) then
+            n = n + 1
+            call MPI_Irecv(pool, 1, taken, self%ranks(r), 3, communicator%comm, requests(n))
+         end if
+         if (sends(r) > 0) then
+            n = n + 1
+            call MPI_Isend(pool, 1, given, self%ranks(r), 3, communicator%comm, requests(n))
+            self%messages = self%messages + 1
+            self%bytes = self%bytes + 8_i8*sends(r)*node_values*(cube_last + 1)**3
+         end if
+      end do
+      call MPI_Waitall(n, requests, MPI_STATUSES_IGNORE)
+      if (.not. MPI_ASYNC_PROTECTS_NONBLOCKING) call MPI_F_sync_reg(pool)
+   end subroutine exchange
+
+   !> Free the datatypes, and the edges.
+   subroutine release(self)
+      class(composite_t), intent(inout) :: self
+      integer :: r
+      if (.not. allocated(self%edges)) return
+      do r = 1, size(self%ranks)
+         call MPI_Type_free(self%of_blocks(r))
+         call MPI_Type_free(self%of_parents(r))
+      end do
+      deallocate (self%edges, self%edge_of, self%receives, self%by_index, self%up, self%down, self%first, self%own_mass, &
+                  self%ranks, self%of_blocks, self%of_parents, self%cubes)
+   end subroutine release
+
+end module m_composite

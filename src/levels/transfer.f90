@@ -1,0 +1,143 @@
+!> Particles change between two levels: into the finer one when their domains reach into its region, out when they have left it
+!> (theory.md, eqs residence, refine).
+module m_transfer
+   use m_kinds, only: wp, i4, i8
+   use m_communicator, only: communicator_t
+   use m_level, only: level_t
+   use m_block, only: block_t
+   use m_migration, only: migration_t, take_out
+   use m_split, only: split_in_eight, must_split, extents, id_bits, most_generations
+   implicit none
+   private
+   public :: find_changes, change_levels, worn_out
+
+contains
+
+   !> List in their blocks, as leavers, the particles that must leave a level or be split on it; returns how many.
+   !> Of the coarser level those that reach into the finer one's region; of the finer level those that do not reach into it any
+   !> more, and those whose centres have come inside before they were split.
+   integer function find_changes(coarse, fine) result(changes)
+      type(level_t), intent(inout) :: coarse, fine
+      integer :: b
+      changes = 0
+      do b = 1, size(coarse%blocks)
+         coarse%blocks(b)%leaver_count = 0
+         if (coarse%blocks(b)%particles%count == 0) cycle
+         associate (block => coarse%blocks(b))
+            if (fine%region%overlaps(block%lowest - coarse%grid%cell, block%highest + coarse%grid%cell)) &
+               call list_changes(fine, block, on_fine=.false.)
+            changes = changes + block%leaver_count
+         end associate
+      end do
+      do b = 1, size(fine%blocks)
+         fine%blocks(b)%leaver_count = 0
+         if (fine%blocks(b)%particles%count == 0) cycle
+         associate (block => fine%blocks(b))
+            if (.not. fine%region%clear_of_edge(block%lowest, block%highest, 3.0_wp*fine%grid%cell)) &
+               call list_changes(fine, block, on_fine=.true.)
+            changes = changes + block%leaver_count
+         end associate
+      end do
+   end function find_changes
+
+   !> The particles of a block of one of the two levels that change, as its leavers.
+   subroutine list_changes(fine, block, on_fine)
+      type(level_t), intent(in) :: fine
+      type(block_t), intent(inout) :: block
+      logical, intent(in) :: on_fine !< the block is one of the finer level
+      integer(i4) :: found(block%particles%count)
+      integer :: n, p
+      n = 0
+      do p = 1, block%particles%count
+         if (.not. changes_level(fine, block%particles%column(p, :), on_fine)) cycle
+         n = n + 1
+         found(n) = p
+      end do
+      block%leaver_count = n
+      if (n > size(block%leavers)) block%leavers = found(:n)
+      block%leavers(:n) = found(:n)
+   end subroutine list_changes
+
+   !> True when a particle of the coarser level reaches into the finer one's region, or one of the finer level does not any more or
+   !> must be split.
+   pure logical function changes_level(fine, values, on_fine) result(changes)
+      type(level_t), intent(in) :: fine
+      real(wp), intent(in) :: values(:)
+      logical, intent(in) :: on_fine
+      real(wp) :: x(3), e(3)
+      x = values(fine%layout%position:fine%layout%position + 2)
+      e = extents(values, fine%layout)
+      changes = fine%region%overlaps(x - e, x + e) .neqv. on_fine
+      if (on_fine .and. .not. changes) changes = must_split(fine%grid, fine%region, fine%number, &
+                                                            nint(values(fine%layout%refinement)), x, maxval(e))
+   end function changes_level
+
+   !> Collective: move what find_changes has listed to where it lives, split where it must be. The blocks there must exist.
+   subroutine change_levels(communicator, coarse, fine, coarse_migration, fine_migration, splits)
+      type(communicator_t), intent(in) :: communicator
+      type(level_t), intent(inout) :: coarse, fine
+      type(migration_t), intent(inout) :: coarse_migration, fine_migration
+      integer(i8), intent(inout) :: splits
+      logical :: extensive(fine%table%columns)
+      integer :: b
+      extensive = fine%table%extensive_columns()
+      call coarse_migration%begin(communicator, coarse)
+      call fine_migration%begin(communicator, fine)
+      do b = 1, size(coarse%blocks)
+         call send_off(coarse%blocks(b))
+      end do
+      do b = 1, size(fine%blocks)
+         call send_off(fine%blocks(b))
+      end do
+      call coarse_migration%deliver(communicator, coarse)
+      call fine_migration%deliver(communicator, fine)
+   contains
+      subroutine send_off(block)
+         type(block_t), intent(inout) :: block
+         integer :: l
+         if (block%leaver_count == 0) return
+         do l = 1, block%leaver_count
+            associate (p => block%leavers(l))
+               call settle(block%particles%column(p, :), block%particles%id(p), block%particles%body(p))
+            end associate
+         end do
+         call take_out(block)
+         block%at_rest = .false.
+         block%tile_holds = .false.
+      end subroutine send_off
+
+      !> One particle, or its parts, to the level where it lives.
+      recursive subroutine settle(values, id, body)
+         real(wp), intent(in) :: values(:)
+         integer(i8), intent(in) :: id
+         integer(i4), intent(in) :: body
+         real(wp) :: parts(size(values), 0:7), x(3), e(3)
+         integer :: generation, octant
+         x = values(fine%layout%position:fine%layout%position + 2)
+         e = extents(values, fine%layout)
+         associate (at => fine%layout)
+            if (.not. fine%region%overlaps(x - e, x + e)) then
+               call coarse_migration%give_away(communicator, coarse, values, id, body)
+            else if (must_split(fine%grid, fine%region, fine%number, nint(values(at%refinement)), x, maxval(e)) &
+                     .and. .not. worn_out(values, at%generation)) then
+               call split_in_eight(values, at, extensive, parts)
+               generation = nint(values(at%generation))
+               do octant = 0, 7
+                  call settle(parts(:, octant), ior(id, ishft(int(octant, i8), id_bits + generation)), body)
+               end do
+               splits = splits + 7
+            else
+               call fine_migration%give_away(communicator, fine, values, id, body)
+            end if
+         end associate
+      end subroutine settle
+   end subroutine change_levels
+
+   !> True when a particle's id has no room for another split into eight.
+   pure logical function worn_out(values, generation)
+      real(wp), intent(in) :: values(:)
+      integer, intent(in) :: generation !< column
+      worn_out = nint(values(generation)) + 3 > most_generations
+   end function worn_out
+
+end module m_transfer

@@ -1,0 +1,197 @@
+!> One step of the model: every level takes its step inside that of the next coarser one (theory.md, eqs half-steps, owed).
+module m_advance
+   use mpi_f08
+   use m_kinds, only: wp, i8
+   use m_constants, only: exit_numerical
+   use m_errors, only: error_t, fail
+   use m_text, only: to_text
+   use m_timers
+   use m_scene, only: update_usl, update_usf, update_musl
+   use m_level, only: tile_last, node_values
+   use m_model, only: model_t, bounds_t
+   use m_migration, only: entered
+   use m_node_exchange, only: sum_tiles
+   use m_transfer, only: find_changes, change_levels
+   use m_level_step, only: clock_t, to_nodes, solve, to_particles, strain, take_next_position
+   implicit none
+   private
+   public :: advance
+
+contains
+
+   !> Collective: advance the model by one step of its coarsest level.
+   subroutine advance(model, time_step, error)
+      type(model_t), intent(inout) :: model
+      real(wp), intent(in) :: time_step !< s
+      type(error_t), intent(inout) :: error
+      model%bounds = bounds_t()
+      if (model%method%stress_update == update_usf) then
+         call gather_levels(model, 1, model%time)
+         call solve(model, 1, clock_t(model%time))
+         call strain(model, 1, time_step, error)                       ! 6, first
+      end if
+      call gather_levels(model, 1, model%time)                         ! 1, 2, 3
+      call advance_level(model, 1, clock_t(model%time, time_step), error)
+      if (error%happened()) return
+      model%time = model%time + time_step
+      model%step = model%step + 1
+      if (size(model%levels) == 1) return
+      call model%timers%enter(model%levels_row)
+      call model%prepare_blocks()
+      call model%timers%leave()
+   end subroutine advance
+
+   !> 1, 2, 3 on a level and all finer ones, the finest first: each hands up what its slaves were given.
+   subroutine gather_levels(model, first, time)
+      type(model_t), intent(inout) :: model
+      integer, intent(in) :: first !< 1, or the level that begins its second step within one of its parent
+      real(wp), intent(in) :: time !< s
+      integer :: l
+      do l = size(model%levels), first, -1
+         call to_nodes(model, l, time)
+         if (l == 1) cycle
+         call model%timers%enter(model%levels_row)
+         if (l == first) then
+            call model%composite(l)%restrict_change(model%communicator, model%levels(l))
+         else
+            call model%composite(l)%restrict(model%communicator, model%levels(l))
+         end if
+      end do
+   end subroutine gather_levels
+
+   !> Collective: one step of a level, whose nodes hold the sums of its beginning, and within it the steps of the finer levels.
+   recursive subroutine advance_level(model, l, clock, error)
+      type(model_t), intent(inout) :: model
+      integer, intent(in) :: l
+      type(clock_t), intent(in) :: clock
+      type(error_t), intent(inout) :: error
+      integer :: update
+      update = model%method%stress_update
+      call solve(model, l, clock)
+      if (model%contact%active()) then                                 ! 4
+         call model%timers%enter(phase_contact)
+         if (l == size(model%levels)) then
+            call model%contact%push(model%communicator, model%levels(l), model%materials, model%exchange(l)%ranks, clock%time, &
+                                    clock%step, error)
+         else
+            call model%contact%forbid(model%levels(l), model%levels(size(model%levels)), error)
+         end if
+      end if
+      if (l < size(model%levels)) then
+         call advance_finer(model, l, clock, error)
+         if (error%happened()) return ! on all ranks: they have agreed
+      end if
+      call to_particles(model, l, clock%step, with_stress=update == update_usl, error=error) ! 5, 6, 7
+      if (update == update_musl) then
+         call to_nodes(model, l, clock%time)
+         call solve(model, l, clock_t(clock%time))
+         call strain(model, l, clock%step, error)                      ! 6, last
+         call take_next_position(model, l, error)                      ! 7, late
+      end if
+      call move_particles(model, l, error)
+   end subroutine advance_level
+
+   !> Collective: the steps of the next finer level within one of level l: two, between which level l is corrected by what the
+   !> first really gave and the second will give; or one, where all levels have one time step.
+   recursive subroutine advance_finer(model, l, clock, error)
+      type(model_t), intent(inout) :: model
+      integer, intent(in) :: l
+      type(clock_t), intent(in) :: clock
+      type(error_t), intent(inout) :: error
+      real(wp) :: half
+      call model%timers%enter(model%levels_row)
+      call model%composite(l + 1)%hand_down(model%levels(l))
+      call model%composite(l + 1)%send_down(model%communicator)
+      if (.not. model%method%subcycle) then
+         call advance_level(model, l + 1, clock, error)
+         return
+      end if
+      half = 0.5_wp*clock%step
+      call advance_level(model, l + 1, clock_t(clock%time, half, half), error)
+      if (error%happened()) return
+      call gather_levels(model, l + 1, clock%time + half)
+      call correct(model, l, clock)
+      call advance_level(model, l + 1, clock_t(clock%time + half, half), error)
+   end subroutine advance_finer
+
+   !> Collective: the solved nodes of level l take what its own step does not know of the two steps of the finer level.
+   subroutine correct(model, l, clock)
+      type(model_t), intent(inout) :: model
+      integer, intent(in) :: l
+      type(clock_t), intent(in) :: clock
+      real(wp) :: change(node_values, 0:tile_last, 0:tile_last, 0:tile_last)
+      integer :: b
+      associate (level => model%levels(l), composite => model%composite(l + 1))
+         call composite%replace_in_parents(level)
+         call model%timers%enter(phase_exchange)
+         call model%exchange(l)%start(model%communicator, level%gathered)
+         call model%exchange(l)%wait(level%gathered)
+         call model%timers%enter(model%levels_row)
+         do b = 1, size(level%blocks)
+            if (.not. composite%receives(b)) cycle
+            call sum_tiles(level%blocks(b)%neighbour, level%gathered, change)
+            call composite%correct(level, b, clock%step, model%method%flip_fraction, change)
+         end do
+         call composite%send_down(model%communicator)
+      end associate
+   end subroutine correct
+
+   !> Collective: the particles of level l go to the blocks, and with those of the next finer level to the levels, where they are now.
+   subroutine move_particles(model, l, error)
+      type(model_t), intent(inout) :: model
+      integer, intent(in) :: l
+      type(error_t), intent(inout) :: error
+      logical :: new_blocks
+      call agree(model, l, new_blocks, error)
+      if (error%happened()) return
+      call model%timers%enter(phase_migration)
+      if (new_blocks) call model%create_blocks()
+      call model%migration(l)%move_leavers(model%communicator, model%levels(l), model%exchange(l)%ranks)
+      model%particle_steps = model%particle_steps + model%levels(l)%particle_count()
+      if (l < size(model%levels)) call change(model, l)
+      call model%timers%leave()
+   end subroutine move_particles
+
+   !> Collective: particles of level l and the next change level.
+   subroutine change(model, l)
+      type(model_t), intent(inout) :: model
+      integer, intent(in) :: l
+      integer :: changes
+      call model%timers%enter(model%levels_row)
+      changes = find_changes(model%levels(l), model%levels(l + 1))
+      call MPI_Allreduce(MPI_IN_PLACE, changes, 1, MPI_INTEGER, MPI_MAX, model%communicator%comm)
+      if (changes == 0) return
+      call change_levels(model%communicator, model%levels(l), model%levels(l + 1), model%migration(l), model%migration(l + 1), &
+                         model%splits)
+   end subroutine change
+
+   !> Collective, one reduction: largest speeds for the next time step, whether blocks are missing, whether a rank failed.
+   subroutine agree(model, l, new_blocks, error)
+      type(model_t), intent(inout) :: model
+      integer, intent(in) :: l
+      logical, intent(out) :: new_blocks
+      type(error_t), intent(inout) :: error
+      real(wp) :: bounds(4)
+      integer :: b, m, place(3)
+      call model%timers%enter(phase_control)
+      bounds = [model%bounds%wave_speed, model%bounds%particle_speed, 0.0_wp, 0.0_wp]
+      if (.not. error%happened()) then
+         do b = 1, size(model%levels(l)%blocks)
+            do m = 1, model%levels(l)%blocks(b)%leaver_count
+               place = entered(model%levels(l), model%levels(l)%blocks(b), int(model%levels(l)%blocks(b)%leavers(m)))
+               if (model%levels(l)%owner_at(place) < 0) bounds(3) = 1.0_wp
+            end do
+         end do
+      else
+         bounds(4) = 1.0_wp
+      end if
+      call MPI_Allreduce(MPI_IN_PLACE, bounds, 4, MPI_DOUBLE_PRECISION, MPI_MAX, model%communicator%comm)
+      model%bounds%wave_speed = bounds(1)
+      model%bounds%particle_speed = bounds(2)
+      new_blocks = bounds(3) > 0.0_wp
+      if (bounds(4) > 0.0_wp) call model%communicator%agree(error)
+      if (new_blocks .and. size(model%levels) > 1) call fail(error, exit_numerical, 'step '//to_text(model%step + 1)//', time '// &
+         to_text(model%time)//' s: a particle of level '//to_text(l)//' moved further than a step allows; try a smaller safety')
+   end subroutine agree
+
+end module m_advance
