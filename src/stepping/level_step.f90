@@ -61,6 +61,7 @@ contains
             if (finest .and. .not. level%blocks(b)%shared) call gather(model, l, b, time)
          end do
       end associate
+      call model%timers%enter(phase_exchange)
       call finish_sums(model, l)
    end subroutine to_nodes
 
@@ -69,7 +70,6 @@ contains
       type(model_t), intent(inout) :: model
       integer, intent(in) :: l
       integer :: b
-      call model%timers%enter(phase_exchange)
       associate (level => model%levels(l))
          call model%exchange(l)%wait(level%gathered)
          do b = 1, size(level%blocks)
