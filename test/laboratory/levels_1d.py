@@ -1,0 +1,344 @@
+#!/usr/bin/env python3
+"""Grid levels in one dimension: ways to couple them, tried on an elastic GIMP bar (doc/theory.md, Levels). Needs numpy.
+
+pulse    a velocity pulse crosses from the coarse level into the fine one
+ring     a free bar rings, the fine level over its middle third: is its energy bounded? STEPS coarse steps, 10 000 if not given
+move     bars that ring while they travel: through the fine level, and out of it with a free end; particles split and merge
+levels3  ring and move with three levels
+
+Level l has the cell 1/2^l and takes 2^l steps while level 0 takes one. Coupling:
+
+coarse, fine   one level: the two bounds
+thesis         coarse particles everywhere; those in the fine region and in a fringe of two coarse cells around it have two children
+               each. In the fringe, children are made anew from their parents before a coarse step; in the region,
+               parents take their children's mean after it
+register       thesis, with the momentum that passes the edge counted on both levels and the difference given to the coarse particles there
+composite      a particle lives once; fine nodes at the edge follow the coarse ones and hand them what they get; plain transfer
+               within a coarse cell of an edge
+through        composite, affine transfer up to the edge
+centre         composite, a particle lives where its centre is instead of where its domain reaches
+
+E = rho = c = coarse cell = 1, two particles a cell. "affine" is the transfer (0: plain), "flip" the share of FLIP in the velocity.
+"""
+import argparse
+
+import numpy as np
+
+ORIGIN = -4.0
+FIELDS = [(name, float) for name in ("x", "half", "v", "m", "V", "stress", "L")] + [("family", np.int64)]
+
+
+def bar(start, length, h):
+    """Particles of a bar at rest. family: halves of p are 2p and 2p + 1."""
+    p = np.zeros(round(2*length/h), FIELDS)
+    p["x"] = start + h/2*np.arange(p.size) + h/4
+    p["half"], p["m"], p["V"], p["family"] = h/4, h/2, h/2, 2**20 + np.arange(p.size)
+    return p
+
+
+def halves(p):
+    """Every particle in two, side by side."""
+    kids, side = np.repeat(p, 2), np.tile([-0.5, 0.5], p.size)
+    kids["x"] += side*kids["half"]
+    kids["v"] += side*kids["half"]*kids["L"]
+    kids["family"] = 2*kids["family"] + (side > 0)
+    for name in ("half", "m", "V"):
+        kids[name] /= 2
+    return kids
+
+
+def united(a, b):
+    """Pairs of halves in one."""
+    p = a.copy()
+    for name in ("half", "m", "V"):
+        p[name] = a[name] + b[name]
+    for name, weight in (("x", "m"), ("v", "m"), ("stress", "V"), ("L", "V")):
+        p[name] = (a[weight]*a[name] + b[weight]*b[name])/p[weight]
+    p["family"] //= 2
+    return p
+
+
+def start(p, v, wave):
+    """wave: 0 no stress, 1 that of a wave to the right."""
+    p["v"] = v(p["x"])
+    p["stress"] = -wave*p["v"]
+
+
+def energy(p, speed=0.0):
+    return (0.5*p["m"]*(p["v"] - speed)**2 + p["half"]*p["stress"]**2).sum()
+
+
+def over(q, m):
+    return np.divide(q, m, out=np.zeros(m.size), where=m > 0)
+
+
+class Grid:
+    """The nodes of one level and its transfers."""
+
+    def __init__(self, h, cells):
+        self.h, self.n = h, round(cells/h) + 1
+        self.x = ORIGIN + h*np.arange(self.n)
+
+    def to_nodes(self, p, affine):
+        """Mass, momentum and force of the nodes; keeps the weights. affine: 0 or 1, for all or for each particle."""
+        h, l = self.h, p["half"][:, None]
+        first = np.floor((p["x"] - ORIGIN)/h - 0.5).astype(int)
+        self.nodes = first[:, None] + np.arange(3)
+        d = p["x"][:, None] - self.x[self.nodes]
+        a, t = np.abs(d), np.maximum(0, h + l - np.abs(d))
+        near, far = a < l, a > h - l
+        self.S = np.where(near, 1 - (d**2 + l**2)/(2*h*l), np.where(far, t**2/(4*h*l), 1 - a/h))
+        self.G = np.where(near, -d/(h*l), -np.sign(d)*np.where(far, t/(2*h*l), 1/h))
+        m = self.S*p["m"][:, None]
+        q = m*(p["v"][:, None] - (affine*p["L"])[:, None]*d)
+        f = -self.G*(p["stress"]*p["V"])[:, None]
+        return np.array([self.sum(z) for z in (m, q, f)])
+
+    def sum(self, z):
+        return np.bincount(self.nodes.ravel(), z.ravel(), self.n).astype(float)
+
+    def to_particles(self, p, v, a, dt, flip):
+        v_grid, p["L"] = (self.S*v[self.nodes]).sum(1), (self.G*v[self.nodes]).sum(1)
+        p["x"] += dt*v_grid
+        p["v"] = flip*(p["v"] + dt*(self.S*a[self.nodes]).sum(1)) + (1 - flip)*v_grid
+        p["stress"] += dt*p["L"]
+        p["V"] *= 1 + dt*p["L"]
+
+    def solve(self, p, dt, affine):
+        """Nodes of particles that see no other level: mass, velocity at the end of the step, acceleration."""
+        m, q, f = self.to_nodes(p, affine)
+        return m, over(q, m) + dt*over(f, m), over(f, m)
+
+
+class Level(Grid):
+    def __init__(self, h, cells, lower, upper):
+        super().__init__(h, cells)
+        self.lower, self.upper = lower, upper
+        self.inner = (self.x > lower + 1e-9) & (self.x < upper - 1e-9)  # the others are slaves
+        k = np.arange(self.n)
+        self.left, self.right = k//2, (k + 1)//2                       # coarse nodes of a slave, 1/2 each
+
+    def hand_up(self, rows):
+        n = (self.n + 1)//2
+        rows = np.where(self.inner, 0, rows)
+        return np.array([0.5*(np.bincount(self.left, z, n) + np.bincount(self.right, z, n)) for z in rows])
+
+    def interpolate(self, coarse):
+        return 0.5*(coarse[self.left] + coarse[self.right])
+
+
+class Composite:
+    """Any number of levels (one: the uniform grid), each region inside the last."""
+
+    def __init__(self, p, cells, regions, affine, flip, h=1.0, plain_cells=1, reach=1):
+        everywhere = (-np.inf, np.inf)
+        self.levels = [Level(h/2**l, cells, *region) for l, region in enumerate([everywhere] + regions)]
+        self.affine, self.flip, self.plain_cells, self.reach = affine, flip, plain_cells, reach
+        self.splits, self.merges, self.lost = 0, 0, 0.0
+        for level in self.levels:
+            level.p = p[:0]
+        self.levels[0].p = p
+        for l in range(len(regions)):
+            self.change_levels(l)
+
+    def particles(self):
+        return np.concatenate([level.p for level in self.levels])
+
+    def start(self, v, wave=0):
+        for level in self.levels:
+            start(level.p, v, wave)
+
+    def step(self, dt):
+        self.gather(0)
+        self.advance(0, dt, 0.0, 0.0)
+
+    def gather(self, l):
+        """Particle-to-node pass of level l and all finer ones, the finest first; what the slaves of l hand up."""
+        level = self.levels[l]
+        from_finer = self.gather(l + 1) if l + 1 < len(self.levels) else 0
+        level.own = level.to_nodes(level.p, self.affine_at(level.p["x"]))  # apart: these sums stay while finer ones change
+        level.total = level.own + from_finer
+        return level.hand_up(level.total)
+
+    def affine_at(self, x):
+        """Which particles do the affine transfer (eq. affine-edge)."""
+        on = np.full(x.size, float(self.affine))
+        for coarse, fine in zip(self.levels, self.levels[1:]):
+            on[np.minimum(abs(x - fine.lower), abs(x - fine.upper)) < self.plain_cells*coarse.h] = 0
+        return on
+
+    def advance(self, l, dt, slave_v, slave_a):
+        """One step of level l with all finer ones; slave_v at the end of the step."""
+        level, beta = self.levels[l], 1 - self.flip
+        m, q, f = level.total
+        a = np.where(level.inner, over(f, m), slave_a)
+        v = np.where(level.inner, over(q, m) + dt*a, slave_v)
+        if l + 1 < len(self.levels):
+            fine, k = self.levels[l + 1], dt/2
+            half = v - k*a                                             # eq. half-steps, the first
+            self.advance(l + 1, k, fine.interpolate(half), fine.interpolate(a))
+            m_up, q_up, f_up = self.gather(l + 1)
+            m2 = level.own[0] + m_up
+            q2 = level.own[0]*half + q_up
+            half = np.where(m > 0.5*m2, half, over(q2, m2))            # hardly reached before
+            a2 = over(level.own[2] + f_up + beta*(q2 - m2*half)/k, m2)
+            a2 = np.where(level.inner, a2, a)
+            v = np.where(level.inner, half + k*a2, v)                  # the second
+            self.advance(l + 1, k, fine.interpolate(v), fine.interpolate(a2))
+            a = 0.5*(a + a2)
+        level.to_particles(level.p, v, a, dt, self.flip)
+        if l + 1 < len(self.levels):
+            self.change_levels(l)
+
+    def change_levels(self, l):
+        """Particles go to the level that they belong to; big ones split, halves that have both left unite."""
+        coarse, fine = self.levels[l:l + 2]
+        p = np.concatenate([coarse.p, fine.p])
+        big = (p["half"] > 0.3*fine.h) & (p["x"] > fine.lower) & (p["x"] < fine.upper)
+        if big.any():
+            p = np.concatenate([p[~big], halves(p[big])])
+            self.splits += big.sum()
+        reach = self.reach*p["half"]
+        here = (p["x"] + reach > fine.lower) & (p["x"] - reach < fine.upper)
+        fine.p, p = p[here], p[~here]
+        small = np.where(p["half"] < 0.2*coarse.h)[0]
+        small = small[np.argsort(p["family"][small])]
+        pair = np.where(np.diff(p["family"][small]//2) == 0)[0]
+        if pair.size:
+            a, b = small[pair], small[pair + 1]
+            new = united(p[a], p[b])
+            self.lost += energy(p[a]) + energy(p[b]) - energy(new)
+            self.merges += pair.size
+            p = np.concatenate([np.delete(p, np.concatenate([a, b])), new])
+        coarse.p = p
+
+
+class Thesis:
+    """Copy and average. `register`: with the momentum register."""
+
+    def __init__(self, p, cells, lower, upper, affine, flip, register):
+        self.c, self.register, self.affine, self.flip = p, register, affine, flip
+        self.coarse, self.fine = Grid(1.0, cells), Grid(0.5, cells)
+        self.covered = (p["x"] > lower) & (p["x"] < upper)
+        self.parents = (p["x"] > lower - 2) & (p["x"] < upper + 2)
+        self.fringe = np.repeat(~self.covered[self.parents], 2)
+        self.middle = 0.5*(lower + upper)
+        self.f = halves(p[self.parents])
+        self.splits = self.merges = 0
+        self.lost = 0.0
+
+    def particles(self):
+        return np.concatenate([self.c[~self.covered], self.f[~self.fringe]])
+
+    def start(self, v, wave=0):
+        start(self.c, v, wave)
+        start(self.f, v, wave)
+
+    def crossing(self, p, own, grid, m, dt):
+        """Momentum that the covered side gets (left and right edge), and each other particle's share of the edge."""
+        share = over(grid.sum(grid.S*(p["m"]*own)[:, None]), m)
+        gain, left = -dt*p["V"]*p["stress"]*(grid.G*share[grid.nodes]).sum(1), p["x"] < self.middle
+        return np.array([gain[left].sum(), gain[~left].sum()]), (grid.S*share[grid.nodes]).sum(1)*~own
+
+    def step(self, dt):
+        c, f = self.c, self.f
+        f[self.fringe] = halves(c[self.parents])[self.fringe]
+        m, v, a = self.coarse.solve(c, dt, self.affine)
+        missing, edge = self.crossing(c, self.covered, self.coarse, m, dt)
+        self.coarse.to_particles(c, v, a, dt, self.flip)
+        for _ in range(2):
+            m, v, a = self.fine.solve(f, dt/2, self.affine)
+            missing -= self.crossing(f, ~self.fringe, self.fine, m, dt/2)[0]
+            self.fine.to_particles(f, v, a, dt/2, self.flip)
+        if self.register:
+            for side, here in enumerate((c["x"] < self.middle, c["x"] >= self.middle)):
+                c["v"] += missing[side]*edge*here/(c["m"]*edge*here).sum()
+        kids = f[~self.fringe]
+        mean = united(kids[0::2], kids[1::2])
+        mean["half"] = c["half"][self.covered]
+        c[self.covered] = mean
+
+
+def build(scheme, p, cells, regions, affine, flip):
+    if scheme in ("composite", "through", "centre"):
+        return Composite(p, cells, regions, affine, flip, plain_cells=int(scheme != "through"), reach=int(scheme != "centre"))
+    if scheme == "coarse":
+        return Composite(p, cells, [], affine, flip)
+    if scheme == "fine":
+        return Composite(halves(p), cells, [], affine, flip, 0.5)
+    return Thesis(p, cells, *regions[0], affine, flip, scheme == "register")
+
+
+def watch(sim, steps, dt, speed=0.0, marks=(1, 10, 50, 100)):
+    """Run. Energy over the first one at shares of the run and the most met; the momentum's drift over sum |m v|; mass."""
+    p = sim.particles()
+    e0, q0, m0, size = energy(p, speed), (p["m"]*p["v"]).sum(), p["m"].sum(), np.abs(p["m"]*p["v"]).sum()
+    seen, most, drift = [], 0.0, 0.0
+    for k in range(1, steps + 1):
+        sim.step(dt)
+        p = sim.particles()
+        e, drift = energy(p, speed)/e0, max(drift, abs((p["m"]*p["v"]).sum() - q0)/size)
+        if not e < 1e3:
+            return f"over 1000 after {k} steps"
+        most = max(most, e)
+        if k in [steps*share//100 for share in marks]:
+            seen.append(f"{e:.3f}")
+    moved = f"  splits {sim.splits} merges {sim.merges} (energy {sim.lost/e0:.0e})" if sim.merges else ""
+    return f"{' '.join(seen)}  most {most:.3f}  momentum {drift:.0e}  mass {abs(p['m'].sum()/m0 - 1):.0e}{moved}"
+
+
+def tried(affine, *schemes):
+    """through differs from composite in the affine transfer only."""
+    return schemes + (("through",) if affine else ())
+
+
+def pulse():
+    print("pulse of width w from the coarse side (x < 100) into the fine one; after 90 time units, over its first height:")
+    for width in (3, 6, 12):
+        for affine in (0, 1):
+            for scheme in tried(affine, "coarse", "fine", "thesis", "register", "composite"):
+                sim = build(scheme, bar(0, 240, 1.0), 248, [(100, 200)], affine, 1.0)
+                sim.start(lambda x: 1e-3*np.exp(-((x - 60)/width)**2), wave=1)
+                steps = 450 if scheme == "fine" else 225
+                what = watch(sim, steps, 90/steps, marks=(100,))
+                p = sim.particles()
+                v = abs(p["v"])/1e-3
+                print(f"  w {width:2}  affine {affine}  {scheme:9}  height {v[p['x'] > 100].max():.3f}  "
+                      f"left behind {v[(p['x'] > 5) & (p['x'] < 85)].max():.4f}  energy {what}", flush=True)
+
+
+def ring(steps, regions=((20, 40),), schemes=("coarse", "thesis", "register", "composite", "centre")):
+    print(f"free bar of 60 cells, first mode, finer over {regions}; energy over the first one at 1, 10, 50, 100 % of {steps}:")
+    for safety in (0.25, 0.4, 0.5):
+        for affine, flip in ((0, 1.0), (1, 1.0), (1, 0.99), (1, 0.95)):
+            for scheme in tried(affine, *schemes):
+                sim = build(scheme, bar(0, 60, 1.0), 68, list(regions), affine, flip)
+                sim.start(lambda x: 1e-3*np.cos(np.pi*x/60))
+                print(f"  safety {safety:4}  affine {affine}  flip {flip:4}  {scheme:9}  {watch(sim, steps, safety)}", flush=True)
+
+
+def move(regions=((20, 40),)):
+    print(f"bars that ring and travel, finer over {regions}; energy about the travelling, over the first one, at 10, 50, 100 %:")
+    for left, length, speed, time in ((0, 60, 0.01, 800), (0, 60, 0.1, 500), (24, 10, 0.5, 100)):
+        for safety in (0.25, 0.4, 0.5):
+            for affine, flip in ((0, 1.0), (1, 1.0), (1, 0.95)):
+                for scheme in tried(affine, "coarse", "composite"):
+                    sim = build(scheme, bar(left, length, 1.0), 200, list(regions), affine, flip)
+                    sim.start(lambda x: speed + 1e-3*np.cos(np.pi*(x - left)/length))
+                    dt = safety/(1 + speed)
+                    print(f"  {length} cells  speed {speed:4}  safety {safety:4}  affine {affine}  flip {flip:4}  {scheme:9}  "
+                          f"{watch(sim, round(time/dt), dt, speed, (10, 50, 100))}", flush=True)
+
+
+def levels3(steps):
+    regions = ((15, 45), (22.5, 37.5))
+    ring(steps, regions, ("coarse", "composite"))
+    move(regions)
+
+
+if __name__ == "__main__":
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser.add_argument("run", choices=("pulse", "ring", "move", "levels3"))
+    parser.add_argument("steps", nargs="?", type=int, default=10000)
+    args = parser.parse_args()
+    {"pulse": pulse, "ring": lambda: ring(args.steps), "move": move, "levels3": lambda: levels3(args.steps)}[args.run]()
