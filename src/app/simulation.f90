@@ -96,7 +96,6 @@ contains
    !> Collective: one step, and what is to be written after it.
    subroutine step(self)
       class(simulation_t), intent(inout) :: self
-      integer :: l
       call advance(self%model, self%next_time_step(), self%error)
       if (self%error%happened()) return
       call self%record()
@@ -105,9 +104,7 @@ contains
          self%early_elapsed = self%console%elapsed()
       end if
       if (mod(self%model%step, int(rebalance_every, i8)) == 0) then
-         do l = 1, size(self%model%levels)
-            call self%model%effect_step(l)%fold(self%communicator)
-         end do
+         call self%model%fold()
          call self%model%rebalance(self%error)
       end if
       call self%console%progress(int(self%model%step), self%model%time, self%scene%end_time, self%balance%error())

@@ -27,7 +27,7 @@ module m_energy
    type :: balance_t
       type(sums_t) :: start, now
       real(wp) :: external_work = 0.0_wp      !< done by tools and effects, J
-      real(wp) :: damped = 0.0_wp             !< taken out by effects, J
+      real(wp) :: damped = 0.0_wp             !< taken out by effects, friction and the merging of particles, J
       real(wp) :: largest = 0.0_wp            !< largest energy or work seen, J: what the error is relative to
       real(wp) :: worst = 0.0_wp              !< largest error seen, J
    contains
@@ -131,13 +131,11 @@ contains
    subroutine follow(self, model)
       class(balance_t), intent(inout) :: self
       type(model_t), intent(inout) :: model
-      integer :: l
       self%now = measure(model)
-      do l = 1, size(model%levels)
-         call model%effect_step(l)%fold(model%communicator)
-      end do
+      call model%fold()
       self%external_work = sum(model%contact%states%work) + sum(model%effect_step%external_work)
-      self%damped = sum(model%effect_step%damped) + self%now%dissipated + sum(model%contact%states%heat)
+      self%damped = sum(model%effect_step%damped) + self%now%dissipated + sum(model%contact%states%heat) &
+                    + model%lost
       self%largest = max(self%largest, abs(self%external_work), abs(self%damped), self%now%energy())
       self%worst = max(self%worst, abs(self%excess()))
    end subroutine follow

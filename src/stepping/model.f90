@@ -51,6 +51,9 @@ module m_model
       real(wp) :: time = 0.0_wp                       !< s
       integer(i8) :: step = 0
       integer(i8) :: particle_steps = 0               !< particle updates on this rank so far
+      integer(i8) :: merges = 0                       !< particles that this rank has made of eight others
+      real(wp), allocatable :: lost_in_merging(:)     !< energy, by block of all levels, since the last fold, J
+      real(wp) :: lost = 0.0_wp                       !< energy lost in merging up to the last fold, J
       integer(i8) :: splits = 0                       !< particles that this rank has made by splitting others
       integer(i8) :: particle_steps_at_rest = 0       !< of these, how many had nothing to do
       logical :: skip_at_rest = .true.                !< leave out blocks that are at rest: the same bits, less time
@@ -61,6 +64,7 @@ module m_model
       procedure :: prepare_blocks
       procedure :: rebalance
       procedure :: particle_count
+      procedure :: fold
       procedure :: stepped_cell
       procedure :: wave_speed
       procedure :: release
@@ -100,6 +104,7 @@ contains
          call self%effect_step(l)%build(self%effects, product(self%levels(l)%grid%blocks), self%timers)
       end do
       call self%contact%build(scene%tools, scene%contact)
+      allocate (self%lost_in_merging(blocks_before(self%levels, size(self%levels) + 1)), source=0.0_wp)
       call declare_fields(self)
       call count_particles(self, scene, counts)
       allocate (owner(size(counts)))
@@ -411,6 +416,22 @@ contains
       end if
       call self%timers%leave()
    end subroutine rebalance
+
+   !> Collective: add what has been booked in blocks to the totals, by their numbers. Before blocks change rank.
+   subroutine fold(self)
+      class(model_t), intent(inout) :: self
+      integer :: b, l
+      do l = 1, size(self%levels)
+         call self%effect_step(l)%fold(self%communicator)
+      end do
+      if (size(self%levels) == 1) return
+      call MPI_Allreduce(MPI_IN_PLACE, self%lost_in_merging, size(self%lost_in_merging), MPI_DOUBLE_PRECISION, MPI_SUM, &
+                         self%communicator%comm)
+      do b = 1, size(self%lost_in_merging)
+         self%lost = self%lost + self%lost_in_merging(b)
+      end do
+      self%lost_in_merging = 0.0_wp
+   end subroutine fold
 
    !> Particles on this rank.
    pure integer(i8) function particle_count(self)

@@ -1,0 +1,145 @@
+!> Eight siblings that have all left the finer level become one particle again (theory.md, eq. merge).
+module m_merge
+   use m_kinds, only: wp, i4, i8
+   use m_sorting, only: sorted_order
+   use m_level, only: level_t
+   use m_block, only: block_t
+   use m_locate, only: bin_of
+   use m_migration, only: frame_of, take_out
+   use m_materials, only: materials_t
+   use m_split, only: id_bits
+   implicit none
+   private
+   public :: merge_siblings
+
+   real(wp), parameter :: distance = 0.5_wp !< of the merged particle from the finer level's region, in cells: it is not to turn back soon
+
+contains
+
+   !> Merge what can be merged in block b of a level that the finer level's particles come out to. Mass, momentum and volume are
+   !> kept; `lost` is the energy that is not (J).
+   subroutine merge_siblings(level, finer, b, materials, merged, lost)
+      type(level_t), intent(inout) :: level
+      type(level_t), intent(in) :: finer
+      integer, intent(in) :: b
+      type(materials_t), intent(in) :: materials
+      integer, intent(out) :: merged !< particles made
+      real(wp), intent(out) :: lost
+      integer(i8), allocatable :: key(:)
+      integer(i4), allocatable :: small(:), gone(:)
+      integer :: first, last, n, p
+      merged = 0
+      lost = 0.0_wp
+      associate (block => level%blocks(b), at => level%layout)
+         if (at%domain > 0 .or. at%half_sizes .or. block%particles%count < 8) return
+         if (finer%region%clear_of_edge(block%lowest, block%highest, 3.0_wp*level%grid%cell)) return
+         n = count(block%particles%column(:block%particles%count, at%refinement) > level%number - 0.5_wp)
+         if (n < 8) return
+         small = pack([(int(p, i4), p=1, block%particles%count)], &
+                      block%particles%column(:block%particles%count, at%refinement) > level%number - 0.5_wp)
+         key = [(parent_id(block%particles%id(small(p)), nint(block%particles%column(small(p), at%generation))), p=1, n)]
+         small = small(sorted_order(key, block%particles%id(small)))
+         allocate (gone(0))
+         first = 1
+         do while (first <= n)
+            last = first
+            do while (last < n)
+               if (parent(last + 1) /= parent(first)) exit
+               last = last + 1
+            end do
+            if (last == first + 7) call merge_eight(level, finer, b, small(first:last), materials, merged, lost, gone)
+            first = last + 1
+         end do
+         if (merged == 0) return
+         gone = gone(sorted_order(int(gone, i8), int(gone, i8)))
+         call drop(block, gone)
+      end associate
+   contains
+      !> Id of the particle that the p-th of the small ones was part of.
+      integer(i8) function parent(p)
+         integer, intent(in) :: p
+         associate (particles => level%blocks(b)%particles)
+            parent = parent_id(particles%id(small(p)), nint(particles%column(small(p), level%layout%generation)))
+         end associate
+      end function parent
+   end subroutine merge_siblings
+
+   !> The id of the particle of which one is an eighth: without the bits of its last three generations.
+   pure integer(i8) function parent_id(id, generation)
+      integer(i8), intent(in) :: id
+      integer, intent(in) :: generation
+      integer :: g
+      parent_id = id
+      do g = generation - 3, generation - 1
+         parent_id = ibclr(parent_id, id_bits + g)
+      end do
+   end function parent_id
+
+   !> Append what eight particles become, unless it would be near the finer region; list them as gone.
+   subroutine merge_eight(level, finer, b, eight, materials, merged, lost, gone)
+      type(level_t), intent(inout) :: level
+      type(level_t), intent(in) :: finer
+      integer, intent(in) :: b
+      integer(i4), intent(in) :: eight(8)
+      type(materials_t), intent(in) :: materials
+      integer, intent(inout) :: merged
+      real(wp), intent(inout) :: lost
+      integer(i4), allocatable, intent(inout) :: gone(:)
+      real(wp) :: values(9, level%table%columns), reach(3)
+      logical :: extensive(level%table%columns)
+      integer :: c, generation
+      integer(i4) :: body
+      associate (block => level%blocks(b), at => level%layout)
+         body = block%particles%body(eight(1))
+         generation = nint(block%particles%column(eight(1), at%generation))
+         if (any(nint(block%particles%column(eight, at%generation)) /= generation)) return
+         values(:8, :) = block%particles%column(eight, :)
+         extensive = level%table%extensive_columns()
+         do c = 1, size(values, 2)
+            if (extensive(c)) then
+               values(9, c) = sum(values(:8, c))
+            else if (any(c == [at%position, at%position + 1, at%position + 2, at%velocity, at%velocity + 1, at%velocity + 2])) then
+               values(9, c) = sum(values(:8, at%mass)*values(:8, c))/sum(values(:8, at%mass))
+            else
+               values(9, c) = sum(values(:8, at%volume)*values(:8, c))/sum(values(:8, at%volume))
+            end if
+         end do
+         values(9, at%half_size) = 2.0_wp*values(1, at%half_size)
+         values(9, at%generation) = generation - 3
+         values(9, at%refinement) = values(1, at%refinement) - 1.0_wp
+         reach = values(9, at%half_size) + distance*level%grid%cell
+         if (finer%region%overlaps(values(9, at%position:at%position + 2) - reach, &
+                                   values(9, at%position:at%position + 2) + reach)) return
+         lost = lost + energy(1, 8) - energy(9, 9)
+         call block%reserve(block%particles%count + 1, level%table%columns)
+         call block%particles%append(values(9, :), parent_id(block%particles%id(eight(1)), generation), body)
+         block%cells%bin(block%particles%count) = bin_of(values(9, at%position:at%position + 2), frame_of(level, block))
+         merged = merged + 1
+         gone = [gone, eight]
+      end associate
+   contains
+      !> Energy of some of the nine, J.
+      real(wp) function energy(first, last)
+         integer, intent(in) :: first, last
+         integer :: p
+         associate (law => materials%slots(materials%of_body(body))%law, v => level%layout%velocity)
+            energy = law%strain_energy(values, level%layout, first, last) + law%plastic_energy(values, first, last)
+            do p = first, last
+               energy = energy + 0.5_wp*values(p, level%layout%mass)*sum(values(p, v:v + 2)**2)
+            end do
+         end associate
+      end function energy
+   end subroutine merge_eight
+
+   !> Take particles out of a block; rising.
+   subroutine drop(block, gone)
+      type(block_t), intent(inout) :: block
+      integer(i4), intent(in) :: gone(:)
+      block%leavers = gone
+      block%leaver_count = size(gone)
+      call take_out(block)
+      block%at_rest = .false.
+      block%tile_holds = .false.
+   end subroutine drop
+
+end module m_merge
