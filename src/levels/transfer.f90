@@ -33,7 +33,7 @@ contains
          fine%blocks(b)%leaver_count = 0
          if (fine%blocks(b)%particles%count == 0) cycle
          associate (block => fine%blocks(b))
-            if (.not. fine%region%clear_of_edge(block%lowest, block%highest, 3.0_wp*fine%grid%cell)) &
+            if (.not. fine%region%holds_box(block%lowest, block%highest, 3.0_wp*fine%grid%cell)) &
                call list_changes(fine, block, on_fine=.true.)
             changes = changes + block%leaver_count
          end associate

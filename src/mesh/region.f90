@@ -19,6 +19,7 @@ module m_region
       procedure :: holds
       procedure :: is_inner
       procedure :: clear_of_edge
+      procedure :: holds_box
    end type region_t
 
 contains
@@ -67,8 +68,14 @@ contains
    pure logical function clear_of_edge(self, low, high, width)
       class(region_t), intent(in) :: self
       real(wp), intent(in) :: low(3), high(3), width !< m
-      clear_of_edge = any(high <= self%lower - width .or. low >= self%upper + width) &
-                      .or. all(low >= self%lower + width .and. high <= self%upper - width)
+      clear_of_edge = any(high <= self%lower - width .or. low >= self%upper + width) .or. self%holds_box(low, high, width)
    end function clear_of_edge
+
+   !> True when a box lies inside, at least `width` away from all edges.
+   pure logical function holds_box(self, low, high, width)
+      class(region_t), intent(in) :: self
+      real(wp), intent(in) :: low(3), high(3), width !< m
+      holds_box = all(low >= self%lower + width .and. high <= self%upper - width)
+   end function holds_box
 
 end module m_region

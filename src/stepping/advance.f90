@@ -11,9 +11,8 @@ module m_advance
    use m_model, only: model_t, bounds_t
    use m_migration, only: entered
    use m_node_exchange, only: sum_tiles
-   use m_transfer, only: find_changes, change_levels
-   use m_merge, only: merge_siblings
-   use m_decomposition, only: blocks_before
+   use m_residence, only: change_pair
+   use m_move_regions, only: move_regions
    use m_level_step, only: clock_t, to_nodes, solve, to_particles, strain, take_next_position
    implicit none
    private
@@ -40,6 +39,7 @@ contains
       if (size(model%levels) == 1) return
       call model%timers%enter(model%levels_row)
       call model%prepare_blocks()
+      call move_regions(model, error)
       call model%timers%leave()
    end subroutine advance
 
@@ -150,31 +150,9 @@ contains
       if (new_blocks) call model%create_blocks()
       call model%migration(l)%move_leavers(model%communicator, model%levels(l), model%exchange(l)%ranks)
       model%particle_steps = model%particle_steps + model%levels(l)%particle_count()
-      if (l < size(model%levels)) call change(model, l)
+      if (l < size(model%levels)) call change_pair(model, l)
       call model%timers%leave()
    end subroutine move_particles
-
-   !> Collective: particles of level l and the next change level; siblings that are all out again merge.
-   subroutine change(model, l)
-      type(model_t), intent(inout) :: model
-      integer, intent(in) :: l
-      integer :: b, changes, merged
-      real(wp) :: lost
-      call model%timers%enter(model%levels_row)
-      changes = find_changes(model%levels(l), model%levels(l + 1))
-      call MPI_Allreduce(MPI_IN_PLACE, changes, 1, MPI_INTEGER, MPI_MAX, model%communicator%comm)
-      if (changes == 0) return
-      call change_levels(model%communicator, model%levels(l), model%levels(l + 1), model%migration(l), model%migration(l + 1), &
-                         model%splits)
-      do b = 1, size(model%levels(l)%blocks)
-         call merge_siblings(model%levels(l), model%levels(l + 1), b, model%materials, merged, lost)
-         model%merges = model%merges + merged
-         associate (booked => model%lost_in_merging(blocks_before(model%levels, l) + model%levels(l)%blocks(b)%index))
-            booked = booked + lost
-         end associate
-      end do
-      call model%levels(l)%size_work()
-   end subroutine change
 
    !> Collective, one reduction: largest speeds for the next time step, whether blocks are missing, whether a rank failed.
    subroutine agree(model, l, new_blocks, error)

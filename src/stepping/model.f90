@@ -7,7 +7,7 @@ module m_model
    use m_text, only: to_text
    use m_communicator, only: communicator_t
    use m_timers, only: timers_t, phase_balance
-   use m_scene, only: scene_t, time_spec_t, update_musl, domain_fixed, domain_stretch, domain_corners
+   use m_scene, only: scene_t, time_spec_t, level_spec_t, update_musl, domain_fixed, domain_stretch, domain_corners
    use m_grid_level, only: make_grid_level
    use m_level, only: level_t
    use m_body, only: fill_block, count_in_block
@@ -48,6 +48,9 @@ module m_model
       type(timers_t) :: timers
       integer :: levels_row = 0                       !< of the timers, where there are several levels
       type(bounds_t) :: bounds
+      type(level_spec_t), allocatable :: level_specs(:) !< what the scene says of levels 2 and on
+      integer, allocatable :: first_low(:, :), first_high(:, :) !< sides of their boxes at the start, in nodes: (3, levels)
+      integer(i8) :: moves = 0                        !< times that boxes of levels have moved
       real(wp) :: time = 0.0_wp                       !< s
       integer(i8) :: step = 0
       integer(i8) :: particle_steps = 0               !< particle updates on this rank so far
@@ -166,6 +169,8 @@ contains
       integer :: l, n
       n = 1
       if (has_levels(scene)) n = 1 + size(scene%levels)
+      allocate (self%first_low(3, n), self%first_high(3, n), source=0)
+      if (n > 1) self%level_specs = scene%levels
       allocate (self%levels(n), self%effect_step(n), self%exchange(n), self%migration(n), self%composite(n))
       do l = 1, n
          self%levels(l)%number = l
@@ -174,6 +179,8 @@ contains
          associate (grid => self%levels(l)%grid, spec => scene%levels(l - 1))
             self%levels(l)%region = make_region(grid, 2*nint(0.5_wp*(spec%lower - grid%lower)*grid%per_cell), &
                                                 2*nint(0.5_wp*(spec%upper - grid%lower)*grid%per_cell))
+            self%first_low(:, l) = self%levels(l)%region%low
+            self%first_high(:, l) = self%levels(l)%region%high
          end associate
       end do
    end subroutine make_levels
@@ -328,7 +335,7 @@ contains
                   end associate
                end if
                if (l > 1) then
-                  if (.not. level%region%clear_of_edge(low, high, 2.0_wp*level%grid%cell)) call mark_box(l - 1, low, high)
+                  if (.not. level%region%holds_box(low, high, 2.0_wp*level%grid%cell)) call mark_box(l - 1, low, high)
                end if
             end do
          end associate

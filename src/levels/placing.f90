@@ -1,0 +1,175 @@
+!> Where moving levels go: with a tool, or where stress or strain change most from cell to cell (theory.md, eqs follow, criterion).
+module m_placing
+   use mpi_f08
+   use m_kinds, only: wp
+   use m_communicator, only: communicator_t
+   use m_grid_level, only: grid_level_t
+   use m_level, only: level_t
+   use m_materials, only: materials_t
+   use m_scene, only: criterion_stress
+   implicit none
+   private
+   public :: followed_box, judged_box, smallest_width
+
+   integer, parameter :: smallest_width = 4 !< of a region, in cells of the coarser level
+   integer, parameter :: smallest_gap = 2   !< between an edge and the coarser level's, in its cells
+   integer, parameter :: margin = 1         !< around the cells that a criterion chooses, in cells of the coarser level
+   integer, parameter :: classes = 48       !< of changes, each smaller by a factor
+   real(wp), parameter :: factor = 0.8_wp
+
+contains
+
+   !> The sides of a box that follows, in nodes of its level. Sides on sides of the grid stay there, the others move.
+   pure subroutine followed_box(grid, low, high, shift, new_low, new_high)
+      type(grid_level_t), intent(in) :: grid
+      integer, intent(in) :: low(3), high(3)          !< at the start
+      integer, intent(in) :: shift(3)                 !< even
+      integer, intent(out) :: new_low(3), new_high(3)
+      new_low = merge(0, min(max(low + shift, 0), grid%cells), low == 0)
+      new_high = merge(grid%cells, min(max(high + shift, 0), grid%cells), high == grid%cells)
+   end subroutine followed_box
+
+   !> Collective: the sides, in nodes of the level `fine`, of the smallest box around the cells of the coarser level in which von
+   !> Mises stress (or strain) changes most, as many as the budget allows. `found` is false where nothing changes.
+   subroutine judged_box(communicator, levels, fine, materials, criterion, max_cells, found, low, high)
+      type(communicator_t), intent(in) :: communicator
+      type(level_t), intent(in) :: levels(:)
+      integer, intent(in) :: fine                 !< number of the level that is placed
+      type(materials_t), intent(in) :: materials
+      integer, intent(in) :: criterion, max_cells !< cells of the placed level
+      logical, intent(out) :: found
+      integer, intent(out) :: low(3), high(3)
+      real(wp), allocatable :: value(:, :, :), change(:, :, :)
+      integer :: first(3, classes), last(3, classes), a(3), z(3), i, j, k, r, &
+                 tried_low(3), tried_high(3)
+      real(wp) :: largest
+      call cell_peaks(communicator, levels, levels(fine - 1)%grid, materials, criterion, value)
+      call changes(value, change)
+      largest = maxval(change)
+      found = largest > 0.0_wp
+      low = 0
+      high = 0
+      if (.not. found) return
+      first = huge(1)
+      last = -1
+      do k = 0, size(change, 3) - 1
+         do j = 0, size(change, 2) - 1
+            do i = 0, size(change, 1) - 1
+               if (change(i, j, k) <= largest*factor**classes) cycle
+               r = 1 + int(log(change(i, j, k)/largest)/log(factor))
+               first(:, r) = min(first(:, r), [i, j, k])
+               last(:, r) = max(last(:, r), [i, j, k])
+            end do
+         end do
+      end do
+      a = huge(1)
+      z = -1
+      do r = 1, classes
+         a = min(a, first(:, r))
+         z = max(z, last(:, r))
+         call box_around(levels, fine, a, z, tried_low, tried_high)
+         if (r > 1 .and. product(real(tried_high - tried_low, wp)) > max_cells) exit
+         low = tried_low
+         high = tried_high
+      end do
+   end subroutine judged_box
+
+   !> The box of the placed level around cells a to z of the coarser one: with a margin, wide enough, inside the coarser region.
+   pure subroutine box_around(levels, fine, a, z, low, high)
+      type(level_t), intent(in) :: levels(:)
+      integer, intent(in) :: fine, a(3), z(3)
+      integer, intent(out) :: low(3), high(3)
+      integer :: axis, lowest, highest, missing
+      low = a - margin
+      high = z + 1 + margin
+      do axis = 1, 3
+         associate (above => levels(fine - 1))
+            lowest = 0
+            highest = above%grid%cells(axis)
+            if (above%region%lower(axis) > above%grid%lower(axis)) lowest = above%region%low(axis) + smallest_gap
+            if (above%region%upper(axis) < above%grid%upper(axis)) highest = above%region%high(axis) - smallest_gap
+            missing = max(0, smallest_width - (high(axis) - low(axis)))
+            low(axis) = low(axis) - missing/2
+            high(axis) = high(axis) + missing - missing/2
+            if (low(axis) < lowest) high(axis) = max(high(axis), lowest + smallest_width)
+            low(axis) = max(low(axis), lowest)
+            if (high(axis) > highest) low(axis) = min(low(axis), highest - smallest_width)
+            high(axis) = min(high(axis), highest)
+            if (low(axis) < smallest_gap) low(axis) = merge(0, low(axis), lowest == 0) ! no strip of less than two cells outside
+            if (highest == above%grid%cells(axis) .and. high(axis) > highest - smallest_gap) high(axis) = highest
+         end associate
+      end do
+      low = 2*low
+      high = 2*high
+   end subroutine box_around
+
+   !> Collective: the largest value in each cell of a grid; -1 where there is no material. The same bits on any number of ranks.
+   subroutine cell_peaks(communicator, levels, grid, materials, criterion, value)
+      type(communicator_t), intent(in) :: communicator
+      type(level_t), intent(in) :: levels(:)
+      type(grid_level_t), intent(in) :: grid
+      type(materials_t), intent(in) :: materials
+      integer, intent(in) :: criterion
+      real(wp), allocatable, intent(out) :: value(:, :, :)
+      integer :: b, l, p, cell(3)
+      associate (n => grid%cells)
+         allocate (value(0:n(1) - 1, 0:n(2) - 1, 0:n(3) - 1), source=-1.0_wp)
+      end associate
+      do l = 1, size(levels)
+         do b = 1, size(levels(l)%blocks)
+            associate (particles => levels(l)%blocks(b)%particles, x => levels(l)%layout%position)
+               do p = 1, particles%count
+                  cell = min(max(int((particles%column(p, x:x + 2) - grid%lower)*grid%per_cell), 0), grid%cells - 1)
+                  associate (peak => value(cell(1), cell(2), cell(3)))
+                     peak = max(peak, quantity(levels(l), particles%column(p, :), materials%of_body(particles%body(p)), materials, &
+                                               criterion))
+                  end associate
+               end do
+            end associate
+         end do
+      end do
+      call MPI_Allreduce(MPI_IN_PLACE, value, size(value), MPI_DOUBLE_PRECISION, MPI_MAX, communicator%comm)
+   end subroutine cell_peaks
+
+   !> Von Mises stress (Pa), or equivalent strain: von Mises stress over 3 G, and plastic strain where the law has it.
+   pure real(wp) function quantity(level, values, material, materials, criterion)
+      type(level_t), intent(in) :: level
+      real(wp), intent(in) :: values(:)
+      integer, intent(in) :: material, criterion
+      type(materials_t), intent(in) :: materials
+      real(wp) :: s(6)
+      integer :: flowed
+      s = values(level%layout%stress:level%layout%stress + 5)
+      quantity = sqrt(0.5_wp*((s(1) - s(2))**2 + (s(2) - s(3))**2 + (s(3) - s(1))**2) + 3.0_wp*sum(s(4:6)**2))
+      if (criterion == criterion_stress) return
+      quantity = quantity/(3.0_wp*materials%slots(material)%law%shear)
+      flowed = level%table%column('plastic_strain')
+      if (flowed > 0) quantity = quantity + values(flowed)
+   end function quantity
+
+   !> Largest difference of a cell to the six around it that hold material.
+   pure subroutine changes(value, change)
+      real(wp), intent(in) :: value(0:, 0:, 0:)
+      real(wp), allocatable, intent(out) :: change(:, :, :)
+      integer :: axis, i, j, k, n(3), next(3)
+      n = shape(value)
+      allocate (change(0:n(1) - 1, 0:n(2) - 1, 0:n(3) - 1), source=0.0_wp)
+      do k = 0, n(3) - 1
+         do j = 0, n(2) - 1
+            do i = 0, n(1) - 1
+               do axis = 1, 3
+                  next = [i, j, k]
+                  next(axis) = next(axis) + 1
+                  if (next(axis) == n(axis)) cycle
+                  associate (here => value(i, j, k), there => value(next(1), next(2), next(3)))
+                     if (here < 0.0_wp .or. there < 0.0_wp) cycle
+                     change(i, j, k) = max(change(i, j, k), abs(here - there))
+                     change(next(1), next(2), next(3)) = max(change(next(1), next(2), next(3)), abs(here - there))
+                  end associate
+               end do
+            end do
+         end do
+      end do
+   end subroutine changes
+
+end module m_placing
