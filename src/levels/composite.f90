@@ -15,7 +15,7 @@ module m_composite
    use m_boundary, only: constrain_nodes
    implicit none
    private
-   public :: composite_t, has_slaves
+   public :: composite_t, has_slaves, clear_covered
 
    integer, parameter :: cube_last = 5 !< cubes run from 0 to here
 
@@ -219,6 +219,26 @@ contains
       call MPI_Type_create_indexed_block(cubes, values, values*numbers, MPI_DOUBLE_PRECISION, datatype)
       call MPI_Type_commit(datatype)
    end subroutine make_type
+
+   !> Nodes of the coarser level inside the region have no particles; what a particle that touches the edge gives them by rounding is
+   !> dropped. It would be a node of hardly any mass, with an acceleration without bound.
+   pure subroutine clear_covered(coarse, fine)
+      type(level_t), intent(inout) :: coarse
+      type(level_t), intent(in) :: fine
+      integer :: b, i, j, k, first(3)
+      do b = 1, size(coarse%blocks)
+         first = block_size*coarse%blocks(b)%place - 1
+         if (.not. fine%region%overlaps(coarse%blocks(b)%origin - coarse%grid%cell, &
+                                        coarse%blocks(b)%origin + (block_size + 1)*coarse%grid%cell)) cycle
+         do k = 0, tile_last
+            do j = 0, tile_last
+               do i = 0, tile_last
+                  if (fine%region%is_inner(2*(first + [i, j, k]))) coarse%solved(:, i, j, k, b) = 0.0_wp
+               end do
+            end do
+         end do
+      end do
+   end subroutine clear_covered
 
    !> What the slaves were given, to the cubes: mass, momentum, force, with the weights of eq. slaves. `solved` of the finer level
    !> holds sums. Kept as that of a first step.

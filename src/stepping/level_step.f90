@@ -13,6 +13,7 @@ module m_level_step
    use m_materials, only: materials_t
    use m_model, only: model_t, bounds_t
    use m_migration, only: frame_of
+   use m_composite, only: clear_covered
    use m_complaints, only: particle_text, check_leavers, report_outside, report_inversion
    use m_particle_to_node, only: gather_to_nodes
    use m_cell_mean, only: give_to_cells
@@ -63,6 +64,9 @@ contains
       end associate
       call model%timers%enter(phase_exchange)
       call finish_sums(model, l)
+      if (finest) return
+      call model%timers%enter(model%levels_row)
+      call clear_covered(model%levels(l), model%levels(l + 1))
    end subroutine to_nodes
 
    !> The sums of all tiles of a level, whose exchange has begun.
