@@ -32,7 +32,9 @@ module m_composite
       type(edge_t), allocatable :: edges(:) !< of this rank's blocks by rising index, then those of others with their parent here
       integer :: own = 0                    !< of them, how many are of this rank's blocks
       integer, allocatable :: edge_of(:)    !< edge of each of this rank's blocks of the finer level, 0 without slaves
-      logical, allocatable :: receives(:)   !< this rank's blocks of the coarser level that hold nodes on which slaves depend
+      logical, allocatable :: is_parent(:)  !< of this rank's blocks of the coarser level
+      logical, allocatable :: receives(:)   !< they hold nodes on which slaves depend: parents and the blocks next to them
+      logical, allocatable, private :: adds(:) !< blocks next to those
       integer(i8) :: messages = 0, bytes = 0 !< sent by this rank over the run
       integer, allocatable, private :: by_index(:) !< edges with their parent here, by rising index of the block
       real(wp), allocatable, private :: up(:, :, :, :, :), down(:, :, :, :, :) !< (node_values, 0:5, 0:5, 0:5, edges)
@@ -72,7 +74,9 @@ contains
       integer :: index, n, pass, place(3), parent(3), b
       call self%release()
       allocate (self%edge_of(size(fine%blocks)), source=0)
-      allocate (self%receives(size(coarse%blocks)), source=.false.)
+      associate (n => size(coarse%blocks))
+         allocate (self%is_parent(n), self%receives(n), self%adds(n), source=.false.)
+      end associate
       do pass = 1, 2 ! count, then list
          n = 0
          do b = 1, size(fine%blocks)
@@ -88,7 +92,11 @@ contains
             if (.not. has_slaves(fine%region, place)) cycle
             parent = place/2
             do b = 1, size(coarse%blocks)
-               if (all(abs(coarse%blocks(b)%place - parent) <= 1)) self%receives(b) = .true.
+               associate (distance => maxval(abs(coarse%blocks(b)%place - parent)))
+                  if (distance == 0) self%is_parent(b) = .true.
+                  if (distance <= 1) self%receives(b) = .true.
+                  if (distance <= 2) self%adds(b) = .true.
+               end associate
             end do
             if (fine%owner_at(place) == communicator%rank .or. coarse%owner_at(parent) /= communicator%rank) cycle
             n = n + 1
@@ -338,7 +346,9 @@ contains
          b = self%edges(self%by_index(c))%parent
          coarse%gathered(1, :, :, :, b) = self%own_mass(:, :, :, b)
       end do
-      coarse%gathered(2:, :, :, :, :size(coarse%blocks)) = 0.0_wp
+      do b = 1, size(coarse%blocks)
+         if (self%adds(b)) coarse%gathered(2:, :, :, :, b) = 0.0_wp
+      end do
       call add_cubes(self, coarse)
    end subroutine replace_in_parents
 
@@ -379,8 +389,8 @@ contains
          do j = 0, tile_last
             do i = 0, tile_last
                associate (given => change(:, i, j, k), node => coarse%solved(:, i, j, k, b))
-                  if (.not. given(1) > 0.0_wp) then
-                     given(2:7) = 0.0_wp
+                  if (.not. (given(1) > 0.0_wp .and. abs(given(8)) + abs(given(1) - node(1)) > 0.0_wp)) then
+                     given(2:7) = 0.0_wp ! no slaves, at neither time
                      cycle
                   end if
                   begun = node(2:4) - half*node(5:7)        ! velocity after the first half, if the mass had stayed
@@ -481,7 +491,8 @@ contains
          call MPI_Type_free(self%of_blocks(r))
          call MPI_Type_free(self%of_parents(r))
       end do
-      deallocate (self%edges, self%edge_of, self%receives, self%by_index, self%up, self%down, self%first, self%own_mass, &
+      deallocate (self%edges, self%edge_of, self%is_parent, self%receives, self%adds, self%by_index, self%up, &
+                  self%down, self%first, self%own_mass, &
                   self%ranks, self%of_blocks, self%of_parents, self%cubes)
    end subroutine release
 

@@ -40,37 +40,37 @@ contains
       end do
    end function find_changes
 
-   !> The particles of a block of one of the two levels that change, as its leavers.
+   !> The particles of a block of one of the two levels that change, as its leavers: of the coarser level those that reach into the
+   !> finer one's region, of the finer level those that do not any more or must be split.
    subroutine list_changes(fine, block, on_fine)
       type(level_t), intent(in) :: fine
       type(block_t), intent(inout) :: block
       logical, intent(in) :: on_fine !< the block is one of the finer level
       integer(i4) :: found(block%particles%count)
+      real(wp) :: x(3), e(3)
       integer :: n, p
+      logical :: changes
       n = 0
-      do p = 1, block%particles%count
-         if (.not. changes_level(fine, block%particles%column(p, :), on_fine)) cycle
-         n = n + 1
-         found(n) = p
-      end do
+      associate (column => block%particles%column, at => fine%layout)
+         do p = 1, block%particles%count
+            x = column(p, at%position:at%position + 2)
+            if (at%domain > 0 .or. at%half_sizes) then
+               e = extents(column(p, :), at)
+            else
+               e = column(p, at%half_size)
+            end if
+            changes = fine%region%overlaps(x - e, x + e) .neqv. on_fine
+            if (on_fine .and. .not. changes) &
+               changes = must_split(fine%grid, fine%region, fine%number, nint(column(p, at%refinement)), x, maxval(e))
+            if (.not. changes) cycle
+            n = n + 1
+            found(n) = p
+         end do
+      end associate
       block%leaver_count = n
       if (n > size(block%leavers)) block%leavers = found(:n)
       block%leavers(:n) = found(:n)
    end subroutine list_changes
-
-   !> True when a particle of the coarser level reaches into the finer one's region, or one of the finer level does not any more or
-   !> must be split.
-   pure logical function changes_level(fine, values, on_fine) result(changes)
-      type(level_t), intent(in) :: fine
-      real(wp), intent(in) :: values(:)
-      logical, intent(in) :: on_fine
-      real(wp) :: x(3), e(3)
-      x = values(fine%layout%position:fine%layout%position + 2)
-      e = extents(values, fine%layout)
-      changes = fine%region%overlaps(x - e, x + e) .neqv. on_fine
-      if (on_fine .and. .not. changes) changes = must_split(fine%grid, fine%region, fine%number, &
-                                                            nint(values(fine%layout%refinement)), x, maxval(e))
-   end function changes_level
 
    !> Collective: move what find_changes has listed to where it lives, split where it must be. The blocks there must exist.
    subroutine change_levels(communicator, coarse, fine, coarse_migration, fine_migration, splits)

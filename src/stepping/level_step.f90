@@ -77,10 +77,28 @@ contains
       associate (level => model%levels(l))
          call model%exchange(l)%wait(level%gathered)
          do b = 1, size(level%blocks)
+            if (is_idle(model, l, b)) cycle
             call sum_tiles(level%blocks(b)%neighbour, level%gathered, level%solved(:, :, :, :, b))
          end do
       end associate
    end subroutine finish_sums
+
+   !> True when a finer level hands up to a block.
+   pure logical function is_parent(model, l, b)
+      type(model_t), intent(in) :: model
+      integer, intent(in) :: l, b
+      is_parent = .false.
+      if (l < size(model%levels)) is_parent = model%composite(l + 1)%is_parent(b)
+   end function is_parent
+
+   !> True when nobody wants to know of the nodes of a block: it has no particles, is no parent, and hands nothing up.
+   pure logical function is_idle(model, l, b)
+      type(model_t), intent(in) :: model
+      integer, intent(in) :: l, b
+      is_idle = model%levels(l)%blocks(b)%particles%count == 0
+      if (is_idle) is_idle = .not. is_parent(model, l, b)
+      if (is_idle .and. l > 1) is_idle = model%composite(l)%edge_of(b) == 0
+   end function is_idle
 
    !> Particles of one block to its tile; before that its lists, where particles have changed bin.
    subroutine gather(model, l, b, time)
@@ -101,7 +119,7 @@ contains
          end if
          if (model%effect_step(l)%works) call model%effect_step(l)%give_forces(model%effects, level, b, time, model%timers)
          call fold_symmetry(level%grid, block%place, level%gathered(:, :, :, :, b))
-         block%tile_holds = block%at_rest .and. l == size(model%levels) ! finer levels add to the tiles of others
+         block%tile_holds = block%at_rest .and. .not. is_parent(model, l, b) ! to whose tile a finer level adds
       end associate
    end subroutine gather
 
@@ -115,6 +133,7 @@ contains
       integer :: none(4, 0)
       call model%timers%enter(phase_nodes)
       do b = 1, size(model%levels(l)%blocks)
+         if (is_idle(model, l, b)) cycle
          e = 0
          if (l > 1) e = model%composite(l)%edge_of(b)
          call solve_nodes(model%levels(l)%solved(:, :, :, :, b), clock%step)
@@ -173,6 +192,9 @@ contains
       type(model_t), intent(inout) :: model
       integer, intent(in) :: l, b
       associate (block => model%levels(l)%blocks(b))
+         block%leaver_count = 0
+         stays = block%particles%count == 0
+         if (stays) return
          stays = block%at_rest .and. model%skip_at_rest .and. .not. model%effect_step(l)%acts_at_rest
          if (stays) stays = .not. any(abs(model%levels(l)%solved(2:7, :, :, :, b)) > 0.0_wp)
          if (.not. stays) then
@@ -180,7 +202,6 @@ contains
             block%tile_holds = .false.
             return
          end if
-         block%leaver_count = 0
          model%bounds%wave_speed = max(model%bounds%wave_speed, block%wave_speed)
       end associate
    end function stays_at_rest
