@@ -1,4 +1,4 @@
-!> Eight siblings that have all left the finer level become one particle again (theory.md, eq. merge).
+!> Eight siblings that have all left the finer level become one particle again (theory.md, eq. level-merge).
 module m_merge
    use m_kinds, only: wp, i4, i8
    use m_sorting, only: sorted_order

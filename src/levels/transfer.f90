@@ -1,5 +1,5 @@
 !> Particles change between two levels: into the finer one when their domains reach into its region, out when they have left it
-!> (theory.md, eqs residence, refine).
+!> (theory.md, Where a particle lives).
 module m_transfer
    use m_kinds, only: wp, i4, i8
    use m_communicator, only: communicator_t

@@ -1,4 +1,4 @@
-!> The box that a nested level refines (theory.md, eq. region).
+!> The box that a nested level refines (theory.md, Levels).
 !>
 !> Its sides lie on nodes of the level above. A side on a side of the grid is open: there is no edge, the level goes on beyond it.
 module m_region

@@ -108,7 +108,7 @@ contains
       end do
    end subroutine find_births
 
-   !> A particle on level `now`, or its parts, go to the level where they live (theory.md, eq. residence). Those that live in the
+   !> A particle on level `now`, or its parts, go to the level where they live (theory.md, Levels). Those that live in the
    !> block are listed.
    pure recursive subroutine settle_down(levels, now, l, place, birth, births)
       type(level_t), intent(in) :: levels(:)

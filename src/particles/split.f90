@@ -56,7 +56,7 @@ contains
    end subroutine split_long
 
    !> True when a particle that goes to a finer level, or lives there, must be split into eight: its centre is inside and it is
-   !> larger than the particles of that level, or it is too large for the weights there (theory.md, eq. refine).
+   !> larger than the particles of that level, or it is too large for the weights there (theory.md, eq. level-split).
    pure logical function must_split(grid, region, number, refinement, x, half)
       type(grid_level_t), intent(in) :: grid
       type(region_t), intent(in) :: region
