@@ -256,7 +256,8 @@ contains
       type(level_t), intent(in) :: fine
       integer :: e
       do e = 1, self%own
-         call gather_slaves(self%edges(e), fine%solved(:, :, :, :, self%edges(e)%block), self%up(:, :, :, :, e))
+         call gather_slaves(self%edges(e), fine%solved(:, :, :, :, self%edges(e)%block), fine%layout%gradient > 0, &
+                            self%up(:, :, :, :, e))
       end do
       self%first = self%up(:, :, :, :, :self%own)
       call self%exchange(communicator, self%up, upwards=.true.)
@@ -270,7 +271,7 @@ contains
       integer :: e
       do e = 1, self%own
          associate (up => self%up(:, :, :, :, e), first => self%first(:, :, :, :, e))
-            call gather_slaves(self%edges(e), fine%solved(:, :, :, :, self%edges(e)%block), up)
+            call gather_slaves(self%edges(e), fine%solved(:, :, :, :, self%edges(e)%block), fine%layout%gradient > 0, up)
             up(8, :, :, :) = up(1, :, :, :)
             up(5:7, :, :, :) = up(5:7, :, :, :) - first(5:7, :, :, :)
          end associate
@@ -278,28 +279,62 @@ contains
       call self%exchange(communicator, self%up, upwards=.true.)
    end subroutine restrict_change
 
-   !> One block's slaves to its cube.
-   pure subroutine gather_slaves(edge, tile, cube)
+   !> One block's slaves to its cube. With affine transfer the momentum is made for the place of the coarser node, with the slope of
+   !> the slaves' velocities along the edge (theory.md, eq. affine-edge).
+   pure subroutine gather_slaves(edge, tile, affine, cube)
       type(edge_t), intent(in) :: edge
       real(wp), intent(in) :: tile(node_values, 0:tile_last, 0:tile_last, 0:tile_last)
+      logical, intent(in) :: affine
       real(wp), intent(out) :: cube(node_values, 0:cube_last, 0:cube_last, 0:cube_last)
       integer :: s, at(3), low(3), high(3), i, j, k
-      real(wp) :: share
+      real(wp) :: share, change(3, 3)
       cube = 0.0_wp
+      change = 0.0_wp
       do s = 1, size(edge%slave, 2)
          if (edge%slave(4, s) == 0) cycle
          at = edge%slave(:3, s)
          if (.not. tile(1, at(1), at(2), at(3)) > 0.0_wp) cycle
          call masters(at, low, high, share)
+         if (affine) call change_of_momentum(tile, at, high > low, change)
          do k = low(3), high(3)
             do j = low(2), high(2)
                do i = low(1), high(1)
                   cube(:, i, j, k) = cube(:, i, j, k) + share*tile(:, at(1), at(2), at(3))
+                  if (affine) cube(2:4, i, j, k) = cube(2:4, i, j, k) &
+                                                   + share*matmul(change, real(2*[i, j, k] - low - high, wp))
                end do
             end do
          end do
       end do
    end subroutine gather_slaves
+
+   !> By how much the momentum of a slave's mass changes from it to the next node along each of some axes: from the velocities of the
+   !> nodes on both sides, or of one where the other has no mass. Columns are axes.
+   pure subroutine change_of_momentum(tile, at, along, change)
+      real(wp), intent(in) :: tile(node_values, 0:tile_last, 0:tile_last, 0:tile_last)
+      integer, intent(in) :: at(3)
+      logical, intent(in) :: along(3)
+      real(wp), intent(out) :: change(3, 3)
+      real(wp) :: here(3)
+      integer :: axis, side, found, to(3)
+      change = 0.0_wp
+      associate (mass => tile(1, at(1), at(2), at(3)))
+         here = tile(2:4, at(1), at(2), at(3))/mass
+         do axis = 1, 3
+            if (.not. along(axis)) cycle
+            found = 0
+            do side = -1, 1, 2
+               to = at
+               to(axis) = at(axis) + side
+               if (to(axis) < 0 .or. to(axis) > tile_last) cycle
+               if (.not. tile(1, to(1), to(2), to(3)) > 0.0_wp) cycle
+               found = found + 1
+               change(:, axis) = change(:, axis) + side*(tile(2:4, to(1), to(2), to(3))/tile(1, to(1), to(2), to(3)) - here)
+            end do
+            if (found > 0) change(:, axis) = mass*change(:, axis)/found
+         end do
+      end associate
+   end subroutine change_of_momentum
 
    !> The nodes of a cube that a node of the block's tile depends on: low to high, all with one weight, 1, 1/2, 1/4 or 1/8.
    pure subroutine masters(at, low, high, share)
