@@ -110,6 +110,7 @@ contains
       do l = 1, size(self%levels)
          call fill(l)
       end do
+      call self%prepare_blocks()
       do e = 1, size(self%effects)
          call self%effects(e)%effect%verify(communicator, self%levels, size(scene%tools), error)
       end do
