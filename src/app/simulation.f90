@@ -1,7 +1,7 @@
 !> A run: the scene, its model, and everything around the steps.
 module m_simulation
    use m_kinds, only: wp, i8
-   use m_constants, only: exit_input
+   use m_constants, only: exit_input, exit_stopped
    use m_errors, only: error_t, fail
    use m_communicator, only: communicator_t
    use m_text, only: to_text, si
@@ -19,6 +19,10 @@ module m_simulation
    use m_advance, only: advance
    use m_energy, only: balance_t
    use m_recorder, only: recorder_t
+   use m_checkpoint, only: run_facts_t
+   use m_keeper, only: keeper_t
+   use m_signals, only: catch_signals
+   use m_resume, only: read_run, resume_run, resumed_t
    use m_console, only: console_t
    use m_cost_report, only: cost_t, write_cost_report, cost_line_length
    implicit none
@@ -34,7 +38,11 @@ module m_simulation
       type(recorder_t) :: recorder
       type(console_t) :: console
       type(error_t) :: error
-      integer(i8) :: particles = 0
+      type(keeper_t) :: keeper
+      type(run_facts_t) :: facts
+      integer(i8) :: particles = 0       !< when the program began
+      integer(i8) :: first_step = 0      !< so many steps had been done when the program began
+      character(len=:), allocatable :: stop_reason !< why the run ends before the scene does; empty: it does not
       real(wp) :: early_elapsed = 0.0_wp !< wall-clock time when the last tenth of the scene began, s; 0 before that
       real(wp) :: early_contact = 0.0_wp !< of that, in contact, s
    contains
@@ -52,28 +60,43 @@ module m_simulation
 
 contains
 
-   !> Collective: read the scene, build the model, write its first state.
+   !> Collective: read the scene, build the model, write its first state; or go on from a checkpoint.
    subroutine initialise(self)
       class(simulation_t), intent(inout) :: self
+      type(resumed_t) :: before
+      self%stop_reason = ''
       call self%communicator%start()
       call self%console%start(self%communicator)
+      call catch_signals()
       call known_materials(self%catalogue)
       call known_effects(self%catalogue)
-      call read_scene(self%communicator, self%catalogue, self%scene, self%error)
+      call read_run(self%communicator, self%catalogue, self%scene, before, self%error)
       if (self%error%happened()) return
-      call self%model%build(self%communicator, self%scene, self%error)
+      call self%model%build(self%communicator, self%scene, self%error, empty=before%happened)
+      if (self%error%happened()) return
+      if (before%happened) then
+         call resume_run(before, self%scene, self%model, self%balance, self%facts, self%recorder, self%error)
+      else
+         call bound_speeds(self%model)
+      end if
       if (self%error%happened()) return
       self%particles = self%communicator%sum_count(self%model%particle_count())
-      call bound_speeds(self%model)
+      self%first_step = self%model%step
       call check_time_step(self)
       if (self%error%happened()) return
-      call self%balance%begin(self%model)
-      call self%recorder%start(self%scene, self%model, self%error)
-      if (self%error%happened()) return
-      if (self%scene%output%present) &
-         call self%console%open_log(self%communicator, self%scene%output%directory//'/run.log', self%error)
+      if (.not. before%happened) then
+         self%facts%particles = self%particles
+         call self%balance%begin(self%model)
+         call self%recorder%start(self%scene, self%model, self%error)
+         if (self%error%happened()) return
+         self%facts%probes = self%recorder%probe_ids()
+      end if
+      if (self%scene%output%present) call self%console%open_log(self%communicator, self%scene%output%directory//'/run.log', &
+                                                                self%error, resume=before%in_place)
+      call self%keeper%start(self%scene, self%model, self%console%elapsed(), before%newest_here())
       call self%introduce()
-      call self%record()
+      if (before%happened) call self%console%line(before%sentence(self%model%step, self%model%time))
+      if (.not. before%happened) call self%record()
    end subroutine initialise
 
    !> A given time step must be one with which the explicit scheme can be stable.
@@ -89,13 +112,14 @@ contains
    !> True when the scene has ended or the run cannot go on.
    pure logical function done(self)
       class(simulation_t), intent(in) :: self
-      done = self%error%happened()
+      done = self%error%happened() .or. self%stop_reason /= ''
       if (.not. done) done = self%model%time >= self%scene%end_time
    end function done
 
    !> Collective: one step, and what is to be written after it.
    subroutine step(self)
       class(simulation_t), intent(inout) :: self
+      self%model%asked = self%keeper%request()
       call advance(self%model, self%next_time_step(), self%error)
       if (self%error%happened()) return
       call self%record()
@@ -107,6 +131,7 @@ contains
          call self%model%fold()
          call self%model%rebalance(self%error)
       end if
+      call self%keeper%keep(self%scene, self%model, self%balance, self%facts, self%recorder, self%stop_reason, self%error)
       call self%console%progress(int(self%model%step), self%model%time, self%scene%end_time, self%balance%error())
    end subroutine step
 
@@ -230,7 +255,8 @@ contains
       class(simulation_t), intent(inout) :: self
       call self%recorder%finish(self%error)
       call self%communicator%agree(self%error)
-      if (self%model%step > 0) call self%summarise()
+      if (self%model%step > self%first_step) call self%summarise()
+      if (.not. self%error%happened() .and. self%stop_reason /= '') call fail(self%error, exit_stopped, self%stop_reason)
       status = self%error%status
       call self%console%finish()
       call self%model%release()
@@ -248,8 +274,8 @@ contains
       integer :: n
       resting = self%communicator%sum_count(self%model%particle_steps_at_rest)
       splits = self%communicator%sum_count(self%model%splits)
-      messages = self%communicator%maximum(real(sum(self%model%exchange%messages), wp)/self%model%step)
-      bytes = self%communicator%maximum(real(sum(self%model%exchange%bytes), wp)/self%model%step)
+      messages = self%communicator%maximum(real(sum(self%model%exchange%messages), wp)/(self%model%step - self%first_step))
+      bytes = self%communicator%maximum(real(sum(self%model%exchange%bytes), wp)/(self%model%step - self%first_step))
       bridge = self%communicator%maximum(self%model%contact%worst_bridge)
       late = contact_share(self)
       cost%timers = self%model%timers
@@ -260,6 +286,7 @@ contains
       if (self%scene%output%present) path = self%scene%output%directory//'/cost.dat'
       call write_cost_report(self%communicator, cost, path, table, self%error)
       verdict = 'finished: '//self%scene%title
+      if (self%stop_reason /= '') verdict = self%stop_reason
       if (self%error%happened()) verdict = 'stopped: '//self%error%message
       n = 2
       facts(1) = 'energy balance error: at most '//si(self%balance%worst, 'J')//' of '//si(self%balance%largest, 'J')
@@ -293,7 +320,7 @@ contains
       end if
       if (self%scene%time%domain /= domain_fixed) then
          n = n + 1
-         facts(n) = 'domains: '//to_text(splits)//' particles split, '//to_text(self%particles + splits)//' at the end'
+         facts(n) = 'domains: '//to_text(splits)//' particles split, '//to_text(self%facts%particles + splits)//' at the end'
       end if
       if (self%communicator%ranks > 1) then
          n = n + 1

@@ -1,13 +1,20 @@
-!> Directories and files, through the C library: make, test, rename, remove, and read whole.
+!> Directories and files, through the C library: make, test, rename, remove, list, bring to the disk, and read whole.
 module m_filesystem
-   use, intrinsic :: iso_c_binding, only: c_char, c_int, c_size_t, c_ptr, c_null_char, c_associated
+   use, intrinsic :: iso_c_binding, only: c_char, c_int, c_size_t, c_intptr_t, c_ptr, c_null_char, c_null_ptr, c_associated, &
+                                          c_f_pointer
    implicit none
    private
    public :: make_directory, can_make_directory, is_directory, is_writable, rename_file, remove_file
-   public :: read_file, read_standard_input
+   public :: read_file, read_standard_input, sync_file, list_files, same_file
 
    integer(c_int), parameter :: may_search = 1, may_write = 2, permissions = 511 ! rwxrwxrwx, less the umask
    integer, parameter :: piece = 65536
+   integer, parameter :: longest_path = 4096     ! PATH_MAX of Linux
+
+   !> A path in a list.
+   type, public :: path_t
+      character(len=:), allocatable :: text
+   end type path_t
 
    interface
       integer(c_int) function c_access(path, mode) bind(c, name='access')
@@ -32,6 +39,39 @@ module m_filesystem
          import :: c_char, c_int
          character(kind=c_char), intent(in) :: old(*), new(*)
       end function c_rename
+      integer(c_int) function c_open(path, flags) bind(c, name='open')
+         import :: c_char, c_int
+         character(kind=c_char), intent(in) :: path(*)
+         integer(c_int), value :: flags
+      end function c_open
+      integer(c_int) function c_fsync(descriptor) bind(c, name='fsync')
+         import :: c_int
+         integer(c_int), value :: descriptor
+      end function c_fsync
+      integer(c_int) function c_close(descriptor) bind(c, name='close')
+         import :: c_int
+         integer(c_int), value :: descriptor
+      end function c_close
+      integer(c_int) function c_glob(pattern, flags, on_error, found) bind(c, name='glob')
+         import :: c_char, c_int, c_ptr, c_intptr_t
+         character(kind=c_char), intent(in) :: pattern(*)
+         integer(c_int), value :: flags
+         type(c_ptr), value :: on_error
+         integer(c_intptr_t), intent(inout) :: found(*)
+      end function c_glob
+      subroutine c_globfree(found) bind(c, name='globfree')
+         import :: c_intptr_t
+         integer(c_intptr_t), intent(inout) :: found(*)
+      end subroutine c_globfree
+      integer(c_size_t) function c_strlen(text) bind(c, name='strlen')
+         import :: c_ptr, c_size_t
+         type(c_ptr), value :: text
+      end function c_strlen
+      type(c_ptr) function c_realpath(path, resolved) bind(c, name='realpath')
+         import :: c_char, c_ptr
+         character(kind=c_char), intent(in) :: path(*)
+         character(kind=c_char), intent(out) :: resolved(*)
+      end function c_realpath
       integer(c_int) function c_isatty(descriptor) bind(c, name='isatty')
          import :: c_int
          integer(c_int), value :: descriptor
@@ -159,6 +199,64 @@ contains
       logical, intent(out) :: ok
       ok = c_unlink(path//c_null_char) == 0
    end subroutine remove_file
+
+   !> Wait until what was written of a file (or of the names in a directory) is on the disk.
+   subroutine sync_file(path, ok)
+      character(len=*), intent(in) :: path
+      logical, intent(out) :: ok
+      integer(c_int) :: descriptor, ignored
+      descriptor = c_open(path//c_null_char, 0_c_int) ! read only: 0 on every Unix
+      ok = descriptor >= 0
+      if (.not. ok) return
+      ok = c_fsync(descriptor) == 0
+      ignored = c_close(descriptor)
+   end subroutine sync_file
+
+   !> The paths of the files in a directory whose names match a shell pattern, in the order of the alphabet.
+   subroutine list_files(directory, pattern, paths)
+      character(len=*), intent(in) :: directory, pattern
+      type(path_t), allocatable, intent(out) :: paths(:)
+      integer(c_intptr_t) :: found(64) ! a glob_t: how many, the array of texts, then what is not looked at
+      type(c_ptr), pointer :: texts(:)
+      character(kind=c_char), pointer :: text(:)
+      character(len=:), allocatable :: plain
+      integer :: i, n
+      plain = ''
+      do i = 1, len(directory)
+         if (index('*?[]\', directory(i:i)) > 0) plain = plain//'\'
+         plain = plain//directory(i:i)
+      end do
+      found = 0
+      if (c_glob(plain//'/'//pattern//c_null_char, 0_c_int, c_null_ptr, found) /= 0) then
+         allocate (paths(0))
+         return
+      end if
+      allocate (paths(found(1)))
+      call c_f_pointer(transfer(found(2), c_null_ptr), texts, [size(paths)])
+      do n = 1, size(paths)
+         call c_f_pointer(texts(n), text, [int(c_strlen(texts(n)))])
+         allocate (character(len=size(text)) :: paths(n)%text)
+         do i = 1, size(text)
+            paths(n)%text(i:i) = text(i)
+         end do
+      end do
+      call c_globfree(found)
+   end subroutine list_files
+
+   !> Whether two paths lead to one file or directory that is there.
+   logical function same_file(one, other)
+      character(len=*), intent(in) :: one, other
+      character(kind=c_char) :: first(longest_path), second(longest_path)
+      integer :: i
+      same_file = .false.
+      if (.not. c_associated(c_realpath(one//c_null_char, first))) return
+      if (.not. c_associated(c_realpath(other//c_null_char, second))) return
+      do i = 1, longest_path
+         if (first(i) /= second(i)) return
+         if (first(i) == c_null_char) exit
+      end do
+      same_file = .true.
+   end function same_file
 
    !> All bytes of a file, or its first `limit` + 1 when it is longer than that.
    subroutine read_file(path, limit, text, ok)

@@ -114,14 +114,25 @@ module m_scene
       logical :: tecplot = .false.
    end type output_spec_t
 
+   !> &checkpoint
+   type, public :: checkpoint_spec_t
+      logical :: present = .false.       !< no &checkpoint group: only signals make one
+      real(wp) :: every = 0.0_wp         !< s of the scene between checkpoints; 0: not by that
+      real(wp) :: every_wall = 0.0_wp    !< s of the clock on the wall; 0: not by that
+      integer :: every_steps = 0         !< 0: not by that
+      real(wp) :: wall_limit = 0.0_wp    !< s of the clock on the wall after which the run ends; 0: none
+   end type checkpoint_spec_t
+
    !> A whole scene.
    type, public :: scene_t
       character(len=:), allocatable :: title
       real(wp) :: end_time = 0.0_wp      !< s
+      character(len=:), allocatable :: restart !< directory of the run that this one goes on from; empty: none
       type(grid_spec_t) :: grid
       type(time_spec_t) :: time
       type(contact_spec_t) :: contact
       type(output_spec_t) :: output
+      type(checkpoint_spec_t) :: checkpoint
       type(material_spec_t), allocatable :: materials(:)
       type(body_spec_t), allocatable :: bodies(:)
       type(tool_spec_t), allocatable :: tools(:)

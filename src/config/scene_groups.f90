@@ -20,6 +20,7 @@ module m_scene_groups
    real(wp), parameter :: largest_penetration_factor = 0.5_wp
    real(wp), parameter :: largest_friction = 10.0_wp
    real(wp), parameter :: berkovich_angle = 65.27_wp !< degrees between axis and face
+   real(wp), parameter :: default_every_wall = 600.0_wp !< s
    real(wp), parameter :: parallel = 1.0e-12_wp      !< one minus the cosine of directions that are taken for one
 
 contains
@@ -40,6 +41,7 @@ contains
       allocate (scene%levels(text%count_groups('level')))
       allocate (material_names(size(scene%materials)))
       scene%output%present = text%count_groups('output') > 0
+      scene%checkpoint%present = text%count_groups('checkpoint') > 0
       do kind = 1, size(group_words)
          do number = 1, text%count_groups(trim(group_words(kind)))
             call group%begin(text%groups(text%find_group(trim(group_words(kind)), number)))
@@ -92,9 +94,7 @@ contains
          associate (group => text%groups(i))
             start = 'line '//to_text(group%line)//', &'//group%name
             kind = findloc(words == group%name, .true., dim=1)
-            if (any(later_groups == group%name)) then
-               call fail(error, exit_input, start//': not available in this version; allowed: '//joined(words))
-            else if (kind == 0) then
+            if (kind == 0) then
                call fail(error, exit_input, start//': unknown group'//advice(group%name, words))
             else if (.not. repeats(kind) .and. text%find_group(group%name, 1) /= i) then
                call fail(error, exit_input, start//': given twice; first on '//text%line_of(group%name, 1))
@@ -190,6 +190,8 @@ contains
          if (.not. allocated(scene%title)) scene%title = 'untitled'
          call group%get_text('title', scene%title, longest_title)
          call group%get('end_time', scene%end_time, above(0.0_wp, 's'), required=.true.)
+         if (.not. allocated(scene%restart)) scene%restart = ''
+         if (.not. group%is_writing()) call group%get_text('restart', scene%restart, longest_path) ! case.nml is the whole run's
       case ('grid')
          call describe_grid(group, scene%grid)
       case ('time')
@@ -214,6 +216,10 @@ contains
          call group%get('compliance', scene%contact%compliance, above(0.0_wp, '', at_most=1.0_wp))
       case ('output')
          call describe_output(group, scene%output)
+      case ('checkpoint')
+         call describe_checkpoint(group, scene%checkpoint)
+         if (scene%checkpoint%present .and. .not. scene%output%present) &
+            call group%refuse('every', 'a &checkpoint needs an &output: checkpoints are written into its directory')
       end select
    end subroutine describe_group
 
@@ -444,5 +450,17 @@ contains
       output%hdf5 = formats(1)
       output%tecplot = formats(2)
    end subroutine describe_output
+
+   !> Where nothing else makes checkpoints the clock on the wall does.
+   subroutine describe_checkpoint(group, checkpoint)
+      type(group_reader_t), intent(inout) :: group
+      type(checkpoint_spec_t), intent(inout) :: checkpoint
+      if (.not. (group%is_writing() .or. group%is_given('every') .or. group%is_given('every_steps'))) &
+         checkpoint%every_wall = default_every_wall
+      call group%get('every', checkpoint%every, at_least(0.0_wp, 's'))
+      call group%get('every_wall', checkpoint%every_wall, at_least(0.0_wp, 's'))
+      call group%get('every_steps', checkpoint%every_steps, least=0)
+      call group%get('wall_limit', checkpoint%wall_limit, at_least(0.0_wp, 's'))
+   end subroutine describe_checkpoint
 
 end module m_scene_groups

@@ -36,13 +36,17 @@ contains
    end subroutine read_scene
 
    !> Collective: as read_scene, from a text that rank 0 holds.
-   subroutine interpret_scene(communicator, catalogue, text, scene, error)
+   subroutine interpret_scene(communicator, catalogue, text, scene, error, kept)
       type(communicator_t), intent(in) :: communicator
       type(catalogue_t), intent(in) :: catalogue
       character(len=:), allocatable, intent(inout) :: text
       type(scene_t), intent(out) :: scene
       type(error_t), intent(inout) :: error
+      logical, intent(in), optional :: kept !< the text is that of a checkpoint: its output has been written before
       type(namelist_text_t) :: parsed
+      logical :: looks
+      looks = .true.
+      if (present(kept)) looks = .not. kept
       call communicator%broadcast_text(text, 0)
       if (len(text) > longest_scene) call fail(error, exit_input, 'the scene is longer than 16 MB')
       if (.not. error%happened()) call parsed%parse(text, error)
@@ -51,7 +55,7 @@ contains
       end if
       if (.not. error%happened()) call read_groups(parsed, catalogue, scene, error)
       if (.not. error%happened()) call check_scene(parsed, scene, error)
-      if (.not. error%happened()) call check_directory(communicator, parsed, scene, error)
+      if (looks .and. .not. error%happened()) call check_directory(communicator, parsed, scene, error)
       call communicator%agree(error)
    end subroutine interpret_scene
 

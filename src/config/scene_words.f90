@@ -19,13 +19,10 @@ module m_scene_words
 
    !> Groups that are no effects, and for each whether it must be there and whether it may be repeated. A level names a tool, a body
    !> a material: these stand before them.
-   character(len=*), parameter, public :: group_words(10) = [character(len=8) :: 'scene', 'grid', 'time', 'material', 'body', &
-                                                             'tool', 'level', 'probe', 'contact', 'output']
-   logical, parameter, public :: group_required(10) = [.true., .true., .false., .true., .true., &
-                                                       .false., .false., .false., .false., .false.]
-   logical, parameter, public :: group_repeats(10) = [.false., .false., .false., .true., .true., &
-                                                      .true., .true., .true., .false., .false.]
-
-   !> Groups of later versions.
-   character(len=*), parameter, public :: later_groups(1) = [character(len=10) :: 'checkpoint']
+   character(len=*), parameter, public :: group_words(11) = [character(len=10) :: 'scene', 'grid', 'time', 'material', 'body', &
+                                                             'tool', 'level', 'probe', 'contact', 'output', 'checkpoint']
+   logical, parameter, public :: group_required(11) = [.true., .true., .false., .true., .true., &
+                                                       .false., .false., .false., .false., .false., .false.]
+   logical, parameter, public :: group_repeats(11) = [.false., .false., .false., .true., .true., &
+                                                      .true., .true., .true., .false., .false., .false.]
 end module m_scene_words

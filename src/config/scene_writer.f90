@@ -7,13 +7,21 @@ module m_scene_writer
    use m_scene_words, only: group_words
    implicit none
    private
-   public :: scene_as_namelist
+   public :: scene_as_namelist, physics_as_namelist
 
 contains
 
-   !> The whole scene, its lines ended by new_line.
-   function scene_as_namelist(scene) result(text)
+   !> What must be the same where a run goes on from another: all but &scene, &output and &checkpoint.
+   function physics_as_namelist(scene) result(text)
       type(scene_t), intent(in) :: scene
+      character(len=:), allocatable :: text
+      text = scene_as_namelist(scene, left_out=[character(len=10) :: 'scene', 'output', 'checkpoint'])
+   end function physics_as_namelist
+
+   !> The whole scene, its lines ended by new_line; without some kinds of groups.
+   function scene_as_namelist(scene, left_out) result(text)
+      type(scene_t), intent(in) :: scene
+      character(len=*), intent(in), optional :: left_out(:)
       character(len=:), allocatable :: text
       type(scene_t) :: copy
       type(catalogue_t) :: laws
@@ -27,6 +35,9 @@ contains
       end do
       text = ''
       do kind = 1, size(group_words)
+         if (present(left_out)) then
+            if (any(left_out == group_words(kind))) cycle
+         end if
          do number = 1, groups_of(scene, trim(group_words(kind)))
             call group%begin_text(trim(group_words(kind)))
             call describe_group(trim(group_words(kind)), group, number, material_names, laws, copy)
@@ -53,6 +64,7 @@ contains
          if (allocated(scene%levels)) count = size(scene%levels)
       case ('probe'); count = size(scene%probes)
       case ('output'); count = merge(1, 0, scene%output%present)
+      case ('checkpoint'); count = merge(1, 0, scene%checkpoint%present)
       case default; count = 1
       end select
    end function groups_of

@@ -12,7 +12,7 @@ module m_hdf5_file
    use m_snapshot, only: file_layout_t
    implicit none
    private
-   public :: rows_of_real, rows_of_long, rows_of_byte
+   public :: rows_of_real, rows_of_long, rows_of_byte, make_spaces, number_type
 
    integer, parameter :: rows_of_real = 1, rows_of_long = 2, rows_of_byte = 3 !< number types of a table: double, int64, uint8
 
@@ -37,14 +37,15 @@ module m_hdf5_file
 contains
 
    !> Begin the file at `path`, whose tables will hold `bytes` (the disk is asked for that much at once). After an
-   !> error nothing is left to finish.
-   subroutine create(self, communicator, path, bytes, error)
+   !> error nothing is left to finish. `front` bytes at its beginning are left to the caller.
+   subroutine create(self, communicator, path, bytes, error, front)
       class(hdf5_file_t), intent(out) :: self
       type(communicator_t), intent(in) :: communicator
       character(len=*), intent(in) :: path
       integer(i8), intent(in) :: bytes
       type(error_t), intent(inout) :: error
-      integer(hid_t) :: access
+      integer, intent(in), optional :: front !< a power of two, from 512
+      integer(hid_t) :: access, creation
       integer :: status, ignored
       self%path = path
       self%communicator = communicator
@@ -55,7 +56,10 @@ contains
       if (status >= 0) call h5pcreate_f(H5P_FILE_ACCESS_F, access, status)
       if (status >= 0) then
          call h5pset_fapl_mpio_f(access, communicator%comm%MPI_VAL, MPI_INFO_NULL%MPI_VAL, status)
-         if (status >= 0) call h5fcreate_f(part_name(path), H5F_ACC_TRUNC_F, self%file, status, access_prp=access)
+         if (status >= 0) call h5pcreate_f(H5P_FILE_CREATE_F, creation, status)
+         if (present(front) .and. status >= 0) call h5pset_userblock_f(creation, int(front, hsize_t), status)
+         if (status >= 0) call h5fcreate_f(part_name(path), H5F_ACC_TRUNC_F, self%file, status, creation, access)
+         call h5pclose_f(creation, ignored)
          call h5pclose_f(access, ignored)
       end if
       if (status >= 0) call h5pcreate_f(H5P_DATASET_XFER_F, self%transfer, status)

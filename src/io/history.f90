@@ -9,7 +9,7 @@ module m_history
    use m_errors, only: error_t, fail
    use m_communicator, only: communicator_t
    use m_part_file, only: part_name, open_part, publish_part
-   use m_filesystem, only: remove_file, rename_file
+   use m_filesystem, only: remove_file, rename_file, sync_file
    use m_tecplot_snapshot, only: quoted
    use m_text, only: to_text, exact_text
    use m_timers, only: wall_time
@@ -43,34 +43,47 @@ module m_history
    contains
       procedure :: open => open_history
       procedure :: append
+      procedure :: sync
       procedure :: close => close_history
    end type history_t
 
 contains
 
    !> Collective: begin `path`. What an earlier run left under that name goes, unless `keep_until` is given: then its rows up to
-   !> that time (s, first column) are carried over. All ranks leave with the same error (exit_files).
-   subroutine open_history(self, communicator, path, header, error, keep_until)
+   !> that time (s, first column) are carried over, or those of the curve `from`. Whenever the program is killed meanwhile, the old
+   !> rows are there. All ranks leave with the same error (exit_files).
+   subroutine open_history(self, communicator, path, header, error, keep_until, from)
       class(history_t), intent(inout) :: self
       type(communicator_t), intent(in) :: communicator
       character(len=*), intent(in) :: path
       type(history_header_t), intent(in) :: header
       type(error_t), intent(inout) :: error
       real(wp), intent(in), optional :: keep_until
-      logical :: ignored
+      character(len=*), intent(in), optional :: from
+      character(len=:), allocatable :: first_name
+      logical :: ok
       self%path = path
       self%columns = size(header%columns)
       self%is_open = .false.
       self%is_whole = .true.
       if (communicator%is_root() .and. .not. error%happened()) then
-         if (present(keep_until)) call rename_file(part_name(path), path//'.old', ignored) ! newer than the one with its name
-         call open_part(path, self%unit, error)
+         first_name = path
+         if (present(keep_until)) first_name = path//'.new'
+         call open_part(first_name, self%unit, error)
          self%is_open = .not. error%happened()
          if (self%is_open) call put_header(self, header, error)
-         if (self%is_open .and. present(keep_until)) call carry_over(self, keep_until, error)
-         if (.not. error%happened() .and. .not. present(keep_until)) then
-            call remove_file(path, ignored)
-            call remove_file(path//'.old', ignored)
+         if (self%is_open .and. present(keep_until)) then
+            if (present(from)) then
+               call carry_over(self, from, keep_until, error)
+            else
+               call carry_over(self, path, keep_until, error)
+            end if
+            ok = .true.
+            if (.not. error%happened()) call rename_file(part_name(first_name), part_name(path), ok)
+            if (.not. ok) call fail(error, exit_files, 'cannot write '//path//': '//part_name(first_name)//' cannot be renamed')
+            if (error%happened()) call remove_file(part_name(first_name), ok)
+         else if (self%is_open .and. .not. error%happened()) then
+            call remove_file(path, ok)
          end if
          if (error%happened()) self%is_whole = .false.
          if (error%happened()) call self%close(error)
@@ -78,6 +91,19 @@ contains
       end if
       call communicator%agree(error)
    end subroutine open_history
+
+   !> Wait until all rows are on the disk. Rank 0 may get an error.
+   subroutine sync(self, error)
+      class(history_t), intent(inout) :: self
+      type(error_t), intent(inout) :: error
+      integer :: status
+      logical :: ok
+      if (.not. self%is_open) return
+      flush (self%unit, iostat=status)
+      ok = status == 0
+      if (ok) call sync_file(part_name(self%path), ok)
+      if (.not. ok) call fail(error, exit_files, 'cannot write '//self%path//': it does not get to the disk')
+   end subroutine sync
 
    !> Add a row (as many values as columns). Nothing happens on the other ranks; rank 0 may get an error.
    subroutine append(self, values, error)
@@ -108,7 +134,6 @@ contains
       class(history_t), intent(inout) :: self
       type(error_t), intent(inout) :: error
       type(error_t) :: closing
-      logical :: ignored
       integer :: status
       if (.not. self%is_open) return
       self%is_open = .false.
@@ -117,11 +142,7 @@ contains
          return
       end if
       call publish_part(self%path, self%unit, closing)
-      if (closing%happened()) then
-         call fail(error, closing%status, closing%message)
-      else
-         call remove_file(self%path//'.old', ignored)
-      end if
+      if (closing%happened()) call fail(error, closing%status, closing%message)
    end subroutine close_history
 
    !> Title, variables, zone and facts.
@@ -164,17 +185,19 @@ contains
       end do
    end function identifier
 
-   !> Copy the rows of the earlier file up to a time (with a little room for rounding).
-   subroutine carry_over(self, keep_until, error)
+   !> Copy the rows of an earlier curve up to a time (with a little room for rounding): of its part, if there is one, which is newer
+   !> than the file with its name.
+   subroutine carry_over(self, from, keep_until, error)
       type(history_t), intent(inout) :: self
+      character(len=*), intent(in) :: from
       real(wp), intent(in) :: keep_until
       type(error_t), intent(inout) :: error
       character(len=value_width*self%columns + 2) :: line
       real(wp) :: values(self%columns)
       integer :: old, status
-      logical :: there
-      inquire (file=self%path//'.old', exist=there)
-      open (newunit=old, file=self%path//trim(merge('.old', '    ', there)), status='old', action='read', recl=65536, iostat=status)
+      logical :: ignored
+      open (newunit=old, file=part_name(from), status='old', action='read', recl=65536, iostat=status)
+      if (status /= 0) open (newunit=old, file=from, status='old', action='read', recl=65536, iostat=status)
       if (status /= 0) return
       do
          read (old, '(a)', iostat=status) line
@@ -186,6 +209,8 @@ contains
          call self%append(values, error)
       end do
       close (old)
+      if (.not. error%happened()) flush (self%unit, iostat=status)
+      if (.not. error%happened() .and. status == 0) call sync_file(part_name(self%path//'.new'), ignored)
    end subroutine carry_over
 
 end module m_history

@@ -1,9 +1,10 @@
 !> Everything that a run writes under its output directory, and when.
 module m_recorder
-   use m_kinds, only: wp
+   use m_kinds, only: wp, i8
    use m_constants, only: exit_files
    use m_errors, only: error_t, fail
    use m_filesystem, only: make_directory
+   use m_communicator, only: communicator_t
    use m_text, only: to_text
    use m_scene, only: scene_t, boundary_symmetry
    use m_scene_writer, only: scene_as_namelist
@@ -23,6 +24,13 @@ module m_recorder
 
    integer, parameter :: default_rows = 1000 !< rows of a history where the scene does not say how many
 
+   !> Where a run goes on from.
+   type, public :: resumption_t
+      character(len=:), allocatable :: directory !< that the run before wrote to
+      logical :: in_place = .false.              !< this one writes there too
+      integer(i8), allocatable :: probes(:)      !< ids of the particles that the probes follow
+   end type resumption_t
+
    type :: recorder_t
       private
       logical :: writes = .false.
@@ -39,17 +47,21 @@ module m_recorder
       procedure :: history_is_due
       procedure :: record_history
       procedure :: record_snapshot
+      procedure :: sync
+      procedure :: probe_ids
       procedure :: finish
+      procedure, private :: resume
    end type recorder_t
 
 contains
 
-   !> Collective: make the directory, write case.nml, begin the histories.
-   subroutine start(self, scene, model, error)
+   !> Collective: make the directory, write case.nml, begin the histories, or go on with those of the run before.
+   subroutine start(self, scene, model, error, resumption)
       class(recorder_t), intent(inout) :: self
       type(scene_t), intent(in) :: scene
       type(model_t), intent(in) :: model
       type(error_t), intent(inout) :: error
+      type(resumption_t), intent(in), optional :: resumption
       integer :: n
       logical :: ok
       self%writes = scene%output%present
@@ -58,6 +70,7 @@ contains
       self%history_every = scene%output%history_every
       if (self%history_every <= 0.0_wp) self%history_every = scene%end_time/default_rows
       allocate (self%tools(size(scene%tools)), self%probes(size(scene%probes)), self%probed(size(scene%probes)))
+      if (present(resumption)) call self%resume(model%time, scene%output%every)
       if (.not. self%writes) return
       self%directory = scene%output%directory
       self%hdf5 = scene%output%hdf5
@@ -70,18 +83,71 @@ contains
       end if
       call model%communicator%agree(error)
       if (error%happened()) return
-      call self%energy%open(model%communicator, self%directory//'/energy.dat', energy_header(self%title), error)
+      call begin(self%energy, 'energy.dat', energy_header(self%title))
       do n = 1, size(scene%tools)
-         call self%tools(n)%open(model%communicator, self%directory//'/tool_'//scene%tools(n)%name//'.dat', &
-                                 tool_header(scene, n), error)
+         call begin(self%tools(n), 'tool_'//scene%tools(n)%name//'.dat', tool_header(scene, n))
       end do
       do n = 1, size(scene%probes)
-         self%probed(n) = choose_particle(model, scene%probes(n)%position)
-         call self%probes(n)%open(model%communicator, self%directory//'/probe_'//scene%probes(n)%name//'.dat', &
-                                  probe_header(self%title, scene%probes(n)%name), error)
+         if (present(resumption)) then
+            self%probed(n)%id = resumption%probes(n)
+         else
+            self%probed(n) = choose_particle(model, scene%probes(n)%position)
+         end if
+         call begin(self%probes(n), 'probe_'//scene%probes(n)%name//'.dat', probe_header(self%title, scene%probes(n)%name))
       end do
-      call self%index%start(model%communicator, self%directory)
+      ok = .false.
+      if (present(resumption)) ok = resumption%in_place
+      if (ok) then
+         call self%index%start(model%communicator, self%directory, int(model%step))
+      else
+         call self%index%start(model%communicator, self%directory)
+      end if
+   contains
+      subroutine begin(history, name, header)
+         type(history_t), intent(inout) :: history
+         character(len=*), intent(in) :: name
+         type(history_header_t), intent(in) :: header
+         if (present(resumption)) then
+            call history%open(model%communicator, self%directory//'/'//name, header, error, keep_until=model%time, &
+                              from=resumption%directory//'/'//name)
+         else
+            call history%open(model%communicator, self%directory//'/'//name, header, error)
+         end if
+      end subroutine begin
    end subroutine start
+
+   !> What has been written up to a time (s) need not be counted: it follows from that.
+   pure subroutine resume(self, time, every)
+      class(recorder_t), intent(inout) :: self
+      real(wp), intent(in) :: time, every
+      self%rows = 1 + int(time/self%history_every*(1.0_wp + 1.0e-12_wp))
+      self%snapshots = 1
+      if (every > 0.0_wp) self%snapshots = 1 + int(time/every*(1.0_wp + 1.0e-12_wp))
+   end subroutine resume
+
+   !> Ids of the particles that the probes follow.
+   pure function probe_ids(self) result(ids)
+      class(recorder_t), intent(in) :: self
+      integer(i8), allocatable :: ids(:)
+      ids = self%probed%id
+   end function probe_ids
+
+   !> Collective: all rows of the histories are on the disk when this returns.
+   subroutine sync(self, communicator, error)
+      class(recorder_t), intent(inout) :: self
+      type(communicator_t), intent(in) :: communicator
+      type(error_t), intent(inout) :: error
+      integer :: n
+      if (.not. self%writes) return
+      call self%energy%sync(error)
+      do n = 1, size(self%tools)
+         call self%tools(n)%sync(error)
+      end do
+      do n = 1, size(self%probes)
+         call self%probes(n)%sync(error)
+      end do
+      call communicator%agree(error)
+   end subroutine sync
 
    !> case.nml: the scene with every value used.
    subroutine write_case(path, scene, error)

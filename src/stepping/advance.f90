@@ -154,16 +154,17 @@ contains
       call model%timers%leave()
    end subroutine move_particles
 
-   !> Collective, one reduction: largest speeds for the next time step, whether blocks are missing, whether a rank failed.
+   !> Collective, one reduction: largest speeds for the next time step, whether blocks are missing, whether a rank failed, and what
+   !> ranks ask of the run.
    subroutine agree(model, l, new_blocks, error)
       type(model_t), intent(inout) :: model
       integer, intent(in) :: l
       logical, intent(out) :: new_blocks
       type(error_t), intent(inout) :: error
-      real(wp) :: bounds(4)
+      real(wp) :: bounds(5)
       integer :: b, m, place(3)
       call model%timers%enter(phase_control)
-      bounds = [model%bounds%wave_speed, model%bounds%particle_speed, 0.0_wp, 0.0_wp]
+      bounds = [model%bounds%wave_speed, model%bounds%particle_speed, 0.0_wp, 0.0_wp, real(model%asked, wp)]
       if (.not. error%happened()) then
          do b = 1, size(model%levels(l)%blocks)
             do m = 1, model%levels(l)%blocks(b)%leaver_count
@@ -174,10 +175,11 @@ contains
       else
          bounds(4) = 1.0_wp
       end if
-      call MPI_Allreduce(MPI_IN_PLACE, bounds, 4, MPI_DOUBLE_PRECISION, MPI_MAX, model%communicator%comm)
+      call MPI_Allreduce(MPI_IN_PLACE, bounds, 5, MPI_DOUBLE_PRECISION, MPI_MAX, model%communicator%comm)
       model%bounds%wave_speed = bounds(1)
       model%bounds%particle_speed = bounds(2)
       new_blocks = bounds(3) > 0.0_wp
+      model%asked = nint(bounds(5))
       if (bounds(4) > 0.0_wp) call model%communicator%agree(error)
       if (new_blocks .and. size(model%levels) > 1) call fail(error, exit_numerical, 'step '//to_text(model%step + 1)//', time '// &
          to_text(model%time)//' s: a particle of level '//to_text(l)//' moved further than a step allows; try a smaller safety')

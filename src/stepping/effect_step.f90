@@ -37,6 +37,8 @@ module m_effect_step
       procedure :: change_gradient
       procedure :: change_stress
       procedure :: fold
+      procedure :: booked
+      procedure :: book
    end type effect_step_t
 
 contains
@@ -233,5 +235,22 @@ contains
       self%damped = self%damped - total(dissipated)
       self%work = 0.0_wp
    end subroutine fold
+
+   !> Work on a block since the last fold, J: by kinds.
+   pure function booked(self, index) result(work)
+      class(effect_step_t), intent(in) :: self
+      integer, intent(in) :: index !< of the block
+      real(wp) :: work(2)
+      work = 0.0_wp
+      if (self%works) work(:size(self%work, 1)) = self%work(:, index)
+   end function booked
+
+   !> The same, as a run that goes on finds it.
+   pure subroutine book(self, index, work)
+      class(effect_step_t), intent(inout) :: self
+      integer, intent(in) :: index
+      real(wp), intent(in) :: work(2) !< J
+      if (self%works) self%work(:, index) = work(:size(self%work, 1))
+   end subroutine book
 
 end module m_effect_step

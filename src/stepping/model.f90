@@ -53,6 +53,7 @@ module m_model
       integer(i8) :: moves = 0                        !< times that boxes of levels have moved
       real(wp) :: time = 0.0_wp                       !< s
       integer(i8) :: step = 0
+      integer :: asked = 0                            !< what this rank asks of the run; after a step the largest of all ranks
       integer(i8) :: particle_steps = 0               !< particle updates on this rank so far
       integer(i8) :: merges = 0                       !< particles that this rank has made of eight others
       real(wp), allocatable :: lost_in_merging(:)     !< energy, by block of all levels, since the last fold, J
@@ -81,11 +82,13 @@ module m_model
 contains
 
    !> Collective: make the model of a checked scene. Effects that the caller has set are kept, and those of the scene then left out.
-   subroutine build(self, communicator, scene, error)
+   !> `empty`: without blocks and particles (restore.f90 gives it those of a checkpoint).
+   subroutine build(self, communicator, scene, error, empty)
       class(model_t), intent(inout) :: self
       type(communicator_t), intent(in) :: communicator
       type(scene_t), intent(in) :: scene
       type(error_t), intent(inout) :: error
+      logical, intent(in), optional :: empty
       integer, allocatable :: counts(:), owner(:)
       integer :: e, l
       self%communicator = communicator
@@ -109,6 +112,9 @@ contains
       call self%contact%build(scene%tools, scene%contact)
       allocate (self%lost_in_merging(blocks_before(self%levels, size(self%levels) + 1)), source=0.0_wp)
       call declare_fields(self)
+      if (present(empty)) then
+         if (empty) return
+      end if
       call count_particles(self, scene, counts)
       allocate (owner(size(counts)))
       call choose_owners(communicator, self%levels, counts, owner, error)

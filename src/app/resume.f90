@@ -1,0 +1,162 @@
+!> A run that goes on from a checkpoint: which, with what scene, and what may be other than it was.
+module m_resume
+   use m_kinds, only: wp, i8
+   use m_constants, only: exit_input
+   use m_errors, only: error_t, fail
+   use m_communicator, only: communicator_t
+   use m_filesystem, only: same_file
+   use m_text, only: to_text, si
+   use m_offer, only: catalogue_t
+   use m_scene, only: scene_t
+   use m_scene_reader, only: read_scene, interpret_scene
+   use m_scene_writer, only: physics_as_namelist
+   use m_arguments, only: read_arguments
+   use m_model, only: model_t
+   use m_energy, only: balance_t
+   use m_recorder, only: recorder_t, resumption_t
+   use m_checkpoint, only: checkpoint_t, run_facts_t
+   implicit none
+   private
+   public :: read_run, resume_run, resumed_t
+
+   !> What a run goes on from.
+   type :: resumed_t
+      logical :: happened = .false. !< it does
+      logical :: in_place = .false. !< its output goes to the directory of the run before
+      type(checkpoint_t) :: checkpoint
+   contains
+      procedure :: newest_here
+      procedure :: sentence
+   end type resumed_t
+
+   character(len=*), parameter :: may_differ = 'only end_time, &output and &checkpoint may be other than they were'
+
+contains
+
+   !> Collective: the scene, from standard input or from the checkpoint that the command line names.
+   subroutine read_run(communicator, catalogue, scene, before, error)
+      type(communicator_t), intent(in) :: communicator
+      type(catalogue_t), intent(in) :: catalogue
+      type(scene_t), intent(out) :: scene
+      type(resumed_t), intent(out) :: before
+      type(error_t), intent(inout) :: error
+      type(scene_t) :: earlier
+      character(len=:), allocatable :: directory, text
+      logical :: named
+      call read_arguments(directory, error)
+      if (error%happened()) return
+      named = directory /= ''
+      if (.not. named) then
+         call read_scene(communicator, catalogue, scene, error)
+         if (error%happened()) return
+         directory = scene%restart
+         if (directory == '') return
+      end if
+      before%happened = .true.
+      call before%checkpoint%open(communicator, directory, error)
+      call before%checkpoint%scene_text(text, error)
+      if (error%happened()) return
+      call interpret_scene(communicator, catalogue, text, earlier, error, kept=.true.)
+      if (error%happened()) then
+         error%message = 'cannot go on from '//before%checkpoint%path//', its scene: '//error%message
+         return
+      end if
+      if (named) then
+         scene = earlier
+         scene%output%directory = directory ! it may have been given another name
+         before%in_place = .true.
+         return
+      end if
+      call check_physics(before%checkpoint%path, physics_as_namelist(earlier), physics_as_namelist(scene), error)
+      if (.not. scene%output%present) return
+      before%in_place = scene%output%directory == directory
+      if (communicator%is_root() .and. .not. before%in_place) before%in_place = same_file(scene%output%directory, directory)
+      before%in_place = communicator%sum_count(merge(1_i8, 0_i8, before%in_place)) > 0
+   end subroutine read_run
+
+   !> Collective: everything as it was at the checkpoint; the model has been built empty.
+   subroutine resume_run(before, scene, model, balance, facts, recorder, error)
+      type(resumed_t), intent(inout) :: before
+      type(scene_t), intent(in) :: scene
+      type(model_t), intent(inout) :: model
+      type(balance_t), intent(inout) :: balance
+      type(run_facts_t), intent(inout) :: facts
+      type(recorder_t), intent(inout) :: recorder
+      type(error_t), intent(inout) :: error
+      type(resumption_t) :: resumption
+      allocate (facts%probes(size(scene%probes)), source=0_i8)
+      call before%checkpoint%restore(model, balance, facts, error)
+      call before%checkpoint%close()
+      if (error%happened()) return
+      resumption%directory = before%checkpoint%directory
+      resumption%in_place = before%in_place
+      resumption%probes = facts%probes
+      call recorder%start(scene, model, error, resumption)
+   end subroutine resume_run
+
+   !> Path of the checkpoint, if the run goes on in its directory; else empty.
+   function newest_here(self) result(path)
+      class(resumed_t), intent(in) :: self
+      character(len=:), allocatable :: path
+      path = ''
+      if (self%in_place) path = self%checkpoint%path
+   end function newest_here
+
+   !> Where the run goes on, and what is damaged.
+   function sentence(self, step, time) result(text)
+      class(resumed_t), intent(in) :: self
+      integer(i8), intent(in) :: step
+      real(wp), intent(in) :: time
+      character(len=:), allocatable :: text
+      text = 'goes on    from '//self%checkpoint%path//', step '//to_text(step)//', time '//si(time, 's')
+      if (self%checkpoint%note /= '') text = text//' ('//self%checkpoint%note//')'
+   end function sentence
+
+   !> The groups that must be the same are: if not, the first difference in a sentence.
+   subroutine check_physics(path, before, now, error)
+      character(len=*), intent(in) :: path, before, now
+      type(error_t), intent(inout) :: error
+      character(len=:), allocatable :: group, old, new
+      integer :: at_old, at_new
+      if (before == now) return
+      at_old = 1
+      at_new = 1
+      group = ''
+      do
+         old = next_line(before, at_old)
+         new = next_line(now, at_new)
+         if (old /= new) exit
+         if (index(old, '&') == 1) group = old
+      end do
+      if (is_variable(old) .and. is_variable(new)) then
+         call fail(error, exit_input, group//' '//new//' was '//old//' in '//path//'; '//may_differ)
+      else if (is_variable(new)) then
+         call fail(error, exit_input, group//' '//new//' was not there in '//path//'; '//may_differ)
+      else if (is_variable(old)) then
+         call fail(error, exit_input, group//' '//old//' is missing, it was there in '//path//'; '//may_differ)
+      else if (index(old, '&') == 1) then
+         call fail(error, exit_input, 'a group '//old//' is missing, it was there in '//path//'; '//may_differ)
+      else
+         call fail(error, exit_input, 'the group '//new//' was not there in '//path//'; '//may_differ)
+      end if
+   end subroutine check_physics
+
+   pure logical function is_variable(line)
+      character(len=*), intent(in) :: line
+      is_variable = index(line, '=') > 0
+   end function is_variable
+
+   !> A line without blanks around it; at the end of the text an empty one.
+   function next_line(text, at) result(line)
+      character(len=*), intent(in) :: text
+      integer, intent(inout) :: at
+      character(len=:), allocatable :: line
+      integer :: length
+      line = ''
+      if (at > len(text)) return
+      length = index(text(at:)//new_line('a'), new_line('a')) - 1
+      line = trim(adjustl(text(at:at + length - 1)))
+      at = at + length + 1
+   end function next_line
+
+end module m_resume

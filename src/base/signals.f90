@@ -1,0 +1,50 @@
+!> What the outside world asks of a run by signals. A handler may do little more than set a flag: the flags are module variables.
+module m_signals
+   use, intrinsic :: iso_c_binding, only: c_int, c_funptr, c_funloc
+   implicit none
+   private
+   public :: catch_signals, signal_caught, forget_checkpoint_signal
+
+   integer(c_int), parameter, public :: signal_interrupt = 2, signal_user = 10, signal_terminate = 15 !< of Linux
+   integer(c_int), volatile, protected, bind(c, name='gimp3d_stop_signal') :: stop_signal = 0
+   integer(c_int), volatile, protected, bind(c, name='gimp3d_user_signal') :: user_signal = 0
+
+   interface
+      type(c_funptr) function c_signal(number, handler) bind(c, name='signal')
+         import :: c_int, c_funptr
+         integer(c_int), value :: number
+         type(c_funptr), value :: handler
+      end function c_signal
+   end interface
+
+contains
+
+   !> From here on SIGUSR1, SIGINT and SIGTERM are noted, and do nothing else.
+   subroutine catch_signals()
+      type(c_funptr) :: ignored
+      ignored = c_signal(signal_user, c_funloc(note_signal))
+      ignored = c_signal(signal_interrupt, c_funloc(note_signal))
+      ignored = c_signal(signal_terminate, c_funloc(note_signal))
+   end subroutine catch_signals
+
+   !> The signal that this rank has had: one that ends the run before one that does not; 0 for none.
+   integer function signal_caught()
+      signal_caught = stop_signal
+      if (signal_caught == 0) signal_caught = user_signal
+   end function signal_caught
+
+   !> The wish for a checkpoint has been met.
+   subroutine forget_checkpoint_signal()
+      user_signal = 0
+   end subroutine forget_checkpoint_signal
+
+   subroutine note_signal(number) bind(c, name='gimp3d_note_signal')
+      integer(c_int), value :: number
+      if (number == signal_user) then
+         user_signal = number
+      else
+         stop_signal = number
+      end if
+   end subroutine note_signal
+
+end module m_signals

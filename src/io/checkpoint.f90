@@ -1,0 +1,547 @@
+!> A checkpoint: everything that a run needs to go on, to the same bits (doc/files.md has the tables of the file).
+!>
+!> One procedure, `describe`, names all that is not particles: it writes while a checkpoint is written and reads while one is read.
+module m_checkpoint
+   use, intrinsic :: iso_c_binding, only: c_loc, c_ptr
+   use mpi_f08
+   use m_kinds, only: wp, i4, i8
+   use m_constants, only: exit_files, program_version
+   use m_errors, only: error_t, fail
+   use m_communicator, only: communicator_t
+   use m_checksum, only: text_checksum
+   use m_part_file, only: part_name
+   use m_text, only: to_text
+   use m_scene, only: scene_t
+   use m_scene_writer, only: scene_as_namelist, physics_as_namelist
+   use m_field_table, only: field_t
+   use m_model, only: model_t
+   use m_restore, only: block_table_t, table_width, bounds_width, take_blocks, restore_blocks, check_particles
+   use m_energy, only: balance_t, sums_t
+   use m_snapshot, only: file_layout_t
+   use m_hdf5_file, only: hdf5_file_t, rows_of_real, rows_of_long, rows_of_byte
+   use m_hdf5_reader, only: hdf5_reader_t
+   use m_checkpoint_file, only: checkpoint_name, checkpoint_format, seal_checkpoint, seal_length, find_checkpoint
+   implicit none
+   private
+   public :: write_checkpoint, run_facts_t
+
+   !> What a run knows besides its model and its balance.
+   type :: run_facts_t
+      integer(i8) :: particles = 0              !< at the start of the scene
+      integer(i8), allocatable :: probes(:)     !< ids of the probed particles
+   end type run_facts_t
+
+   !> A checkpoint that is read.
+   type, public :: checkpoint_t
+      character(len=:), allocatable :: path, directory
+      character(len=:), allocatable :: note !< newer ones that are damaged, in a sentence; empty: none
+      type(hdf5_reader_t), private :: file
+   contains
+      procedure :: open => open_checkpoint
+      procedure :: scene_text
+      procedure :: restore
+      procedure :: close => close_checkpoint
+   end type checkpoint_t
+
+   !> Where `describe` writes to, or reads from.
+   type :: store_t
+      logical :: writes = .false.
+      type(communicator_t) :: communicator
+      type(hdf5_file_t) :: output
+      type(hdf5_reader_t) :: input
+   contains
+      generic :: reals => reals_list, reals_table
+      generic :: longs => longs_list, longs_table
+      procedure, private :: reals_list, reals_table, longs_list, longs_table, move
+   end type store_t
+
+   integer(i8), parameter :: longest_case = 2_i8**28  !< bytes
+   integer(i8), parameter :: most_unknowns = 2_i8**24 !< of the contact solver of a rank
+   integer, parameter :: sums = 11, own_columns = 3 !< of a particle besides its fields: id, body, bin
+
+contains
+
+   !> Collective: write `<directory>/checkpoint_<step>.h5`. Once it has its name it is whole and on the disk; on an error (exit_files)
+   !> nothing of it is left, and all ranks hold the error.
+   subroutine write_checkpoint(directory, scene, model, balance, facts, path, error)
+      character(len=*), intent(in) :: directory
+      type(scene_t), intent(in) :: scene
+      type(model_t), intent(inout) :: model
+      type(balance_t), intent(inout) :: balance
+      type(run_facts_t), intent(inout) :: facts
+      character(len=:), allocatable, intent(out) :: path
+      type(error_t), intent(inout) :: error
+      type(store_t) :: store
+      type(block_table_t) :: blocks
+      character(len=:), allocatable :: text
+      path = directory//'/'//checkpoint_name(model%step)
+      call take_blocks(model, blocks)
+      text = scene_as_namelist(scene)
+      store%writes = .true.
+      store%communicator = model%communicator
+      ! HDF5 writes <path>.part.part, which becomes <path>.part, which gets its seal and its name
+      call store%output%create(model%communicator, part_name(path), bytes_of(model, blocks) + len(text), error, front=seal_length)
+      if (error%happened()) return
+      call store%output%put_integers('/', 'format', [checkpoint_format], error)
+      call store%output%put_text('/', 'program', 'gimp3d '//program_version, error)
+      call store%output%put_text('/', 'title', scene%title, error)
+      call store%output%put_real('/', 'time', model%time, error)
+      call store%output%put_text('/', 'time_unit', 's', error)
+      call store%output%put_text('/', 'physics', text_checksum(physics_as_namelist(scene)), error)
+      call put_scene(store%output, model%communicator, text, error)
+      call store%output%make_group('/state', error)
+      call describe(store, model, balance, facts, error)
+      call store%output%make_group('/blocks', error)
+      call store%longs('/blocks/table', blocks%table, error)
+      call put_bounds(store%output, blocks, error)
+      call store%output%make_group('/particles', error)
+      call put_particles(store%output, model, blocks, error)
+      call store%output%finish(error)
+      call seal_checkpoint(model%communicator, path, error)
+   end subroutine write_checkpoint
+
+   !> Bytes of the tables, about.
+   integer(i8) function bytes_of(model, blocks) result(bytes)
+      type(model_t), intent(in) :: model
+      type(block_table_t), intent(in) :: blocks
+      bytes = 8_i8*(blocks%particles*(model%levels(1)%table%columns + own_columns) &
+                    + (table_width + bounds_width)*size(blocks%table, 2))
+   end function bytes_of
+
+   !> Collective: open the newest whole checkpoint of a directory.
+   subroutine open_checkpoint(self, communicator, directory, error)
+      class(checkpoint_t), intent(out) :: self
+      type(communicator_t), intent(in) :: communicator
+      character(len=*), intent(in) :: directory
+      type(error_t), intent(inout) :: error
+      self%directory = directory
+      call find_checkpoint(communicator, directory, self%path, self%note, error)
+      if (.not. error%happened()) call self%file%open(communicator, self%path, error)
+   end subroutine open_checkpoint
+
+   subroutine close_checkpoint(self)
+      class(checkpoint_t), intent(inout) :: self
+      call self%file%close()
+   end subroutine close_checkpoint
+
+   !> Collective: the scene, as the run had it.
+   subroutine scene_text(self, text, error)
+      class(checkpoint_t), intent(in) :: self
+      character(len=:), allocatable, intent(out) :: text
+      type(error_t), intent(inout) :: error
+      character(len=1), allocatable, target :: letters(:)
+      integer(i8) :: extent(2)
+      integer :: i
+      text = ''
+      call self%file%find_extent('/case', extent, error)
+      if (error%happened()) return
+      if (extent(1) /= 1 .or. extent(2) > longest_case) &
+         call fail(error, exit_files, 'cannot go on from '//self%path//': it has no scene')
+      if (error%happened()) return
+      allocate (letters(extent(2)))
+      call self%file%get_rows('/case', rows_of_byte, extent, all_rows(extent(2)), c_loc(letters), error)
+      if (error%happened()) return
+      deallocate (text)
+      allocate (character(len=int(extent(2))) :: text)
+      do i = 1, len(text)
+         text(i:i) = letters(i)
+      end do
+   end subroutine scene_text
+
+   !> Collective: a model of the scene that has been built empty, and the rest of the run, as they were.
+   subroutine restore(self, model, balance, facts, error)
+      class(checkpoint_t), intent(inout) :: self
+      type(model_t), intent(inout) :: model
+      type(balance_t), intent(inout) :: balance
+      type(run_facts_t), intent(inout) :: facts
+      type(error_t), intent(inout) :: error
+      type(store_t) :: store
+      type(error_t) :: fault
+      type(block_table_t) :: blocks
+      integer(i8) :: extent(2), regions(6, size(model%levels)), ranks(1)
+      call self%file%find_extent('/blocks/table', extent, fault)
+      if (extent(1) /= table_width .or. extent(2) > 2_i8**31 - 1) extent = 0
+      allocate (blocks%table(table_width, extent(2)), blocks%bounds(bounds_width, extent(2)))
+      store%communicator = model%communicator
+      store%input = self%file
+      call store%longs('/blocks/table', blocks%table, fault)
+      call store%reals('/blocks/bounds', blocks%bounds, fault)
+      call store%longs('/state/ranks', ranks, fault)
+      call store%longs('/state/regions', regions, fault)
+      call self%file%find_extent('/particles/own', extent, fault)
+      blocks%particles = extent(2)
+      if (.not. fault%happened()) call restore_blocks(model, regions, ranks(1), blocks, fault)
+      if (.not. fault%happened()) call describe(store, model, balance, facts, fault)
+      if (.not. fault%happened()) call get_particles(self%file, model, blocks, fault)
+      if (.not. fault%happened()) call check_particles(model, fault)
+      if (fault%happened()) call fail(error, fault%status, 'cannot go on from '//self%path//': '//fault%message)
+   end subroutine restore
+
+   !> Collective: all that is not particles, to or from the store.
+   subroutine describe(store, model, balance, facts, error)
+      type(store_t), intent(inout) :: store
+      type(model_t), intent(inout) :: model
+      type(balance_t), intent(inout) :: balance
+      type(run_facts_t), intent(inout) :: facts
+      type(error_t), intent(inout) :: error
+      integer(i8) :: counts(5), effort(7), one(1)
+      integer(i8), allocatable :: regions(:, :)
+      real(wp) :: clock(4), worth(4)
+      real(wp), allocatable :: works(:, :), tools(:, :)
+      integer :: l, t
+      associate (comm => model%communicator)
+         counts = [model%step, model%moves, comm%sum_count(model%merges), comm%sum_count(model%splits), facts%particles]
+         call store%longs('/state/counts', counts, error)
+         model%step = counts(1)
+         model%moves = counts(2)
+         model%merges = merge(counts(3), 0_i8, comm%is_root())
+         model%splits = merge(counts(4), 0_i8, comm%is_root())
+         facts%particles = counts(5)
+         one = comm%ranks
+         if (store%writes) call store%longs('/state/ranks', one, error)
+      end associate
+      clock = [model%time, model%bounds%wave_speed, model%bounds%particle_speed, model%lost]
+      call store%reals('/state/clock', clock, error)
+      model%time = clock(1)
+      model%bounds%wave_speed = clock(2)
+      model%bounds%particle_speed = clock(3)
+      model%lost = clock(4)
+      call describe_balance(store, balance, error)
+      allocate (works(2, size(model%levels)), regions(6, size(model%levels)))
+      works(1, :) = model%effect_step%external_work
+      works(2, :) = model%effect_step%damped
+      call store%reals('/state/effects', works, error)
+      model%effect_step%external_work = works(1, :)
+      model%effect_step%damped = works(2, :)
+      do l = 1, size(model%levels)
+         regions(:, l) = [model%levels(l)%region%low, model%levels(l)%region%high]
+      end do
+      if (store%writes) call store%longs('/state/regions', regions, error)
+      if (size(facts%probes) > 0) call store%longs('/state/probes', facts%probes, error)
+      if (.not. model%contact%active()) return
+      associate (contact => model%contact)
+         allocate (tools(9, size(contact%tools)))
+         do t = 1, size(contact%tools)
+            associate (state => contact%states(t))
+               tools(:, t) = [contact%tools(t)%travel, contact%tools(t)%speed, state%load, state%area, state%overlap, state%work, &
+                              state%heat]
+            end associate
+         end do
+         call store%reals('/state/tools', tools, error)
+         do t = 1, size(contact%tools)
+            contact%tools(t)%travel = tools(1, t)
+            contact%tools(t)%speed = tools(2, t)
+            contact%states(t)%load = tools(3:5, t)
+            contact%states(t)%area = tools(6, t)
+            contact%states(t)%overlap = tools(7, t)
+            contact%states(t)%work = tools(8, t)
+            contact%states(t)%heat = tools(9, t)
+         end do
+         worth = [contact%worst_residual, contact%worst_overlap, model%communicator%maximum(contact%worst_bridge), &
+                  contact%friction%steepest]
+         call store%reals('/state/contact', worth, error)
+         contact%worst_residual = worth(1)
+         contact%worst_overlap = worth(2)
+         contact%worst_bridge = worth(3)
+         contact%friction%steepest = worth(4)
+         effort = [contact%solves, contact%iterations, contact%unsolved, contact%largest, contact%system%products, &
+                   contact%friction%sweeps, contact%friction%iterations]
+         call store%longs('/state/solves', effort, error)
+         contact%solves = effort(1)
+         contact%iterations = effort(2)
+         contact%unsolved = effort(3)
+         contact%largest = effort(4)
+         contact%system%products = effort(5)
+         contact%friction%sweeps = effort(6)
+         contact%friction%iterations = effort(7)
+      end associate
+      call describe_solver(store, model, error)
+   end subroutine describe
+
+   !> Collective: unknowns that the contact solver of each rank has room for. Its sums run over all of that room, so that their last bits
+   !> depend on it. On another number of ranks it finds its own.
+   subroutine describe_solver(store, model, error)
+      type(store_t), intent(inout) :: store
+      type(model_t), intent(inout) :: model
+      type(error_t), intent(inout) :: error
+      integer(i8) :: capacity(model%communicator%ranks), extent(2)
+      capacity = -1
+      if (store%writes) then
+         call MPI_Allgather(int(model%contact%solver%capacity, i8), 1, MPI_INTEGER8, capacity, 1, MPI_INTEGER8, &
+                            model%communicator%comm)
+         call store%longs('/state/solver', capacity, error)
+         return
+      end if
+      call store%input%find_extent('/state/solver', extent, error)
+      if (extent(2) /= size(capacity)) return
+      call store%longs('/state/solver', capacity, error)
+      if (error%happened() .or. any(capacity < 0 .or. capacity > most_unknowns)) return
+      call model%contact%solver%fit(model%communicator%comm%MPI_VAL, int(capacity(model%communicator%rank + 1)))
+   end subroutine describe_solver
+
+   subroutine describe_balance(store, balance, error)
+      type(store_t), intent(inout) :: store
+      type(balance_t), intent(inout) :: balance
+      type(error_t), intent(inout) :: error
+      real(wp) :: start(sums), now(sums), rest(4)
+      start = plain(balance%start)
+      now = plain(balance%now)
+      rest = [balance%external_work, balance%damped, balance%largest, balance%worst]
+      call store%reals('/state/balance_start', start, error)
+      call store%reals('/state/balance_now', now, error)
+      call store%reals('/state/balance', rest, error)
+      balance%start = sums_t(start(1), start(2), start(3), start(4), start(5:7), start(8:10), start(11))
+      balance%now = sums_t(now(1), now(2), now(3), now(4), now(5:7), now(8:10), now(11))
+      balance%external_work = rest(1)
+      balance%damped = rest(2)
+      balance%largest = rest(3)
+      balance%worst = rest(4)
+   contains
+      pure function plain(of) result(values)
+         type(sums_t), intent(in) :: of
+         real(wp) :: values(sums)
+         values = [of%mass, of%kinetic, of%strain, of%plastic, of%momentum, of%angular_momentum, of%dissipated]
+      end function plain
+   end subroutine describe_balance
+
+   !> Each rank the bounds of its own blocks.
+   subroutine put_bounds(file, blocks, error)
+      type(hdf5_file_t), intent(in) :: file
+      type(block_table_t), intent(in), target :: blocks
+      type(error_t), intent(inout) :: error
+      real(wp), allocatable, target :: values(:, :)
+      values = blocks%bounds(:, blocks%first:blocks%first + blocks%own - 1)
+      call file%put_rows('/blocks/bounds', rows_of_real, [int(bounds_width, i8), size(blocks%table, 2, i8)], &
+                         some_rows(int(blocks%first - 1, i8), blocks%own), c_loc(values), error)
+   end subroutine put_bounds
+
+   subroutine put_scene(file, communicator, text, error)
+      type(hdf5_file_t), intent(in) :: file
+      type(communicator_t), intent(in) :: communicator
+      character(len=*), intent(in) :: text
+      type(error_t), intent(inout) :: error
+      character(len=1), allocatable, target :: letters(:)
+      letters = transfer(text, letters, len(text))
+      call file%put_rows('/case', rows_of_byte, [1_i8, len(text, i8)], &
+                         some_rows(0_i8, merge(len(text), 0, communicator%is_root())), c_loc(letters), error)
+   end subroutine put_scene
+
+   !> Collective: a table for each field, and one for id, body and bin; each rank one stretch of rows.
+   subroutine put_particles(file, model, blocks, error)
+      type(hdf5_file_t), intent(in) :: file
+      type(model_t), intent(in) :: model
+      type(block_table_t), intent(in) :: blocks
+      type(error_t), intent(inout) :: error
+      type(file_layout_t) :: where_to
+      real(wp), allocatable, target :: values(:, :)
+      integer(i8), allocatable, target :: own(:, :)
+      integer :: b, f, l, n, done
+      n = int(model%particle_count())
+      where_to = some_rows(0_i8, n)
+      if (n > 0) where_to%offset = blocks%table(5, blocks%first)
+      allocate (own(own_columns, n))
+      done = 0
+      do l = 1, size(model%levels)
+         do b = 1, size(model%levels(l)%blocks)
+            associate (block => model%levels(l)%blocks(b), m => model%levels(l)%blocks(b)%particles%count)
+               own(1, done + 1:done + m) = block%particles%id(:m)
+               own(2, done + 1:done + m) = block%particles%body(:m)
+               own(3, done + 1:done + m) = block%cells%bin(:m)
+               done = done + m
+            end associate
+         end do
+      end do
+      call file%put_rows('/particles/own', rows_of_long, [int(own_columns, i8), blocks%particles], where_to, c_loc(own), error)
+      do f = 1, size(model%levels(1)%table%fields)
+         associate (field => model%levels(1)%table%fields(f))
+            if (allocated(values)) deallocate (values)
+            allocate (values(field%components, n))
+            call pack_field(model, field, values)
+            call file%put_rows('/particles/'//field%name, rows_of_real, [int(field%components, i8), blocks%particles], where_to, &
+                               c_loc(values), error)
+            call file%put_text('/particles/'//field%name, 'unit', field%unit, error)
+         end associate
+      end do
+   end subroutine put_particles
+
+   !> The columns of a field of this rank's particles, as rows.
+   subroutine pack_field(model, field, values)
+      type(model_t), intent(in) :: model
+      type(field_t), intent(in) :: field
+      real(wp), intent(out) :: values(:, :)
+      integer :: b, c, done, l, p
+      done = 0
+      do l = 1, size(model%levels)
+         do b = 1, size(model%levels(l)%blocks)
+            associate (particles => model%levels(l)%blocks(b)%particles)
+               do c = 1, field%components
+                  do p = 1, particles%count
+                     values(c, done + p) = particles%column(p, field%first + c - 1)
+                  end do
+               end do
+               done = done + particles%count
+            end associate
+         end do
+      end do
+   end subroutine pack_field
+
+   !> Collective: the particles of this rank's blocks, wherever they stand in the file, in their order.
+   subroutine get_particles(file, model, blocks, error)
+      type(hdf5_reader_t), intent(in) :: file
+      type(model_t), intent(inout) :: model
+      type(block_table_t), intent(in) :: blocks
+      type(error_t), intent(inout) :: error
+      type(file_layout_t) :: where_from
+      real(wp), allocatable, target :: values(:, :)
+      integer(i8), allocatable, target :: own(:, :)
+      integer, allocatable :: level(:), number(:)
+      integer :: c, done, f, n, p
+      call list_own(model, blocks, level, number, where_from)
+      n = sum(where_from%count)
+      allocate (own(own_columns, n))
+      call file%get_rows('/particles/own', rows_of_long, [int(own_columns, i8), blocks%particles], where_from, c_loc(own), error)
+      if (error%happened()) return
+      done = 0
+      do n = 1, size(level)
+         associate (block => model%levels(level(n))%blocks(number(n)))
+            do p = 1, block%particles%count
+               block%particles%id(p) = own(1, done + p)
+               block%particles%body(p) = int(max(-1_i8, min(own(2, done + p), 2_i8**30)), i4)
+               block%cells%bin(p) = int(max(-1_i8, min(own(3, done + p), 2_i8**30)), i4)
+            end do
+            done = done + block%particles%count
+         end associate
+      end do
+      do f = 1, size(model%levels(1)%table%fields)
+         associate (field => model%levels(1)%table%fields(f))
+            if (allocated(values)) deallocate (values)
+            allocate (values(field%components, sum(where_from%count)))
+            call file%get_rows('/particles/'//field%name, rows_of_real, [int(field%components, i8), blocks%particles], where_from, &
+                               c_loc(values), error)
+            if (error%happened()) return
+            done = 0
+            do n = 1, size(level)
+               associate (particles => model%levels(level(n))%blocks(number(n))%particles)
+                  do c = 1, field%components
+                     do p = 1, particles%count
+                        particles%column(p, field%first + c - 1) = values(c, done + p)
+                     end do
+                  end do
+                  done = done + particles%count
+               end associate
+            end do
+         end associate
+      end do
+   end subroutine get_particles
+
+   !> This rank's blocks in the order of the file, and the rows of their particles.
+   subroutine list_own(model, blocks, level, number, where_from)
+      type(model_t), intent(in) :: model
+      type(block_table_t), intent(in) :: blocks
+      integer, allocatable, intent(out) :: level(:), number(:)
+      type(file_layout_t), intent(out) :: where_from
+      integer :: l, m, n, place(3), rows, runs
+      m = 0
+      do l = 1, size(model%levels)
+         m = m + size(model%levels(l)%blocks)
+      end do
+      allocate (level(m), number(m), where_from%offset(m), where_from%count(m))
+      m = 0
+      runs = 0
+      do n = 1, size(blocks%table, 2)
+         l = int(blocks%table(1, n))
+         place = model%levels(l)%grid%block_place(int(blocks%table(2, n)))
+         if (model%levels(l)%owner_at(place) /= model%communicator%rank) cycle
+         m = m + 1
+         level(m) = l
+         number(m) = model%levels(l)%slot(place(1), place(2), place(3))
+         rows = int(blocks%table(3, n))
+         if (rows == 0) cycle
+         if (runs > 0) then
+            if (where_from%offset(runs) + where_from%count(runs) == blocks%table(5, n)) then
+               where_from%count(runs) = where_from%count(runs) + rows
+               cycle
+            end if
+         end if
+         runs = runs + 1
+         where_from%offset(runs) = blocks%table(5, n)
+         where_from%count(runs) = rows
+      end do
+      where_from%offset = where_from%offset(:runs)
+      where_from%count = where_from%count(:runs)
+   end subroutine list_own
+
+   !> Collective: numbers that all ranks have: written by rank 0, or read by all.
+   subroutine reals_list(self, name, values, error)
+      class(store_t), intent(inout) :: self
+      character(len=*), intent(in) :: name
+      real(wp), intent(inout) :: values(:)
+      type(error_t), intent(inout) :: error
+      real(wp) :: rows(1, size(values))
+      rows(1, :) = values
+      call self%reals_table(name, rows, error)
+      values = rows(1, :)
+   end subroutine reals_list
+
+   subroutine reals_table(self, name, values, error)
+      class(store_t), intent(inout) :: self
+      character(len=*), intent(in) :: name
+      real(wp), intent(inout) :: values(:, :)
+      type(error_t), intent(inout) :: error
+      real(wp), allocatable, target :: numbers(:, :)
+      allocate (numbers, source=values)
+      call self%move(name, rows_of_real, shape(values), c_loc(numbers), error)
+      if (.not. error%happened()) values = numbers
+   end subroutine reals_table
+
+   subroutine longs_list(self, name, values, error)
+      class(store_t), intent(inout) :: self
+      character(len=*), intent(in) :: name
+      integer(i8), intent(inout) :: values(:)
+      type(error_t), intent(inout) :: error
+      integer(i8) :: rows(1, size(values))
+      rows(1, :) = values
+      call self%longs_table(name, rows, error)
+      values = rows(1, :)
+   end subroutine longs_list
+
+   subroutine longs_table(self, name, values, error)
+      class(store_t), intent(inout) :: self
+      character(len=*), intent(in) :: name
+      integer(i8), intent(inout) :: values(:, :)
+      type(error_t), intent(inout) :: error
+      integer(i8), allocatable, target :: numbers(:, :)
+      allocate (numbers, source=values)
+      call self%move(name, rows_of_long, shape(values), c_loc(numbers), error)
+      if (.not. error%happened()) values = numbers
+   end subroutine longs_table
+
+   subroutine move(self, name, kind, extent, numbers, error)
+      class(store_t), intent(inout) :: self
+      character(len=*), intent(in) :: name
+      integer, intent(in) :: kind, extent(2)
+      type(c_ptr), intent(in) :: numbers
+      type(error_t), intent(inout) :: error
+      if (self%writes) then
+         call self%output%put_rows(name, kind, int(extent, i8), &
+                                   some_rows(0_i8, merge(extent(2), 0, self%communicator%is_root())), numbers, error)
+      else
+         call self%input%get_rows(name, kind, int(extent, i8), some_rows(0_i8, extent(2)), numbers, error)
+      end if
+   end subroutine move
+
+   !> All rows of a table, for every rank.
+   pure type(file_layout_t) function all_rows(rows) result(layout)
+      integer(i8), intent(in) :: rows
+      layout = some_rows(0_i8, int(rows))
+   end function all_rows
+
+   !> One stretch of rows; none where it is empty.
+   pure type(file_layout_t) function some_rows(before, rows) result(layout)
+      integer(i8), intent(in) :: before
+      integer, intent(in) :: rows
+      allocate (layout%offset(merge(1, 0, rows > 0)), source=before)
+      allocate (layout%count(merge(1, 0, rows > 0)), source=rows)
+   end function some_rows
+
+end module m_checkpoint

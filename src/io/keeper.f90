@@ -1,0 +1,139 @@
+!> When a run keeps a checkpoint, which ones stay, and whether it ends with one: by its own times, by signals, by its wall limit.
+module m_keeper
+   use m_kinds, only: wp, i8
+   use m_errors, only: error_t
+   use m_text, only: to_text, si, duration
+   use m_timers, only: wall_time, phase_output
+   use m_signals, only: signal_caught, forget_checkpoint_signal, signal_interrupt, signal_user, signal_terminate
+   use m_scene, only: scene_t, checkpoint_spec_t
+   use m_model, only: model_t
+   use m_energy, only: balance_t
+   use m_recorder, only: recorder_t
+   use m_checkpoint, only: write_checkpoint, run_facts_t
+   use m_checkpoint_file, only: remove_checkpoints
+   implicit none
+   private
+   public :: keeper_t
+
+   !> What a rank asks of the run; the largest of all ranks counts.
+   integer, parameter :: asks_checkpoint = 1, asks_end_limit = 2, asks_end_interrupt = 3, asks_end_terminate = 4
+
+   type :: keeper_t
+      private
+      type(checkpoint_spec_t) :: spec
+      logical :: writes = .false.               !< there is a directory
+      logical :: root = .false.
+      character(len=:), allocatable :: directory
+      character(len=:), allocatable :: last     !< path of the newest whole checkpoint here; empty: none
+      integer(i8) :: last_step = -1             !< of it
+      real(wp) :: end_time = 0.0_wp
+      integer :: made = 0                       !< so many multiples of `every` are behind
+      integer :: row = phase_output             !< of the timers
+      real(wp) :: began = 0.0_wp, last_wall = 0.0_wp !< s
+      real(wp) :: longest = 0.0_wp              !< a checkpoint has taken, s
+   contains
+      procedure :: start
+      procedure :: request
+      procedure :: keep
+      procedure, private :: is_due
+   end type keeper_t
+
+contains
+
+   !> Collective: at the beginning of a run, or where it goes on from the checkpoint `last` (empty: not from one in its directory). A
+   !> run that does not go on from its directory removes the checkpoints there: they are of another run.
+   subroutine start(self, scene, model, elapsed, last)
+      class(keeper_t), intent(inout) :: self
+      type(scene_t), intent(in) :: scene
+      type(model_t), intent(inout) :: model
+      real(wp), intent(in) :: elapsed  !< s of the clock on the wall since the program began
+      character(len=*), intent(in) :: last
+      self%spec = scene%checkpoint
+      self%writes = scene%output%present
+      self%root = model%communicator%is_root()
+      self%end_time = scene%end_time
+      self%last = last
+      if (last /= '') self%last_step = model%step
+      self%last_wall = wall_time()
+      self%began = self%last_wall - elapsed
+      if (self%spec%every > 0.0_wp) self%made = int(model%time/self%spec%every*(1.0_wp + 1.0e-12_wp))
+      if (self%spec%present) self%row = model%timers%row_of('checkpoint')
+      if (.not. self%writes) return
+      self%directory = scene%output%directory
+      if (self%root .and. last == '') call remove_checkpoints(self%directory, '', '')
+   end subroutine start
+
+   !> What this rank asks for before a step.
+   integer function request(self)
+      class(keeper_t), intent(in) :: self
+      real(wp) :: now
+      request = 0
+      select case (signal_caught())
+      case (signal_user); request = asks_checkpoint
+      case (signal_interrupt); request = asks_end_interrupt
+      case (signal_terminate); request = asks_end_terminate
+      end select
+      if (.not. self%root) return
+      now = wall_time()
+      if (self%spec%every_wall > 0.0_wp .and. now - self%last_wall >= self%spec%every_wall) request = max(request, asks_checkpoint)
+      if (self%spec%wall_limit > 0.0_wp .and. now - self%began + 2.0_wp*self%longest >= self%spec%wall_limit) &
+         request = max(request, asks_end_limit)
+   end function request
+
+   !> Whether a checkpoint is to be written after this step.
+   pure logical function is_due(self, model)
+      class(keeper_t), intent(in) :: self
+      type(model_t), intent(in) :: model
+      is_due = model%asked >= asks_checkpoint
+      if (self%spec%every > 0.0_wp) is_due = is_due .or. model%time >= (self%made + 1)*self%spec%every*(1.0_wp - 1.0e-12_wp)
+      if (self%spec%every_steps > 0) is_due = is_due .or. mod(model%step, int(self%spec%every_steps, i8)) == 0
+      if (self%spec%present) is_due = is_due .or. model%time >= self%end_time
+      is_due = is_due .and. self%writes .and. model%step /= self%last_step
+   end function is_due
+
+   !> Collective: after a step and all that it writes. `reason` says why the run is to end here; empty: it goes on.
+   subroutine keep(self, scene, model, balance, facts, recorder, reason, error)
+      class(keeper_t), intent(inout) :: self
+      type(scene_t), intent(in) :: scene
+      type(model_t), intent(inout) :: model
+      type(balance_t), intent(inout) :: balance
+      type(run_facts_t), intent(inout) :: facts
+      type(recorder_t), intent(inout) :: recorder
+      character(len=:), allocatable, intent(out) :: reason
+      type(error_t), intent(inout) :: error
+      character(len=:), allocatable :: path
+      reason = ''
+      if (error%happened()) return
+      if (self%is_due(model)) then
+         call model%timers%enter(self%row)
+         self%last_wall = wall_time()
+         call recorder%sync(model%communicator, error)
+         if (.not. error%happened()) call write_checkpoint(self%directory, scene, model, balance, facts, path, error)
+         call model%timers%leave()
+         if (error%happened()) return
+         if (self%root) call remove_checkpoints(self%directory, path, self%last)
+         self%last = path
+         self%last_step = model%step
+         if (self%spec%every > 0.0_wp) self%made = int(model%time/self%spec%every*(1.0_wp + 1.0e-12_wp))
+         self%longest = max(self%longest, wall_time() - self%last_wall)
+         self%last_wall = wall_time()
+         call forget_checkpoint_signal()
+      end if
+      if (model%asked < asks_end_limit .or. model%time >= self%end_time) return
+      select case (model%asked)
+      case (asks_end_limit)
+         reason = 'stopped at its wall limit of '//duration(self%spec%wall_limit)
+      case (asks_end_interrupt)
+         reason = 'stopped by SIGINT'
+      case default
+         reason = 'stopped by SIGTERM'
+      end select
+      reason = reason//', step '//to_text(model%step)//', time '//si(model%time, 's')
+      if (self%writes) then
+         reason = reason//'; to go on: gimp3d --restart '//self%directory
+      else
+         reason = reason//', without a checkpoint: the scene has no &output'
+      end if
+   end subroutine keep
+
+end module m_keeper

@@ -1,0 +1,199 @@
+!> The state of a model besides its particles as tables, and a model from such tables: which blocks there are, and what has been
+!> booked in them.
+module m_restore
+   use mpi_f08
+   use m_kinds, only: wp, i8
+   use m_constants, only: exit_files
+   use m_errors, only: error_t, fail
+   use m_cell_list, only: bins
+   use m_decomposition, only: choose_owners, set_owners, all_owners, blocks_before
+   use m_region, only: make_region
+   use m_model, only: model_t
+   implicit none
+   private
+   public :: take_blocks, restore_blocks, check_particles
+
+   integer, parameter, public :: table_width = 5, bounds_width = 9
+
+   !> All blocks of all levels that exist, a row each: rank by rank, and there by level and index, as their particles stand in a file.
+   type, public :: block_table_t
+      integer(i8), allocatable :: table(:, :) !< level, index, particles, rank, rows of particles before: (table_width, blocks)
+      real(wp), allocatable :: bounds(:, :)   !< lowest and highest place of centres, m; work booked by kinds, loss booked, J
+      integer :: first = 0                    !< row of this rank's first block
+      integer :: own = 0                      !< this rank's rows
+      integer(i8) :: particles = 0            !< of all ranks
+   end type block_table_t
+
+contains
+
+   !> Collective: the table of a model's blocks. Every rank has all of `table`, and the bounds of its own blocks (others: zero).
+   subroutine take_blocks(model, blocks)
+      type(model_t), intent(in) :: model
+      type(block_table_t), intent(out) :: blocks
+      integer, allocatable :: owner(:), counts(:)
+      integer(i8) :: before
+      integer :: b, index, l, n, rank
+      owner = all_owners(model%levels)
+      allocate (counts(size(owner)), source=0)
+      do l = 1, size(model%levels)
+         do b = 1, size(model%levels(l)%blocks)
+            counts(blocks_before(model%levels, l) + model%levels(l)%blocks(b)%index) = model%levels(l)%blocks(b)%particles%count
+         end do
+      end do
+      call MPI_Allreduce(MPI_IN_PLACE, counts, size(counts), MPI_INTEGER, MPI_SUM, model%communicator%comm)
+      allocate (blocks%table(table_width, count(owner >= 0)))
+      allocate (blocks%bounds(bounds_width, size(blocks%table, 2)), source=0.0_wp)
+      n = 0
+      before = 0
+      do rank = 0, model%communicator%ranks - 1
+         if (rank == model%communicator%rank) blocks%first = n + 1
+         do l = 1, size(model%levels)
+            associate (first => blocks_before(model%levels, l))
+               do index = 1, product(model%levels(l)%grid%blocks)
+                  if (owner(first + index) /= rank) cycle
+                  n = n + 1
+                  blocks%table(:, n) = [int(l, i8), int(index, i8), int(counts(first + index), i8), int(rank, i8), before]
+                  before = before + counts(first + index)
+               end do
+            end associate
+         end do
+         if (rank == model%communicator%rank) blocks%own = n + 1 - blocks%first
+      end do
+      blocks%particles = before
+      n = blocks%first - 1
+      do l = 1, size(model%levels)
+         do b = 1, size(model%levels(l)%blocks)
+            n = n + 1
+            associate (block => model%levels(l)%blocks(b))
+               blocks%bounds(:, n) = [block%lowest, block%highest, model%effect_step(l)%booked(block%index), &
+                                      model%lost_in_merging(blocks_before(model%levels, l) + block%index)]
+            end associate
+         end do
+      end do
+   end subroutine take_blocks
+
+   !> Collective: give an empty model its regions and blocks, those with the room for their particles that are to be read. On as many
+   !> ranks as were there before, blocks go to the rank that had them; else they are placed anew. All ranks have the whole table.
+   subroutine restore_blocks(model, regions, ranks, blocks, error)
+      type(model_t), intent(inout) :: model
+      integer(i8), intent(in) :: regions(:, :) !< sides of the levels' boxes in nodes, low and high: (6, levels)
+      integer(i8), intent(in) :: ranks         !< that the table is of
+      type(block_table_t), intent(inout) :: blocks
+      type(error_t), intent(inout) :: error
+      integer, allocatable :: counts(:), owner(:)
+      integer :: b, l, n
+      call check_table(model, ranks, blocks, error)
+      call check_regions(model, regions, error)
+      if (error%happened()) return
+      do l = 2, size(model%levels)
+         model%levels(l)%region = make_region(model%levels(l)%grid, int(regions(1:3, l)), int(regions(4:6, l)))
+      end do
+      allocate (counts(blocks_before(model%levels, size(model%levels) + 1)), source=-1)
+      allocate (owner(size(counts)), source=-1)
+      do n = 1, size(blocks%table, 2)
+         associate (number => blocks_before(model%levels, int(blocks%table(1, n))) + int(blocks%table(2, n)))
+            counts(number) = int(blocks%table(3, n))
+            owner(number) = int(blocks%table(4, n))
+         end associate
+      end do
+      if (ranks /= model%communicator%ranks) then
+         call choose_owners(model%communicator, model%levels, counts, owner, error)
+         if (error%happened()) return
+      end if
+      call set_owners(model%levels, owner)
+      call model%connect()
+      do n = 1, size(blocks%table, 2)
+         l = int(blocks%table(1, n))
+         b = own_block(model, l, int(blocks%table(2, n)))
+         if (b == 0) cycle
+         associate (block => model%levels(l)%blocks(b))
+            call block%reserve(max(1, int(blocks%table(3, n))), model%levels(l)%table%columns)
+            block%particles%count = int(blocks%table(3, n))
+            block%cells%current = .false.
+            block%lowest = blocks%bounds(1:3, n)
+            block%highest = blocks%bounds(4:6, n)
+            call model%effect_step(l)%book(block%index, blocks%bounds(7:8, n))
+            model%lost_in_merging(blocks_before(model%levels, l) + block%index) = blocks%bounds(9, n)
+         end associate
+      end do
+      do l = 1, size(model%levels)
+         call model%levels(l)%size_work()
+      end do
+   end subroutine restore_blocks
+
+   !> Number here of the block of a level with an index; 0 where it is another rank's.
+   pure integer function own_block(model, l, index) result(b)
+      type(model_t), intent(in) :: model
+      integer, intent(in) :: l, index
+      integer :: place(3)
+      place = model%levels(l)%grid%block_place(index)
+      b = 0
+      if (model%levels(l)%owner_at(place) == model%communicator%rank) b = model%levels(l)%slot(place(1), place(2), place(3))
+   end function own_block
+
+   !> Rows of the table are blocks of this grid, each once, and their particles follow one another.
+   subroutine check_table(model, ranks, blocks, error)
+      type(model_t), intent(in) :: model
+      integer(i8), intent(in) :: ranks
+      type(block_table_t), intent(in) :: blocks
+      type(error_t), intent(inout) :: error
+      logical, allocatable :: seen(:)
+      integer(i8) :: before
+      integer :: n
+      logical :: good
+      allocate (seen(blocks_before(model%levels, size(model%levels) + 1)), source=.false.)
+      before = 0
+      good = size(blocks%table, 2) > 0 .and. ranks > 0
+      do n = 1, size(blocks%table, 2)
+         if (good) good = blocks%table(1, n) >= 1 .and. blocks%table(1, n) <= size(model%levels)
+         if (good) good = blocks%table(2, n) >= 1 .and. &
+                          blocks%table(2, n) <= product(model%levels(int(blocks%table(1, n)))%grid%blocks)
+         if (good) good = blocks%table(3, n) >= 0 .and. blocks%table(4, n) >= 0 .and. blocks%table(4, n) < ranks &
+                          .and. blocks%table(5, n) == before .and. blocks%table(3, n) <= blocks%particles - before
+         if (.not. good) exit
+         before = before + blocks%table(3, n)
+         associate (number => blocks_before(model%levels, int(blocks%table(1, n))) + int(blocks%table(2, n)))
+            good = .not. seen(number)
+            seen(number) = .true.
+         end associate
+      end do
+      if (good) good = before == blocks%particles
+      if (.not. good) call fail(error, exit_files, 'its blocks are not those of its scene')
+   end subroutine check_table
+
+   subroutine check_regions(model, regions, error)
+      type(model_t), intent(in) :: model
+      integer(i8), intent(in) :: regions(:, :)
+      type(error_t), intent(inout) :: error
+      integer :: l
+      do l = 2, size(model%levels)
+         if (all(regions(1:3, l) >= 0) .and. all(regions(4:6, l) <= model%levels(l)%grid%cells) .and. &
+             all(regions(1:3, l) < regions(4:6, l)) .and. all(modulo(regions(:, l), 2_i8) == 0)) cycle
+         call fail(error, exit_files, 'its levels are not those of its scene')
+      end do
+   end subroutine check_regions
+
+   !> Collective: what has been read of the particles can be computed with: bins, bodies, places.
+   subroutine check_particles(model, error)
+      type(model_t), intent(in) :: model
+      type(error_t), intent(inout) :: error
+      integer :: b, l, n
+      logical :: good
+      good = .true.
+      do l = 1, size(model%levels)
+         do b = 1, size(model%levels(l)%blocks)
+            associate (block => model%levels(l)%blocks(b), x => model%levels(l)%layout%position, cell => model%levels(l)%grid%cell)
+               n = block%particles%count
+               good = good .and. all(block%cells%bin(:n) >= 1 .and. block%cells%bin(:n) <= bins) .and. &
+                      all(block%particles%body(:n) >= 1 .and. block%particles%body(:n) <= size(model%materials%of_body)) .and. &
+                      all(block%particles%id(:n) > 0)
+               if (n > 0 .and. good) good = all(minval(block%particles%column(:n, x:x + 2), dim=1) >= block%origin - cell) .and. &
+                                            all(maxval(block%particles%column(:n, x:x + 2), dim=1) <= block%origin + 9*cell)
+            end associate
+         end do
+      end do
+      if (.not. good) call fail(error, exit_files, 'its particles are not those of its scene')
+      call model%communicator%agree(error)
+   end subroutine check_particles
+
+end module m_restore
