@@ -134,7 +134,7 @@ contains
          call fail(error, exit_input, group//' '//new//' was not there in '//path//'; '//may_differ)
       else if (is_variable(old)) then
          call fail(error, exit_input, group//' '//old//' is missing, it was there in '//path//'; '//may_differ)
-      else if (index(old, '&') == 1) then
+      else if (old /= '' .and. (new == '' .or. index(before(min(at_old, len(before)):), new) > 0)) then
          call fail(error, exit_input, 'a group '//old//' is missing, it was there in '//path//'; '//may_differ)
       else
          call fail(error, exit_input, 'the group '//new//' was not there in '//path//'; '//may_differ)

@@ -13,7 +13,7 @@ module m_checkpoint_file
    use m_text, only: to_text
    implicit none
    private
-   public :: checkpoint_name, seal_checkpoint, find_checkpoint, remove_checkpoints
+   public :: checkpoint_name, seal_checkpoint, find_checkpoint, remove_checkpoints, remove_parts
 
    integer, parameter, public :: seal_length = 512
    integer, parameter, public :: checkpoint_format = 1
@@ -186,6 +186,18 @@ contains
       if (communicator%is_root()) inquire (file=path, size=bytes)
       bytes = communicator%sum_count(bytes)
    end function size_of
+
+   !> One rank: remove what was begun of checkpoints in a directory; those that are whole stay.
+   subroutine remove_parts(directory)
+      character(len=*), intent(in) :: directory
+      type(path_t), allocatable :: paths(:)
+      integer :: n
+      logical :: ignored
+      call list_files(directory, any_checkpoint//'.part*', paths)
+      do n = 1, size(paths)
+         call remove_file(paths(n)%text, ignored)
+      end do
+   end subroutine remove_parts
 
    !> One rank: remove the checkpoints of a directory, and what was begun of some, but for those to be kept (paths; may be empty).
    subroutine remove_checkpoints(directory, keep, keep_too)

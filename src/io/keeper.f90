@@ -10,7 +10,7 @@ module m_keeper
    use m_energy, only: balance_t
    use m_recorder, only: recorder_t
    use m_checkpoint, only: write_checkpoint, run_facts_t
-   use m_checkpoint_file, only: remove_checkpoints
+   use m_checkpoint_file, only: remove_checkpoints, remove_parts
    implicit none
    private
    public :: keeper_t
@@ -60,7 +60,9 @@ contains
       if (self%spec%present) self%row = model%timers%row_of('checkpoint')
       if (.not. self%writes) return
       self%directory = scene%output%directory
-      if (self%root .and. last == '') call remove_checkpoints(self%directory, '', '')
+      if (.not. self%root) return
+      if (last == '') call remove_checkpoints(self%directory, '', '')
+      call remove_parts(self%directory)
    end subroutine start
 
    !> What this rank asks for before a step.

@@ -1,0 +1,64 @@
+"""Straight runs against runs that are stopped and go on."""
+import shutil
+from restarts import *
+
+ENDS = {"levels": 0.025, "splitting": 0.09, "plastic": 0.03}
+TEXTS = {"levels": LEVELS, "splitting": SPLITTING, "plastic": PLASTIC}
+
+
+def chain(name, text, directory, ranks, straight):
+    """Stop after a first checkpoint on each number of ranks but the last."""
+    stops = []
+    for position, n in enumerate(ranks):
+        first = position == 0
+        if position == len(ranks) - 1:
+            output = run(n, restart=directory)
+            require(f"{name}: says where it goes on", "goes on    from" in output)
+            continue
+        status, output = part_run(n, directory, text if first else None, None if first else directory)
+        if status not in (0, 5):
+            require(f"{name} on {n} ranks: status {status}: {output[-500:]}", False)
+        if status == 0:
+            break
+        stops.append(newest_step(directory))
+    require(f"{name}, ranks {ranks}: stopped at steps {stops}", len(stops) >= 1 and stops == sorted(set(stops)))
+    return same(f"{name}, ranks {ranks}", straight, directory)
+
+
+for name, text in TEXTS.items():
+    straight = f"{name}_straight"
+    run(1, scene(text, straight, end=ENDS[name]), what=name)
+    whole = everything(sorted(Path(straight).glob("particles_*.h5"))[-1])
+    if name == "splitting":
+        first = everything(sorted(Path(straight).glob("particles_*.h5"))[0])
+        require("splitting: particles were split", len(whole["VTKHDF/PointData/id"]) > len(first["VTKHDF/PointData/id"]))
+    if name == "plastic":
+        require("plastic: there was plastic flow", whole["VTKHDF/PointData/plastic_strain"].max() > 1e-3)
+    if name == "levels":
+        require("levels: particles on both", set(whole["VTKHDF/PointData/level"].ravel()) == {1.0, 2.0})
+    chain(name, scene(text, f"{name}_1", "every_steps=9", end=ENDS[name]), f"{name}_1", [1, 1, 1], straight)
+    if name != "splitting":
+        chain(name, scene(text, f"{name}_2", "every_steps=11", end=ENDS[name]), f"{name}_2", [2, 2], straight)
+    chain(name, scene(text, f"{name}_m", "every_steps=7", end=ENDS[name]), f"{name}_m", [1, 2, 4, 1], straight)
+
+# contact: the same bits on the same ranks; to the tolerance of its solver on others
+for ranks in (1, 2):
+    straight = f"contact_straight_{ranks}"
+    run(ranks, scene(CONTACT, straight, end=0.02, every=0.01))
+    chain(f"contact on {ranks}", scene(CONTACT, f"contact_{ranks}", "every_steps=8", end=0.02, every=0.01), f"contact_{ranks}",
+          [ranks, ranks], straight)
+part_run(1, "contact_m", scene(CONTACT, "contact_m", "every_steps=8", end=0.02, every=0.01))
+run(2, restart="contact_m")
+a = np.loadtxt("contact_straight_1/tool_ball.dat", skiprows=4)
+b = np.loadtxt("contact_m/tool_ball.dat", skiprows=4)
+require("contact from 1 to 2 ranks: as many rows", a.shape == b.shape)
+if a.shape == b.shape:
+    off = np.abs(a[:, 2:5] - b[:, 2:5]).max() / np.abs(a[:, 2:5]).max()
+    require(f"contact from 1 to 2 ranks: loads differ by {off:.1e}", off < 1e-5)
+
+# what compares bits must see one
+shutil.copytree("plastic_straight", "planted")
+with h5py.File(sorted(Path("planted").glob("particles_*.h5"))[-1], "r+") as file:
+    file["VTKHDF/Points"][5, 1] = np.nextafter(file["VTKHDF/Points"][5, 1], 9)
+require("planted: one changed bit is noticed", len(differences("plastic_straight", "planted")) == 1)
+finish()

@@ -1,0 +1,77 @@
+"""What a run does on signals and at its wall limit."""
+from restarts import *
+
+END = 0.4
+
+
+def send(process, ranks, number):
+    for pid in ranks_of(process, ranks)[-1:]:
+        os.kill(pid, number)
+
+
+def rows(directory):
+    path = Path(directory) / "energy.dat.part"
+    return len(path.read_text().splitlines()) if path.exists() else 0
+
+
+run(1, scene(PLASTIC, "straight", end=END, every=0.2, history=0.001))
+for ranks in (1, 2):
+    directory = f"signals_{ranks}"
+    process = start(ranks, scene(PLASTIC, directory, end=END, every=0.2, history=0.001)) # without a &checkpoint
+    require(f"{ranks} ranks: begins", wait_for(lambda: Path(directory, "energy.dat.part").exists(), process))
+    time.sleep(0.2)
+    send(process, ranks, signal.SIGUSR1)
+    require(f"{ranks} ranks: SIGUSR1 makes a checkpoint", wait_for(lambda: len(checkpoints(directory)) > 0, process))
+    require(f"{ranks} ranks: and the run goes on", process.poll() is None)
+    send(process, ranks, signal.SIGTERM)
+    output = process.communicate()[0]
+    require(f"{ranks} ranks: SIGTERM ends with status {process.returncode}", process.returncode == 5)
+    require(f"{ranks} ranks: {said(output)}", "stopped by SIGTERM, step " in said(output) and directory in said(output))
+    require(f"{ranks} ranks: no parts are left", not list(Path(directory).glob("*.part")))
+    process = start(ranks, restart=directory)
+    time.sleep(0.6 if ranks == 1 else 1.5)
+    if process.poll() is None:
+        send(process, ranks, signal.SIGINT)
+        output = process.communicate()[0]
+        require(f"{ranks} ranks: SIGINT ends with status {process.returncode}",
+                process.returncode == 5 and "stopped by SIGINT" in said(output) or process.returncode == 0)
+    run(ranks, restart=directory)
+    same(f"{ranks} ranks: after USR1, TERM and INT", "straight", directory)
+
+# mpirun hands the signal on to all ranks, and ends with a status of its own; by itself it leaves them one second
+os.environ["OMPI_MCA_odls_base_sigkill_timeout"] = "30"
+process = start(2, scene(PLASTIC, "launcher", end=END, every=0.2, history=0.001))
+wait_for(lambda: Path("launcher", "energy.dat.part").exists(), process)
+time.sleep(0.3)
+process.send_signal(signal.SIGUSR1)
+require("mpirun passes SIGUSR1 on", wait_for(lambda: len(checkpoints("launcher")) > 0, process))
+process.send_signal(signal.SIGTERM)
+output = process.communicate()[0]
+require("mpirun passes SIGTERM on", "stopped by SIGTERM" in output and process.returncode != 0)
+run(1, restart="launcher")
+same("after signals to mpirun", "straight", "launcher")
+
+# the limit on the wall; going on with another one
+output = run(1, scene(PLASTIC, "limit", "wall_limit=0.3", end=END, every=0.2, history=0.001), expect=5)
+require(said(output), "stopped at its wall limit of 0.3 s" in said(output))
+require("wall limit: a checkpoint", len(checkpoints("limit")) == 1)
+text = scene(PLASTIC, "limit", end=END, every=0.2, history=0.001).replace("&scene", "&scene restart='limit',")
+run(1, text, what="limit")
+same("after the wall limit", "straight", "limit")
+
+# checkpoints by the scene's time, by steps, by the wall; the last two stay; none without a wish
+for wish in ("every=0.03", "every_steps=50", "every_wall=0.05", ""):
+    name = "wish_" + wish.split("=")[0]
+    run(1, scene(PLASTIC, name, wish, end=END, every=0.2, history=0.001))
+    found = [step_of(path) for path in checkpoints(name)]
+    require(f"&checkpoint {wish}: {found}", len(found) == (2 if wish else 1))
+    same(f"&checkpoint {wish}", "straight", name)
+require("without &checkpoint there is none", not checkpoints("straight"))
+
+# no &output: no checkpoint, but the run ends
+process = start(1, PLASTIC.format(end=10))
+time.sleep(0.5)
+process.send_signal(signal.SIGTERM)
+output = process.communicate()[0]
+require(f"no &output: {said(output)}", process.returncode == 5 and "no &output" in said(output))
+finish()
