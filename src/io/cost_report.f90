@@ -23,8 +23,8 @@ module m_cost_report
 
 contains
 
-   !> Collective: write `path`, and give every rank the lines of a table. A row's cost per particle-step (ns) is the time of all
-   !> ranks together over all particle-steps; its share is of the elapsed time.
+   !> Collective: write `path` (no file if it is empty), and give every rank the lines of a table. A row's cost per particle-step
+   !> (ns) is the time of all ranks together over all particle-steps; its share is of the elapsed time.
    subroutine write_cost_report(communicator, cost, path, lines, error)
       type(communicator_t), intent(in) :: communicator
       type(cost_t), intent(in) :: cost
@@ -36,6 +36,7 @@ contains
       integer :: r
       call gather(communicator, cost, values)
       call make_lines(communicator, cost, values, lines)
+      if (path == '') return
       call table%open(communicator, path, header(communicator, cost), error)
       do r = 1, size(values, 2)
          if (.not. error%happened()) call table%append(values(:, r), error)

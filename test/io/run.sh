@@ -21,6 +21,13 @@ for n in $RANKS; do
    done
    written="$written ranks_$n"
 done
+for n in 1 2; do
+   mkdir -p "bare_$n"
+   (cd "bare_$n" && run_scene "$n" "$ROOT/test/io/no_output.nml" ../bare.log && [ -z "$(ls -A)" ] && grep -q '^finished: ' ../bare.log)
+   status=$?
+   [ $status -eq 0 ] || cat bare.log
+   count "a scene without &output on $n" $status
+done
 "$PYTHON" "$ROOT/test/io/read_back.py" $written >read_back.log 2>&1
 count 'read_back.py' $?
 sum=$(tail -n 1 read_back.log)
