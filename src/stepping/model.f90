@@ -51,6 +51,7 @@ module m_model
       real(wp) :: time = 0.0_wp                       !< s
       integer(i8) :: step = 0
       integer(i8) :: particle_steps = 0               !< particle updates on this rank so far
+      integer(i8), allocatable :: level_steps(:)      !< of these, those on each level
       integer(i8) :: splits = 0                       !< particles that this rank has made by splitting others
       integer(i8) :: particle_steps_at_rest = 0       !< of these, how many had nothing to do
       logical :: skip_at_rest = .true.                !< leave out blocks that are at rest: the same bits, less time
@@ -162,6 +163,7 @@ contains
       n = 1
       if (has_levels(scene)) n = 1 + size(scene%levels)
       allocate (self%levels(n), self%effect_step(n), self%exchange(n), self%migration(n), self%composite(n))
+      allocate (self%level_steps(n), source=0_i8)
       do l = 1, n
          self%levels(l)%number = l
          self%levels(l)%grid = make_grid_level(scene%grid, l)

@@ -164,22 +164,22 @@ def check_vtkhdf(path, step):
     need(time is not None and time.GetValue(0) == time_of(step), f"{path}: TimeValue of the reader")
 
 
-def times_of(reader, path):
-    """A reader of an animation, with the right times."""
+def times_in(reader, path):
+    """The times of an animation that a reader has been given."""
     need(os.path.isfile(path), f"{path}: not there")
     reader.SetFileName(path)
     reader.UpdateInformation()
     key = vtk.vtkStreamingDemandDrivenPipeline.TIME_STEPS()
     information = reader.GetOutputInformation(0)
     need(information.Has(key), f"{path}: no times")
-    need_equal(information.Get(key), [time_of(s) for s in STEPS], f"{path}: times", 1e-15)
+    return information.Get(key)
 
 
 def check_xdmf(path):
     """An animation with the right times, each frame read."""
     reader = vtk.vtkXdmfReader()
     complaints = Complaints(reader)
-    times_of(reader, path)
+    need_equal(times_in(reader, path), [time_of(s) for s in STEPS], f"{path}: times", 1e-15)
     for step in STEPS:
         reader.UpdateTimeStep(time_of(step))
         check_grid(vtk_grid(reader.GetOutputDataObject(0), path), step, f"{path} at step {step}", split=True)
@@ -190,7 +190,7 @@ def check_outlines(path):
     """The twelve edges of the box of each level, moving in time."""
     reader = vtk.vtkXdmfReader()
     complaints = Complaints(reader)
-    times_of(reader, path)
+    need_equal(times_in(reader, path), [time_of(s) for s in STEPS], f"{path}: times", 1e-15)
     for step in STEPS:
         reader.UpdateTimeStep(time_of(step))
         what = f"{path} at step {step}"
@@ -227,7 +227,7 @@ def check_boxes(path, step):
 
 
 def check_tecplot(path, step, zones=None):
-    """Header and every value by numpy; then what VTK's reader makes of it. `zones`: number and particles of each; one of number 0."""
+    """Header and every value by numpy; then what VTK's reader makes of it. `zones`: number and particles of each, else one."""
     count, position, ids, fields = particles(step)
     table = numpy.hstack([position, *fields.values()])
     with open(path, encoding="ascii") as file:
