@@ -196,7 +196,7 @@ contains
                if (self%model%method%subcycle) step = 0.5_wp*step
             end if
             own(l) = cells_in_box(level)
-            if (l > 1) own(l - 1) = own(l - 1) - own(l)/8
+            if (l < n) own(l) = own(l) - cells_in_box(self%model%levels(l + 1))/8
             blocks = self%communicator%sum_count(int(size(level%blocks), i8))
             particles = self%communicator%sum_count(level%particle_count())
             call self%console%line('level '//to_text(l)//'    '//place_text(lower)//' to '//place_text(upper)//', '// &
