@@ -150,6 +150,7 @@ contains
       if (new_blocks) call model%create_blocks()
       call model%migration(l)%move_leavers(model%communicator, model%levels(l), model%exchange(l)%ranks)
       model%particle_steps = model%particle_steps + model%levels(l)%particle_count()
+      model%level_steps(l) = model%level_steps(l) + model%levels(l)%particle_count()
       if (l < size(model%levels)) call change_pair(model, l)
       call model%timers%leave()
    end subroutine move_particles
