@@ -49,6 +49,7 @@ module m_composite
       procedure :: restrict_change
       procedure :: add_to_parents
       procedure :: replace_in_parents
+      procedure :: take_back_lead
       procedure :: hand_down
       procedure :: correct
       procedure :: send_down
@@ -248,8 +249,8 @@ contains
       end do
    end subroutine clear_covered
 
-   !> What the slaves were given, to the cubes: mass, momentum, force, with the weights of eq. slaves. `solved` of the finer level
-   !> holds sums. Kept as that of a first step.
+   !> What the slaves were given, to the cubes: mass (1 and 8), momentum, force, with the weights of eq. slaves. `solved` of the finer
+   !> level holds sums. Kept as that of a first step.
    subroutine restrict(self, communicator, fine)
       class(composite_t), intent(inout) :: self
       type(communicator_t), intent(in) :: communicator
@@ -259,6 +260,7 @@ contains
          call gather_slaves(self%edges(e), fine%solved(:, :, :, :, self%edges(e)%block), fine%layout%gradient > 0, &
                             self%up(:, :, :, :, e))
       end do
+      self%up(8, :, :, :, :self%own) = self%up(1, :, :, :, :self%own)
       self%first = self%up(:, :, :, :, :self%own)
       call self%exchange(communicator, self%up, upwards=.true.)
    end subroutine restrict
@@ -387,6 +389,26 @@ contains
       call add_cubes(self, coarse)
    end subroutine replace_in_parents
 
+   !> What finer particles carry has the label of their own time step: it is a quarter of the coarser step ahead (theory.md, eq.
+   !> labels). The nodes of block b, just solved, take that back.
+   pure subroutine take_back_lead(self, coarse, b, time_step)
+      class(composite_t), intent(in) :: self
+      type(level_t), intent(inout) :: coarse
+      integer, intent(in) :: b
+      real(wp), intent(in) :: time_step !< of the coarser level, s
+      integer :: i, j, k
+      if (.not. self%receives(b)) return
+      do k = 0, tile_last
+         do j = 0, tile_last
+            do i = 0, tile_last
+               associate (node => coarse%solved(:, i, j, k, b))
+                  if (node(8) > 0.0_wp) node(2:4) = node(2:4) - 0.25_wp*time_step*node(8)/node(1)*node(5:7)
+               end associate
+            end do
+         end do
+      end do
+   end subroutine take_back_lead
+
    !> The motion of the coarser nodes to the cubes: velocity at the end of their step, acceleration.
    subroutine hand_down(self, coarse)
       class(composite_t), intent(inout) :: self
@@ -417,9 +439,10 @@ contains
       real(wp), intent(in) :: time_step !< of the coarser level, s
       real(wp), intent(in) :: flip_fraction
       real(wp), intent(inout) :: change(node_values, 0:tile_last, 0:tile_last, 0:tile_last)
-      real(wp) :: half, begun(3), start(3), later(3)
+      real(wp) :: half, mixed, begun(3), start(3), later(3), carried(3)
       integer :: e, i, j, k
       half = 0.5_wp*time_step
+      mixed = 1.0_wp - flip_fraction
       do k = 0, tile_last
          do j = 0, tile_last
             do i = 0, tile_last
@@ -428,15 +451,13 @@ contains
                      given(2:7) = 0.0_wp ! no slaves, at neither time
                      cycle
                   end if
-                  begun = node(2:4) - half*node(5:7)        ! velocity after the first half, if the mass had stayed
-                  later = node(1)*node(5:7) + given(5:7)    ! force of the second half
-                  if (node(1) < 0.5_wp*given(1)) then
-                     start = ((given(1) - given(8))*begun + given(2:4))/given(1)
-                  else
-                     start = begun
-                     later = later + (1.0_wp - flip_fraction)/half*(given(2:4) - given(8)*begun)
-                  end if
-                  given(5:7) = half*(later/given(1) - node(5:7))
+                  begun = node(2:4) - half*node(5:7)     ! velocity after the first half
+                  later = node(1)*node(5:7) + given(5:7) ! force of the second
+                  carried = (given(1) - given(8))*begun + given(2:4)
+                  start = begun
+                  if (node(1) < 0.5_wp*given(1)) start = (carried - 0.5_wp*half*given(8)*node(5:7))/given(1)
+                  later = later + mixed/half*(carried - given(1)*start)
+                  given(5:7) = half*(later/(given(1) + 0.5_wp*mixed*given(8)) - node(5:7))
                   given(2:4) = start - begun + given(5:7)
                end associate
             end do
@@ -463,7 +484,7 @@ contains
    pure subroutine set_slaves(self, b, remaining, tile)
       class(composite_t), intent(in) :: self
       integer, intent(in) :: b              !< the block's number here
-      real(wp), intent(in) :: remaining     !< time from the end of this step to that of the coarser one, s
+      real(wp), intent(in) :: remaining     !< time from where velocities of this step stand to where those of the coarser one do, s
       real(wp), intent(inout) :: tile(node_values, 0:tile_last, 0:tile_last, 0:tile_last)
       real(wp) :: motion(6), share
       integer :: e, s, at(3), low(3), high(3), i, j, k

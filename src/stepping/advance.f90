@@ -105,15 +105,15 @@ contains
       call model%composite(l + 1)%hand_down(model%levels(l))
       call model%composite(l + 1)%send_down(model%communicator)
       if (.not. model%method%subcycle) then
-         call advance_level(model, l + 1, clock, error)
+         call advance_level(model, l + 1, clock_t(clock%time, clock%step), error)
          return
       end if
       half = 0.5_wp*clock%step
-      call advance_level(model, l + 1, clock_t(clock%time, half, half), error)
+      call advance_level(model, l + 1, clock_t(clock%time, half, 0.5_wp*half), error)
       if (error%happened()) return
       call gather_levels(model, l + 1, clock%time + half)
       call correct(model, l, clock)
-      call advance_level(model, l + 1, clock_t(clock%time + half, half), error)
+      call advance_level(model, l + 1, clock_t(clock%time + half, half, -0.5_wp*half), error)
    end subroutine advance_finer
 
    !> Collective: the solved nodes of level l take what its own step does not know of the two steps of the finer level.

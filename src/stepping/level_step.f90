@@ -34,7 +34,7 @@ module m_level_step
    type :: clock_t
       real(wp) :: time = 0.0_wp      !< at its beginning, s
       real(wp) :: step = 0.0_wp      !< its length, s
-      real(wp) :: remaining = 0.0_wp !< from its end to that of the step of the coarser level, s
+      real(wp) :: remaining = 0.0_wp !< from where its velocities stand, in its middle, to the middle of the coarser level's step, s
    end type clock_t
 
 contains
@@ -137,6 +137,8 @@ contains
          e = 0
          if (l > 1) e = model%composite(l)%edge_of(b)
          call solve_nodes(model%levels(l)%solved(:, :, :, :, b), clock%step)
+         if (model%method%subcycle .and. l < size(model%levels)) &
+            call model%composite(l + 1)%take_back_lead(model%levels(l), b, clock%step)
          if (e > 0) call model%composite(l)%set_slaves(b, clock%remaining, model%levels(l)%solved(:, :, :, :, b))
          if (size(model%effect_step(l)%on_nodes) > 0 .and. clock%step > 0.0_wp) then
             if (e > 0) then

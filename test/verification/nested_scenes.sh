@@ -1,0 +1,4 @@
+#!/bin/sh
+# Scenes on nested levels beside one level: a sphere on levels that stay and move, E5.
+. "$(dirname "$0")/../harness/env.sh"
+"$PYTHON" "$ROOT/test/verification/nested_scenes.py" moving patch
