@@ -299,8 +299,9 @@ contains
       resting = self%communicator%sum_count(self%model%particle_steps_at_rest)
       splits = self%communicator%sum_count(self%model%splits)
       at_end = self%communicator%sum_count(self%model%particle_count())
-      messages = self%communicator%maximum(real(sum(self%model%exchange%messages), wp)/self%model%step)
-      bytes = self%communicator%maximum(real(sum(self%model%exchange%bytes), wp)/self%model%step)
+      messages = self%communicator%maximum(real(sum(self%model%exchange%messages) + sum(self%model%composite%messages), wp) &
+                                           /self%model%step)
+      bytes = self%communicator%maximum(real(sum(self%model%exchange%bytes) + sum(self%model%composite%bytes), wp)/self%model%step)
       bridge = self%communicator%maximum(self%model%contact%worst_bridge)
       late = contact_share(self)
       cost%timers = self%model%timers

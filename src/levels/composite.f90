@@ -35,6 +35,8 @@ module m_composite
       logical, allocatable :: is_parent(:)  !< of this rank's blocks of the coarser level
       logical, allocatable :: receives(:)   !< they hold nodes on which slaves depend: parents and the blocks next to them
       logical, allocatable, private :: adds(:) !< blocks next to those
+      integer :: messages_each(2) = 0       !< sent by this rank in one exchange, up and down
+      integer(i8) :: bytes_each(2) = 0
       integer(i8) :: messages = 0, bytes = 0 !< sent by this rank over the run
       integer, allocatable, private :: by_index(:) !< edges with their parent here, by rising index of the block
       real(wp), allocatable, private :: up(:, :, :, :, :), down(:, :, :, :, :) !< (node_values, 0:5, 0:5, 0:5, edges)
@@ -216,6 +218,8 @@ contains
          call make_type(pack([(e - 1, e=self%own + 1, size(other))], other(self%own + 1:) == self%ranks(r)), &
                         self%of_parents(r), self%cubes(2, r))
       end do
+      self%messages_each = count(self%cubes > 0, dim=2)
+      self%bytes_each = 8_i8*node_values*(cube_last + 1)**3*sum(self%cubes, dim=2)
    end subroutine make_messages
 
    !> The datatype of some cubes of a pool.
