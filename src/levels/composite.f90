@@ -51,7 +51,6 @@ module m_composite
       procedure :: restrict_change
       procedure :: add_to_parents
       procedure :: replace_in_parents
-      procedure :: take_back_lead
       procedure :: hand_down
       procedure :: correct
       procedure :: send_down
@@ -253,33 +252,38 @@ contains
       end do
    end subroutine clear_covered
 
-   !> What the slaves were given, to the cubes: mass (1 and 8), momentum, force, with the weights of eq. slaves. `solved` of the finer
-   !> level holds sums. Kept as that of a first step.
-   subroutine restrict(self, communicator, fine)
+   !> What the slaves were given, to the cubes: mass, momentum less what it is ahead by, force, with the weights of eq. slaves.
+   !> `solved` of the finer level holds sums. Kept as that of a first step.
+   subroutine restrict(self, communicator, fine, half)
       class(composite_t), intent(inout) :: self
       type(communicator_t), intent(in) :: communicator
       type(level_t), intent(in) :: fine
+      real(wp), intent(in) :: half !< the finer step, or 0 where it is not half the coarser one, s
       integer :: e
       do e = 1, self%own
          call gather_slaves(self%edges(e), fine%solved(:, :, :, :, self%edges(e)%block), fine%layout%gradient > 0, &
                             self%up(:, :, :, :, e))
       end do
-      self%up(8, :, :, :, :self%own) = self%up(1, :, :, :, :self%own)
       self%first = self%up(:, :, :, :, :self%own)
+      self%up(2:4, :, :, :, :self%own) = self%up(2:4, :, :, :, :self%own) - 0.5_wp*half*self%up(5:7, :, :, :, :self%own) ! eq. labels
       call self%exchange(communicator, self%up, upwards=.true.)
    end subroutine restrict
 
-   !> The same in the second of two steps: mass (1 and 8), momentum (2 to 4), the change of force since the first (5 to 7).
-   subroutine restrict_change(self, communicator, fine)
+   !> The same in the second of two steps: mass (1 and 8), momentum (2 to 4; where PIC is mixed in with what the first was less by), the
+   !> change of force since the first (5 to 7).
+   subroutine restrict_change(self, communicator, fine, half, flip_fraction)
       class(composite_t), intent(inout) :: self
       type(communicator_t), intent(in) :: communicator
       type(level_t), intent(in) :: fine
+      real(wp), intent(in) :: half          !< the finer step, s
+      real(wp), intent(in) :: flip_fraction
       integer :: e
       do e = 1, self%own
          associate (up => self%up(:, :, :, :, e), first => self%first(:, :, :, :, e))
             call gather_slaves(self%edges(e), fine%solved(:, :, :, :, self%edges(e)%block), fine%layout%gradient > 0, up)
             up(8, :, :, :) = up(1, :, :, :)
             up(5:7, :, :, :) = up(5:7, :, :, :) - first(5:7, :, :, :)
+            if (flip_fraction < 1.0_wp) up(2:4, :, :, :) = up(2:4, :, :, :) + 0.5_wp*half*first(5:7, :, :, :)
          end associate
       end do
       call self%exchange(communicator, self%up, upwards=.true.)
@@ -393,26 +397,6 @@ contains
       call add_cubes(self, coarse)
    end subroutine replace_in_parents
 
-   !> What finer particles carry has the label of their own time step: it is a quarter of the coarser step ahead (theory.md, eq.
-   !> labels). The nodes of block b, just solved, take that back.
-   pure subroutine take_back_lead(self, coarse, b, time_step)
-      class(composite_t), intent(in) :: self
-      type(level_t), intent(inout) :: coarse
-      integer, intent(in) :: b
-      real(wp), intent(in) :: time_step !< of the coarser level, s
-      integer :: i, j, k
-      if (.not. self%receives(b)) return
-      do k = 0, tile_last
-         do j = 0, tile_last
-            do i = 0, tile_last
-               associate (node => coarse%solved(:, i, j, k, b))
-                  if (node(8) > 0.0_wp) node(2:4) = node(2:4) - 0.25_wp*time_step*node(8)/node(1)*node(5:7)
-               end associate
-            end do
-         end do
-      end do
-   end subroutine take_back_lead
-
    !> The motion of the coarser nodes to the cubes: velocity at the end of their step, acceleration.
    subroutine hand_down(self, coarse)
       class(composite_t), intent(inout) :: self
@@ -443,7 +427,7 @@ contains
       real(wp), intent(in) :: time_step !< of the coarser level, s
       real(wp), intent(in) :: flip_fraction
       real(wp), intent(inout) :: change(node_values, 0:tile_last, 0:tile_last, 0:tile_last)
-      real(wp) :: half, mixed, begun(3), start(3), later(3), carried(3)
+      real(wp) :: half, mixed, own, begun(3), start(3), later(3), carried(3)
       integer :: e, i, j, k
       half = 0.5_wp*time_step
       mixed = 1.0_wp - flip_fraction
@@ -455,14 +439,15 @@ contains
                      given(2:7) = 0.0_wp ! no slaves, at neither time
                      cycle
                   end if
+                  own = given(1) - given(8)              ! mass without the slaves'
                   begun = node(2:4) - half*node(5:7)     ! velocity after the first half
-                  later = node(1)*node(5:7) + given(5:7) ! force of the second
-                  carried = (given(1) - given(8))*begun + given(2:4)
+                  carried = own*begun + given(2:4)
                   start = begun
-                  if (node(1) < 0.5_wp*given(1)) start = (carried - 0.5_wp*half*given(8)*node(5:7))/given(1)
-                  later = later + mixed/half*(carried - given(1)*start)
-                  given(5:7) = half*(later/(given(1) + 0.5_wp*mixed*given(8)) - node(5:7))
-                  given(2:4) = start - begun + given(5:7)
+                  if (node(1) < 0.5_wp*given(1)) start = carried/given(1)
+                  later = node(1)*node(5:7) + given(5:7) &  ! force of the second half
+                          + mixed*((carried - given(1)*start)/half - 0.5_wp*(node(1) - own + given(1))*node(5:7))
+                  given(5:7) = half*(later/(given(1) - 0.5_wp*mixed*own) - node(5:7))
+                  given(2:4) = start - begun + 0.5_wp*given(5:7)
                end associate
             end do
          end do
@@ -471,7 +456,7 @@ contains
       coarse%solved(2:4, :, :, :, b) = coarse%solved(2:4, :, :, :, b) + change(2:4, :, :, :)
       change(2:4, :, :, :) = coarse%solved(2:4, :, :, :, b)
       coarse%solved(5:7, :, :, :, b) = coarse%solved(5:7, :, :, :, b) + change(5:7, :, :, :)/time_step
-      change(5:7, :, :, :) = coarse%solved(5:7, :, :, :, b) + change(5:7, :, :, :)/time_step ! a + owed/half
+      change(5:7, :, :, :) = coarse%solved(5:7, :, :, :, b) + change(5:7, :, :, :)/time_step ! that of the second half
       do e = 1, size(self%edges)
          if (self%edges(e)%parent == b) call take_cube(self%edges(e), change, self%down(:, :, :, :, e))
       end do

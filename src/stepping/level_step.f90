@@ -137,8 +137,6 @@ contains
          e = 0
          if (l > 1) e = model%composite(l)%edge_of(b)
          call solve_nodes(model%levels(l)%solved(:, :, :, :, b), clock%step)
-         if (model%method%subcycle .and. l < size(model%levels)) &
-            call model%composite(l + 1)%take_back_lead(model%levels(l), b, clock%step)
          if (e > 0) call model%composite(l)%set_slaves(b, clock%remaining, model%levels(l)%solved(:, :, :, :, b))
          if (size(model%effect_step(l)%on_nodes) > 0 .and. clock%step > 0.0_wp) then
             if (e > 0) then
