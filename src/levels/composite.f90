@@ -41,6 +41,8 @@ module m_composite
       integer, allocatable, private :: by_index(:) !< edges with their parent here, by rising index of the block
       real(wp), allocatable, private :: up(:, :, :, :, :), down(:, :, :, :, :) !< (node_values, 0:5, 0:5, 0:5, edges)
       real(wp), allocatable, private :: first(:, :, :, :, :) !< what was handed up in the first of two steps, of the own edges
+      real(wp), allocatable :: pushed(:, :, :, :, :) !< what effects on nodes add to the acceleration of the coarser ones, where there
+                                                     !< are any: (3, 0:9, 0:9, 0:9, blocks), m/s2
       real(wp), allocatable, private :: own_mass(:, :, :, :) !< of the nodes of parents, without what is handed up: (0:9, 0:9, 0:9, blocks)
       integer, allocatable, private :: ranks(:)
       type(MPI_Datatype), allocatable, private :: of_blocks(:), of_parents(:) !< cubes shared with each rank: of own blocks, own parents
@@ -319,29 +321,29 @@ contains
    end subroutine gather_slaves
 
    !> By how much the momentum of a slave's mass changes from it to the next node along each of some axes: from the velocities of the
-   !> nodes on both sides, or of one where the other has no mass. Columns are axes.
+   !> nodes on both sides, weighted with their masses. Columns are axes.
    pure subroutine change_of_momentum(tile, at, along, change)
       real(wp), intent(in) :: tile(node_values, 0:tile_last, 0:tile_last, 0:tile_last)
       integer, intent(in) :: at(3)
       logical, intent(in) :: along(3)
       real(wp), intent(out) :: change(3, 3)
-      real(wp) :: here(3)
-      integer :: axis, side, found, to(3)
+      real(wp) :: here(3), weight
+      integer :: axis, side, to(3)
       change = 0.0_wp
       associate (mass => tile(1, at(1), at(2), at(3)))
          here = tile(2:4, at(1), at(2), at(3))/mass
          do axis = 1, 3
             if (.not. along(axis)) cycle
-            found = 0
+            weight = 0.0_wp
             do side = -1, 1, 2
                to = at
                to(axis) = at(axis) + side
                if (to(axis) < 0 .or. to(axis) > tile_last) cycle
                if (.not. tile(1, to(1), to(2), to(3)) > 0.0_wp) cycle
-               found = found + 1
-               change(:, axis) = change(:, axis) + side*(tile(2:4, to(1), to(2), to(3))/tile(1, to(1), to(2), to(3)) - here)
+               weight = weight + tile(1, to(1), to(2), to(3))
+               change(:, axis) = change(:, axis) + side*(tile(2:4, to(1), to(2), to(3)) - tile(1, to(1), to(2), to(3))*here)
             end do
-            if (found > 0) change(:, axis) = mass*change(:, axis)/found
+            if (weight > 0.0_wp) change(:, axis) = mass*change(:, axis)/weight
          end do
       end associate
    end subroutine change_of_momentum
@@ -427,7 +429,7 @@ contains
       real(wp), intent(in) :: time_step !< of the coarser level, s
       real(wp), intent(in) :: flip_fraction
       real(wp), intent(inout) :: change(node_values, 0:tile_last, 0:tile_last, 0:tile_last)
-      real(wp) :: half, mixed, own, begun(3), start(3), later(3), carried(3)
+      real(wp) :: half, mixed, own, begun(3), start(3), later(3), carried(3), pushed(3)
       integer :: e, i, j, k
       half = 0.5_wp*time_step
       mixed = 1.0_wp - flip_fraction
@@ -439,12 +441,14 @@ contains
                      given(2:7) = 0.0_wp ! no slaves, at neither time
                      cycle
                   end if
+                  pushed = 0.0_wp
+                  if (allocated(self%pushed)) pushed = self%pushed(:, i, j, k, b)
                   own = given(1) - given(8)              ! mass without the slaves'
                   begun = node(2:4) - half*node(5:7)     ! velocity after the first half
                   carried = own*begun + given(2:4)
                   start = begun
                   if (node(1) < 0.5_wp*given(1)) start = carried/given(1)
-                  later = node(1)*node(5:7) + given(5:7) &  ! force of the second half
+                  later = node(1)*(node(5:7) - pushed) + given(1)*pushed + given(5:7) & ! force of the second half
                           + mixed*((carried - given(1)*start)/half - 0.5_wp*(node(1) - own + given(1))*node(5:7))
                   given(5:7) = half*(later/(given(1) - 0.5_wp*mixed*own) - node(5:7))
                   given(2:4) = start - begun + 0.5_wp*given(5:7)
@@ -531,6 +535,7 @@ contains
    subroutine release(self)
       class(composite_t), intent(inout) :: self
       integer :: r
+      if (allocated(self%pushed)) deallocate (self%pushed)
       if (.not. allocated(self%edges)) return
       do r = 1, size(self%ranks)
          call MPI_Type_free(self%of_blocks(r))
