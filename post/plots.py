@@ -5,7 +5,7 @@
 
 load_depth.png (or load_depth_NAME.png with several tools)  the load on the tool over its depth, for the full body, beside
                half-space theory for its shape and any --finite-elements reference
-section.png    stress on a plane through the tool's axis, from the last particle file
+section.png    stress on a plane through the tool's axis, from the last particle file; the edges of levels as thin lines
 energy.png     the energies over time
 
    --finite-elements FILE.csv   a reference curve (may be repeated)
@@ -36,6 +36,9 @@ plt.rcParams.update({
 })
 
 prefixes = [(1e-12, "p"), (1e-9, "n"), (1e-6, "\N{MICRO SIGN}"), (1e-3, "m"), (1.0, ""), (1e3, "k"), (1e6, "M"), (1e9, "G")]
+
+
+level_colors = ["C3", "C1", "C6", "C9", "0.6"] # stand out from the colours of the stress
 
 
 def scaled(unit, *arrays):
@@ -188,7 +191,7 @@ def draw_section(run, options):
     if run.tools: # some room for the tool
         room = 0.08 * (whole[3] - whole[2])
         whole = whole[:2] + ([whole[2], whole[3] + room] if indentation.unit_axis(run.tools[0])[up] < 0 else [whole[2] - room, whole[3]])
-    close = close_up(run, particles.time, whole, point[[across, up]], across, up)
+    close = close_up(run, particles, whole, point[[across, up]], across, up)
     views = [whole] if close is None else [whole, close]
     last = views[-1]
     near = (x >= last[0]) & (x <= last[1]) & (z >= last[2]) & (z <= last[3])
@@ -211,12 +214,15 @@ def draw_section(run, options):
             drawn.set_clim(low / value_factor, high / value_factor)
             drawn.set_rasterized(True)
             ax.add_collection(drawn)
+            edges = draw_levels(ax, particles, point, (across, up, normal), whole, factor)
             draw_tools(run, ax, particles.time, across, up, factor)
             ax.set(xlim=np.array(view[:2]) / factor, ylim=np.array(view[2:]) / factor, aspect="equal",
                    xlabel=f"{'xyz'[across]} [{unit}]", ylabel=f"{letter} [{unit}]")
             ax.grid(False)
         figure.colorbar(drawn, ax=axes[:, column], label=f"{label} [{value_unit}]", extend="both",
                         location="top", shrink=0.8, aspect=40)
+    if edges:
+        figure.legend(handles=edges, loc="outside lower center", ncols=len(edges))
     figure.suptitle(f"{run.title}\nsection {'xyz'[normal]} = {point[normal] / factor:.4g} {unit} "
                     f"at {particles.time / time_factor:.4g} {time_unit}", fontsize=10)
     save(figure, run.directory / "section.png")
@@ -228,7 +234,31 @@ def depth_at(run, tool, time):
     return 0.0 if history is None or history.rows == 0 else float(np.interp(time, history["time"], history["depth"]))
 
 
-def close_up(run, time, whole, tip, across, up):
+def draw_levels(ax, particles, point, axes, whole, factor):
+    """Where the plane cuts the sides of the boxes of levels in the coarsest one; returns the lines, for the legend, of those that
+    pass through the whole section."""
+    across, up, normal = axes
+    lines = []
+    for n, (low, high) in enumerate(particles.boxes[1:], 2):
+        if not low[normal] <= point[normal] <= high[normal]:
+            continue
+        left, right, bottom, top = low[across], high[across], low[up], high[up]
+        label = f"level {n}: cells of {length_text(particles.cells[n - 1])}"
+        line = ax.plot(np.array([left, right, right, left, left]) / factor, np.array([bottom, bottom, top, top, bottom]) / factor,
+                       color=level_colors[(n - 2) % len(level_colors)], linewidth=0.8, label=label)
+        apart = right < whole[0] or left > whole[1] or top < whole[2] or bottom > whole[3]
+        around = left < whole[0] and right > whole[1] and bottom < whole[2] and top > whole[3]
+        if not (apart or around):
+            lines += line
+    return lines
+
+
+def length_text(length):
+    factor, unit = scaled("m", [length])
+    return f"{length / factor:.4g} {unit}"
+
+
+def close_up(run, particles, whole, tip, across, up):
     """Limits around the contact, or None when the whole section is not much larger."""
     if not run.tools:
         return None
@@ -236,7 +266,8 @@ def close_up(run, time, whole, tip, across, up):
     history = run.tool_history(tool)
     if history is None or history.rows == 0:
         return None
-    cell = run.case["grid"][0]["cell_size"][0]
+    cell = particles.cells[-1] if particles.cells.size else run.case["grid"][0]["cell_size"][0]
+    time = particles.time
     area = np.interp(time, history["time"], history["contact_area"]) / indentation.share_of_body(run.case, tool)
     reach = max(2.5 * np.sqrt(max(area, 0.0) / np.pi), 6 * cell)
     if not 2 * reach < 0.6 * (whole[1] - whole[0]):

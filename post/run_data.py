@@ -67,7 +67,8 @@ class History:
 
 
 class Particles:
-    """Ids, fields by name (with `position`) and time of a particle file, in the order of the file."""
+    """Ids, fields by name (with `position`) and time of a particle file, in the order of the file; the boxes of the levels (lower
+    and upper corner, m) and their cell sizes (m), coarsest first: none where there is only one level."""
 
     def __init__(self, path):
         import h5py
@@ -80,6 +81,10 @@ class Particles:
                 for name, data in group["PointData"].items():
                     self.fields[name] = data[...]
                 self.ids = self.fields.pop("id").reshape(-1)
+                self.boxes, self.cells = np.empty((0, 2, 3)), np.empty(0)
+                if "level_cell" in group.get("FieldData", {}):
+                    self.boxes = np.stack([group["FieldData/level_lower"][...], group["FieldData/level_upper"][...]], axis=1)
+                    self.cells = group["FieldData/level_cell"][...]
         except (OSError, KeyError) as error:
             raise Unreadable(f"{path}: {error}")
         for name, data in self.fields.items():

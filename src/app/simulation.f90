@@ -189,6 +189,7 @@ contains
          call self%console%line('grid       '//to_text(grid%cells(1))//' x '//to_text(grid%cells(2))//' x '// &
                                 to_text(grid%cells(3))//' cells of '//si(grid%cell, 'm')//', '// &
                                 to_text(blocks)//' blocks with material')
+         if (size(self%model%levels) > 1) call introduce_levels(self, time_step)
          call self%console%line('particles  '//to_text(self%particles)//' on '//to_text(self%communicator%ranks)//' rank(s), '// &
                                 si(real(bytes, wp), 'B')//' in all, '//to_text(real(bytes, wp)/self%particles, 3)//' B a particle')
          call self%console%line('time       '//si(self%scene%end_time, 's')//' in steps of '//si(time_step, 's')//', about '// &
@@ -197,6 +198,55 @@ contains
          call self%console%line('effects    '//effects_text(self))
       end associate
    end subroutine introduce
+
+   !> Collective: a line a level, and the cells of all of them beside those of a grid as fine everywhere.
+   subroutine introduce_levels(self, time_step)
+      class(simulation_t), intent(inout) :: self
+      real(wp), intent(in) :: time_step !< of the coarsest level, s
+      real(wp) :: lower(3), upper(3), step
+      integer(i8) :: blocks, cells, finest, own(size(self%model%levels)), particles
+      integer :: l, n
+      n = size(self%model%levels)
+      step = time_step
+      do l = 1, n
+         associate (level => self%model%levels(l), grid => self%model%levels(l)%grid)
+            lower = grid%lower
+            upper = grid%upper
+            if (l > 1) then
+               lower = grid%lower + level%region%low*grid%cell
+               upper = grid%lower + level%region%high*grid%cell
+               if (self%model%method%subcycle) step = 0.5_wp*step
+            end if
+            own(l) = cells_in_box(level)
+            if (l < n) own(l) = own(l) - cells_in_box(self%model%levels(l + 1))/8
+            blocks = self%communicator%sum_count(int(size(level%blocks), i8))
+            particles = self%communicator%sum_count(level%particle_count())
+            call self%console%line('level '//to_text(l)//'    '//place_text(lower)//' to '//place_text(upper)//', '// &
+                                   to_text(cells_in_box(level))//' cells of '//si(grid%cell, 'm')//', '//to_text(blocks)// &
+                                   ' blocks, '//to_text(particles)//' particles, steps of '//si(step, 's'))
+         end associate
+      end do
+      cells = sum(own)
+      finest = product(int(self%model%levels(n)%grid%cells, i8))
+      call self%console%line('cells      '//to_text(cells)//' on all levels, '//to_text(100.0_wp*cells/finest, 3)//' % of the '// &
+                             to_text(finest)//' of a grid as fine as level '//to_text(n)//' everywhere')
+   end subroutine introduce_levels
+
+   !> Cells in the box of a level, those that a finer one covers too.
+   pure integer(i8) function cells_in_box(level) result(cells)
+      type(level_t), intent(in) :: level
+      if (level%number == 1) then
+         cells = product(int(level%grid%cells, i8))
+      else
+         cells = product(int(level%region%high - level%region%low, i8))
+      end if
+   end function cells_in_box
+
+   function place_text(place) result(text)
+      real(wp), intent(in) :: place(3) !< m
+      character(len=:), allocatable :: text
+      text = '('//to_text(place(1))//', '//to_text(place(2))//', '//to_text(place(3))//')'
+   end function place_text
 
    !> What a particle carries: each field with its number of columns.
    function fields_text(table) result(text)
@@ -270,16 +320,23 @@ contains
       character(len=cost_line_length) :: facts(11)
       character(len=:), allocatable :: verdict, path
       real(wp) :: bridge, messages, bytes, late(2)
-      integer(i8) :: resting, splits
-      integer :: n
+      integer(i8) :: at_end, resting, splits
+      integer :: l, n
       resting = self%communicator%sum_count(self%model%particle_steps_at_rest)
       splits = self%communicator%sum_count(self%model%splits)
-      messages = self%communicator%maximum(real(sum(self%model%exchange%messages), wp)/(self%model%step - self%first_step))
-      bytes = self%communicator%maximum(real(sum(self%model%exchange%bytes), wp)/(self%model%step - self%first_step))
+      at_end = self%communicator%sum_count(self%model%particle_count())
+      messages = self%communicator%maximum(real(sum(self%model%exchange%messages) + sum(self%model%composite%messages), wp) &
+                                           /(self%model%step - self%first_step))
+      bytes = self%communicator%maximum(real(sum(self%model%exchange%bytes) + sum(self%model%composite%bytes), wp) &
+                                        /(self%model%step - self%first_step))
       bridge = self%communicator%maximum(self%model%contact%worst_bridge)
       late = contact_share(self)
       cost%timers = self%model%timers
       cost%particle_steps = self%communicator%sum_count(self%model%particle_steps)
+      allocate (cost%level_steps(size(self%model%level_steps)))
+      do l = 1, size(cost%level_steps)
+         cost%level_steps(l) = self%communicator%sum_count(self%model%level_steps(l))
+      end do
       cost%elapsed = self%console%elapsed()
       cost%time = self%model%time
       path = ''
@@ -318,9 +375,9 @@ contains
          n = n + 1
          facts(n) = 'at rest: '//to_text(100.0_wp*resting/cost%particle_steps, 3)//' % of the particle-steps had nothing to do'
       end if
-      if (self%scene%time%domain /= domain_fixed) then
+      if (self%scene%time%domain /= domain_fixed .or. size(self%model%levels) > 1) then
          n = n + 1
-         facts(n) = 'domains: '//to_text(splits)//' particles split, '//to_text(self%facts%particles + splits)//' at the end'
+         facts(n) = 'domains: '//to_text(splits)//' particles made by splitting, '//to_text(at_end)//' at the end'
       end if
       if (self%communicator%ranks > 1) then
          n = n + 1

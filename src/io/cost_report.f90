@@ -17,14 +17,15 @@ module m_cost_report
    type, public :: cost_t
       type(timers_t) :: timers             !< of this rank, nothing running; the same rows on all ranks
       integer(i8) :: particle_steps = 0_i8 !< of all ranks over the run
+      integer(i8), allocatable :: level_steps(:) !< of these, those on each level; may be absent
       real(wp) :: elapsed = 0.0_wp         !< wall-clock time of the run, s
       real(wp) :: time = 0.0_wp            !< physical time reached, s
    end type cost_t
 
 contains
 
-   !> Collective: write `path`, and give every rank the lines of a table. A row's cost per particle-step (ns) is the time of all
-   !> ranks together over all particle-steps; its share is of the elapsed time.
+   !> Collective: write `path` (no file if it is empty), and give every rank the lines of a table. A row's cost per particle-step
+   !> (ns) is the time of all ranks together over all particle-steps; its share is of the elapsed time.
    subroutine write_cost_report(communicator, cost, path, lines, error)
       type(communicator_t), intent(in) :: communicator
       type(cost_t), intent(in) :: cost
@@ -36,6 +37,7 @@ contains
       integer :: r
       call gather(communicator, cost, values)
       call make_lines(communicator, cost, values, lines)
+      if (path == '') return
       call table%open(communicator, path, header(communicator, cost), error)
       do r = 1, size(values, 2)
          if (.not. error%happened()) call table%append(values(:, r), error)
@@ -76,6 +78,14 @@ contains
       end do
    end subroutine gather
 
+   !> Levels to speak of: 0 where there is only one.
+   pure integer function level_count(cost) result(levels)
+      type(cost_t), intent(in) :: cost
+      levels = 0
+      if (allocated(cost%level_steps)) levels = size(cost%level_steps)
+      if (levels == 1) levels = 0
+   end function level_count
+
    !> Name of a row.
    pure function row_name(cost, r) result(name)
       type(cost_t), intent(in) :: cost
@@ -90,12 +100,13 @@ contains
       type(communicator_t), intent(in) :: communicator
       type(cost_t), intent(in) :: cost
       type(history_header_t) :: head
-      integer :: r, rows
+      integer :: l, levels, r, rows
       rows = rows_of(cost)
+      levels = level_count(cost)
       head%title = 'where the time went, by phase of the step and effect'
       head%zone = 'cost'
       head%solution_time = cost%time
-      allocate (head%columns(7), head%notes(rows + 3))
+      allocate (head%columns(7), head%notes(rows + 3 + levels))
       head%columns(:) = [character(len=history_text_length) :: 'phase [-]', 'least of the ranks [s]', 'mean of the ranks [s]', &
                          'most of the ranks [s]', 'calls [-]', 'all ranks per particle-step [ns]', 'share of elapsed time [%]']
       do r = 1, rows
@@ -104,6 +115,9 @@ contains
       head%notes(rows + 1) = 'ranks='//to_text(communicator%ranks)
       head%notes(rows + 2) = 'particle_steps='//to_text(cost%particle_steps)
       head%notes(rows + 3) = 'elapsed_s='//to_text(cost%elapsed)
+      do l = 1, levels
+         head%notes(rows + 3 + l) = 'particle_steps_level_'//to_text(l)//'='//to_text(cost%level_steps(l))
+      end do
    end function header
 
    !> The table for people.
@@ -112,7 +126,7 @@ contains
       type(cost_t), intent(in) :: cost
       real(wp), intent(in) :: values(:, :)
       character(len=cost_line_length), allocatable, intent(out) :: lines(:)
-      integer :: r, n, rows, shown(size(values, 2))
+      integer :: l, r, n, rows, shown(size(values, 2))
       rows = size(values, 2)
       n = 0
       do r = 1, rows
@@ -120,7 +134,7 @@ contains
          n = n + 1
          shown(n) = r
       end do
-      allocate (lines(n + 2))
+      allocate (lines(n + 2 + level_count(cost)))
       write (lines(1), '(a20,3a11,a12,a16,a9)') 'seconds             ', 'least', 'mean', 'most', 'calls', 'ns/part.-step', 'share'
       do r = 1, n
          associate (v => values(:, shown(r)))
@@ -131,6 +145,11 @@ contains
                      duration(values(4, rows))
       if (values(4, rows) > 0.0_wp) lines(n + 2) = trim(lines(n + 2))//': '// &
                                                    to_text(real(cost%particle_steps, wp)/values(4, rows), 3)//' a second'
+      do l = 1, level_count(cost)
+         lines(n + 2 + l) = 'level '//to_text(l)//': '//to_text(cost%level_steps(l))//' particle-steps'
+         if (cost%particle_steps > 0) lines(n + 2 + l) = trim(lines(n + 2 + l))//', '// &
+            to_text(100.0_wp*real(cost%level_steps(l), wp)/real(cost%particle_steps, wp), 3)//' %'
+      end do
    end subroutine make_lines
 
 end module m_cost_report

@@ -34,6 +34,7 @@ contains
       call put_header(file, snapshot, error)
       call put_cells(file, communicator, snapshot%n_total, error)
       call put_time(file, communicator, snapshot%time, error)
+      if (allocated(snapshot%levels)) call put_levels(file, communicator, snapshot, error)
       call put_table(file, top//'/Points', where_to, snapshot%position, snapshot%n_total, error)
       call file%put_text(top//'/Points', 'unit', 'm', error)
       call put_ids(file, where_to, snapshot, error)
@@ -43,7 +44,7 @@ contains
       call file%finish(error)
    end subroutine write_hdf5_snapshot
 
-   !> Bytes of all tables: coordinates, id, fields; connectivity, offset and type of the cells.
+   !> Bytes of all tables: coordinates, id, fields; connectivity, offset and type of the cells. Levels are few.
    pure integer(i8) function table_bytes(snapshot)
       type(snapshot_t), intent(in) :: snapshot
       table_bytes = snapshot%n_total*(8*(3 + 1 + sum(snapshot%fields(:)%components)) + 8 + 8 + 1)
@@ -119,6 +120,34 @@ contains
                          c_loc(numbers), error)
       call file%put_text(name, 'unit', 's', error)
    end subroutine put_time
+
+   !> The boxes of the levels (corners and cell size, m; the coarsest first), as field data.
+   subroutine put_levels(file, communicator, snapshot, error)
+      type(hdf5_file_t), intent(in) :: file
+      type(communicator_t), intent(in) :: communicator
+      type(snapshot_t), intent(in) :: snapshot
+      type(error_t), intent(inout) :: error
+      real(wp), allocatable, target :: corners(:, :), cells(:)
+      type(file_layout_t) :: rows
+      integer(i8) :: n
+      integer :: l
+      n = size(snapshot%levels)
+      rows = one_run(0_i8, merge(n, 0_i8, communicator%is_root()))
+      allocate (corners(3, n), cells(n))
+      do l = 1, int(n)
+         corners(:, l) = snapshot%levels(l)%lower
+         cells(l) = snapshot%levels(l)%cell
+      end do
+      call file%put_rows(top//'/FieldData/level_lower', rows_of_real, [3_i8, n], rows, c_loc(corners), error)
+      do l = 1, int(n)
+         corners(:, l) = snapshot%levels(l)%upper
+      end do
+      call file%put_rows(top//'/FieldData/level_upper', rows_of_real, [3_i8, n], rows, c_loc(corners), error)
+      call file%put_rows(top//'/FieldData/level_cell', rows_of_real, [1_i8, n], rows, c_loc(cells), error)
+      call file%put_text(top//'/FieldData/level_lower', 'unit', 'm', error)
+      call file%put_text(top//'/FieldData/level_upper', 'unit', 'm', error)
+      call file%put_text(top//'/FieldData/level_cell', 'unit', 'm', error)
+   end subroutine put_levels
 
    subroutine put_ids(file, where_to, snapshot, error)
       type(hdf5_file_t), intent(in) :: file

@@ -16,8 +16,8 @@ module m_particle_snapshot
 
 contains
 
-   !> Collective: all written fields, and the numbers of body and level. Particles stand level by level, in the order of their
-   !> blocks' indices, so that the file is the same on any number of ranks.
+   !> Collective: all written fields, the numbers of body and level, the levels' boxes. Particles stand level by level, in the order
+   !> of their blocks' indices, so that the file is the same on any number of ranks.
    subroutine take_snapshot(communicator, levels, snapshot)
       type(communicator_t), intent(in) :: communicator
       type(level_t), intent(in) :: levels(:)
@@ -72,6 +72,7 @@ contains
       snapshot%n_local = sum(counts)
       call MPI_Allreduce(MPI_IN_PLACE, counts, size(counts), MPI_INTEGER, MPI_SUM, communicator%comm)
       snapshot%n_total = sum(int(counts, i8))
+      call describe_levels(levels, counts, snapshot)
       before(1) = 0
       do index = 2, size(counts)
          before(index) = before(index - 1) + counts(index - 1)
@@ -87,6 +88,29 @@ contains
          end do
       end do
    end subroutine place_runs
+
+   !> Boxes, cells and particles of the levels where there are several. `counts`: particles of the blocks of all levels.
+   pure subroutine describe_levels(levels, counts, snapshot)
+      type(level_t), intent(in) :: levels(:)
+      integer, intent(in) :: counts(:)
+      type(snapshot_t), intent(inout) :: snapshot
+      integer :: l
+      if (allocated(snapshot%levels)) deallocate (snapshot%levels)
+      if (size(levels) == 1) return
+      allocate (snapshot%levels(size(levels)))
+      do l = 1, size(levels)
+         associate (grid => levels(l)%grid, region => levels(l)%region, level => snapshot%levels(l))
+            level%cell = grid%cell
+            level%lower = grid%lower
+            level%upper = grid%upper
+            if (l > 1) then
+               level%lower = grid%lower + region%low*grid%cell
+               level%upper = grid%lower + region%high*grid%cell
+            end if
+            level%particles = sum(int(counts(blocks_before(levels, l) + 1:blocks_before(levels, l + 1)), i8))
+         end associate
+      end do
+   end subroutine describe_levels
 
    !> This rank's blocks of a level.
    pure elemental integer function own_blocks(level)

@@ -1,11 +1,16 @@
-!> Probes: the particle that was nearest to a place at the start, followed as it moves.
+!> Probes: the particle that was nearest to a place at the start, followed as it moves, also when it is split or merged with others
+!> (doc/design.md, Ids).
 module m_probe
    use mpi_f08
    use m_kinds, only: wp, i8
+   use m_split, only: id_bits
    use m_model, only: model_t
    implicit none
    private
-   public :: probe_t, choose_particle, read_probe
+   public :: probe_t, choose_particle, read_probe, kinship
+
+   integer, parameter :: way_bits = 14                         ! of an id: what stands above its lowest 50 bits
+   integer(i8), parameter :: most_ways = 2_i8**way_bits - 1_i8
 
    !> A probed particle, known by its id.
    type :: probe_t
@@ -42,19 +47,21 @@ contains
    end function choose_particle
 
    !> Collective: position (m), stress (Pa; xx yy zz yz xz xy) and equivalent plastic strain of the probed particle; the last is 0
-   !> when no law of the scene has plastic flow.
+   !> when no law of the scene has plastic flow, all are 0 when nothing is left of the particle.
    subroutine read_probe(model, probe, position, stress, plastic_strain)
       type(model_t), intent(in) :: model
       type(probe_t), intent(in) :: probe
       real(wp), intent(out) :: position(3), stress(6), plastic_strain
       real(wp) :: found(10)
+      integer(i8) :: id
       integer :: b, flowed, l, p
       found = 0.0_wp
+      id = heir(model, probe%id)
       flowed = model%levels(1)%table%column('plastic_strain')
       do l = 1, size(model%levels)
          do b = 1, size(model%levels(l)%blocks)
             associate (particles => model%levels(l)%blocks(b)%particles, at => model%levels(l)%layout)
-               p = findloc(particles%id(:particles%count), probe%id, dim=1)
+               p = findloc(particles%id(:particles%count), id, dim=1)
                if (p == 0) cycle
                found(:9) = [particles%column(p, at%position:at%position + 2), particles%column(p, at%stress:at%stress + 5)]
                if (flowed > 0) found(10) = particles%column(p, flowed)
@@ -66,5 +73,41 @@ contains
       stress = found(4:9)
       plastic_strain = found(10)
    end subroutine read_probe
+
+   !> Collective: id of the particle that a probed one lives on in: itself or its lowest part, which have its id, or what it was
+   !> merged into, which is of all parts of its first parent the one with which it has most splits in common. -1 if there is none.
+   integer(i8) function heir(model, id)
+      type(model_t), intent(in) :: model
+      integer(i8), intent(in) :: id
+      integer(i8) :: closest
+      integer :: b, l, p
+      closest = -1
+      do l = 1, size(model%levels)
+         do b = 1, size(model%levels(l)%blocks)
+            associate (particles => model%levels(l)%blocks(b)%particles)
+               do p = 1, particles%count
+                  closest = max(closest, kinship(particles%id(p), id))
+               end do
+            end associate
+         end do
+      end do
+      call MPI_Allreduce(MPI_IN_PLACE, closest, 1, MPI_INTEGER8, MPI_MAX, model%communicator%comm)
+      heir = -1
+      if (closest < 0) return
+      heir = ior(ibits(id, 0, id_bits), ishft(most_ways - iand(closest, most_ways), id_bits))
+   end function heir
+
+   !> How near a particle is to a probed one; -1: not of the same first parent. The bits above the lowest 14: the number of splits
+   !> through which both went the same way, 14 where they are the same; those below: larger for the smaller id, should there be
+   !> several.
+   pure integer(i8) function kinship(id, probed)
+      integer(i8), intent(in) :: id, probed
+      integer(i8) :: way, common
+      kinship = -1
+      if (ibits(ieor(id, probed), 0, id_bits) /= 0) return
+      way = ishft(id, -id_bits)
+      common = min(14, trailz(ieor(way, ishft(probed, -id_bits))))
+      kinship = ior(ishft(common, way_bits), most_ways - way)
+   end function kinship
 
 end module m_probe

@@ -17,6 +17,7 @@ module m_recorder
    use m_particle_snapshot, only: take_snapshot
    use m_hdf5_snapshot, only: write_hdf5_snapshot
    use m_xdmf_index, only: xdmf_index_t
+   use m_xdmf_entry, only: particles_entry, levels_entry
    use m_tecplot_snapshot, only: write_tecplot_snapshot
    implicit none
    private
@@ -41,7 +42,7 @@ module m_recorder
       type(history_t), allocatable :: tools(:), probes(:)
       type(history_t) :: energy
       type(probe_t), allocatable :: probed(:)
-      type(xdmf_index_t) :: index
+      type(xdmf_index_t) :: particles_index, levels_index
    contains
       procedure :: start
       procedure :: history_is_due
@@ -98,9 +99,11 @@ contains
       ok = .false.
       if (present(resumption)) ok = resumption%in_place
       if (ok) then
-         call self%index%start(model%communicator, self%directory, int(model%step))
+         call self%particles_index%start(model%communicator, self%directory, 'particles', int(model%step))
+         call self%levels_index%start(model%communicator, self%directory, 'levels', int(model%step))
       else
-         call self%index%start(model%communicator, self%directory)
+         call self%particles_index%start(model%communicator, self%directory, 'particles')
+         call self%levels_index%start(model%communicator, self%directory, 'levels')
       end if
    contains
       subroutine begin(history, name, header)
@@ -217,8 +220,12 @@ contains
       snapshot%step = int(model%step)
       snapshot%title = self%title
       call take_snapshot(model%communicator, model%levels, snapshot)
-      if (self%hdf5) call write_hdf5_snapshot(model%communicator, snapshot, self%directory, error)
-      if (self%hdf5 .and. .not. error%happened()) call self%index%add(model%communicator, snapshot, error)
+      if (self%hdf5) then
+         call write_hdf5_snapshot(model%communicator, snapshot, self%directory, error)
+         call self%particles_index%add(model%communicator, snapshot%step, particles_entry(snapshot), error)
+         if (allocated(snapshot%levels)) &
+            call self%levels_index%add(model%communicator, snapshot%step, levels_entry(snapshot), error)
+      end if
       if (self%tecplot .and. .not. error%happened()) &
          call write_tecplot_snapshot(model%communicator, snapshot, self%directory, error)
    end subroutine record_snapshot

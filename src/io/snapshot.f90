@@ -31,7 +31,15 @@ module m_snapshot
       integer, allocatable :: order(:)
    contains
       procedure :: position_sum
+      procedure :: part
    end type file_layout_t
+
+   !> A grid level of a scene with several.
+   type, public :: snapshot_level_t
+      real(wp) :: lower(3) = 0.0_wp, upper(3) = 0.0_wp !< its box, m
+      real(wp) :: cell = 0.0_wp       !< m
+      integer(i8) :: particles = 0_i8 !< of all ranks
+   end type snapshot_level_t
 
    !> The particles at one moment. Run r holds `run_count(r)` local particles, one after the other in memory, that belong at
    !> file position `run_offset(r)` (0-based), so that a file is in the same order on any number of ranks.
@@ -46,6 +54,8 @@ module m_snapshot
       type(snapshot_field_t), allocatable :: fields(:)
       integer(i8), allocatable :: run_offset(:) !< (runs)
       integer, allocatable :: run_count(:)  !< (runs)
+      type(snapshot_level_t), allocatable :: levels(:) !< the coarsest first, and so the particles in the file; not there where
+                                                       !< there is only one
    contains
       procedure :: check
       procedure :: layout
@@ -119,6 +129,7 @@ contains
             good = good .and. good_field(self%fields(f), self%n_local)
          end do
       end if
+      if (good .and. allocated(self%levels)) good = sum(self%levels%particles) == self%n_total
       if (.not. good) call fail(error, exit_numerical, 'snapshot of step '//to_text(self%step)// &
                                 ': its arrays do not fit each other')
    end subroutine check_arrays
@@ -196,5 +207,32 @@ contains
       class(file_layout_t), intent(in) :: self
       position_sum = sum(self%count*self%offset + (int(self%count, i8)*(self%count - 1_i8))/2)
    end function position_sum
+
+   !> What of a layout lies at file positions `first` (0-based) to `first + length - 1`; its positions count from `first`.
+   pure function part(self, first, length) result(piece)
+      class(file_layout_t), intent(in) :: self
+      integer(i8), intent(in) :: first, length
+      type(file_layout_t) :: piece
+      integer(i8) :: low, high
+      integer :: r, n, passed, start
+      allocate (piece%offset(size(self%offset)), piece%count(size(self%offset)))
+      n = 0
+      passed = 0
+      start = 0
+      do r = 1, size(self%offset)
+         low = max(first, self%offset(r))
+         high = min(first + length, self%offset(r) + self%count(r))
+         if (high > low) then
+            if (n == 0) start = passed + int(low - self%offset(r))
+            n = n + 1
+            piece%offset(n) = low - first
+            piece%count(n) = int(high - low)
+         end if
+         passed = passed + self%count(r)
+      end do
+      piece%offset = piece%offset(1:n)
+      piece%count = piece%count(1:n)
+      piece%order = self%order(start + 1:start + sum(piece%count))
+   end function part
 
 end module m_snapshot

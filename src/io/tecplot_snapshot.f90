@@ -17,11 +17,12 @@ module m_tecplot_snapshot
    integer, parameter :: chunk = 65536         ! values that a rank holds as text at a time
    character(len=*), parameter :: real_format = '(es24.16e3)', integer_format = '(i24)'
 
-   ! The file being written, and the types that lead a rank's lines to their places.
+   ! The file being written: the zone that has been begun, and the types that lead a rank's lines to their places.
    type :: table_t
       type(MPI_File) :: file
       type(MPI_Datatype) :: line             ! one value as text
-      type(MPI_Datatype) :: lines            ! those of this rank in a block of all particles' values
+      type(MPI_Datatype) :: lines            ! those of this rank in a block of the values of all particles of the zone
+      type(file_layout_t) :: where_to        ! the particles of this rank in the zone
       integer(MPI_OFFSET_KIND) :: start = 0  ! byte at which the next block begins
       integer(i8) :: block_bytes = 0_i8
       integer :: chunks = 0                  ! writes that every rank takes part in for a block
@@ -38,19 +39,33 @@ contains
       type(file_layout_t) :: where_to
       type(table_t) :: table
       character(len=:), allocatable :: path, header
-      integer(i8) :: bytes
+      integer(i8), allocatable :: particles(:)
+      integer(i8) :: bytes, first
+      integer :: z
       call snapshot%check(communicator, error)
       if (error%happened()) return
       where_to = snapshot%layout()
       path = directory//'/'//snapshot_file_name(snapshot%step, 'dat')
       header = header_text(snapshot)
+      particles = zone_particles(snapshot)
       bytes = len(header, i8) + blocks(snapshot)*width*snapshot%n_total
+      do z = 1, size(particles)
+         bytes = bytes + len(zone_text(snapshot, z, particles(z)), i8)
+      end do
       call begin_shared_part(communicator, path, bytes, error)
       if (error%happened()) return
-      call open_table(table, communicator, snapshot%n_total, path, where_to, error)
+      call open_table(table, communicator, path, error)
       if (.not. error%happened()) then
-         call put_header(table, communicator, header, path, error)
-         call put_values(table, snapshot, where_to, path, error)
+         call put_text(table, communicator, header, path, error)
+         first = 0
+         do z = 1, size(particles)
+            if (particles(z) == 0) cycle
+            call put_text(table, communicator, zone_text(snapshot, z, particles(z)), path, error)
+            call begin_zone(table, communicator, where_to%part(first, particles(z)), particles(z))
+            call put_values(table, snapshot, path, error)
+            call MPI_Type_free(table%lines)
+            first = first + particles(z)
+         end do
          call close_table(table, path, error)
       end if
       call finish_shared_part(communicator, path, bytes, error)
@@ -68,8 +83,18 @@ contains
       end do
    end function quoted
 
-   !> Title, variables and zone. Without particles there is no zone: readers stumble over an empty one. The particles
-   !> count along J: ParaView 5.11 gives nothing for a zone that is long in I alone.
+   !> Particles of each zone, in the order of the file.
+   pure function zone_particles(snapshot) result(particles)
+      type(snapshot_t), intent(in) :: snapshot
+      integer(i8), allocatable :: particles(:)
+      if (allocated(snapshot%levels)) then
+         particles = snapshot%levels%particles
+      else
+         particles = [snapshot%n_total]
+      end if
+   end function zone_particles
+
+   !> Title and variables.
    function header_text(snapshot) result(header)
       type(snapshot_t), intent(in) :: snapshot
       character(len=:), allocatable :: header
@@ -87,10 +112,20 @@ contains
          end do
       end do
       header = header//newline
-      if (snapshot%n_total == 0) return
-      header = header//'ZONE T="level 0", STRANDID=1, SOLUTIONTIME='//exact_text(snapshot%time)//', I=1, J='// &
-               to_text(snapshot%n_total)//', K=1, DATAPACKING=BLOCK'//newline
    end function header_text
+
+   !> The record of a zone. Without particles there is none: readers stumble over an empty zone. The particles count along J:
+   !> ParaView 5.11 gives nothing for a zone that is long in I alone.
+   pure function zone_text(snapshot, zone, particles) result(text)
+      type(snapshot_t), intent(in) :: snapshot
+      integer, intent(in) :: zone          !< from 1, also its strand
+      integer(i8), intent(in) :: particles !< in it
+      character(len=:), allocatable :: text
+      text = ''
+      if (particles == 0) return
+      text = 'ZONE T="level '//to_text(merge(zone, 0, allocated(snapshot%levels)))//'", STRANDID='//to_text(zone)// &
+             ', SOLUTIONTIME='//exact_text(snapshot%time)//', I=1, J='//to_text(particles)//', K=1, DATAPACKING=BLOCK'//achar(10)
+   end function zone_text
 
    !> Number of values a particle has in the file.
    pure integer(i8) function blocks(snapshot)
@@ -98,25 +133,49 @@ contains
       blocks = 4_i8 + sum(snapshot%fields(:)%components)
    end function blocks
 
-   subroutine open_table(table, communicator, n_total, path, where_to, error)
+   subroutine open_table(table, communicator, path, error)
       type(table_t), intent(out) :: table
       type(communicator_t), intent(in) :: communicator
-      integer(i8), intent(in) :: n_total
       character(len=*), intent(in) :: path
-      type(file_layout_t), intent(in) :: where_to
       type(error_t), intent(inout) :: error
-      integer(MPI_ADDRESS_KIND), allocatable :: displacement(:)
       integer :: status
       if (error%happened()) return
       call MPI_File_open(communicator%comm, part_name(path), MPI_MODE_WRONLY, MPI_INFO_NULL, table%file, status)
       call note(status, path, error)
       call communicator%agree(error)
       if (error%happened()) return
-      table%block_bytes = width*n_total
-      table%chunks = (size(where_to%order) + chunk - 1)/chunk
-      call MPI_Allreduce(MPI_IN_PLACE, table%chunks, 1, MPI_INTEGER, MPI_MAX, communicator%comm)
       call MPI_Type_contiguous(width, MPI_CHARACTER, table%line)
       call MPI_Type_commit(table%line)
+   end subroutine open_table
+
+   !> Rank 0 writes what is no value.
+   subroutine put_text(table, communicator, text, path, error)
+      type(table_t), intent(inout) :: table
+      type(communicator_t), intent(in) :: communicator
+      character(len=*), intent(in) :: text, path
+      type(error_t), intent(inout) :: error
+      type(MPI_Status) :: written
+      integer :: status
+      call MPI_File_set_view(table%file, table%start, MPI_CHARACTER, MPI_CHARACTER, 'native', MPI_INFO_NULL, status)
+      call note(status, path, error)
+      if (communicator%is_root()) then
+         call MPI_File_write_at(table%file, 0_MPI_OFFSET_KIND, text, len(text), MPI_CHARACTER, written, status)
+         call note(status, path, error)
+      end if
+      table%start = table%start + len(text)
+   end subroutine put_text
+
+   !> Where the lines of this rank go in the blocks of a zone.
+   subroutine begin_zone(table, communicator, where_to, particles)
+      type(table_t), intent(inout) :: table
+      type(communicator_t), intent(in) :: communicator
+      type(file_layout_t), intent(in) :: where_to
+      integer(i8), intent(in) :: particles !< of all ranks in the zone
+      integer(MPI_ADDRESS_KIND), allocatable :: displacement(:)
+      table%where_to = where_to
+      table%block_bytes = width*particles
+      table%chunks = (size(where_to%order) + chunk - 1)/chunk
+      call MPI_Allreduce(MPI_IN_PLACE, table%chunks, 1, MPI_INTEGER, MPI_MAX, communicator%comm)
       allocate (displacement(size(where_to%offset)))
       displacement(:) = int(where_to%offset*width, MPI_ADDRESS_KIND)
       if (size(displacement) > 0) then
@@ -125,46 +184,30 @@ contains
          call MPI_Type_dup(table%line, table%lines) ! a view must not be empty; nothing is written through it
       end if
       call MPI_Type_commit(table%lines)
-   end subroutine open_table
+   end subroutine begin_zone
 
-   !> Rank 0 writes the header.
-   subroutine put_header(table, communicator, header, path, error)
-      type(table_t), intent(inout) :: table
-      type(communicator_t), intent(in) :: communicator
-      character(len=*), intent(in) :: header, path
-      type(error_t), intent(inout) :: error
-      type(MPI_Status) :: written
-      integer :: status
-      if (communicator%is_root()) then
-         call MPI_File_write_at(table%file, 0_MPI_OFFSET_KIND, header, len(header), MPI_CHARACTER, written, status)
-         call note(status, path, error)
-      end if
-      table%start = len(header)
-   end subroutine put_header
-
-   !> All blocks: coordinates, ids, then the components of the fields.
-   subroutine put_values(table, snapshot, where_to, path, error)
+   !> All blocks of a zone: coordinates, ids, then the components of the fields.
+   subroutine put_values(table, snapshot, path, error)
       type(table_t), intent(inout) :: table
       type(snapshot_t), intent(in) :: snapshot
-      type(file_layout_t), intent(in) :: where_to
       character(len=*), intent(in) :: path
       type(error_t), intent(inout) :: error
       integer :: f, c
       do c = 1, 3
-         call put_block(table, where_to, path, error, reals=snapshot%position(:, c))
+         call put_block(table, path, error, reals=snapshot%position(:, c))
       end do
-      call put_block(table, where_to, path, error, ids=snapshot%id)
+      call put_block(table, path, error, ids=snapshot%id)
       do f = 1, size(snapshot%fields)
          do c = 1, snapshot%fields(f)%components
-            call put_block(table, where_to, path, error, reals=snapshot%fields(f)%values(:, c))
+            call put_block(table, path, error, reals=snapshot%fields(f)%values(:, c))
          end do
       end do
    end subroutine put_values
 
-   !> One value of every particle. All ranks take part in every write, also after an error and when they have nothing left.
-   subroutine put_block(table, where_to, path, error, reals, ids)
+   !> One value of every particle of the zone. All ranks take part in every write, also after an error and when they have
+   !> nothing left.
+   subroutine put_block(table, path, error, reals, ids)
       type(table_t), intent(inout) :: table
-      type(file_layout_t), intent(in) :: where_to
       character(len=*), intent(in) :: path
       type(error_t), intent(inout) :: error
       real(wp), intent(in), optional :: reals(:)
@@ -174,15 +217,15 @@ contains
       integer :: n, k, done, status
       call MPI_File_set_view(table%file, table%start, table%line, table%lines, 'native', MPI_INFO_NULL, status)
       call note(status, path, error)
-      allocate (lines(min(chunk, size(where_to%order))))
+      allocate (lines(min(chunk, size(table%where_to%order))))
       done = 0
       do n = 1, table%chunks
-         do k = 1, min(chunk, size(where_to%order) - done)
-            if (present(reals)) write (lines(k), real_format) reals(where_to%order(done + k))
-            if (present(ids)) write (lines(k), integer_format) ids(where_to%order(done + k))
+         do k = 1, min(chunk, size(table%where_to%order) - done)
+            if (present(reals)) write (lines(k), real_format) reals(table%where_to%order(done + k))
+            if (present(ids)) write (lines(k), integer_format) ids(table%where_to%order(done + k))
             lines(k) (width:width) = achar(10)
          end do
-         k = min(chunk, size(where_to%order) - done)
+         k = min(chunk, size(table%where_to%order) - done)
          call MPI_File_write_at_all(table%file, int(done, MPI_OFFSET_KIND), lines, k, table%line, written, status)
          call note(status, path, error)
          done = done + k
@@ -198,7 +241,6 @@ contains
       call MPI_File_close(table%file, status)
       call note(status, path, error)
       call MPI_Type_free(table%line)
-      call MPI_Type_free(table%lines)
    end subroutine close_table
 
    !> An MPI status of a file becomes an error of this rank.

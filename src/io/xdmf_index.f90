@@ -1,12 +1,10 @@
-!> One small file, `particles.xdmf`, that makes an animation of the HDF5 snapshots of a run: it tells their times and points
-!> into them. ParaView and VTK open it.
+!> Small files that make an animation of a run: `particles.xdmf`, which tells the times of the HDF5 snapshots and points into
+!> them, and `levels.xdmf`, the boxes of the levels. ParaView and VTK open them.
 module m_xdmf_index
-   use m_kinds, only: wp
    use m_errors, only: error_t
    use m_communicator, only: communicator_t
    use m_part_file, only: open_part, publish_part
-   use m_snapshot, only: snapshot_t, snapshot_field_t, snapshot_file_name
-   use m_text, only: to_text, exact_text
+   use m_text, only: to_text
    implicit none
    private
 
@@ -16,9 +14,9 @@ module m_xdmf_index
       character(len=:), allocatable :: text
    end type entry_t
 
-   !> The index of one directory; only rank 0 holds its entries.
+   !> An index; only rank 0 holds its entries.
    type, public :: xdmf_index_t
-      character(len=:), allocatable, private :: path
+      character(len=:), allocatable, private :: name, path
       type(entry_t), allocatable, private :: entries(:)
    contains
       procedure :: start
@@ -26,31 +24,33 @@ module m_xdmf_index
    end type xdmf_index_t
 
    character(len=1), parameter :: newline = achar(10)
-   character(len=*), parameter :: begin_entry = '    <Grid Name="step ', end_entry = '    </Grid>'
+   character(len=*), parameter :: begin_entry = '    <Grid Name="step ', end_entry = '    </Grid>' ! no line between is as these
 
 contains
 
-   !> Begin the index of a directory. With `resume_step` the entries of an index that is there are kept as far as that step
-   !> (a run that goes on from a checkpoint); without it, or if the old index cannot be read, the index begins empty.
-   subroutine start(self, communicator, directory, resume_step)
+   !> Begin the index `<directory>/<name>.xdmf`. With `resume_step` the entries of an index that is there are kept as far as that
+   !> step (a run that goes on from a checkpoint); without it, or if the old index cannot be read, the index begins empty.
+   subroutine start(self, communicator, directory, name, resume_step)
       class(xdmf_index_t), intent(out) :: self
       type(communicator_t), intent(in) :: communicator
-      character(len=*), intent(in) :: directory
+      character(len=*), intent(in) :: directory, name
       integer, intent(in), optional :: resume_step
-      self%path = directory//'/particles.xdmf'
+      self%name = name
+      self%path = directory//'/'//name//'.xdmf'
       allocate (self%entries(0))
       if (present(resume_step) .and. communicator%is_root()) call keep_entries(self, resume_step)
    end subroutine start
 
-   !> Collective: add a snapshot that has been written and write the index anew. Entries of this step or later ones go: the run
-   !> was taken up again before them.
-   subroutine add(self, communicator, snapshot, error)
+   !> Collective: add what a step has written (the attributes and contents of a Grid, lines) and write the index anew. Entries of
+   !> this step or later ones go: the run was taken up again before them.
+   subroutine add(self, communicator, step, text, error)
       class(xdmf_index_t), intent(inout) :: self
       type(communicator_t), intent(in) :: communicator
-      type(snapshot_t), intent(in) :: snapshot
+      integer, intent(in) :: step
+      character(len=*), intent(in) :: text
       type(error_t), intent(inout) :: error
       if (communicator%is_root() .and. .not. error%happened()) then
-         call append(self%entries, snapshot%step, entry_text(snapshot))
+         call append(self%entries, step, begin_entry//to_text(step)//'" '//text//newline//end_entry)
          call write_index(self, error)
       end if
       call communicator%agree(error)
@@ -89,7 +89,7 @@ contains
       call put('<!DOCTYPE Xdmf SYSTEM "Xdmf.dtd" []>')
       call put('<Xdmf Version="2.0">')
       call put(' <Domain>')
-      call put('  <Grid Name="particles" GridType="Collection" CollectionType="Temporal">')
+      call put('  <Grid Name="'//self%name//'" GridType="Collection" CollectionType="Temporal">')
       do e = 1, size(self%entries)
          call put(self%entries(e)%text)
       end do
@@ -112,95 +112,6 @@ contains
       end subroutine put
 
    end subroutine write_index
-
-   !> The grid of one snapshot: vertices, coordinates, id and fields, all as references into its HDF5 file.
-   function entry_text(snapshot) result(text)
-      type(snapshot_t), intent(in) :: snapshot
-      character(len=:), allocatable :: text
-      character(len=:), allocatable :: file, points
-      integer :: f
-      file = snapshot_file_name(snapshot%step, 'h5')
-      points = to_text(snapshot%n_total)
-      text = begin_entry//to_text(snapshot%step)//'" GridType="Uniform">'//newline// &
-             '     <Time Value="'//exact_text(snapshot%time)//'"/>'//newline// &
-             '     <Topology TopologyType="Polyvertex" NodesPerElement="1" NumberOfElements="'//points//'">'//newline// &
-             data_item(file, '/VTKHDF/Connectivity', points, 'NumberType="Int" Precision="8"')// &
-             '     </Topology>'//newline// &
-             '     <Geometry GeometryType="XYZ">'//newline// &
-             data_item(file, '/VTKHDF/Points', points//' 3', 'NumberType="Float" Precision="8"')// &
-             '     </Geometry>'//newline// &
-             attribute('id', 'Scalar', data_item(file, '/VTKHDF/PointData/id', points, 'NumberType="Int" Precision="8"'))
-      do f = 1, size(snapshot%fields)
-         text = text//field_text(snapshot%fields(f), file, points)
-      end do
-      text = text//end_entry
-   end function entry_text
-
-   !> A field: scalar, vector or tensor as it is. The components of any other one as scalars of their own: readers take a
-   !> symmetric tensor for one in another order than VTK's (xx yy zz xy yz xz), and know no other widths.
-   function field_text(field, file, points) result(text)
-      type(snapshot_field_t), intent(in) :: field
-      character(len=*), intent(in) :: file, points
-      character(len=:), allocatable :: text
-      character(len=:), allocatable :: table, extent
-      character(len=*), parameter :: real_type = 'NumberType="Float" Precision="8"'
-      integer :: c
-      table = '/VTKHDF/PointData/'//field%name
-      extent = points//' '//to_text(field%components)
-      select case (field%components)
-      case (1)
-         text = attribute(field%name, 'Scalar', data_item(file, table, points, real_type))
-      case (3)
-         text = attribute(field%name, 'Vector', data_item(file, table, extent, real_type))
-      case (9)
-         text = attribute(field%name, 'Tensor', data_item(file, table, extent, real_type))
-      case default
-         text = ''
-         do c = 1, field%components
-            text = text//attribute(field%full_name(c), 'Scalar', &
-                                   '      <DataItem ItemType="HyperSlab" Dimensions="'//points//' 1">'//newline// &
-                                   '      <DataItem Format="XML" NumberType="Int" Dimensions="3 2">0 '//to_text(c - 1)// &
-                                   ' 1 1 '//points//' 1</DataItem>'//newline// &
-                                   data_item(file, table, extent, real_type)//'      </DataItem>'//newline)
-         end do
-      end select
-   end function field_text
-
-   pure function attribute(name, kind, item) result(text)
-      character(len=*), intent(in) :: name, kind, item
-      character(len=:), allocatable :: text
-      text = '     <Attribute Name="'//escaped(name)//'" AttributeType="'//kind//'" Center="Node">'//newline//item// &
-             '     </Attribute>'//newline
-   end function attribute
-
-   pure function data_item(file, table, extent, number_type) result(text)
-      character(len=*), intent(in) :: file, table, extent, number_type
-      character(len=:), allocatable :: text
-      text = '      <DataItem Format="HDF" '//number_type//' Dimensions="'//extent//'">'//file//':'//escaped(table)// &
-             '</DataItem>'//newline
-   end function data_item
-
-   !> Text as XML wants it.
-   pure function escaped(text) result(safe)
-      character(len=*), intent(in) :: text
-      character(len=:), allocatable :: safe
-      integer :: i
-      safe = ''
-      do i = 1, len(text)
-         select case (text(i:i))
-         case ('&')
-            safe = safe//'&amp;'
-         case ('<')
-            safe = safe//'&lt;'
-         case ('>')
-            safe = safe//'&gt;'
-         case ('"')
-            safe = safe//'&quot;'
-         case default
-            safe = safe//text(i:i)
-         end select
-      end do
-   end function escaped
 
    !> Take over the entries of the index on the disk up to a step.
    subroutine keep_entries(self, resume_step)

@@ -35,10 +35,14 @@ module m_composite
       logical, allocatable :: is_parent(:)  !< of this rank's blocks of the coarser level
       logical, allocatable :: receives(:)   !< they hold nodes on which slaves depend: parents and the blocks next to them
       logical, allocatable, private :: adds(:) !< blocks next to those
+      integer :: messages_each(2) = 0       !< sent by this rank in one exchange, up and down
+      integer(i8) :: bytes_each(2) = 0
       integer(i8) :: messages = 0, bytes = 0 !< sent by this rank over the run
       integer, allocatable, private :: by_index(:) !< edges with their parent here, by rising index of the block
       real(wp), allocatable, private :: up(:, :, :, :, :), down(:, :, :, :, :) !< (node_values, 0:5, 0:5, 0:5, edges)
       real(wp), allocatable, private :: first(:, :, :, :, :) !< what was handed up in the first of two steps, of the own edges
+      real(wp), allocatable :: pushed(:, :, :, :, :) !< what effects on nodes add to the acceleration of the coarser ones, where there
+                                                     !< are any: (3, 0:9, 0:9, 0:9, blocks), m/s2
       real(wp), allocatable, private :: own_mass(:, :, :, :) !< of the nodes of parents, without what is handed up: (0:9, 0:9, 0:9, blocks)
       integer, allocatable, private :: ranks(:)
       type(MPI_Datatype), allocatable, private :: of_blocks(:), of_parents(:) !< cubes shared with each rank: of own blocks, own parents
@@ -215,6 +219,8 @@ contains
          call make_type(pack([(e - 1, e=self%own + 1, size(other))], other(self%own + 1:) == self%ranks(r)), &
                         self%of_parents(r), self%cubes(2, r))
       end do
+      self%messages_each = count(self%cubes > 0, dim=2)
+      self%bytes_each = 8_i8*node_values*(cube_last + 1)**3*sum(self%cubes, dim=2)
    end subroutine make_messages
 
    !> The datatype of some cubes of a pool.
@@ -248,32 +254,38 @@ contains
       end do
    end subroutine clear_covered
 
-   !> What the slaves were given, to the cubes: mass, momentum, force, with the weights of eq. slaves. `solved` of the finer level
-   !> holds sums. Kept as that of a first step.
-   subroutine restrict(self, communicator, fine)
+   !> What the slaves were given, to the cubes: mass, momentum less what it is ahead by, force, with the weights of eq. slaves.
+   !> `solved` of the finer level holds sums. Kept as that of a first step.
+   subroutine restrict(self, communicator, fine, half)
       class(composite_t), intent(inout) :: self
       type(communicator_t), intent(in) :: communicator
       type(level_t), intent(in) :: fine
+      real(wp), intent(in) :: half !< the finer step, or 0 where it is not half the coarser one, s
       integer :: e
       do e = 1, self%own
          call gather_slaves(self%edges(e), fine%solved(:, :, :, :, self%edges(e)%block), fine%layout%gradient > 0, &
                             self%up(:, :, :, :, e))
       end do
       self%first = self%up(:, :, :, :, :self%own)
+      self%up(2:4, :, :, :, :self%own) = self%up(2:4, :, :, :, :self%own) - 0.5_wp*half*self%up(5:7, :, :, :, :self%own) ! eq. labels
       call self%exchange(communicator, self%up, upwards=.true.)
    end subroutine restrict
 
-   !> The same in the second of two steps: mass (1 and 8), momentum (2 to 4), the change of force since the first (5 to 7).
-   subroutine restrict_change(self, communicator, fine)
+   !> The same in the second of two steps: mass (1 and 8), momentum (2 to 4; where PIC is mixed in with what the first was less by), the
+   !> change of force since the first (5 to 7).
+   subroutine restrict_change(self, communicator, fine, half, flip_fraction)
       class(composite_t), intent(inout) :: self
       type(communicator_t), intent(in) :: communicator
       type(level_t), intent(in) :: fine
+      real(wp), intent(in) :: half          !< the finer step, s
+      real(wp), intent(in) :: flip_fraction
       integer :: e
       do e = 1, self%own
          associate (up => self%up(:, :, :, :, e), first => self%first(:, :, :, :, e))
             call gather_slaves(self%edges(e), fine%solved(:, :, :, :, self%edges(e)%block), fine%layout%gradient > 0, up)
             up(8, :, :, :) = up(1, :, :, :)
             up(5:7, :, :, :) = up(5:7, :, :, :) - first(5:7, :, :, :)
+            if (flip_fraction < 1.0_wp) up(2:4, :, :, :) = up(2:4, :, :, :) + 0.5_wp*half*first(5:7, :, :, :)
          end associate
       end do
       call self%exchange(communicator, self%up, upwards=.true.)
@@ -309,29 +321,29 @@ contains
    end subroutine gather_slaves
 
    !> By how much the momentum of a slave's mass changes from it to the next node along each of some axes: from the velocities of the
-   !> nodes on both sides, or of one where the other has no mass. Columns are axes.
+   !> nodes on both sides, weighted with their masses. Columns are axes.
    pure subroutine change_of_momentum(tile, at, along, change)
       real(wp), intent(in) :: tile(node_values, 0:tile_last, 0:tile_last, 0:tile_last)
       integer, intent(in) :: at(3)
       logical, intent(in) :: along(3)
       real(wp), intent(out) :: change(3, 3)
-      real(wp) :: here(3)
-      integer :: axis, side, found, to(3)
+      real(wp) :: here(3), weight
+      integer :: axis, side, to(3)
       change = 0.0_wp
       associate (mass => tile(1, at(1), at(2), at(3)))
          here = tile(2:4, at(1), at(2), at(3))/mass
          do axis = 1, 3
             if (.not. along(axis)) cycle
-            found = 0
+            weight = 0.0_wp
             do side = -1, 1, 2
                to = at
                to(axis) = at(axis) + side
                if (to(axis) < 0 .or. to(axis) > tile_last) cycle
                if (.not. tile(1, to(1), to(2), to(3)) > 0.0_wp) cycle
-               found = found + 1
-               change(:, axis) = change(:, axis) + side*(tile(2:4, to(1), to(2), to(3))/tile(1, to(1), to(2), to(3)) - here)
+               weight = weight + tile(1, to(1), to(2), to(3))
+               change(:, axis) = change(:, axis) + side*(tile(2:4, to(1), to(2), to(3)) - tile(1, to(1), to(2), to(3))*here)
             end do
-            if (found > 0) change(:, axis) = mass*change(:, axis)/found
+            if (weight > 0.0_wp) change(:, axis) = mass*change(:, axis)/weight
          end do
       end associate
    end subroutine change_of_momentum
@@ -417,9 +429,10 @@ contains
       real(wp), intent(in) :: time_step !< of the coarser level, s
       real(wp), intent(in) :: flip_fraction
       real(wp), intent(inout) :: change(node_values, 0:tile_last, 0:tile_last, 0:tile_last)
-      real(wp) :: half, begun(3), start(3), later(3)
+      real(wp) :: half, mixed, own, begun(3), start(3), later(3), carried(3), pushed(3)
       integer :: e, i, j, k
       half = 0.5_wp*time_step
+      mixed = 1.0_wp - flip_fraction
       do k = 0, tile_last
          do j = 0, tile_last
             do i = 0, tile_last
@@ -428,16 +441,17 @@ contains
                      given(2:7) = 0.0_wp ! no slaves, at neither time
                      cycle
                   end if
-                  begun = node(2:4) - half*node(5:7)        ! velocity after the first half, if the mass had stayed
-                  later = node(1)*node(5:7) + given(5:7)    ! force of the second half
-                  if (node(1) < 0.5_wp*given(1)) then
-                     start = ((given(1) - given(8))*begun + given(2:4))/given(1)
-                  else
-                     start = begun
-                     later = later + (1.0_wp - flip_fraction)/half*(given(2:4) - given(8)*begun)
-                  end if
-                  given(5:7) = half*(later/given(1) - node(5:7))
-                  given(2:4) = start - begun + given(5:7)
+                  pushed = 0.0_wp
+                  if (allocated(self%pushed)) pushed = self%pushed(:, i, j, k, b)
+                  own = given(1) - given(8)              ! mass without the slaves'
+                  begun = node(2:4) - half*node(5:7)     ! velocity after the first half
+                  carried = own*begun + given(2:4)
+                  start = begun
+                  if (node(1) < 0.5_wp*given(1)) start = carried/given(1)
+                  later = node(1)*(node(5:7) - pushed) + given(1)*pushed + given(5:7) & ! force of the second half
+                          + mixed*((carried - given(1)*start)/half - 0.5_wp*(node(1) - own + given(1))*node(5:7))
+                  given(5:7) = half*(later/(given(1) - 0.5_wp*mixed*own) - node(5:7))
+                  given(2:4) = start - begun + 0.5_wp*given(5:7)
                end associate
             end do
          end do
@@ -446,7 +460,7 @@ contains
       coarse%solved(2:4, :, :, :, b) = coarse%solved(2:4, :, :, :, b) + change(2:4, :, :, :)
       change(2:4, :, :, :) = coarse%solved(2:4, :, :, :, b)
       coarse%solved(5:7, :, :, :, b) = coarse%solved(5:7, :, :, :, b) + change(5:7, :, :, :)/time_step
-      change(5:7, :, :, :) = coarse%solved(5:7, :, :, :, b) + change(5:7, :, :, :)/time_step ! a + owed/half
+      change(5:7, :, :, :) = coarse%solved(5:7, :, :, :, b) + change(5:7, :, :, :)/time_step ! that of the second half
       do e = 1, size(self%edges)
          if (self%edges(e)%parent == b) call take_cube(self%edges(e), change, self%down(:, :, :, :, e))
       end do
@@ -463,7 +477,7 @@ contains
    pure subroutine set_slaves(self, b, remaining, tile)
       class(composite_t), intent(in) :: self
       integer, intent(in) :: b              !< the block's number here
-      real(wp), intent(in) :: remaining     !< time from the end of this step to that of the coarser one, s
+      real(wp), intent(in) :: remaining     !< time from where velocities of this step stand to where those of the coarser one do, s
       real(wp), intent(inout) :: tile(node_values, 0:tile_last, 0:tile_last, 0:tile_last)
       real(wp) :: motion(6), share
       integer :: e, s, at(3), low(3), high(3), i, j, k
@@ -521,6 +535,7 @@ contains
    subroutine release(self)
       class(composite_t), intent(inout) :: self
       integer :: r
+      if (allocated(self%pushed)) deallocate (self%pushed)
       if (.not. allocated(self%edges)) return
       do r = 1, size(self%ranks)
          call MPI_Type_free(self%of_blocks(r))

@@ -27,11 +27,11 @@ contains
       type(error_t), intent(inout) :: error
       model%bounds = bounds_t()
       if (model%method%stress_update == update_usf) then
-         call gather_levels(model, 1, model%time)
+         call gather_levels(model, 1, model%time, time_step)
          call solve(model, 1, clock_t(model%time))
          call strain(model, 1, time_step, error)                       ! 6, first
       end if
-      call gather_levels(model, 1, model%time)                         ! 1, 2, 3
+      call gather_levels(model, 1, model%time, time_step)                         ! 1, 2, 3
       call advance_level(model, 1, clock_t(model%time, time_step), error)
       if (error%happened()) return
       model%time = model%time + time_step
@@ -44,19 +44,23 @@ contains
    end subroutine advance
 
    !> 1, 2, 3 on a level and all finer ones, the finest first: each hands up what its slaves were given.
-   subroutine gather_levels(model, first, time)
+   subroutine gather_levels(model, first, time, time_step)
       type(model_t), intent(inout) :: model
-      integer, intent(in) :: first !< 1, or the level that begins its second step within one of its parent
-      real(wp), intent(in) :: time !< s
+      integer, intent(in) :: first      !< 1, or the level that begins its second step within one of its parent
+      real(wp), intent(in) :: time      !< s
+      real(wp), intent(in) :: time_step !< of level `first`, s
+      real(wp) :: own_step
       integer :: l
       do l = size(model%levels), first, -1
          call to_nodes(model, l, time)
          if (l == 1) cycle
          call model%timers%enter(model%levels_row)
+         own_step = 0.0_wp
+         if (model%method%subcycle) own_step = 0.5_wp**(l - first)*time_step
          if (l == first) then
-            call model%composite(l)%restrict_change(model%communicator, model%levels(l))
+            call model%composite(l)%restrict_change(model%communicator, model%levels(l), own_step, model%method%flip_fraction)
          else
-            call model%composite(l)%restrict(model%communicator, model%levels(l))
+            call model%composite(l)%restrict(model%communicator, model%levels(l), own_step)
          end if
       end do
    end subroutine gather_levels
@@ -105,15 +109,15 @@ contains
       call model%composite(l + 1)%hand_down(model%levels(l))
       call model%composite(l + 1)%send_down(model%communicator)
       if (.not. model%method%subcycle) then
-         call advance_level(model, l + 1, clock, error)
+         call advance_level(model, l + 1, clock_t(clock%time, clock%step), error)
          return
       end if
       half = 0.5_wp*clock%step
-      call advance_level(model, l + 1, clock_t(clock%time, half, half), error)
+      call advance_level(model, l + 1, clock_t(clock%time, half, 0.5_wp*half), error)
       if (error%happened()) return
-      call gather_levels(model, l + 1, clock%time + half)
+      call gather_levels(model, l + 1, clock%time + half, half)
       call correct(model, l, clock)
-      call advance_level(model, l + 1, clock_t(clock%time + half, half), error)
+      call advance_level(model, l + 1, clock_t(clock%time + half, half, -0.5_wp*half), error)
    end subroutine advance_finer
 
    !> Collective: the solved nodes of level l take what its own step does not know of the two steps of the finer level.
@@ -150,6 +154,7 @@ contains
       if (new_blocks) call model%create_blocks()
       call model%migration(l)%move_leavers(model%communicator, model%levels(l), model%exchange(l)%ranks)
       model%particle_steps = model%particle_steps + model%levels(l)%particle_count()
+      model%level_steps(l) = model%level_steps(l) + model%levels(l)%particle_count()
       if (l < size(model%levels)) call change_pair(model, l)
       call model%timers%leave()
    end subroutine move_particles

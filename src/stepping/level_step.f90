@@ -11,6 +11,7 @@ module m_level_step
    use m_particle_store, only: particle_store_t
    use m_block, only: block_t
    use m_materials, only: materials_t
+   use m_level, only: tile_last
    use m_model, only: model_t, bounds_t
    use m_migration, only: frame_of
    use m_composite, only: clear_covered
@@ -34,7 +35,7 @@ module m_level_step
    type :: clock_t
       real(wp) :: time = 0.0_wp      !< at its beginning, s
       real(wp) :: step = 0.0_wp      !< its length, s
-      real(wp) :: remaining = 0.0_wp !< from its end to that of the step of the coarser level, s
+      real(wp) :: remaining = 0.0_wp !< from where its velocities stand, in its middle, to the middle of the coarser level's step, s
    end type clock_t
 
 contains
@@ -130,7 +131,6 @@ contains
       integer, intent(in) :: l
       type(clock_t), intent(in) :: clock
       integer :: b, e
-      integer :: none(4, 0)
       call model%timers%enter(phase_nodes)
       do b = 1, size(model%levels(l)%blocks)
          if (is_idle(model, l, b)) cycle
@@ -138,17 +138,34 @@ contains
          if (l > 1) e = model%composite(l)%edge_of(b)
          call solve_nodes(model%levels(l)%solved(:, :, :, :, b), clock%step)
          if (e > 0) call model%composite(l)%set_slaves(b, clock%remaining, model%levels(l)%solved(:, :, :, :, b))
-         if (size(model%effect_step(l)%on_nodes) > 0 .and. clock%step > 0.0_wp) then
-            if (e > 0) then
-               call model%effect_step(l)%change_nodes(model%effects, model%levels(l), b, clock%time, clock%step, &
-                                                   model%composite(l)%edges(e)%slave, model%timers)
-            else
-               call model%effect_step(l)%change_nodes(model%effects, model%levels(l), b, clock%time, clock%step, none, model%timers)
-            end if
-         end if
+         if (size(model%effect_step(l)%on_nodes) > 0 .and. clock%step > 0.0_wp) call push_nodes(model, l, b, clock)
          call constrain_nodes(model%levels(l)%grid, model%levels(l)%blocks(b)%place, model%levels(l)%solved(:, :, :, :, b))
       end do
    end subroutine solve
+
+   !> Effects on the solved nodes of a block. What they add to the acceleration is kept where a finer level's two steps will ask for it.
+   subroutine push_nodes(model, l, b, clock)
+      type(model_t), intent(inout) :: model
+      integer, intent(in) :: l, b
+      type(clock_t), intent(in) :: clock
+      integer, allocatable :: slave(:, :)
+      real(wp), allocatable :: before(:, :, :, :)
+      logical :: kept
+      allocate (slave(4, 0))
+      if (l > 1) then
+         if (model%composite(l)%edge_of(b) > 0) slave = model%composite(l)%edges(model%composite(l)%edge_of(b))%slave
+      end if
+      kept = l < size(model%levels)
+      if (kept) kept = model%composite(l + 1)%receives(b)
+      if (kept) before = model%levels(l)%solved(5:7, :, :, :, b)
+      call model%effect_step(l)%change_nodes(model%effects, model%levels(l), b, clock%time, clock%step, slave, model%timers)
+      if (.not. kept) return
+      associate (composite => model%composite(l + 1))
+         if (.not. allocated(composite%pushed)) &
+            allocate (composite%pushed(3, 0:tile_last, 0:tile_last, 0:tile_last, size(model%levels(l)%blocks)), source=0.0_wp)
+         composite%pushed(:, :, :, :, b) = model%levels(l)%solved(5:7, :, :, :, b) - before
+      end associate
+   end subroutine push_nodes
 
    !> 5. Nodes to particles; 6. the stress, when it is its turn; 7. where the particles are now. Block by block, while its
    !> particles are in the cache.
@@ -165,6 +182,9 @@ contains
       motion = motion_t(time_step, model%method%flip_fraction, model%levels(l)%layout%position)
       if (model%levels(l)%layout%next_position > 0) motion%position = model%levels(l)%layout%next_position
       do b = 1, size(model%levels(l)%blocks)
+         if (is_idle(model, l, b)) cycle
+         if (model%effect_step(l)%works .and. model%levels(l)%blocks(b)%particles%count == 0) &
+            call model%effect_step(l)%measure(model%levels(l), b, time_step) ! a parent: on what is handed up
          if (stays_at_rest(model, l, b)) then
             model%particle_steps_at_rest = model%particle_steps_at_rest + model%levels(l)%blocks(b)%particles%count
             cycle

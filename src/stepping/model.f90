@@ -58,6 +58,7 @@ module m_model
       integer(i8) :: merges = 0                       !< particles that this rank has made of eight others
       real(wp), allocatable :: lost_in_merging(:)     !< energy, by block of all levels, since the last fold, J
       real(wp) :: lost = 0.0_wp                       !< energy lost in merging up to the last fold, J
+      integer(i8), allocatable :: level_steps(:)      !< of these, those on each level
       integer(i8) :: splits = 0                       !< particles that this rank has made by splitting others
       integer(i8) :: particle_steps_at_rest = 0       !< of these, how many had nothing to do
       logical :: skip_at_rest = .true.                !< leave out blocks that are at rest: the same bits, less time
@@ -74,6 +75,7 @@ module m_model
       procedure :: release
       procedure, private :: mark_wanted
       procedure, private :: make_wanted
+      procedure, private :: place_anew
    end type model_t
 
    real(wp), parameter :: furthest = 0.45_wp            !< way of a particle in a step of the coarsest level, in its cells: above safety
@@ -125,6 +127,7 @@ contains
          call fill(l)
       end do
       call self%prepare_blocks()
+      if (size(self%levels) > 1 .and. communicator%ranks > 1) call self%place_anew(error)
       do e = 1, size(self%effects)
          call self%effects(e)%effect%verify(communicator, self%levels, size(scene%tools), error)
       end do
@@ -179,6 +182,7 @@ contains
       allocate (self%first_low(3, n), self%first_high(3, n), source=0)
       if (n > 1) self%level_specs = scene%levels
       allocate (self%levels(n), self%effect_step(n), self%exchange(n), self%migration(n), self%composite(n))
+      allocate (self%level_steps(n), source=0_i8)
       do l = 1, n
          self%levels(l)%number = l
          self%levels(l)%grid = make_grid_level(scene%grid, l)
@@ -382,15 +386,12 @@ contains
       call self%connect()
    end subroutine make_wanted
 
-   !> Collective: place the blocks anew, without those that are empty and not wanted, when the ranks' shares of the work have drifted
-   !> apart.
+   !> Collective: place the blocks anew when the ranks' shares of the work have drifted apart.
    subroutine rebalance(self, error)
       class(model_t), intent(inout) :: self
       type(error_t), intent(inout) :: error
-      integer, allocatable :: counts(:), owner(:)
       integer(i8) :: own(size(self%levels)), total(size(self%levels)), heaviest(size(self%levels))
-      logical, allocatable :: wanted(:)
-      integer :: b, before, l, n(3)
+      integer :: l
       if (self%communicator%ranks == 1) return
       call self%timers%enter(phase_balance)
       do l = 1, size(self%levels)
@@ -398,38 +399,43 @@ contains
       end do
       call MPI_Allreduce(own, total, size(own), MPI_INTEGER8, MPI_SUM, self%communicator%comm)
       call MPI_Allreduce(own, heaviest, size(own), MPI_INTEGER8, MPI_MAX, self%communicator%comm)
-      if (sum(heaviest)*self%communicator%ranks > tolerated_imbalance*sum(total)) then
-         call self%mark_wanted(wanted)
-         counts = merge(0, -1, wanted)
-         do l = 1, size(self%levels)
-            before = blocks_before(self%levels, l)
-            do b = 1, size(self%levels(l)%blocks)
-               associate (block => self%levels(l)%blocks(b))
-                  if (block%particles%count > 0) counts(before + block%index) = block%particles%count
-               end associate
-            end do
-         end do
-         if (size(self%levels) == 1) where (counts == 0) counts = -1 ! there blocks are made when a particle has entered them
-         call MPI_Allreduce(MPI_IN_PLACE, counts, size(counts), MPI_INTEGER, MPI_MAX, self%communicator%comm)
-         call add_parents(self%levels, counts, 0)
-         allocate (owner(size(counts)))
-         call choose_owners(self%communicator, self%levels, counts, owner, error)
-         if (.not. error%happened()) then
-            do l = 1, size(self%levels)
-               before = blocks_before(self%levels, l)
-               n = self%levels(l)%grid%blocks
-               call self%migration(l)%move_blocks(self%communicator, self%levels(l), &
-                                                  reshape(owner(before + 1:before + product(n)), n))
-            end do
-            call set_owners(self%levels, owner)
-            call self%connect()
-            do l = 1, size(self%levels)
-               call self%migration(l)%unload(self%levels(l))
-            end do
-         end if
-      end if
+      if (sum(heaviest)*self%communicator%ranks > tolerated_imbalance*sum(total)) call self%place_anew(error)
       call self%timers%leave()
    end subroutine rebalance
+
+   !> Collective: owners by what blocks hold now; blocks move. A level alone loses its empty blocks by that; of several levels all
+   !> stay: which blocks are there decides in which order slaves are handed up, and must not depend on the ranks.
+   subroutine place_anew(self, error)
+      class(model_t), intent(inout) :: self
+      type(error_t), intent(inout) :: error
+      integer, allocatable :: counts(:), owner(:)
+      integer :: b, before, l, n(3)
+      counts = merge(0, -1, all_owners(self%levels) >= 0)
+      do l = 1, size(self%levels)
+         before = blocks_before(self%levels, l)
+         do b = 1, size(self%levels(l)%blocks)
+            associate (block => self%levels(l)%blocks(b))
+               if (block%particles%count > 0) counts(before + block%index) = block%particles%count
+            end associate
+         end do
+      end do
+      call MPI_Allreduce(MPI_IN_PLACE, counts, size(counts), MPI_INTEGER, MPI_MAX, self%communicator%comm)
+      if (size(self%levels) == 1) where (counts == 0) counts = -1
+      allocate (owner(size(counts)))
+      call choose_owners(self%communicator, self%levels, counts, owner, error)
+      if (error%happened()) return
+      do l = 1, size(self%levels)
+         before = blocks_before(self%levels, l)
+         n = self%levels(l)%grid%blocks
+         call self%migration(l)%move_blocks(self%communicator, self%levels(l), &
+                                            reshape(owner(before + 1:before + product(n)), n))
+      end do
+      call set_owners(self%levels, owner)
+      call self%connect()
+      do l = 1, size(self%levels)
+         call self%migration(l)%unload(self%levels(l))
+      end do
+   end subroutine place_anew
 
    !> Collective: add what has been booked in blocks to the totals, by their numbers. Before blocks change rank.
    subroutine fold(self)

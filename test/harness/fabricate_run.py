@@ -1,10 +1,10 @@
 #!/usr/bin/env python3
 """Write what a run would, from half-space theory, for the tests of the pictures:
 
-   fabricate_run.py DIRECTORY sphere|cone|flat SHARE
+   fabricate_run.py DIRECTORY sphere|cone|flat SHARE [levels]
 
 SHARE (1, 0.5, 0.25) is the modelled part of the body. The tool starts 50 nm above the surface; its load follows the theory for the
-modelled part, exactly.
+modelled part, exactly. With `levels` the particle files hold the boxes of three.
 """
 import math
 import sys
@@ -74,6 +74,10 @@ def main():
                     "stress": stress * step / 1000}
             for name, values in data.items():
                 group[f"PointData/{name}"] = values
+            if sys.argv[4:] == ["levels"]:
+                group["FieldData/level_lower"] = [[*low, 0], [low[0], low[1], 10e-6], [low[0], low[1], 16e-6]]
+                group["FieldData/level_upper"] = [[20e-6, 20e-6, 24e-6], [10e-6, 10e-6, 24e-6], [4e-6, 4e-6, 24e-6]]
+                group["FieldData/level_cell"] = [0.5e-6, 0.25e-6, 0.125e-6]
 
 
 main()

@@ -19,6 +19,11 @@ for run in 'sphere 0.25 Hertz' 'cone 0.5 Sneddon' 'flat 1 flat.punch'; do
    for picture in load_depth section energy; do png "$shape/$picture.png"; done
 done
 
+"$PYTHON" "$ROOT/test/harness/fabricate_run.py" levels sphere 0.25 levels
+plots levels || { cat out.log; fail 'pictures of a run with levels'; }
+png levels/section.png
+if cmp -s levels/section.png sphere/section.png; then fail 'the edges of levels are not drawn'; fi
+
 reference=$ROOT/test/references/fem/sphere_hypo_h0.1.csv
 plots --finite-elements "$reference" sphere || { cat out.log; fail 'the reference curve'; }
 grep -q 'finite elements (sphere_hypo_h0.1).*mean -[3-9]\.' out.log ||

@@ -178,6 +178,8 @@ contains
       call test%check(.not. error%happened(), 'the cost report is written')
       call test%check_equal(size(lines), 6, 'lines of the cost report')
       call test%check(index(lines(2), 'stress') == 1, 'the cost report names the phases', lines(2))
+      call write_cost_report(comm, cost, '', lines, error)
+      call test%check(.not. error%happened() .and. size(lines) == 6, 'the cost report of a scene without output has lines alone')
    end subroutine costs
 
    subroutine expect_there(path, expected, name)

@@ -56,6 +56,14 @@ def particles(step):
     return count, position, 2**54 + 3 * numpy.arange(count, dtype=numpy.int64) + 1, fields
 
 
+def levels(step):
+    """Number, lower and upper corner, cell size, particles of each level."""
+    count = particles(step)[0]
+    held = {1: count // 3, 2: 0, 3: count - count // 3}
+    return [(n, numpy.array([0.1, 0.2, 0.3]) * n + step * (n - 1), numpy.array([10.0, 11.0, 12.0]) + step * (n - 1),
+             2.0**(1 - n) / 3, held[n]) for n in (1, 2, 3)]
+
+
 # ---- readers ----------------------------------------------------------------------------------------------------------------
 
 class Complaints:
@@ -72,19 +80,25 @@ class Complaints:
         self.text.append(str(arguments[-1]))
 
 
-def vtk_grid(data, what):
-    """The one grid with points in what a reader gave."""
+def vtk_grids(data, what):
+    """The grids in what a reader gave."""
     need(data is not None, f"{what}: the reader gives nothing")
     if isinstance(data, vtk.vtkPointSet):
-        return data
+        return [data]
     iterator = data.NewIterator()
     iterator.InitTraversal()
     leaves = []
     while not iterator.IsDoneWithTraversal():
         leaves.append(iterator.GetCurrentDataObject())
         iterator.GoToNextItem()
-    need(len(leaves) == 1, f"{what}: {len(leaves)} grids, expected one")
-    return leaves[0]
+    return leaves
+
+
+def vtk_grid(data, what):
+    """The one grid in what a reader gave."""
+    grids = vtk_grids(data, what)
+    need(len(grids) == 1, f"{what}: {len(grids)} grids, expected one")
+    return grids[0]
 
 
 def array(grid, name, what):
@@ -150,52 +164,114 @@ def check_vtkhdf(path, step):
     need(time is not None and time.GetValue(0) == time_of(step), f"{path}: TimeValue of the reader")
 
 
-def check_xdmf(path):
-    """An animation with the right times, each frame read."""
-    reader = vtk.vtkXdmfReader()
-    complaints = Complaints(reader)
+def times_in(reader, path):
+    """The times of an animation that a reader has been given."""
     need(os.path.isfile(path), f"{path}: not there")
     reader.SetFileName(path)
     reader.UpdateInformation()
     key = vtk.vtkStreamingDemandDrivenPipeline.TIME_STEPS()
     information = reader.GetOutputInformation(0)
     need(information.Has(key), f"{path}: no times")
-    need_equal(information.Get(key), [time_of(s) for s in STEPS], f"{path}: times", 1e-15)
+    return information.Get(key)
+
+
+def check_xdmf(path):
+    """An animation with the right times, each frame read."""
+    reader = vtk.vtkXdmfReader()
+    complaints = Complaints(reader)
+    need_equal(times_in(reader, path), [time_of(s) for s in STEPS], f"{path}: times", 1e-15)
     for step in STEPS:
         reader.UpdateTimeStep(time_of(step))
         check_grid(vtk_grid(reader.GetOutputDataObject(0), path), step, f"{path} at step {step}", split=True)
     need(not complaints.text, f"{path}: {complaints.text[:1]}")
 
 
-def check_tecplot(path, step):
-    """Header and every value by numpy; then what VTK's reader makes of it."""
+def check_outlines(path):
+    """The twelve edges of the box of each level, moving in time."""
+    reader = vtk.vtkXdmfReader()
+    complaints = Complaints(reader)
+    need_equal(times_in(reader, path), [time_of(s) for s in STEPS], f"{path}: times", 1e-15)
+    for step in STEPS:
+        reader.UpdateTimeStep(time_of(step))
+        what = f"{path} at step {step}"
+        grids = vtk_grids(reader.GetOutputDataObject(0), what)
+        need(len(grids) == 3, f"{what}: {len(grids)} boxes, expected 3")
+        for grid, (number, lower, upper, cell, _) in zip(grids, levels(step)):
+            need_equal(grid.GetBounds(), numpy.stack([lower, upper], axis=1).ravel(), f"{what}: box {number}", 1e-15)
+            need_equal(vtk_to_numpy(grid.GetCellData().GetArray("level")), [number] * 12, f"{what}: level")
+            need_equal(vtk_to_numpy(grid.GetCellData().GetArray("cell_size")), [cell] * 12, f"{what}: cell_size", 1e-15)
+            lengths = []
+            for n in range(12):
+                ends = [numpy.array(grid.GetPoint(grid.GetCell(n).GetPointId(i))) for i in (0, 1)]
+                way = ends[1] - ends[0]
+                need(grid.GetCell(n).GetNumberOfPoints() == 2 and numpy.count_nonzero(way) == 1, f"{what}: edge {n}")
+                lengths.append((numpy.argmax(abs(way)), *numpy.minimum(*ends)))
+            need(len(set(lengths)) == 12, f"{what}: an edge stands twice")
+    need(not complaints.text, f"{path}: {complaints.text[:1]}")
+
+
+def check_boxes(path, step):
+    """The boxes of the levels as field data: by h5py and by VTK."""
+    expected = [numpy.array(values) for values in zip(*levels(step))][1:4]
+    reader = vtk.vtkHDFReader()
+    reader.SetFileName(path)
+    reader.Update()
+    shown = vtk_grid(reader.GetOutput(), path).GetFieldData()
+    with h5py.File(path, "r") as file:
+        for name, values in zip(("level_lower", "level_upper", "level_cell"), expected):
+            table = file[f"VTKHDF/FieldData/{name}"]
+            need_equal(table[()], values, f"{path}: {name}", 1e-15)
+            need(table.attrs["unit"] == b"m", f"{path}: unit of {name}")
+            need(shown.GetArray(name) is not None, f"{path}: the reader knows no {name}")
+            need_equal(vtk_to_numpy(shown.GetArray(name)), values, f"{path}: {name} by VTK", 1e-15)
+
+
+def check_tecplot(path, step, zones=None):
+    """Header and every value by numpy; then what VTK's reader makes of it. `zones`: number and particles of each, else one."""
     count, position, ids, fields = particles(step)
+    table = numpy.hstack([position, *fields.values()])
     with open(path, encoding="ascii") as file:
-        title, variables, zone = (file.readline().rstrip("\n") for _ in range(3))
+        title, variables = (file.readline().rstrip("\n") for _ in range(2))
         body = file.read()
     need(title.startswith('TITLE="') and f"step {step}, time " in title, f"{path}: {title}")
     need(variables == "VARIABLES=" + ", ".join(f'"{name}"' for name in TECPLOT), f"{path}: {variables}")
-    need(zone.startswith('ZONE T="level 0", STRANDID=1, SOLUTIONTIME=') and zone.endswith("DATAPACKING=BLOCK"), f"{path}: {zone}")
-    record = dict(part.strip().split("=") for part in zone[5:].split(","))
-    need(float(record["SOLUTIONTIME"]) == time_of(step) and record["J"] == str(count), f"{path}: {zone}")
     need(body.endswith("\n"), f"{path}: the last line is torn")
     lines = body.split("\n")[:-1]
-    need(len(lines) == count * len(TECPLOT), f"{path}: {len(lines)} values, expected {count * len(TECPLOT)}")
-    blocks = [lines[n * count:(n + 1) * count] for n in range(len(TECPLOT))]
-    need_equal([int(v) for v in blocks[3]], ids, f"{path}: id")
-    values = numpy.array([[float(v) for v in block] for n, block in enumerate(blocks) if n != 3]).T
-    need_equal(values, numpy.hstack([position, *fields.values()]), f"{path}: values", 1e-14)
+    first = 0
+    parts = []
+    for number, length in zones or [(0, count)]:
+        zone, lines = lines[0], lines[1:]
+        need(zone.startswith(f'ZONE T="level {number}", STRANDID={number or 1}, SOLUTIONTIME='), f"{path}: {zone}")
+        need(zone.endswith("DATAPACKING=BLOCK"), f"{path}: {zone}")
+        record = dict(part.strip().split("=") for part in zone[5:].split(","))
+        need(float(record["SOLUTIONTIME"]) == time_of(step) and record["J"] == str(length), f"{path}: {zone}")
+        need(len(lines) >= length * len(TECPLOT), f"{path}: {len(lines)} values, expected {length * len(TECPLOT)} and more")
+        blocks = [lines[n * length:(n + 1) * length] for n in range(len(TECPLOT))]
+        lines = lines[length * len(TECPLOT):]
+        part = slice(first, first + length)
+        parts.append(part)
+        first += length
+        need_equal([int(v) for v in blocks[3]], ids[part], f"{path}: id")
+        values = numpy.array([[float(v) for v in block] for n, block in enumerate(blocks) if n != 3]).T
+        need_equal(values, table[part], f"{path}: values", 1e-14)
+    need(not lines, f"{path}: {len(lines)} lines more than expected")
 
     reader = vtk.vtkTecplotReader()
     complaints = Complaints(reader)
     reader.SetFileName(path)
     reader.Update()
     need(not complaints.text, f"{path}: {complaints.text[:1]}")
-    grid = vtk_grid(reader.GetOutput(), path)
-    need(grid.GetNumberOfPoints() == count, f"{path}: {grid.GetNumberOfPoints()} points, expected {count}")
-    need_equal(vtk_to_numpy(grid.GetPoints().GetData()), position, f"{path}: position by VTK", 1e-6)  # floats
-    got = array(grid, "stress_zz [Pa]", path)
-    need_equal(got, fields["stress"][:, 2], f"{path}: stress_zz by VTK", 1e-6)
+    grids = vtk_grids(reader.GetOutput(), path)
+    need(len(grids) == len(parts), f"{path}: {len(grids)} grids, expected {len(parts)}")
+    for grid, part in zip(grids, parts):
+        expected = position[part]
+        need(grid.GetNumberOfPoints() == len(expected), f"{path}: {grid.GetNumberOfPoints()} points, expected {len(expected)}")
+        need_equal(vtk_to_numpy(grid.GetPoints().GetData()), expected, f"{path}: position by VTK", 1e-6)  # floats
+        need_equal(array(grid, "stress_zz [Pa]", path), fields["stress"][part, 2], f"{path}: stress_zz by VTK", 1e-6)
+
+
+def check_tecplot_levels(path, step):
+    check_tecplot(path, step, [(number, count) for number, _, _, _, count in levels(step) if count > 0])
 
 
 def check_empty(directory):
@@ -303,6 +379,9 @@ def damage(kind, path):
     elif kind == "nan":
         with h5py.File(path, "r+") as file:
             file["VTKHDF/PointData/stress"][3, 2] = numpy.nan
+    elif kind == "other box":
+        with h5py.File(path, "r+") as file:
+            file["VTKHDF/FieldData/level_upper"][1, 2] += 1.0
     elif kind == "swapped":
         with h5py.File(path, "r+") as file:
             table = file["VTKHDF/PointData/density"]
@@ -330,6 +409,15 @@ def plants(top):
     yield "wrong time in the index", xdmf, ('Value="1.2', 'Value="1.3'), lambda d: check_xdmf(f"{d}/{xdmf}")
     yield "index of a missing step", xdmf, ("20.h5:/VTKHDF/PointData/density", "10.h5:/VTKHDF/PointData/density"), \
         lambda d: check_xdmf(f"{d}/{xdmf}")
+    boxes, zones, outlines = "levels/particles_00000010.h5", "levels/particles_00000010.dat", "levels/levels.xdmf"
+    for kind in ("missing", "other box"):
+        yield f"{kind} h5, boxes", boxes, kind, lambda d: check_boxes(f"{d}/{boxes}", 10)
+    for kind in ("truncated", "torn", ('T="level 3"', 'T="level 2"'), ("STRANDID=3", "STRANDID=1"), ("J=", "J=1"),
+                 ("E-001", "E-002")):
+        yield f"{kind} Tecplot, levels", zones, kind, lambda d: check_tecplot_levels(f"{d}/{zones}", 10)
+    for kind in ("truncated", "missing", ("0 1 2 3", "0 1 0 1"), (">3 3", ">2 3"), ("\n20.", "\n20.1"),
+                 ('Value="1.2', 'Value="1.3')):
+        yield f"{kind} outlines", outlines, kind, lambda d: check_outlines(f"{d}/{outlines}")
     for kind in ("truncated", "torn", "missing", ("E-001", "E-002"), ("quarter", "half")):
         yield f"{kind} curve", "curve.dat", kind, lambda d: check_curve(f"{d}/curve.dat")
     yield "nan gone", "nan.dat", ("NaN", "0.0"), lambda d: check_nan(f"{d}/nan.dat")
@@ -370,7 +458,15 @@ def checks(directories):
         yield f"h5py, step {step}", lambda path=path, step=step: check_hdf5(path + ".h5", step)
         yield f"vtkHDFReader, step {step}", lambda path=path, step=step: check_vtkhdf(path + ".h5", step)
         yield f"Tecplot, step {step}", lambda path=path, step=step: check_tecplot(path + ".dat", step)
-    yield "XDMF animation", lambda: check_xdmf(f"{top}/run/particles.xdmf")
+        path = f"{top}/levels/particles_{step:08d}"
+        yield f"h5py, levels, step {step}", lambda path=path, step=step: check_hdf5(path + ".h5", step)
+        yield f"vtkHDFReader, levels, step {step}", lambda path=path, step=step: check_vtkhdf(path + ".h5", step)
+        yield f"boxes, step {step}", lambda path=path, step=step: check_boxes(path + ".h5", step)
+        yield f"Tecplot, a zone a level, step {step}", lambda path=path, step=step: check_tecplot_levels(path + ".dat", step)
+    for run in ("run", "levels"):
+        yield f"XDMF animation, {run}", lambda run=run: check_xdmf(f"{top}/{run}/particles.xdmf")
+    yield "XDMF animation of the levels", lambda: check_outlines(f"{top}/levels/levels.xdmf")
+    yield "no levels", lambda: need(not os.path.exists(f"{top}/run/levels.xdmf"), "an index of levels without levels")
     yield "no particles", lambda: check_empty(f"{top}/empty")
     for name in ("curve", "again"):
         yield f"history {name}", lambda name=name: check_curve(f"{top}/{name}.dat")
@@ -379,8 +475,9 @@ def checks(directories):
         ranks = int(directory.rstrip("/").rsplit("_", 1)[1])
         yield f"cost, {ranks} ranks", lambda directory=directory, ranks=ranks: check_cost(f"{directory}/cost.dat", ranks)
         yield f"nothing left over, {ranks} ranks", lambda directory=directory: check_nothing_left(directory)
-    same = [f"run/particles_{step:08d}.{kind}" for step in STEPS for kind in ("h5", "dat")] + [
-        "run/particles.xdmf", "empty/particles_00000007.h5", "empty/particles_00000007.dat", "curve.dat", "again.dat", "nan.dat"]
+    same = [f"{run}/particles_{step:08d}.{kind}" for run in ("run", "levels") for step in STEPS for kind in ("h5", "dat")] + [
+        "run/particles.xdmf", "levels/particles.xdmf", "levels/levels.xdmf", "empty/particles_00000007.h5",
+        "empty/particles_00000007.dat", "curve.dat", "again.dat", "nan.dat"]
     for other in directories[1:]:
         for name in same:
             yield f"{name} as on one rank: {other}", lambda other=other, name=name: check_same(f"{top}/{name}", f"{other}/{name}")

@@ -1,7 +1,8 @@
 #!/bin/bash
 #test: limit 300
 # Writes snapshots, curves, console and cost report on 1, 2, 4 ranks and reads them with other programs' readers, planted failures
-# too. BINARIES=directory takes the test programs from elsewhere. Last line: the sum; exit status 0 if nothing failed.
+# too; runs scenes with levels and without output. BINARIES=directory takes the test programs from elsewhere. Last line: the sum;
+# exit status 0 if nothing failed.
 . "$(dirname "$0")/../harness/env.sh"
 BINARIES=${BINARIES:-$BUILD_DIR/test/io}
 set +e
@@ -11,8 +12,10 @@ count() { # count NAME STATUS
    if [ "$2" -eq 0 ]; then passed=$((passed + 1)); else failed=$((failed + 1)); echo "FAILED: $1"; fi
 }
 
-mpirun -n 1 "$BINARIES/text"
-count text $?
+for test in text probes; do
+   mpirun -n 1 "$BINARIES/$test"
+   count $test $?
+done
 written=''
 for n in $RANKS; do
    for test in snapshots histories; do
@@ -21,6 +24,22 @@ for n in $RANKS; do
    done
    written="$written ranks_$n"
 done
+for n in 1 2; do
+   mkdir -p "bare_$n"
+   (cd "bare_$n" && run_scene "$n" "$ROOT/test/io/no_output.nml" ../bare.log && [ -z "$(ls -A)" ]) && grep -q '^finished: ' bare.log
+   status=$?
+   [ $status -eq 0 ] || cat bare.log
+   count "a scene without &output on $n" $status
+done
+for n in 1 2; do
+   sed "s:'out':'levels_$n':" "$ROOT/test/io/levels.nml" >levels.nml
+   run_scene "$n" levels.nml "levels_$n.log"
+   status=$?
+   [ $status -eq 0 ] || cat "levels_$n.log"
+   count "a scene with levels on $n" $status
+done
+"$PYTHON" "$ROOT/test/io/levels.py" levels_1 levels_2 levels_1.log
+count levels.py $?
 "$PYTHON" "$ROOT/test/io/read_back.py" $written >read_back.log 2>&1
 count 'read_back.py' $?
 sum=$(tail -n 1 read_back.log)

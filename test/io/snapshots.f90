@@ -10,8 +10,9 @@ program snapshots
    use m_hdf5_snapshot, only: write_hdf5_snapshot
    use m_tecplot_snapshot, only: write_tecplot_snapshot
    use m_xdmf_index, only: xdmf_index_t
+   use m_xdmf_entry, only: particles_entry, levels_entry
    use m_assertions, only: assertions_t
-   use m_made_up, only: made_up_snapshot
+   use m_made_up, only: made_up_snapshot, add_levels
    implicit none
 
    interface
@@ -39,7 +40,9 @@ program snapshots
    call test%start(comm, 'snapshots')
    call make_directory(top//'/run', ok)
    call make_directory(top//'/empty', ok)
-   call write_run()
+   call make_directory(top//'/levels', ok)
+   call write_run('run', with_levels=.false.)
+   call write_run('levels', with_levels=.true.)
    call write_nothing()
    call wrong_runs()
    call no_directory()
@@ -49,20 +52,28 @@ program snapshots
 
 contains
 
-   !> Four times, on all ranks and with ranks to spare; the index taken up again as after a restart.
-   subroutine write_run()
-      type(xdmf_index_t) :: index
+   !> Four times, on all ranks and with ranks to spare; the indices taken up again as after a restart.
+   subroutine write_run(name, with_levels)
+      character(len=*), intent(in) :: name
+      logical, intent(in) :: with_levels
+      type(xdmf_index_t) :: particles, levels
       type(error_t) :: error
       type(snapshot_t) :: snapshot
       integer :: n
       integer, parameter :: steps(5) = [0, 10, 25, 20, 30]
-      call index%start(comm, top//'/run')
+      call particles%start(comm, top//'/'//name, 'particles')
+      call levels%start(comm, top//'/'//name, 'levels')
       do n = 1, 5
-         if (n == 4) call index%start(comm, top//'/run', resume_step=10) ! the run went as far as 25, then from 10 again
+         if (n == 4) then ! the run went as far as 25, then from 10 again
+            call particles%start(comm, top//'/'//name, 'particles', resume_step=10)
+            call levels%start(comm, top//'/'//name, 'levels', resume_step=10)
+         end if
          snapshot = made_up_snapshot(comm, steps(n), modulo(n, 2), .true.)
-         call write_hdf5_snapshot(comm, snapshot, top//'/run', error)
-         call write_tecplot_snapshot(comm, snapshot, top//'/run', error)
-         call index%add(comm, snapshot, error)
+         if (with_levels) call add_levels(snapshot)
+         call write_hdf5_snapshot(comm, snapshot, top//'/'//name, error)
+         call write_tecplot_snapshot(comm, snapshot, top//'/'//name, error)
+         call particles%add(comm, snapshot%step, particles_entry(snapshot), error)
+         if (with_levels) call levels%add(comm, snapshot%step, levels_entry(snapshot), error)
          call test%check(.not. error%happened(), 'snapshots are written', message_of(error))
       end do
    end subroutine write_run
@@ -76,9 +87,9 @@ contains
       call test%check(.not. error%happened(), 'a snapshot without particles is written', message_of(error))
    end subroutine write_nothing
 
-   !> Runs that overlap, and particles that no run holds.
+   !> Runs that overlap, and particles that no run or no level holds.
    subroutine wrong_runs()
-      type(error_t) :: error, other
+      type(error_t) :: error, other, third
       type(snapshot_t) :: snapshot
       snapshot = made_up_snapshot(comm, 99, 0, .true.)
       if (comm%is_root()) snapshot%run_offset(1) = snapshot%run_offset(1) - 1
@@ -88,6 +99,11 @@ contains
       snapshot%n_total = snapshot%n_total + 1
       call write_tecplot_snapshot(comm, snapshot, top//'/run', other)
       call test%check(other%status == exit_numerical, 'missing particles are refused', message_of(other))
+      snapshot = made_up_snapshot(comm, 99, 0, .true.)
+      call add_levels(snapshot)
+      snapshot%levels(2)%particles = 1
+      call write_tecplot_snapshot(comm, snapshot, top//'/run', third)
+      call test%check(third%status == exit_numerical, 'particles that are on no level are refused', message_of(third))
       call test%check(.not. is_there(top//'/run/'//snapshot_file_name(99, 'h5')), 'nothing is left of a refused snapshot')
    end subroutine wrong_runs
 

@@ -11,6 +11,7 @@ contact  E2 and E3, over the run and over the last tenth of their depth
 pairs    2 ranks against two independent copies of 1 rank run side by side, and against one
 growth   10^5 to 4 x 10^6 particles, disordered, 1 rank
 large    16 million particles, a few steps, 2 ranks
+levels   E4 on three nested levels: 1 and 2 ranks measured, 4, 6, 9 as messages, bytes and balance of a rank, and a model
 model    what 1 to 512 ranks would give: the program's own placement and message lists (ranks.f90), a measured time an update, and an
          assumed network; the counts are checked against runs on 2, 4 and 8 ranks
 A probe of multiply-adds and of a memory copy runs before and after each scene. An update is one particle through one whole step,
@@ -126,6 +127,7 @@ def read_costs(log):
     size = re.search(r'^particles +(\d+) on .*, (\d+) B a particle', log, re.M)
     solves = re.search(r'^contact: (\d+) solves, (\S+) iterations and (\S+) products', log, re.M)
     costs['updates'], costs['ranks'] = int(last[1]), int(last[2])
+    costs['steps'] = int(re.search(r'^(\d+) steps to', log, re.M)[1])
     costs['seconds'] = costs['all']*costs['updates']*1e-9/costs['ranks']
     costs['particles'], costs['bytes'] = int(size[1]), int(size[2])
     sent = re.search(r'^node sums: at most (\S+) messages and (\S+) B sent', log, re.M)
@@ -225,12 +227,12 @@ def table_model(bench):
     for name, make in scenes.items():
         first = None
         for p in placements(bench, make(bench.out()), (1, 2, 4, 8, 64, 512)):
-            work = p['particles_most']*update
+            work = p['work_most']*update
             # node sums and migration: one message a neighbour each; one sum over all ranks
-            network = 2*p['neighbours_most']*LATENCY + p['bytes_most']/BANDWIDTH + 2*math.log2(p['ranks'])*LATENCY
-            rate = p['particles_mean']/(work + network)*1e-6
+            network = 2*p['messages_most']*LATENCY + p['bytes_most']/BANDWIDTH + 2*math.log2(p['ranks'])*LATENCY
+            rate = p['work_mean']/(work + network)*1e-6
             first = first or rate
-            row([name, str(p['ranks']), str(p['particles_mean']), str(p['particles_most']), str(p['blocks_most']),
+            row([name, str(p['ranks']), str(p['particles_mean']), str(p['work_most']), str(p['blocks_most']),
                  str(p['neighbours_most']), f'{p["bytes_most"]*1e-6:.2f}', f'{1e3*work:.3f}', f'{1e3*network:.3f}', f'{rate:.2f}',
                  f'{rate/first:.2f}'])
     print(f'\nMeasured: {update*1e9:.0f} ns an update on 2 ranks. Assumed: {LATENCY*1e6:.0f} us a message, {BANDWIDTH*1e-9:.0f} GB/s '
@@ -238,8 +240,37 @@ def table_model(bench):
     head(['ranks (E1, run)', 'messages a step, most', 'by the model', 'bytes a step, most', 'by the model'])
     for p in placements(bench, scenes['E1'](bench.out()), (2, 4, 8)):
         c = bench.run(p['ranks'], scenes['E1'](bench.out()))
-        row([str(p['ranks']), f'{c["messages"]:.0f}', str(p['neighbours_most']), f'{c["sent"]:.0f}', str(p['bytes_most'])])
-        if (c['messages'], c['sent']) != (p['neighbours_most'], p['bytes_most']):
+        row([str(p['ranks']), f'{c["messages"]:.0f}', str(p['messages_most']), f'{c["sent"]:.0f}', str(p['bytes_most'])])
+        if (c['messages'], c['sent']) != (p['messages_most'], p['bytes_most']):
+            raise SystemExit('the model counts other messages than the run')
+
+
+def table_levels(bench):
+    """E4 on three levels, its first steps: measured on 1 and 2 ranks; messages, bytes, balance and a model for more."""
+    share = 0.06
+    scene = lambda out: shipped_scene('cone_levels', out, share, history=False)
+    one, two = bench.several(1, scene), bench.several(2, scene)
+    update = (two['all'] - two['the rest'])*1e-9
+    steps = one['steps']
+    head(['ranks', 'measured [ms a step]', 'speed-up', 'work a rank, mean [particle-steps]', 'most over mean', 'messages a step, most',
+          'MB a step, most', 'model: work [ms]', 'model: messages [ms]', 'model: speed-up'])
+    first = None
+    for p in placements(bench, scene(bench.out()), (1, 2, 4, 6, 9)):
+        work = p['work_most']*update
+        network = p['messages_most']*LATENCY + p['bytes_most']/BANDWIDTH + 14*2*math.log2(p['ranks'])*LATENCY # 14 sums over all ranks
+        measured = {1: one, 2: two}.get(p['ranks'])
+        spent = measured['seconds']/steps if measured else 0.0
+        first = first or (spent, work + network)
+        row([str(p['ranks']), f'{1e3*spent:.1f}' if measured else '', f'{first[0]/spent:.2f}' if measured else '', str(p['work_mean']),
+             f'{p["work_most"]/p["work_mean"]:.2f}', str(p['messages_most']), f'{p["bytes_most"]*1e-6:.2f}', f'{1e3*work:.1f}',
+             f'{1e3*network:.2f}', f'{first[1]/(work + network):.2f}'])
+    print(f'\nMeasured: {update*1e9:.0f} ns a particle-step on 2 ranks. Assumed: {LATENCY*1e6:.0f} us a message, {BANDWIDTH*1e-9:.0f} GB/s '
+          'a rank, nothing overlapped, ranks that do not slow each other. A step is one of the coarsest level; contact has not begun.')
+    head(['ranks (run)', 'messages a step, most', 'by the model', 'bytes a step, most', 'by the model'])
+    for p in placements(bench, scene(bench.out()), (2, 4, 6)):
+        c = bench.run(p['ranks'], scene(bench.out()))
+        row([str(p['ranks']), f'{c["messages"]:.0f}', str(p['messages_most']), f'{c["sent"]:.0f}', str(p['bytes_most'])])
+        if (c['messages'], c['sent']) != (p['messages_most'], p['bytes_most']):
             raise SystemExit('the model counts other messages than the run')
 
 
@@ -256,7 +287,7 @@ def main():
     bench = Bench(args.work, args.gimp3d, args.tools, args.repeats)
     begun = time.time()
     tables = {'block': table_block, 'contact': table_contact, 'pairs': table_pairs, 'growth': table_growth, 'large': table_large,
-              'model': table_model}
+              'model': table_model, 'levels': table_levels}
     for name in args.only or tables:
         tables[name](bench)
     processor = next((line.split(':')[1].strip() for line in open('/proc/cpuinfo') if line.startswith('model name')),

@@ -11,36 +11,36 @@ program ranks
    use m_materials, only: known_materials
    use m_effects, only: known_effects
    use m_scene_reader, only: read_scene
+   use m_model, only: model_t
    use m_grid_level, only: make_grid_level
    use m_level, only: level_t
    use m_body, only: count_in_block
-   use m_decomposition, only: choose_owners, set_owners, settle_blocks
+   use m_decomposition, only: choose_owners, set_owners, settle_blocks, blocks_before
    use m_node_exchange, only: node_exchange_t
+   use m_composite, only: composite_t
+   use mpi_f08, only: MPI_COMM_SELF
    implicit none
    type(communicator_t) :: communicator
    type(catalogue_t) :: catalogue
    type(scene_t) :: scene
-   type(level_t), target :: levels(1)
-   type(level_t), pointer :: level
+   type(level_t), allocatable :: levels(:)
    type(error_t) :: error
-   integer, allocatable :: counts(:), owner(:)
-   integer :: a, b, index, number
+   integer, allocatable :: counts(:), owner(:) !< of the blocks of all levels
+   integer :: a, number
    character(len=12) :: word
    call communicator%start()
    call known_materials(catalogue)
    call known_effects(catalogue)
    call read_scene(communicator, catalogue, scene, error)
    if (error%happened()) error stop 'the scene is not valid'
-   level => levels(1)
-   level%grid = make_grid_level(scene%grid)
-   allocate (counts(product(level%grid%blocks)), source=0)
-   do index = 1, size(counts)
-      do b = 1, size(scene%bodies)
-         counts(index) = counts(index) + count_in_block(levels, 1, level%grid%block_place(index), scene%bodies(b))
-      end do
-   end do
+   if (size(scene%levels) == 0) then
+      call count_one_level()
+   else
+      call count_levels()
+   end if
    allocate (owner(size(counts)))
-   print '(a)', 'ranks blocks_most particles_mean particles_most neighbours_most messages_all bytes_most bytes_all'
+   print '(a)', 'ranks blocks_most particles_mean work_mean work_most neighbours_most messages_most messages_all '// &
+      'bytes_most bytes_all'
    do a = 1, command_argument_count()
       call get_command_argument(a, word)
       read (word, *) number
@@ -49,40 +49,92 @@ program ranks
    call communicator%finish()
 contains
 
-   !> One line: the blocks placed on a number of ranks. Bytes and messages are those of one exchange of node sums.
+   !> One level: its blocks with their particles, none of which is made.
+   subroutine count_one_level()
+      integer :: index, b
+      allocate (levels(1))
+      levels(1)%grid = make_grid_level(scene%grid)
+      allocate (counts(product(levels(1)%grid%blocks)), source=0)
+      do index = 1, size(counts)
+         do b = 1, size(scene%bodies)
+            counts(index) = counts(index) + count_in_block(levels, 1, levels(1)%grid%block_place(index), scene%bodies(b))
+         end do
+      end do
+      where (counts == 0) counts = -1
+   end subroutine count_one_level
+
+   !> Several levels: the blocks that a run makes.
+   subroutine count_levels()
+      type(model_t) :: model
+      type(communicator_t) :: alone
+      integer :: b, l
+      alone%comm = MPI_COMM_SELF
+      alone%rank = 0
+      alone%ranks = 1
+      call model%build(alone, scene, error)
+      if (error%happened()) error stop 'the model cannot be built'
+      allocate (counts(blocks_before(model%levels, size(model%levels) + 1)), source=-1)
+      do l = 1, size(model%levels)
+         do b = 1, size(model%levels(l)%blocks)
+            counts(blocks_before(model%levels, l) + model%levels(l)%blocks(b)%index) = model%levels(l)%blocks(b)%particles%count
+         end do
+      end do
+      levels = model%levels
+      call model%release()
+   end subroutine count_levels
+
+   !> One line: the blocks placed on a number of ranks. Work is particles times steps, messages and bytes those of node sums and
+   !> between levels, all in one step of the coarsest level.
    subroutine place(number)
       integer, intent(in) :: number
       type(communicator_t) :: one
       type(node_exchange_t) :: exchange
-      integer :: rank, blocks, neighbours
-      integer(i8) :: particles, most, messages, bytes, bytes_all
+      type(composite_t) :: composite
+      integer :: blocks, blocks_most, l, neighbours, rank, sums
+      integer(i8) :: bytes, bytes_all, bytes_most, messages, messages_all, messages_most, steps, work, work_all, work_most
       one = communicator
       one%ranks = number
-      call choose_owners(one, levels, merge(counts, -1, counts > 0), owner, error)
+      call choose_owners(one, levels, counts, owner, error)
       if (error%happened()) error stop 'METIS could not place the blocks'
       call set_owners(levels, owner)
-      blocks = 0
-      neighbours = 0
-      most = 0
-      messages = 0
-      bytes = 0
-      bytes_all = 0
+      blocks_most = 0; neighbours = 0; work_most = 0; work_all = 0
+      messages_most = 0; messages_all = 0; bytes_most = 0; bytes_all = 0
       do rank = 0, number - 1
          one%rank = rank
-         if (allocated(level%blocks)) deallocate (level%blocks)
-         call settle_blocks(level, rank)
-         call exchange%build(one, level)
-         particles = sum(int(counts(level%blocks%index), i8))
-         blocks = max(blocks, size(level%blocks))
-         neighbours = max(neighbours, size(exchange%ranks))
-         messages = messages + size(exchange%ranks)
-         most = max(most, particles)
-         bytes = max(bytes, exchange%bytes_each)
-         bytes_all = bytes_all + exchange%bytes_each
+         blocks = 0; work = 0; messages = 0; bytes = 0
+         do l = 1, size(levels)
+            if (allocated(levels(l)%blocks)) deallocate (levels(l)%blocks)
+            call settle_blocks(levels(l), rank)
+            call exchange%build(one, levels(l))
+            steps = 2_i8**merge(l - 1, 0, scene%time%subcycle)
+            sums = 1 ! node sums of a step: one more where a finer level takes two steps
+            if (l < size(levels) .and. scene%time%subcycle) sums = 2
+            associate (before => blocks_before(levels, l))
+               work = work + steps*sum(int(max(0, counts(before + levels(l)%blocks%index)), i8))
+            end associate
+            blocks = blocks + size(levels(l)%blocks)
+            neighbours = max(neighbours, size(exchange%ranks))
+            messages = messages + steps*sums*size(exchange%ranks)
+            bytes = bytes + steps*sums*exchange%bytes_each
+         end do
+         do l = 2, size(levels)
+            call composite%build(one, levels(l - 1), levels(l))
+            steps = 2_i8**merge(l - 1, 0, scene%time%subcycle) ! up and down as often as the finer level steps
+            messages = messages + steps*sum(composite%messages_each)
+            bytes = bytes + steps*sum(composite%bytes_each)
+         end do
+         blocks_most = max(blocks_most, blocks)
+         work_most = max(work_most, work)
+         work_all = work_all + work
+         messages_most = max(messages_most, messages)
+         messages_all = messages_all + messages
+         bytes_most = max(bytes_most, bytes)
+         bytes_all = bytes_all + bytes
       end do
       call exchange%release()
-      print '(i0,1x,i0,1x,i0,1x,i0,1x,i0,1x,i0,1x,i0,1x,i0)', number, blocks, sum(int(counts, i8), counts > 0)/number, most, &
-         neighbours, messages, bytes, bytes_all
+      call composite%release()
+      print '(*(i0,1x))', number, blocks_most, sum(int(counts, i8), counts > 0)/number, work_all/number, work_most, neighbours, &
+         messages_most, messages_all, bytes_most, bytes_all
    end subroutine place
 
 end program ranks

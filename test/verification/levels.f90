@@ -8,7 +8,8 @@ program levels
    use m_constants, only: pi, block_size
    use m_errors, only: error_t
    use m_communicator, only: communicator_t
-   use m_scene, only: scene_t, boundary_symmetry, boundary_roller, boundary_free, domain_stretch, domain_corners
+   use m_scene, only: scene_t, boundary_symmetry, boundary_roller, boundary_free, domain_fixed, &
+                      domain_stretch, domain_corners
    use m_level, only: tile_last
    use m_model, only: model_t
    use m_energy, only: sums_t, measure
@@ -41,7 +42,7 @@ program levels
       if (i == 1 .or. i == 8 .or. i == 27) call inner_forces(i)
    end do
    if (comm%is_root()) print '(3x,2a)', 'a block travels and spins through a region: mass, momentum, ', &
-      'energy/start (last, lowest, highest), angular momentum, particles at most'
+      'energy/start (last, lowest, highest), angular momentum, particles at most, merged'
    do i = 1, 4
       uniform = manners(i)
       uniform%levels = 1
@@ -272,7 +273,7 @@ contains
       type(error_t) :: error
       type(sums_t) :: start, now
       real(wp) :: low, high, off(2), turned(3), one
-      integer :: s, steps, most
+      integer :: s, steps, most, merges
       call add_box(scene, [3.0_wp, 3.0_wp, 3.5_wp], [7.0_wp, 7.0_wp, 7.5_wp], 8)
       call nest(scene, manner)
       call model%build(comm, scene, error)
@@ -294,10 +295,11 @@ contains
          most = max(most, int(comm%sum_count(model%particle_count())))
       end do
       turned = now%angular_momentum - start%angular_momentum
+      merges = int(comm%sum_count(model%merges))
       call test%check(.not. error%happened(), 'crossing: goes on, '//name)
       ! of the spin: that of the centre of mass about the origin is kept with the momentum
-      if (comm%is_root()) print '(6x,a40,2es9.1,3f9.5,es9.1,i8)', name, off, now%energy()/start%energy(), low/start%energy(), &
-         high/start%energy(), norm2(turned)/norm2(spin(start)), most
+      if (comm%is_root()) print '(6x,a40,2es9.1,3f9.5,es9.1,2i8)', name, off, now%energy()/start%energy(), low/start%energy(), &
+         high/start%energy(), norm2(turned)/norm2(spin(start)), most, merges
       call test%check_close(off(1), 0.0_wp, 1.0e-13_wp, 'crossing: mass, '//name)
       call test%check_close(off(2), 0.0_wp, 1.0e-12_wp, 'crossing: momentum, '//name)
       one = kept_by_one(merge(1, 2, manner%affine), merge(1, 2, manner%flip > 0.999_wp))
@@ -306,6 +308,7 @@ contains
       call test%check(low > (one - 0.03_wp)*start%energy() .and. high < 1.03_wp*start%energy(), &
                       'crossing: energy within 3 % of that on one level, '//name)
       if (manner%levels > 1) call test%check(most > 1000, 'crossing: particles were split')
+      if (manner%levels > 1 .and. scene%time%domain == domain_fixed) call test%check(merges > 100, 'crossing: particles merged')
       call model%release()
    end subroutine cross
 

@@ -27,6 +27,7 @@ module m_manufactured
    use m_advance, only: advance
    use m_level_step, only: bound_speeds
    use m_migration, only: frame_of
+   use m_residence, only: change_pair
    use m_locate, only: locate_particles
    implicit none
    private
@@ -78,6 +79,8 @@ module m_manufactured
       integer :: domain = domain_fixed
       real(wp) :: safety = 0.4_wp
       real(wp) :: duration = 0.5_wp        !< periods of 2/c
+      integer :: levels = 1                !< 2: cells half as large for x < 1/2
+      logical :: subcycle = .true.
       logical :: staggered = .true.        !< first velocity that of half a step before the start, as leapfrog wants it
    end type run_t
 
@@ -230,10 +233,10 @@ contains
       allocate (model%effects(1)%effect, source=manufactured_t(name='manufactured', solution=solution))
       call model%build(communicator, make_scene(setting), error)
       if (.not. error%happened()) then
-         outcome%particles = communicator%sum_count(model%levels(1)%particle_count())
+         outcome%particles = communicator%sum_count(model%particle_count())
          span = setting%duration*2.0_wp/wave_speed
          ! the fastest wave is where the body is stretched most; the same step all along, for its order to be seen
-         time_step = setting%safety*model%levels(1)%grid%cell &
+         time_step = setting%safety*model%stepped_cell() &
                      /(sqrt((solution%bulk + 4.0_wp*solution%shear/3.0_wp)/reference_density &
                      *(1.0_wp + 2.0_wp*pi*setting%amplitude)**3) + sqrt(3.0_wp)*pi*wave_speed*setting%amplitude)
          outcome%steps = ceiling(span/time_step)
@@ -275,6 +278,10 @@ contains
       scene%bodies(1)%material = 1
       scene%bodies(1)%upper = 1.0_wp
       scene%bodies(1)%particles_per_cell = setting%particles_per_cell
+      scene%time%subcycle = setting%subcycle
+      if (setting%levels == 1) return
+      allocate (scene%levels(1))
+      scene%levels(1)%upper = [0.5_wp, 1.0_wp, 1.0_wp]
    end function make_scene
 
    !> Collective: the state of the solution at time 0. The velocity is that of half a step before, for a leapfrog; a law that
@@ -285,55 +292,63 @@ contains
       type(run_t), intent(in) :: setting
       real(wp), intent(in) :: time_step
       real(wp) :: x0(3), f(3), early, lag
-      integer :: b, p, first, s, c
+      integer :: b, l, p, first, s, c
       early = merge(-0.5_wp*time_step, 0.0_wp, setting%staggered)
       lag = merge(2.0_wp*early, 0.0_wp, setting%stress_update == update_usf)
       first = model%levels(1)%table%column('initial_position')
       s = model%levels(1)%table%column('initial_sine')
       c = model%levels(1)%table%column('initial_cosine')
-      do b = 1, size(model%levels(1)%blocks)
-         associate (block => model%levels(1)%blocks(b), at => model%levels(1)%layout, &
-                    column => model%levels(1)%blocks(b)%particles%column)
-            do p = 1, block%particles%count
-               x0 = column(p, at%position:at%position + 2)
-               f = solution%stretch(x0, lag)
-               column(p, first:first + 2) = x0
-               column(p, s:s + 2) = sin(2.0_wp*pi*x0)
-               column(p, c:c + 2) = cos(2.0_wp*pi*x0)
-               column(p, at%position:at%position + 2) = x0 + solution%displacement(x0, 0.0_wp)
-               column(p, at%velocity:at%velocity + 2) = solution%velocity(x0, early)
-               column(p, at%volume) = column(p, at%volume)*product(f)
-               if (at%half_sizes) column(p, at%half_size:at%half_size + 2) = column(p, at%half_size:at%half_size + 2)*f
-               if (at%domain > 0) column(p, at%domain:at%domain + 8:4) = column(p, at%domain:at%domain + 8:4)*f
-               column(p, at%deformation:at%deformation + 8:4) = f
-               column(p, at%stress:at%stress + 5) = 0.0_wp
-               column(p, at%stress:at%stress + 2) = solution%piola(x0, lag)*f/product(f)
-               if (at%gradient > 0) column(p, at%gradient:at%gradient + 8:4) = solution%stretch_rate(x0, early)/f
-            end do
-         end associate
+      do l = 1, size(model%levels)
+         if (l > 1 .and. setting%subcycle) early = 0.5_wp*early ! its steps are half as long
+         do b = 1, size(model%levels(l)%blocks)
+            associate (block => model%levels(l)%blocks(b), at => model%levels(l)%layout, &
+                       column => model%levels(l)%blocks(b)%particles%column)
+               do p = 1, block%particles%count
+                  x0 = column(p, at%position:at%position + 2)
+                  f = solution%stretch(x0, lag)
+                  column(p, first:first + 2) = x0
+                  column(p, s:s + 2) = sin(2.0_wp*pi*x0)
+                  column(p, c:c + 2) = cos(2.0_wp*pi*x0)
+                  column(p, at%position:at%position + 2) = x0 + solution%displacement(x0, 0.0_wp)
+                  column(p, at%velocity:at%velocity + 2) = solution%velocity(x0, early)
+                  column(p, at%volume) = column(p, at%volume)*product(f)
+                  if (at%half_sizes) column(p, at%half_size:at%half_size + 2) = column(p, at%half_size:at%half_size + 2)*f
+                  if (at%domain > 0) column(p, at%domain:at%domain + 8:4) = column(p, at%domain:at%domain + 8:4)*f
+                  column(p, at%deformation:at%deformation + 8:4) = f
+                  column(p, at%stress:at%stress + 5) = 0.0_wp
+                  column(p, at%stress:at%stress + 2) = solution%piola(x0, lag)*f/product(f)
+                  if (at%gradient > 0) column(p, at%gradient:at%gradient + 8:4) = solution%stretch_rate(x0, early)/f
+               end do
+            end associate
+         end do
       end do
       call settle(model)
    end subroutine set_particles
 
-   !> Collective: particles that have been moved by hand get their bins, and their blocks where they left them.
+   !> Collective: particles that have been moved by hand get their bins, and their blocks and levels where they left them.
    subroutine settle(model)
       type(model_t), intent(inout) :: model
-      real(wp) :: lowest(3), highest(3)
-      integer :: b
+      integer :: b, l
       logical :: moved
-      associate (level => model%levels(1), x => model%levels(1)%layout%position)
-         do b = 1, size(level%blocks)
-            associate (block => level%blocks(b))
-               block%leaver_count = 0
-               if (block%particles%count == 0) cycle
-               call locate_particles(block%particles%count, block%particles%column(:, x:x + 2), frame_of(level, block), &
-                                     block%cells%bin, block%leavers, block%leaver_count, moved, lowest, highest)
-               block%cells%current = .false.
-            end associate
-         end do
-      end associate
-      call model%create_blocks()
-      call model%migration(1)%move_leavers(model%communicator, model%levels(1), model%exchange(1)%ranks)
+      do l = 1, size(model%levels)
+         associate (level => model%levels(l), x => model%levels(l)%layout%position)
+            do b = 1, size(level%blocks)
+               associate (block => level%blocks(b))
+                  block%leaver_count = 0
+                  if (block%particles%count == 0) cycle
+                  call locate_particles(block%particles%count, block%particles%column(:, x:x + 2), frame_of(level, block), &
+                                        block%cells%bin, block%leavers, block%leaver_count, moved, block%lowest, block%highest)
+                  block%cells%current = .false.
+               end associate
+            end do
+         end associate
+      end do
+      if (size(model%levels) == 1) call model%create_blocks()
+      do l = 1, size(model%levels)
+         call model%migration(l)%move_leavers(model%communicator, model%levels(l), model%exchange(l)%ranks)
+      end do
+      if (size(model%levels) == 1) return
+      call change_pair(model, 1) ! a particle at the edge may reach over it now
    end subroutine settle
 
    !> Add the squared position errors of this rank's particles; raise the largest.
@@ -342,18 +357,20 @@ contains
       type(solution_t), intent(in) :: solution
       real(wp), intent(inout) :: squares, largest
       real(wp) :: beat(3), off(3)
-      integer :: b, p, first, s
+      integer :: b, l, p, first, s
       first = model%levels(1)%table%column('initial_position')
       s = model%levels(1)%table%column('initial_sine')
       beat = solution%amplitude*sin(phase + pi*wave_speed*model%time)
-      do b = 1, size(model%levels(1)%blocks)
-         associate (particles => model%levels(1)%blocks(b)%particles, x => model%levels(1)%layout%position)
-            do p = 1, particles%count
-               off = particles%column(p, x:x + 2) - particles%column(p, first:first + 2) - beat*particles%column(p, s:s + 2)
-               squares = squares + sum(off**2)
-               largest = max(largest, norm2(off))
-            end do
-         end associate
+      do l = 1, size(model%levels)
+         do b = 1, size(model%levels(l)%blocks)
+            associate (particles => model%levels(l)%blocks(b)%particles, x => model%levels(l)%layout%position)
+               do p = 1, particles%count
+                  off = particles%column(p, x:x + 2) - particles%column(p, first:first + 2) - beat*particles%column(p, s:s + 2)
+                  squares = squares + sum(off**2)
+                  largest = max(largest, norm2(off))
+               end do
+            end associate
+         end do
       end do
    end subroutine add_errors
 

@@ -1,0 +1,156 @@
+!> What the animations of a run (xdmf_index) show at one step.
+module m_xdmf_entry
+   use m_kinds, only: wp
+   use m_snapshot, only: snapshot_t, snapshot_field_t, snapshot_level_t, snapshot_file_name
+   use m_text, only: to_text, exact_text
+   implicit none
+   private
+   public :: particles_entry, levels_entry
+
+   character(len=1), parameter :: newline = achar(10)
+
+   !> The twelve edges of a box, by its corners (0 to 7, x runs fastest).
+   character(len=*), parameter :: edges = '0 1 2 3 4 5 6 7 0 2 1 3 4 6 5 7 0 4 1 5 2 6 3 7'
+
+contains
+
+   !> The boxes of the levels as their edges, one grid a level, with its number and cell size (m).
+   function levels_entry(snapshot) result(text)
+      type(snapshot_t), intent(in) :: snapshot
+      character(len=:), allocatable :: text
+      integer :: l
+      text = 'GridType="Collection" CollectionType="Spatial">'//newline// &
+             '     <Time Value="'//exact_text(snapshot%time)//'"/>'
+      do l = 1, size(snapshot%levels)
+         text = text//newline//outline(snapshot%levels(l), l)
+      end do
+   end function levels_entry
+
+   function outline(level, number) result(text)
+      type(snapshot_level_t), intent(in) :: level
+      integer, intent(in) :: number
+      character(len=:), allocatable :: text
+      real(wp) :: sides(3, 0:1)
+      integer :: i, j, k
+      sides(:, 0) = level%lower
+      sides(:, 1) = level%upper
+      text = '     <Grid Name="level '//to_text(number)//'" GridType="Uniform">'//newline// &
+             '     <Topology TopologyType="Polyline" NodesPerElement="2" NumberOfElements="12">'//newline// &
+             '      <DataItem Format="XML" NumberType="Int" Dimensions="12 2">'//edges//'</DataItem>'//newline// &
+             '     </Topology>'//newline// &
+             '     <Geometry GeometryType="XYZ">'//newline// &
+             '      <DataItem Format="XML" NumberType="Float" Precision="8" Dimensions="8 3">'//newline
+      do k = 0, 1
+         do j = 0, 1
+            do i = 0, 1
+               text = text//exact_text(sides(1, i))//' '//exact_text(sides(2, j))//' '//exact_text(sides(3, k))//newline
+            end do
+         end do
+      end do
+      text = text//'      </DataItem>'//newline//'     </Geometry>'//newline// &
+             attribute('level', 'Scalar', twelve(to_text(number), 'NumberType="Int"'), 'Cell')// &
+             attribute('cell_size', 'Scalar', twelve(exact_text(level%cell), 'NumberType="Float" Precision="8"'), 'Cell')// &
+             '     </Grid>'
+   end function outline
+
+   !> The same value for all edges.
+   pure function twelve(value, number_type) result(item)
+      character(len=*), intent(in) :: value, number_type
+      character(len=:), allocatable :: item
+      item = '      <DataItem Format="XML" '//number_type//' Dimensions="12">'//repeat(value//' ', 11)//value// &
+             '</DataItem>'//newline
+   end function twelve
+
+   !> The grid of one snapshot: vertices, coordinates, id and fields, all as references into its HDF5 file.
+   function particles_entry(snapshot) result(text)
+      type(snapshot_t), intent(in) :: snapshot
+      character(len=:), allocatable :: text
+      character(len=:), allocatable :: file, points
+      integer :: f
+      file = snapshot_file_name(snapshot%step, 'h5')
+      points = to_text(snapshot%n_total)
+      text = 'GridType="Uniform">'//newline// &
+             '     <Time Value="'//exact_text(snapshot%time)//'"/>'//newline// &
+             '     <Topology TopologyType="Polyvertex" NodesPerElement="1" NumberOfElements="'//points//'">'//newline// &
+             data_item(file, '/VTKHDF/Connectivity', points, 'NumberType="Int" Precision="8"')// &
+             '     </Topology>'//newline// &
+             '     <Geometry GeometryType="XYZ">'//newline// &
+             data_item(file, '/VTKHDF/Points', points//' 3', 'NumberType="Float" Precision="8"')// &
+             '     </Geometry>'//newline// &
+             attribute('id', 'Scalar', data_item(file, '/VTKHDF/PointData/id', points, 'NumberType="Int" Precision="8"'))
+      do f = 1, size(snapshot%fields)
+         text = text//field_text(snapshot%fields(f), file, points)
+      end do
+      text = text(:len(text) - 1) ! without the last end of line
+   end function particles_entry
+
+   !> A field: scalar, vector or tensor as it is. The components of any other one as scalars of their own: readers take a
+   !> symmetric tensor for one in another order than VTK's (xx yy zz xy yz xz), and know no other widths.
+   function field_text(field, file, points) result(text)
+      type(snapshot_field_t), intent(in) :: field
+      character(len=*), intent(in) :: file, points
+      character(len=:), allocatable :: text
+      character(len=:), allocatable :: table, extent
+      character(len=*), parameter :: real_type = 'NumberType="Float" Precision="8"'
+      integer :: c
+      table = '/VTKHDF/PointData/'//field%name
+      extent = points//' '//to_text(field%components)
+      select case (field%components)
+      case (1)
+         text = attribute(field%name, 'Scalar', data_item(file, table, points, real_type))
+      case (3)
+         text = attribute(field%name, 'Vector', data_item(file, table, extent, real_type))
+      case (9)
+         text = attribute(field%name, 'Tensor', data_item(file, table, extent, real_type))
+      case default
+         text = ''
+         do c = 1, field%components
+            text = text//attribute(field%full_name(c), 'Scalar', &
+                                   '      <DataItem ItemType="HyperSlab" Dimensions="'//points//' 1">'//newline// &
+                                   '      <DataItem Format="XML" NumberType="Int" Dimensions="3 2">0 '//to_text(c - 1)// &
+                                   ' 1 1 '//points//' 1</DataItem>'//newline// &
+                                   data_item(file, table, extent, real_type)//'      </DataItem>'//newline)
+         end do
+      end select
+   end function field_text
+
+   pure function attribute(name, kind, item, center) result(text)
+      character(len=*), intent(in) :: name, kind, item
+      character(len=*), intent(in), optional :: center !< Node where it is not given
+      character(len=:), allocatable :: text
+      text = 'Node'
+      if (present(center)) text = center
+      text = '     <Attribute Name="'//escaped(name)//'" AttributeType="'//kind//'" Center="'//text//'">'//newline//item// &
+             '     </Attribute>'//newline
+   end function attribute
+
+   pure function data_item(file, table, extent, number_type) result(text)
+      character(len=*), intent(in) :: file, table, extent, number_type
+      character(len=:), allocatable :: text
+      text = '      <DataItem Format="HDF" '//number_type//' Dimensions="'//extent//'">'//file//':'//escaped(table)// &
+             '</DataItem>'//newline
+   end function data_item
+
+   !> Text as XML wants it.
+   pure function escaped(text) result(safe)
+      character(len=*), intent(in) :: text
+      character(len=:), allocatable :: safe
+      integer :: i
+      safe = ''
+      do i = 1, len(text)
+         select case (text(i:i))
+         case ('&')
+            safe = safe//'&amp;'
+         case ('<')
+            safe = safe//'&lt;'
+         case ('>')
+            safe = safe//'&gt;'
+         case ('"')
+            safe = safe//'&quot;'
+         case default
+            safe = safe//text(i:i)
+         end select
+      end do
+   end function escaped
+
+end module m_xdmf_entry
