@@ -1,11 +1,13 @@
 !> What the outside world asks of a run by signals. A handler may do little more than set a flag: the flags are module variables.
 module m_signals
-   use, intrinsic :: iso_c_binding, only: c_int, c_funptr, c_funloc
+   use, intrinsic :: iso_c_binding, only: c_int, c_intptr_t, c_funptr, c_funloc, c_null_funptr
    implicit none
    private
    public :: catch_signals, signal_caught, forget_checkpoint_signal
 
    integer(c_int), parameter, public :: signal_interrupt = 2, signal_user = 10, signal_terminate = 15 !< of Linux
+   integer(c_int), parameter :: signal_file_size = 25
+   integer(c_intptr_t), parameter :: to_ignore = 1 !< SIG_IGN
    integer(c_int), volatile, protected, bind(c, name='gimp3d_stop_signal') :: stop_signal = 0
    integer(c_int), volatile, protected, bind(c, name='gimp3d_user_signal') :: user_signal = 0
 
@@ -19,12 +21,14 @@ module m_signals
 
 contains
 
-   !> From here on SIGUSR1, SIGINT and SIGTERM are noted, and do nothing else.
+   !> From here on SIGUSR1, SIGINT and SIGTERM are noted, and do nothing else. A file that grows beyond what is allowed is an error
+   !> of writing, and no signal.
    subroutine catch_signals()
       type(c_funptr) :: ignored
       ignored = c_signal(signal_user, c_funloc(note_signal))
       ignored = c_signal(signal_interrupt, c_funloc(note_signal))
       ignored = c_signal(signal_terminate, c_funloc(note_signal))
+      ignored = c_signal(signal_file_size, transfer(to_ignore, c_null_funptr))
    end subroutine catch_signals
 
    !> The signal that this rank has had: one that ends the run before one that does not; 0 for none.
