@@ -2,8 +2,8 @@
 import shutil
 from restarts import *
 
-ENDS = {"levels": 0.025, "splitting": 0.09, "plastic": 0.03}
-TEXTS = {"levels": LEVELS, "splitting": SPLITTING, "plastic": PLASTIC}
+ENDS = {"levels": 0.025, "splitting": 0.09, "plastic": 0.03, "moving": 0.085}
+TEXTS = {"levels": LEVELS, "splitting": SPLITTING, "plastic": PLASTIC, "moving": MOVING}
 
 
 def chain(name, text, directory, ranks, straight):
@@ -36,6 +36,11 @@ for name, text in TEXTS.items():
         require("plastic: there was plastic flow", whole["VTKHDF/PointData/plastic_strain"].max() > 1e-3)
     if name == "levels":
         require("levels: particles on both", set(whole["VTKHDF/PointData/level"].ravel()) == {1.0, 2.0})
+    if name == "moving":
+        chain(name, scene(text, f"{name}_0", "every_steps=47", end=ENDS[name]), f"{name}_0", [1, 1, 1], straight)
+        with h5py.File(checkpoints(f"{name}_0")[-1]) as file:
+            require("moving: the level has moved", file["state/counts"][1] > 0)
+        continue
     chain(name, scene(text, f"{name}_1", "every_steps=9", end=ENDS[name]), f"{name}_1", [1, 1, 1], straight)
     if name != "splitting":
         chain(name, scene(text, f"{name}_2", "every_steps=11", end=ENDS[name]), f"{name}_2", [2, 2], straight)
@@ -47,6 +52,11 @@ for ranks in (1, 2):
     run(ranks, scene(CONTACT, straight, end=0.02, every=0.01))
     chain(f"contact on {ranks}", scene(CONTACT, f"contact_{ranks}", "every_steps=8", end=0.02, every=0.01), f"contact_{ranks}",
           [ranks, ranks], straight)
+run(1, scene(FOLLOWING, "following_straight", end=0.02, every=0.01))
+chain("following a tool", scene(FOLLOWING, "following", "every_steps=9", end=0.02, every=0.01), "following", [1, 1, 1],
+      "following_straight")
+with h5py.File(checkpoints("following")[-1]) as file:
+    require("following: the level has moved", file["state/counts"][1] > 0)
 part_run(1, "contact_m", scene(CONTACT, "contact_m", "every_steps=8", end=0.02, every=0.01))
 run(2, restart="contact_m")
 a = np.loadtxt("contact_straight_1/tool_ball.dat", skiprows=4)
