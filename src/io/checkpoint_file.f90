@@ -18,7 +18,8 @@ module m_checkpoint_file
    integer, parameter, public :: seal_length = 512
    integer, parameter, public :: checkpoint_format = 1
 
-   character(len=*), parameter :: any_checkpoint = 'checkpoint_*.h5'
+   integer, parameter :: digits_of_step = 12
+   character(len=*), parameter :: any_checkpoint = 'checkpoint_'//repeat('[0-9]', digits_of_step)//'.h5'
    character(len=*), parameter :: magic = 'gimp3d checkpoint'
    character(len=1), parameter :: newline = achar(10)
 
@@ -29,7 +30,7 @@ contains
       integer(i8), intent(in) :: step
       character(len=:), allocatable :: name
       character(len=24) :: digits
-      write (digits, '(i0.12)') step
+      write (digits, '(i0.12)') step ! digits_of_step
       name = 'checkpoint_'//trim(digits)//'.h5'
    end function checkpoint_name
 
@@ -88,6 +89,7 @@ contains
       integer :: n, count
       path = ''
       note = ''
+      newest = ''
       if (error%happened()) return
       if (communicator%is_root()) call list_files(directory, any_checkpoint, paths)
       if (.not. allocated(paths)) allocate (paths(0))
@@ -199,13 +201,13 @@ contains
       end do
    end subroutine remove_parts
 
-   !> One rank: remove the checkpoints of a directory, and what was begun of some, but for those to be kept (paths; may be empty).
+   !> One rank: remove the checkpoints of a directory but for those to be kept (paths; may be empty).
    subroutine remove_checkpoints(directory, keep, keep_too)
       character(len=*), intent(in) :: directory, keep, keep_too
       type(path_t), allocatable :: paths(:)
       integer :: n
       logical :: ignored
-      call list_files(directory, any_checkpoint//'*', paths)
+      call list_files(directory, any_checkpoint, paths)
       do n = 1, size(paths)
          if (paths(n)%text == keep .or. paths(n)%text == keep_too) cycle
          call remove_file(paths(n)%text, ignored)

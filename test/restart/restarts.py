@@ -90,7 +90,7 @@ def said(output):
 
 
 def checkpoints(directory):
-    return sorted(Path(directory).glob("checkpoint_*.h5"))
+    return sorted(Path(directory).glob("checkpoint_[0-9]*.h5"))
 
 
 def step_of(path):
@@ -166,7 +166,7 @@ def differences(one, other):
     one, other = Path(one), Path(other)
     found = []
     names = {path.name for directory in (one, other) for path in directory.iterdir()
-             if path.name.startswith("particles") or path.name.endswith(".part")
+             if path.name.startswith("particles") or path.suffix in (".part", ".xdmf")
              or (path.suffix == ".dat" and path.name != "cost.dat")}
     if not any(name.endswith(".h5") for name in names) or "energy.dat" not in names:
         found.append("nothing to compare")
