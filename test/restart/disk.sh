@@ -29,6 +29,7 @@ check 'nothing begun is left' [ -z "$(ls limited | grep '^checkpoint.*part')" ]
 
 # a small file system, where root may mount one
 mkdir -p small
+trap 'umount small 2>/dev/null' EXIT
 if mount -t tmpfs -o size=4200k tmpfs small 2>/dev/null; then
    for ranks in 1 2; do
       rm -rf small/*
@@ -49,7 +50,7 @@ if mount -t tmpfs -o size=4200k tmpfs small 2>/dev/null; then
       cp -r small/run full_$ranks
       check 'and a run goes on from them' whole full_$ranks
    done
-   umount small
+   umount small || sleep 1
 else
    echo '   no file system can be mounted here: left out'
 fi
