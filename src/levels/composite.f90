@@ -12,12 +12,18 @@ module m_composite
    use m_grid_level, only: grid_level_t
    use m_region, only: region_t
    use m_level, only: level_t, tile_last, node_values
-   use m_boundary, only: constrain_nodes
+   use m_boundary, only: constrain_nodes, fold_symmetry
+   use m_field_table, only: layout_t
+   use m_stencil, only: bin_place
+   use m_particle_to_node, only: gather_to_nodes
+   use m_corner_to_node, only: gather_corners_to_nodes
+   use m_migration, only: frame_of
    implicit none
    private
    public :: composite_t, has_slaves, clear_covered
 
-   integer, parameter :: cube_last = 5 !< cubes run from 0 to here
+   integer, parameter :: cube_last = 5         !< cubes run from 0 to here
+   real(wp), parameter :: barely = 1.0e-9_wp    !< a node with this share of the mass of the next has none
 
    !> A block of the finer level with slaves, seen from the rank of the block or of its parent.
    type :: edge_t
@@ -51,6 +57,7 @@ module m_composite
       procedure :: build
       procedure :: restrict
       procedure :: restrict_change
+      procedure :: follow_edge_stress
       procedure :: add_to_parents
       procedure :: replace_in_parents
       procedure :: hand_down
@@ -260,32 +267,92 @@ contains
       class(composite_t), intent(inout) :: self
       type(communicator_t), intent(in) :: communicator
       type(level_t), intent(in) :: fine
-      real(wp), intent(in) :: half !< the finer step, or 0 where it is not half the coarser one, s
+      real(wp), intent(in) :: half !< the finer step, s
       integer :: e
       do e = 1, self%own
-         call gather_slaves(self%edges(e), fine%solved(:, :, :, :, self%edges(e)%block), fine%layout%gradient > 0, &
-                            self%up(:, :, :, :, e))
+         call gather_slaves(self%edges(e), fine%grid, fine%blocks(self%edges(e)%block)%place, &
+                            fine%solved(:, :, :, :, self%edges(e)%block), fine%layout%gradient > 0, self%up(:, :, :, :, e))
       end do
       self%first = self%up(:, :, :, :, :self%own)
-      self%up(2:4, :, :, :, :self%own) = self%up(2:4, :, :, :, :self%own) - 0.5_wp*half*self%up(5:7, :, :, :, :self%own) ! eq. labels
+      if (fine%layout%edge_stress > 0) then
+         do e = 1, self%own
+            call take_lead(self%edges(e), fine, half, self%up(:, :, :, :, e))
+         end do
+      end if
       call self%exchange(communicator, self%up, upwards=.true.)
    end subroutine restrict
 
-   !> The same in the second of two steps: mass (1 and 8), momentum (2 to 4; where PIC is mixed in with what the first was less by), the
-   !> change of force since the first (5 to 7).
-   subroutine restrict_change(self, communicator, fine, half, flip_fraction)
+   !> What a block's particles have been given of the forces of the finer level before its time (theory.md, eq. labels): half a step of
+   !> the force of the stress that has grown since they came to the edge. Every block takes that of its own particles out of its cube.
+   subroutine take_lead(edge, fine, half, cube)
+      type(edge_t), intent(in) :: edge
+      type(level_t), intent(in) :: fine
+      real(wp), intent(in) :: half
+      real(wp), intent(inout) :: cube(node_values, 0:cube_last, 0:cube_last, 0:cube_last)
+      real(wp) :: tile(node_values, 0:tile_last, 0:tile_last, 0:tile_last), share
+      type(layout_t) :: layout
+      integer :: s, at(3), low(3), high(3), i, j, k
+      associate (block => fine%blocks(edge%block))
+         if (block%particles%count == 0) return
+         layout = fine%layout
+         layout%stress = layout%edge_stress
+         layout%viscous_pressure = 0
+         layout%pressure_shift = 0
+         if (layout%domain > 0) then
+            call gather_corners_to_nodes(block%cells, block%particles%column, layout, frame_of(fine, block), tile)
+         else
+            call gather_to_nodes(block%cells, block%particles%column, layout, frame_of(fine, block), tile)
+         end if
+         call fold_symmetry(fine%grid, block%place, tile)
+      end associate
+      do s = 1, size(edge%slave, 2)
+         at = edge%slave(:3, s)
+         if (.not. tile(1, at(1), at(2), at(3)) > 0.0_wp) cycle
+         call masters(at, low, high, share)
+         do k = low(3), high(3)
+            do j = low(2), high(2)
+               do i = low(1), high(1)
+                  cube(2:4, i, j, k) = cube(2:4, i, j, k) - 0.5_wp*half*share*tile(5:7, at(1), at(2), at(3))
+               end do
+            end do
+         end do
+      end do
+   end subroutine take_lead
+
+   !> Follow the change of stress of a block's particles that touch slaves; for the others it is 0.
+   subroutine follow_edge_stress(self, fine, b, before)
+      class(composite_t), intent(in) :: self
+      type(level_t), intent(inout) :: fine
+      integer, intent(in) :: b
+      real(wp), intent(in) :: before(:, :) !< the stress before this step, (particles, 6)
+      integer :: p, node(3)
+      if (self%edge_of(b) == 0) return
+      associate (block => fine%blocks(b), s => fine%layout%stress, e => fine%layout%edge_stress)
+         do p = 1, block%particles%count
+            node = block_size*block%place
+            if (block%cells%bin(p) > 0) node = node + bin_place(int(block%cells%bin(p)))
+            if (fine%region%is_inner(node - 1) .and. fine%region%is_inner(node + 1)) then
+               block%particles%column(p, e:e + 5) = 0.0_wp
+            else
+               block%particles%column(p, e:e + 5) = block%particles%column(p, e:e + 5) &
+                                                    + block%particles%column(p, s:s + 5) - before(p, :)
+            end if
+         end do
+      end associate
+   end subroutine follow_edge_stress
+
+   !> The same in the second of two steps: mass (1 and 8), momentum (2 to 4), the change of force since the first (5 to 7).
+   subroutine restrict_change(self, communicator, fine)
       class(composite_t), intent(inout) :: self
       type(communicator_t), intent(in) :: communicator
       type(level_t), intent(in) :: fine
-      real(wp), intent(in) :: half          !< the finer step, s
-      real(wp), intent(in) :: flip_fraction
       integer :: e
       do e = 1, self%own
          associate (up => self%up(:, :, :, :, e), first => self%first(:, :, :, :, e))
-            call gather_slaves(self%edges(e), fine%solved(:, :, :, :, self%edges(e)%block), fine%layout%gradient > 0, up)
+            call gather_slaves(self%edges(e), fine%grid, fine%blocks(self%edges(e)%block)%place, &
+                               fine%solved(:, :, :, :, self%edges(e)%block), fine%layout%gradient > 0, up)
             up(8, :, :, :) = up(1, :, :, :)
             up(5:7, :, :, :) = up(5:7, :, :, :) - first(5:7, :, :, :)
-            if (flip_fraction < 1.0_wp) up(2:4, :, :, :) = up(2:4, :, :, :) + 0.5_wp*half*first(5:7, :, :, :)
          end associate
       end do
       call self%exchange(communicator, self%up, upwards=.true.)
@@ -293,21 +360,28 @@ contains
 
    !> One block's slaves to its cube. With affine transfer the momentum is made for the place of the coarser node, with the slope of
    !> the slaves' velocities along the edge (theory.md, eq. affine-edge).
-   pure subroutine gather_slaves(edge, tile, affine, cube)
+   subroutine gather_slaves(edge, grid, place, tile, affine, cube)
       type(edge_t), intent(in) :: edge
+      type(grid_level_t), intent(in) :: grid
+      integer, intent(in) :: place(3) !< of the block
       real(wp), intent(in) :: tile(node_values, 0:tile_last, 0:tile_last, 0:tile_last)
       logical, intent(in) :: affine
       real(wp), intent(out) :: cube(node_values, 0:cube_last, 0:cube_last, 0:cube_last)
+      real(wp) :: held(node_values, 0:tile_last, 0:tile_last, 0:tile_last)
       integer :: s, at(3), low(3), high(3), i, j, k
       real(wp) :: share, change(3, 3)
       cube = 0.0_wp
       change = 0.0_wp
+      if (affine) then ! with what is held, and with the mirror images outside symmetry planes
+         held = tile
+         call constrain_nodes(grid, place, held)
+      end if
       do s = 1, size(edge%slave, 2)
          if (edge%slave(4, s) == 0) cycle
          at = edge%slave(:3, s)
          if (.not. tile(1, at(1), at(2), at(3)) > 0.0_wp) cycle
          call masters(at, low, high, share)
-         if (affine) call change_of_momentum(tile, at, high > low, change)
+         if (affine) call change_of_momentum(held, at, high > low, change)
          do k = low(3), high(3)
             do j = low(2), high(2)
                do i = low(1), high(1)
@@ -321,29 +395,29 @@ contains
    end subroutine gather_slaves
 
    !> By how much the momentum of a slave's mass changes from it to the next node along each of some axes: from the velocities of the
-   !> nodes on both sides, weighted with their masses. Columns are axes.
+   !> nodes on both sides, or of one where the other has no mass, but for rounding. Columns are axes.
    pure subroutine change_of_momentum(tile, at, along, change)
       real(wp), intent(in) :: tile(node_values, 0:tile_last, 0:tile_last, 0:tile_last)
       integer, intent(in) :: at(3)
       logical, intent(in) :: along(3)
       real(wp), intent(out) :: change(3, 3)
-      real(wp) :: here(3), weight
-      integer :: axis, side, to(3)
+      real(wp) :: here(3)
+      integer :: axis, found, side, to(3)
       change = 0.0_wp
       associate (mass => tile(1, at(1), at(2), at(3)))
          here = tile(2:4, at(1), at(2), at(3))/mass
          do axis = 1, 3
             if (.not. along(axis)) cycle
-            weight = 0.0_wp
+            found = 0
             do side = -1, 1, 2
                to = at
                to(axis) = at(axis) + side
                if (to(axis) < 0 .or. to(axis) > tile_last) cycle
-               if (.not. tile(1, to(1), to(2), to(3)) > 0.0_wp) cycle
-               weight = weight + tile(1, to(1), to(2), to(3))
-               change(:, axis) = change(:, axis) + side*(tile(2:4, to(1), to(2), to(3)) - tile(1, to(1), to(2), to(3))*here)
+               if (.not. tile(1, to(1), to(2), to(3)) > barely*mass) cycle
+               found = found + 1
+               change(:, axis) = change(:, axis) + side*(tile(2:4, to(1), to(2), to(3))/tile(1, to(1), to(2), to(3)) - here)
             end do
-            if (weight > 0.0_wp) change(:, axis) = mass*change(:, axis)/weight
+            if (found > 0) change(:, axis) = mass*change(:, axis)/found
          end do
       end associate
    end subroutine change_of_momentum
@@ -429,7 +503,7 @@ contains
       real(wp), intent(in) :: time_step !< of the coarser level, s
       real(wp), intent(in) :: flip_fraction
       real(wp), intent(inout) :: change(node_values, 0:tile_last, 0:tile_last, 0:tile_last)
-      real(wp) :: half, mixed, own, begun(3), start(3), later(3), carried(3), pushed(3)
+      real(wp) :: half, mixed, begun(3), start(3), later(3), carried(3), pushed(3)
       integer :: e, i, j, k
       half = 0.5_wp*time_step
       mixed = 1.0_wp - flip_fraction
@@ -443,15 +517,14 @@ contains
                   end if
                   pushed = 0.0_wp
                   if (allocated(self%pushed)) pushed = self%pushed(:, i, j, k, b)
-                  own = given(1) - given(8)              ! mass without the slaves'
                   begun = node(2:4) - half*node(5:7)     ! velocity after the first half
-                  carried = own*begun + given(2:4)
+                  carried = (given(1) - given(8))*begun + given(2:4)
                   start = begun
                   if (node(1) < 0.5_wp*given(1)) start = carried/given(1)
-                  later = node(1)*(node(5:7) - pushed) + given(1)*pushed + given(5:7) & ! force of the second half
-                          + mixed*((carried - given(1)*start)/half - 0.5_wp*(node(1) - own + given(1))*node(5:7))
-                  given(5:7) = half*(later/(given(1) - 0.5_wp*mixed*own) - node(5:7))
-                  given(2:4) = start - begun + 0.5_wp*given(5:7)
+                  later = node(1)*(node(5:7) - pushed) + given(1)*pushed + given(5:7) ! force of the second half
+                  if (mixed > 0.0_wp) later = later + mixed/half*(carried - given(1)*start)
+                  given(5:7) = half*(later/given(1) - node(5:7))
+                  given(2:4) = start - begun + merge(1.0_wp, 0.5_wp, mixed > 0.0_wp)*given(5:7)
                end associate
             end do
          end do

@@ -11,6 +11,8 @@ module m_transfer
    private
    public :: find_changes, change_levels, worn_out
 
+   real(wp), parameter :: farewell = 0.5_wp !< particles leave a region this far outside, in its cells: what swings about an edge stays
+
 contains
 
    !> List in their blocks, as leavers, the particles that must leave a level or be split on it; returns how many.
@@ -47,10 +49,12 @@ contains
       type(block_t), intent(inout) :: block
       logical, intent(in) :: on_fine !< the block is one of the finer level
       integer(i4) :: found(block%particles%count)
-      real(wp) :: x(3), e(3)
+      real(wp) :: x(3), e(3), lag
       integer :: n, p
       logical :: changes
       n = 0
+      lag = 0.0_wp
+      if (on_fine) lag = farewell*fine%grid%cell
       associate (column => block%particles%column, at => fine%layout)
          do p = 1, block%particles%count
             x = column(p, at%position:at%position + 2)
@@ -59,7 +63,7 @@ contains
             else
                e = column(p, at%half_size)
             end if
-            changes = fine%region%overlaps(x - e, x + e) .neqv. on_fine
+            changes = fine%region%overlaps(x - e - lag, x + e + lag) .neqv. on_fine
             if (on_fine .and. .not. changes) &
                changes = must_split(fine%grid, fine%region, fine%number, nint(column(p, at%refinement)), x, maxval(e))
             if (.not. changes) cycle
@@ -84,21 +88,22 @@ contains
       call coarse_migration%begin(communicator, coarse)
       call fine_migration%begin(communicator, fine)
       do b = 1, size(coarse%blocks)
-         call send_off(coarse%blocks(b))
+         call send_off(coarse%blocks(b), 0.0_wp)
       end do
       do b = 1, size(fine%blocks)
-         call send_off(fine%blocks(b))
+         call send_off(fine%blocks(b), farewell*fine%grid%cell)
       end do
       call coarse_migration%deliver(communicator, coarse)
       call fine_migration%deliver(communicator, fine)
    contains
-      subroutine send_off(block)
+      subroutine send_off(block, lag)
          type(block_t), intent(inout) :: block
+         real(wp), intent(in) :: lag !< m
          integer :: l
          if (block%leaver_count == 0) return
          do l = 1, block%leaver_count
             associate (p => block%leavers(l))
-               call settle(block%particles%column(p, :), block%particles%id(p), block%particles%body(p))
+               call settle(block%particles%column(p, :), block%particles%id(p), block%particles%body(p), lag)
             end associate
          end do
          call take_out(block)
@@ -107,8 +112,8 @@ contains
       end subroutine send_off
 
       !> One particle, or its parts, to the level where it lives.
-      recursive subroutine settle(values, id, body)
-         real(wp), intent(in) :: values(:)
+      recursive subroutine settle(values, id, body, lag)
+         real(wp), intent(in) :: values(:), lag
          integer(i8), intent(in) :: id
          integer(i4), intent(in) :: body
          real(wp) :: parts(size(values), 0:7), x(3), e(3)
@@ -116,14 +121,14 @@ contains
          x = values(fine%layout%position:fine%layout%position + 2)
          e = extents(values, fine%layout)
          associate (at => fine%layout)
-            if (.not. fine%region%overlaps(x - e, x + e)) then
+            if (.not. fine%region%overlaps(x - e - lag, x + e + lag)) then
                call coarse_migration%give_away(communicator, coarse, values, id, body)
             else if (must_split(fine%grid, fine%region, fine%number, nint(values(at%refinement)), x, maxval(e)) &
                      .and. .not. worn_out(values, at%generation)) then
                call split_in_eight(values, at, extensive, parts)
                generation = nint(values(at%generation))
                do octant = 0, 7
-                  call settle(parts(:, octant), ior(id, ishft(int(octant, i8), id_bits + generation)), body)
+                  call settle(parts(:, octant), ior(id, ishft(int(octant, i8), id_bits + generation)), body, lag)
                end do
                splits = splits + 7
             else

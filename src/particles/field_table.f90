@@ -27,6 +27,7 @@ module m_field_table
       integer :: gradient = 0      !< velocity gradient of the last step, 9 columns, d v_i / d x_j at 3 (j-1) + i
       integer :: kept_gradient = 0 !< the same, where the step puts it between nodes and stress and nothing else wants it
       integer :: deformation = 0   !< deformation gradient, 9 columns, the same order
+      integer :: edge_stress = 0   !< change of the stress since the particle came to an edge of its level, 6 columns
       integer :: viscous_pressure = 0 !< adds to the pressure that makes forces, and is no part of the stress
       integer :: pressure_shift = 0   !< the same, from the pressure of the stress to the mean of the cell
       integer :: next_position = 0 !< position at the end of the step, while the step still needs the old one
@@ -115,6 +116,7 @@ contains
       layout%gradient = self%column('velocity_gradient')
       layout%kept_gradient = self%column('kept_gradient')
       layout%deformation = self%column('deformation_gradient')
+      layout%edge_stress = self%column('edge_stress')
       layout%viscous_pressure = self%column('viscous_pressure')
       layout%pressure_shift = self%column('pressure_shift')
       layout%next_position = self%column('next_position')

@@ -58,7 +58,7 @@ contains
          own_step = 0.0_wp
          if (model%method%subcycle) own_step = 0.5_wp**(l - first)*time_step
          if (l == first) then
-            call model%composite(l)%restrict_change(model%communicator, model%levels(l), own_step, model%method%flip_fraction)
+            call model%composite(l)%restrict_change(model%communicator, model%levels(l))
          else
             call model%composite(l)%restrict(model%communicator, model%levels(l), own_step)
          end if
@@ -104,7 +104,7 @@ contains
       integer, intent(in) :: l
       type(clock_t), intent(in) :: clock
       type(error_t), intent(inout) :: error
-      real(wp) :: half
+      real(wp) :: half, ahead
       call model%timers%enter(model%levels_row)
       call model%composite(l + 1)%hand_down(model%levels(l))
       call model%composite(l + 1)%send_down(model%communicator)
@@ -113,11 +113,13 @@ contains
          return
       end if
       half = 0.5_wp*clock%step
-      call advance_level(model, l + 1, clock_t(clock%time, half, 0.5_wp*half), error)
+      ahead = 0.5_wp*half
+      if (model%method%flip_fraction < 1.0_wp) ahead = 0.0_wp ! eq. labels: not with PIC
+      call advance_level(model, l + 1, clock_t(clock%time, half, half - ahead), error)
       if (error%happened()) return
       call gather_levels(model, l + 1, clock%time + half, half)
       call correct(model, l, clock)
-      call advance_level(model, l + 1, clock_t(clock%time + half, half, -0.5_wp*half), error)
+      call advance_level(model, l + 1, clock_t(clock%time + half, half, -ahead), error)
    end subroutine advance_finer
 
    !> Collective: the solved nodes of level l take what its own step does not know of the two steps of the finer level.

@@ -297,11 +297,20 @@ contains
       real(wp), intent(in) :: time_step
       type(error_t), intent(inout) :: error
       real(wp) :: smallest
+      real(wp), allocatable :: before(:, :)
       integer :: first, last
+      logical :: follows
       if (size(model%effect_step(l)%on_cells) > 0) call take_back(model, l, b)
       if (size(model%effect_step(l)%on_cells) + size(model%effect_step(l)%on_gradient) > 0) &
          call model%effect_step(l)%change_gradient(model%effects, model%levels(l), b, time_step, model%timers)
       call model%timers%enter(phase_stress)
+      follows = l > 1 .and. model%levels(l)%layout%edge_stress > 0
+      if (follows) follows = model%composite(l)%edge_of(b) > 0
+      if (follows) then
+         associate (particles => model%levels(l)%blocks(b)%particles, s => model%levels(l)%layout%stress)
+            before = particles%column(:particles%count, s:s + 5)
+         end associate
+      end if
       associate (level => model%levels(l), particles => model%levels(l)%blocks(b)%particles)
          first = 1
          do while (first <= particles%count)
@@ -310,6 +319,7 @@ contains
                                                                      level%layout, level%gradient, time_step, first, last)
             first = last + 1
          end do
+         if (follows) call model%composite(l)%follow_edge_stress(model%levels(l), b, before)
          call advance_volume(particles%count, level%gradient, time_step, particles%column(:, level%layout%volume), smallest)
          if (.not. smallest > 0.0_wp) call report_inversion(model, l, b, error)
          if (model%method%domain /= domain_fixed) call advance_domains(model, l, b, time_step, error)

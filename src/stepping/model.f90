@@ -227,6 +227,8 @@ contains
          if (self%method%domain /= domain_fixed .or. size(self%levels) > 1) &
             call table%declare('generation', 1, '1', written=.false.)
          if (size(self%levels) > 1) call table%declare('refinement', 1, '1', written=.false.)
+         if (size(self%levels) > 1 .and. self%method%subcycle .and. .not. self%method%flip_fraction < 1.0_wp) &
+            call table%declare('edge_stress', 6, 'Pa', written=.false.)
          call table%declare('stress', 6, 'Pa', written=.true.)
          if (self%method%affine) call table%declare('velocity_gradient', 9, '1/s', written=.false.)
          if (self%method%stress_update == update_musl) call table%declare('next_position', 3, 'm', written=.false.)

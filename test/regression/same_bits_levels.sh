@@ -11,8 +11,8 @@ try() { # try NAME SED-SCRIPT [MORE GROUPS]
    done
 }
 try plain "s/safety=0.35/safety=0.35, transfer='plain', flip_fraction=0.99/"
-try lockstep "s/safety=0.35/safety=0.35, subcycle=.false./; s/end_time=0.2/end_time=0.06/"
-try corners "s/safety=0.35/safety=0.35, domain='corners'/; s/end_time=0.2/end_time=0.06/" \
+try lockstep "s/safety=0.35/safety=0.35, subcycle=.false./; s/end_time=0.2/end_time=0.1/"
+try corners "s/safety=0.35/safety=0.35, domain='corners'/; s/end_time=0.2/end_time=0.1/" \
    "&gravity acceleration=0.5,-1,-2 / &damping kind='local', coefficient=0.1 / &anti_locking /"
 PYTHONPATH=$scenes "$PYTHON" - <<'END'
 from runs import *
