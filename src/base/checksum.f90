@@ -30,8 +30,8 @@ contains
       digits = written(sums)
    end function text_checksum
 
-   !> Collective: checksum of the bytes of a file from `first` (from 1) to `last`; each rank reads a share. Every rank leaves with the
-   !> same values; `ok` is false when some rank could not read its share.
+   !> Collective: checksum of the bytes of a file from `first` (from 1) to `last`; each rank reads a share. Every rank leaves
+   !> with the same values; `ok` is false when some rank could not read its share.
    subroutine file_checksum(communicator, path, first, last, digits, ok)
       type(communicator_t), intent(in) :: communicator
       character(len=*), intent(in) :: path

@@ -2,7 +2,7 @@
 !>
 !> One procedure, `describe`, names all that is not particles: it writes while a checkpoint is written and reads while one is read.
 module m_checkpoint
-   use, intrinsic :: iso_c_binding, only: c_loc, c_ptr
+   use, intrinsic :: iso_c_binding, only: c_loc
    use mpi_f08
    use m_kinds, only: wp, i4, i8
    use m_constants, only: exit_files, program_version
@@ -18,6 +18,7 @@ module m_checkpoint
    use m_restore, only: block_table_t, table_width, bounds_width, take_blocks, restore_blocks, check_particles
    use m_energy, only: balance_t, sums_t
    use m_snapshot, only: file_layout_t
+   use m_state_store, only: store_t, some_rows
    use m_hdf5_file, only: hdf5_file_t, rows_of_real, rows_of_long, rows_of_byte
    use m_hdf5_reader, only: hdf5_reader_t
    use m_checkpoint_file, only: checkpoint_name, checkpoint_format, seal_checkpoint, seal_length, find_checkpoint
@@ -43,26 +44,14 @@ module m_checkpoint
       procedure :: close => close_checkpoint
    end type checkpoint_t
 
-   !> Where `describe` writes to, or reads from.
-   type :: store_t
-      logical :: writes = .false.
-      type(communicator_t) :: communicator
-      type(hdf5_file_t) :: output
-      type(hdf5_reader_t) :: input
-   contains
-      generic :: reals => reals_list, reals_table
-      generic :: longs => longs_list, longs_table
-      procedure, private :: reals_list, reals_table, longs_list, longs_table, move
-   end type store_t
-
    integer(i8), parameter :: longest_case = 2_i8**28  !< bytes
    integer(i8), parameter :: most_unknowns = 2_i8**24 !< of the contact solver of a rank
    integer, parameter :: sums = 11, own_columns = 3 !< of a particle besides its fields: id, body, bin
 
 contains
 
-   !> Collective: write `<directory>/checkpoint_<step>.h5`. Once it has its name it is whole and on the disk; on an error (exit_files)
-   !> nothing of it is left, and all ranks hold the error.
+   !> Collective: write `<directory>/checkpoint_<step>.h5`. Once it has its name it is whole and on the disk; after an error
+   !> (exit_files) nothing of it is left, and all ranks hold the error.
    subroutine write_checkpoint(directory, scene, model, balance, facts, path, error)
       character(len=*), intent(in) :: directory
       type(scene_t), intent(in) :: scene
@@ -184,11 +173,11 @@ contains
       type(balance_t), intent(inout) :: balance
       type(run_facts_t), intent(inout) :: facts
       type(error_t), intent(inout) :: error
-      integer(i8) :: counts(5), effort(7), one(1)
+      integer(i8) :: counts(5), one(1)
       integer(i8), allocatable :: regions(:, :)
-      real(wp) :: clock(4), worth(4)
-      real(wp), allocatable :: works(:, :), tools(:, :)
-      integer :: l, t
+      real(wp) :: clock(4)
+      real(wp), allocatable :: works(:, :)
+      integer :: l
       associate (comm => model%communicator)
          counts = [model%step, model%moves, comm%sum_count(model%merges), comm%sum_count(model%splits), facts%particles]
          call store%longs('/state/counts', counts, error)
@@ -218,7 +207,18 @@ contains
       end do
       if (store%writes) call store%longs('/state/regions', regions, error)
       if (size(facts%probes) > 0) call store%longs('/state/probes', facts%probes, error)
-      if (.not. model%contact%active()) return
+      if (model%contact%active()) call describe_contact(store, model, error)
+   end subroutine describe
+
+   !> Collective: the tools, and what contact keeps from step to step.
+   subroutine describe_contact(store, model, error)
+      type(store_t), intent(inout) :: store
+      type(model_t), intent(inout) :: model
+      type(error_t), intent(inout) :: error
+      integer(i8) :: effort(7)
+      real(wp) :: worth(4)
+      real(wp), allocatable :: tools(:, :)
+      integer :: t
       associate (contact => model%contact)
          allocate (tools(9, size(contact%tools)))
          do t = 1, size(contact%tools)
@@ -256,10 +256,10 @@ contains
          contact%friction%iterations = effort(7)
       end associate
       call describe_solver(store, model, error)
-   end subroutine describe
+   end subroutine describe_contact
 
-   !> Collective: unknowns that the contact solver of each rank has room for. Its sums run over all of that room, so that their last bits
-   !> depend on it. On another number of ranks it finds its own.
+   !> Collective: unknowns that the contact solver of each rank has room for. Its sums run over all of that room, so that
+   !> their last bits depend on it. On another number of ranks it finds its own.
    subroutine describe_solver(store, model, error)
       type(store_t), intent(inout) :: store
       type(model_t), intent(inout) :: model
@@ -471,77 +471,10 @@ contains
       where_from%count = where_from%count(:runs)
    end subroutine list_own
 
-   !> Collective: numbers that all ranks have: written by rank 0, or read by all.
-   subroutine reals_list(self, name, values, error)
-      class(store_t), intent(inout) :: self
-      character(len=*), intent(in) :: name
-      real(wp), intent(inout) :: values(:)
-      type(error_t), intent(inout) :: error
-      real(wp) :: rows(1, size(values))
-      rows(1, :) = values
-      call self%reals_table(name, rows, error)
-      values = rows(1, :)
-   end subroutine reals_list
-
-   subroutine reals_table(self, name, values, error)
-      class(store_t), intent(inout) :: self
-      character(len=*), intent(in) :: name
-      real(wp), intent(inout) :: values(:, :)
-      type(error_t), intent(inout) :: error
-      real(wp), allocatable, target :: numbers(:, :)
-      allocate (numbers, source=values)
-      call self%move(name, rows_of_real, shape(values), c_loc(numbers), error)
-      if (.not. error%happened()) values = numbers
-   end subroutine reals_table
-
-   subroutine longs_list(self, name, values, error)
-      class(store_t), intent(inout) :: self
-      character(len=*), intent(in) :: name
-      integer(i8), intent(inout) :: values(:)
-      type(error_t), intent(inout) :: error
-      integer(i8) :: rows(1, size(values))
-      rows(1, :) = values
-      call self%longs_table(name, rows, error)
-      values = rows(1, :)
-   end subroutine longs_list
-
-   subroutine longs_table(self, name, values, error)
-      class(store_t), intent(inout) :: self
-      character(len=*), intent(in) :: name
-      integer(i8), intent(inout) :: values(:, :)
-      type(error_t), intent(inout) :: error
-      integer(i8), allocatable, target :: numbers(:, :)
-      allocate (numbers, source=values)
-      call self%move(name, rows_of_long, shape(values), c_loc(numbers), error)
-      if (.not. error%happened()) values = numbers
-   end subroutine longs_table
-
-   subroutine move(self, name, kind, extent, numbers, error)
-      class(store_t), intent(inout) :: self
-      character(len=*), intent(in) :: name
-      integer, intent(in) :: kind, extent(2)
-      type(c_ptr), intent(in) :: numbers
-      type(error_t), intent(inout) :: error
-      if (self%writes) then
-         call self%output%put_rows(name, kind, int(extent, i8), &
-                                   some_rows(0_i8, merge(extent(2), 0, self%communicator%is_root())), numbers, error)
-      else
-         call self%input%get_rows(name, kind, int(extent, i8), some_rows(0_i8, extent(2)), numbers, error)
-      end if
-   end subroutine move
-
    !> All rows of a table, for every rank.
    pure type(file_layout_t) function all_rows(rows) result(layout)
       integer(i8), intent(in) :: rows
       layout = some_rows(0_i8, int(rows))
    end function all_rows
-
-   !> One stretch of rows; none where it is empty.
-   pure type(file_layout_t) function some_rows(before, rows) result(layout)
-      integer(i8), intent(in) :: before
-      integer, intent(in) :: rows
-      allocate (layout%offset(merge(1, 0, rows > 0)), source=before)
-      allocate (layout%count(merge(1, 0, rows > 0)), source=rows)
-   end function some_rows
 
 end module m_checkpoint

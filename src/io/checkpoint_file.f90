@@ -77,8 +77,8 @@ contains
       call communicator%agree(error)
    end subroutine seal_checkpoint
 
-   !> Collective: the newest whole checkpoint of a directory. Newer ones that are damaged are passed over; `note` tells of them (empty:
-   !> there are none). No checkpoint and one of another format are errors of input, nothing but damaged ones of files.
+   !> Collective: the newest whole checkpoint of a directory. Newer ones that are damaged are passed over; `note` tells of them
+   !> (empty: there are none). No checkpoint and one of another format are errors of input, nothing but damaged ones of files.
    subroutine find_checkpoint(communicator, directory, path, note, error)
       type(communicator_t), intent(in) :: communicator
       character(len=*), intent(in) :: directory

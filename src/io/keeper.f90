@@ -40,8 +40,8 @@ module m_keeper
 
 contains
 
-   !> Collective: at the beginning of a run, or where it goes on from the checkpoint `last` (empty: not from one in its directory). A
-   !> run that does not go on from its directory removes the checkpoints there: they are of another run.
+   !> Collective: at the beginning of a run, or where it goes on from the checkpoint `last` (empty: not from one in its directory).
+   !> A run that does not go on from its directory removes the checkpoints there: they are of another run.
    subroutine start(self, scene, model, elapsed, last)
       class(keeper_t), intent(inout) :: self
       type(scene_t), intent(in) :: scene

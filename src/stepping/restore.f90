@@ -15,7 +15,7 @@ module m_restore
 
    integer, parameter, public :: table_width = 5, bounds_width = 9
 
-   !> All blocks of all levels that exist, a row each: rank by rank, and there by level and index, as their particles stand in a file.
+   !> All blocks of all levels that exist, a row each: rank by rank, and there by level and index, as particles stand in a file.
    type, public :: block_table_t
       integer(i8), allocatable :: table(:, :) !< level, index, particles, rank, rows of particles before: (table_width, blocks)
       real(wp), allocatable :: bounds(:, :)   !< lowest and highest place of centres, m; work booked by kinds, loss booked, J
@@ -72,8 +72,8 @@ contains
       end do
    end subroutine take_blocks
 
-   !> Collective: give an empty model its regions and blocks, those with the room for their particles that are to be read. On as many
-   !> ranks as were there before, blocks go to the rank that had them; else they are placed anew. All ranks have the whole table.
+   !> Collective: give an empty model its regions and blocks, those with the room for their particles that are to be read. On as
+   !> many ranks as were there before, blocks go to the rank that had them; else they are placed anew. All ranks have the whole table.
    subroutine restore_blocks(model, regions, ranks, blocks, error)
       type(model_t), intent(inout) :: model
       integer(i8), intent(in) :: regions(:, :) !< sides of the levels' boxes in nodes, low and high: (6, levels)
