@@ -128,7 +128,7 @@ contains
       logical, allocatable :: looked_at(:), ahead(:)
       integer :: kind, steps, p
       way = [sqrt(0.5_wp), sqrt(0.5_wp), 0.0_wp]
-      begun = (sqrt(0.5_wp)*n - 22.0_wp)*cell ! no stress at the box's edges yet
+      begun = (sqrt(0.5_wp)*n - 15.0_wp)*cell
       do kind = 1, 2
          manner = manner_t(affine=affine, levels=kind)
          allocate (model)
@@ -138,7 +138,7 @@ contains
          if (kind == 2) call add_level(scene, [n/2 - half, n/2 - half, 0], [n/2 + half, n/2 + half, 1])
          call model%build(comm, scene, error)
          call set_pulse(model, manner)
-         steps = nint(38.0_wp*cell/wave/manner%step_of(safety))
+         steps = nint(31.0_wp*cell/wave/manner%step_of(safety))
          call run_steps(model, steps, manner%step_of(safety), error)
          call test%check(.not. error%happened(), 'oblique: goes on')
          all = all_particles(model)
