@@ -14,7 +14,6 @@ module m_composite
    use m_level, only: level_t, tile_last, node_values
    use m_boundary, only: constrain_nodes, fold_symmetry
    use m_field_table, only: layout_t
-   use m_stencil, only: bin_place
    use m_particle_to_node, only: gather_to_nodes
    use m_corner_to_node, only: gather_corners_to_nodes
    use m_migration, only: frame_of
@@ -57,7 +56,6 @@ module m_composite
       procedure :: build
       procedure :: restrict
       procedure :: restrict_change
-      procedure :: follow_edge_stress
       procedure :: add_to_parents
       procedure :: replace_in_parents
       procedure :: hand_down
@@ -283,7 +281,7 @@ contains
    end subroutine restrict
 
    !> What a block's particles have been given of the forces of the finer level before its time (theory.md, eq. labels): half a step of
-   !> the force of the stress that has grown since they came to the edge. Every block takes that of its own particles out of its cube.
+   !> the force of the stress that has grown while the edge was there. Every block takes that of its own particles out of its cube.
    subroutine take_lead(edge, fine, half, cube)
       type(edge_t), intent(in) :: edge
       type(level_t), intent(in) :: fine
@@ -318,28 +316,6 @@ contains
          end do
       end do
    end subroutine take_lead
-
-   !> Follow the change of stress of a block's particles that touch slaves; for the others it is 0.
-   subroutine follow_edge_stress(self, fine, b, before)
-      class(composite_t), intent(in) :: self
-      type(level_t), intent(inout) :: fine
-      integer, intent(in) :: b
-      real(wp), intent(in) :: before(:, :) !< the stress before this step, (particles, 6)
-      integer :: p, node(3)
-      if (self%edge_of(b) == 0) return
-      associate (block => fine%blocks(b), s => fine%layout%stress, e => fine%layout%edge_stress)
-         do p = 1, block%particles%count
-            node = block_size*block%place
-            if (block%cells%bin(p) > 0) node = node + bin_place(int(block%cells%bin(p)))
-            if (fine%region%is_inner(node - 1) .and. fine%region%is_inner(node + 1)) then
-               block%particles%column(p, e:e + 5) = 0.0_wp
-            else
-               block%particles%column(p, e:e + 5) = block%particles%column(p, e:e + 5) &
-                                                    + block%particles%column(p, s:s + 5) - before(p, :)
-            end if
-         end do
-      end associate
-   end subroutine follow_edge_stress
 
    !> The same in the second of two steps: mass (1 and 8), momentum (2 to 4), the change of force since the first (5 to 7).
    subroutine restrict_change(self, communicator, fine)

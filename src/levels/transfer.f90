@@ -11,7 +11,7 @@ module m_transfer
    private
    public :: find_changes, change_levels, worn_out
 
-   real(wp), parameter :: farewell = 0.5_wp !< particles leave a region this far outside, in its cells: what swings about an edge stays
+   real(wp), parameter :: farewell = 0.25_wp !< particles leave this much further outside than they enter, in cells of the finer level
 
 contains
 
@@ -88,6 +88,7 @@ contains
       call coarse_migration%begin(communicator, coarse)
       call fine_migration%begin(communicator, fine)
       do b = 1, size(coarse%blocks)
+         if (fine%layout%edge_stress > 0) call set_edge_stress(coarse%blocks(b))
          call send_off(coarse%blocks(b), 0.0_wp)
       end do
       do b = 1, size(fine%blocks)
@@ -96,6 +97,17 @@ contains
       call coarse_migration%deliver(communicator, coarse)
       call fine_migration%deliver(communicator, fine)
    contains
+      !> What enters brings its stress along; where the region itself has moved, move_regions begins anew.
+      subroutine set_edge_stress(block)
+         type(block_t), intent(inout) :: block
+         integer :: l
+         associate (column => block%particles%column, s => fine%layout%stress, e => fine%layout%edge_stress)
+            do l = 1, block%leaver_count
+               column(block%leavers(l), e:e + 5) = column(block%leavers(l), s:s + 5)
+            end do
+         end associate
+      end subroutine set_edge_stress
+
       subroutine send_off(block, lag)
          type(block_t), intent(inout) :: block
          real(wp), intent(in) :: lag !< m

@@ -8,12 +8,13 @@ module m_region
    private
    public :: region_t, make_region
 
-   real(wp), parameter :: touching = 1.0e-9_wp !< what reaches in by less, in cells, only touches
+   real(wp), parameter :: welcome = 0.25_wp !< what comes so near to a region, in its cells, reaches in: a lattice that ends at an edge
+                                            !< is not to change level with the first movement, or by rounding
 
    type :: region_t
       real(wp) :: lower(3) = -huge(1.0_wp) !< m; far away where a side is open
       real(wp) :: upper(3) = huge(1.0_wp)  !< m
-      real(wp) :: slack = 0.0_wp           !< what reaches in by less only touches, m
+      real(wp) :: near = 0.0_wp            !< what comes nearer reaches in, m
       integer :: first(3) = -huge(1)       !< nodes of the level's grid that are strictly inside: first to last
       integer :: last(3) = huge(1)
       integer :: low(3) = 0, high(3) = 0   !< its sides in nodes of the level's grid, open or not
@@ -32,7 +33,7 @@ contains
       type(grid_level_t), intent(in) :: grid
       integer, intent(in) :: low(3), high(3) !< even: nodes of the level above
       integer :: axis
-      region%slack = touching*grid%cell
+      region%near = welcome*grid%cell
       region%low = low
       region%high = high
       do axis = 1, 3
@@ -47,11 +48,11 @@ contains
       end do
    end function make_region
 
-   !> True when a box reaches into the region: by more than rounding.
+   !> True when a box reaches into the region, or comes near it.
    pure logical function overlaps(self, low, high)
       class(region_t), intent(in) :: self
       real(wp), intent(in) :: low(3), high(3) !< m
-      overlaps = all(high > self%lower + self%slack .and. low < self%upper - self%slack)
+      overlaps = all(high > self%lower - self%near .and. low < self%upper + self%near)
    end function overlaps
 
    !> True when a place lies inside.

@@ -27,7 +27,7 @@ module m_field_table
       integer :: gradient = 0      !< velocity gradient of the last step, 9 columns, d v_i / d x_j at 3 (j-1) + i
       integer :: kept_gradient = 0 !< the same, where the step puts it between nodes and stress and nothing else wants it
       integer :: deformation = 0   !< deformation gradient, 9 columns, the same order
-      integer :: edge_stress = 0   !< change of the stress since the particle came to an edge of its level, 6 columns
+      integer :: edge_stress = 0   !< stress that has grown since the level's region is where it is, 6 columns
       integer :: viscous_pressure = 0 !< adds to the pressure that makes forces, and is no part of the stress
       integer :: pressure_shift = 0   !< the same, from the pressure of the stress to the mean of the cell
       integer :: next_position = 0 !< position at the end of the step, while the step still needs the old one

@@ -297,7 +297,6 @@ contains
       real(wp), intent(in) :: time_step
       type(error_t), intent(inout) :: error
       real(wp) :: smallest
-      real(wp), allocatable :: before(:, :)
       integer :: first, last
       logical :: follows
       if (size(model%effect_step(l)%on_cells) > 0) call take_back(model, l, b)
@@ -305,12 +304,7 @@ contains
          call model%effect_step(l)%change_gradient(model%effects, model%levels(l), b, time_step, model%timers)
       call model%timers%enter(phase_stress)
       follows = l > 1 .and. model%levels(l)%layout%edge_stress > 0
-      if (follows) follows = model%composite(l)%edge_of(b) > 0
-      if (follows) then
-         associate (particles => model%levels(l)%blocks(b)%particles, s => model%levels(l)%layout%stress)
-            before = particles%column(:particles%count, s:s + 5)
-         end associate
-      end if
+      if (follows) call add_stress(model%levels(l)%blocks(b)%particles, model%levels(l)%layout, -1.0_wp)
       associate (level => model%levels(l), particles => model%levels(l)%blocks(b)%particles)
          first = 1
          do while (first <= particles%count)
@@ -319,7 +313,7 @@ contains
                                                                      level%layout, level%gradient, time_step, first, last)
             first = last + 1
          end do
-         if (follows) call model%composite(l)%follow_edge_stress(model%levels(l), b, before)
+         if (follows) call add_stress(particles, level%layout, 1.0_wp)
          call advance_volume(particles%count, level%gradient, time_step, particles%column(:, level%layout%volume), smallest)
          if (.not. smallest > 0.0_wp) call report_inversion(model, l, b, error)
          if (model%method%domain /= domain_fixed) call advance_domains(model, l, b, time_step, error)
@@ -327,6 +321,19 @@ contains
       if (size(model%effect_step(l)%on_stress) > 0) &
          call model%effect_step(l)%change_stress(model%effects, model%levels(l), b, time_step, model%timers)
    end subroutine update_stress
+
+   !> Add a multiple of the stress to edge_stress: taken away before a step's law and added after it, this adds the change.
+   pure subroutine add_stress(particles, at, factor)
+      type(particle_store_t), intent(inout) :: particles
+      type(layout_t), intent(in) :: at
+      real(wp), intent(in) :: factor
+      integer :: c, n
+      n = particles%count
+      do c = 0, 5
+         particles%column(:n, at%edge_stress + c) = particles%column(:n, at%edge_stress + c) &
+                                                    + factor*particles%column(:n, at%stress + c)
+      end do
+   end subroutine add_stress
 
    !> The domains of one block's particles follow their velocity gradients.
    subroutine advance_domains(model, l, b, time_step, error)

@@ -51,7 +51,23 @@ contains
          call change_pair(model, l)
          call model%prepare_blocks()
       end do
+      call forget_edge_stress(model)
    end subroutine move_regions
+
+   !> New edges: nothing is ahead of its time there (theory.md, eq. labels).
+   subroutine forget_edge_stress(model)
+      type(model_t), intent(inout) :: model
+      integer :: b, e, l
+      e = model%levels(1)%layout%edge_stress
+      if (e == 0) return
+      do l = 2, size(model%levels)
+         do b = 1, size(model%levels(l)%blocks)
+            associate (particles => model%levels(l)%blocks(b)%particles)
+               particles%column(:particles%count, e:e + 5) = 0.0_wp
+            end associate
+         end do
+      end do
+   end subroutine forget_edge_stress
 
    !> The sides that a level's box should have now, in nodes of its grid.
    subroutine new_box(model, l, low, high)

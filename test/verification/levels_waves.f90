@@ -90,8 +90,8 @@ contains
          case (2, 4); call add_level(scene, [42, 0, 0], [78, 2, 2])
          case (3); call add_level(scene, [0, 0, 0], [42, 2, 2])
          case (5)
-            call add_level(scene, [42, 0, 0], [62, 2, 2])
-            call add_level(scene, [46, 0, 0], [54, 2, 2])
+            call add_level(scene, [42, 0, 0], [56, 2, 2]) ! the pulse has passed them when it is measured: particles that touch an
+            call add_level(scene, [46, 0, 0], [52, 2, 2]) ! edge have impulses of the finer side ahead of time (theory.md, eq. labels)
          end select
          call model%build(comm, scene, error)
          call set_pulse(model, manner)
