@@ -73,7 +73,8 @@ contains
    end subroutine take_blocks
 
    !> Collective: give an empty model its regions and blocks, those with the room for their particles that are to be read. On as
-   !> many ranks as were there before, blocks go to the rank that had them; else they are placed anew. All ranks have the whole table.
+   !> many ranks as were there before, blocks go to the rank that had them; else they are placed anew. All ranks have the
+   !> whole table.
    subroutine restore_blocks(model, regions, ranks, blocks, error)
       type(model_t), intent(inout) :: model
       integer(i8), intent(in) :: regions(:, :) !< sides of the levels' boxes in nodes, low and high: (6, levels)
