@@ -160,7 +160,8 @@ contains
       call test%check(high(2) > high(1) - 0.01_wp .and. high(2) < 1.03_wp, 'oblique: its height')
    end subroutine oblique
 
-   !> Particles behind the pulse, outside the box and inside the sheet; particles where the pulse is.
+   !> Particles behind the pulse, outside the box by two cells (nearer ones may live on the finer level, whose velocities stand at
+   !> another time) and inside the sheet; particles where the pulse is.
    subroutine choose(all, n, half, behind, ahead)
       real(wp), intent(in) :: all(:, :)
       integer, intent(in) :: n, half !< edge of the sheet, half the box's, cells
@@ -172,7 +173,7 @@ contains
          x = all(1:2, q)/cell - 0.5_wp*n
          s = sqrt(0.5_wp)*sum(x)
          ahead(q) = s > 8.0_wp .and. abs(x(1) - x(2)) < 4.0_wp
-         behind(q) = s < 2.0_wp .and. s > -10.0_wp .and. maxval(abs(x)) > half .and. maxval(abs(x)) < 0.5_wp*n - 4.0_wp
+         behind(q) = s < 2.0_wp .and. s > -10.0_wp .and. maxval(abs(x)) > half + 2 .and. maxval(abs(x)) < 0.5_wp*n - 4.0_wp
       end do
    end subroutine choose
 
