@@ -470,7 +470,7 @@ contains
    end subroutine take_cube
 
    !> Correct the solved nodes of block b of the coarser level by what the two finer steps really gave the slaves, and hand the
-   !> corrected motion down (theory.md, eq. owed). `change` is the sum over blocks of replace_in_parents: mass, momentum and change
+   !> corrected motion down (theory.md, eq. half-steps). `change` is the sum over blocks of replace_in_parents: mass, momentum and change
    !> of force of the slaves, mass of the slaves alone. A node whose mass has more than doubled begins anew with what it carries now.
    subroutine correct(self, coarse, b, time_step, flip_fraction, change)
       class(composite_t), intent(inout) :: self
