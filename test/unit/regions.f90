@@ -54,6 +54,7 @@ contains
       type(region_t) :: region
       integer :: low(3), high(3), node(3), axis, trial
       real(wp) :: a(3), z(3), x(3), edge(2, 3), width
+      real(wp) :: near
       logical :: inner, reaches, inside, clear
       grid = make_grid_level(grid_spec_t(lower=[-0.3_wp, 0.2_wp, 0.0_wp], upper=[1.7_wp, 2.2_wp, 2.0_wp], cell_size=cell, &
                                          cells=[20, 20, 20]), 2)
@@ -82,13 +83,14 @@ contains
          call test%check(region%holds(x) .eqv. inside, 'places inside')
          a = x - chance%several(3, 0.0_wp, 0.3_wp)
          z = x + chance%several(3, 0.0_wp, 0.3_wp)
-         reaches = all(min(z, edge(2, :)) > max(a, edge(1, :)))
+         near = 0.25_wp*grid%cell ! what comes nearer than a quarter of a cell reaches in
+         reaches = all(z > edge(1, :) - near .and. a < edge(2, :) + near)
          call test%check(region%overlaps(a, z) .eqv. reaches, 'boxes that reach in')
          width = chance%between(0.0_wp, 0.2_wp)
          clear = any(z <= edge(1, :) - width .or. a >= edge(2, :) + width) .or. &
                  all(a >= edge(1, :) + width .and. z <= edge(2, :) - width)
          call test%check(region%clear_of_edge(a, z, width) .eqv. clear, 'boxes clear of the edge')
-         if (clear .and. width > 1.0e-6_wp) call test%check(region%overlaps(a, z) .eqv. region%holds(0.5_wp*(a + z)), &
+         if (clear .and. width > near) call test%check(region%overlaps(a, z) .eqv. region%holds(0.5_wp*(a + z)), &
                                                             'a box that is clear is all inside or all outside')
       end do
       x = 0.5_wp*(edge(1, :) + edge(2, :))
@@ -98,10 +100,10 @@ contains
          z = x
          a(axis) = edge(1, axis) - 0.05_wp
          z(axis) = edge(1, axis)
-         z(axis) = edge(1, axis) + 1.0e-6_wp*cell
-         call test%check(region%overlaps(a, z), 'a box over the edge reaches in')
-         z(axis) = edge(1, axis) - 1.0e-6_wp*cell
-         call test%check(.not. region%overlaps(a, z), 'a box next to the edge does not')
+         z(axis) = edge(1, axis) - 0.24_wp*grid%cell
+         call test%check(region%overlaps(a, z), 'a box near the edge reaches in')
+         z(axis) = edge(1, axis) - 0.26_wp*grid%cell
+         call test%check(.not. region%overlaps(a, z), 'a box further away does not')
       end do
    end subroutine one_region
 
