@@ -56,6 +56,7 @@ contains
       type(grid_level_t), intent(in) :: grid
       type(materials_t), intent(in) :: materials
       integer :: b
+      associate (unused => grid%cell); end associate
       allocate (self%stiffest(size(materials%of_body)))
       do b = 1, size(self%stiffest)
          self%stiffest(b) = materials%slots(materials%of_body(b))%law%stiffest()
