@@ -1,5 +1,5 @@
 !> One composite space of two levels: the nodes of the finer one that are not inside its region are slaves of the nodes of the
-!> coarser one (theory.md, eqs slaves, hand-up, owed).
+!> coarser one (theory.md, eqs slaves, hand-up, half-steps).
 !>
 !> A block of the finer level whose tile holds slaves is an edge block. All its slaves depend on 6 x 6 x 6 nodes of the coarser
 !> level, which lie in the tile of one block there, its parent. Between the two travels one such cube of nodes each way: up what
@@ -8,6 +8,7 @@ module m_composite
    use mpi_f08
    use m_kinds, only: wp, i8
    use m_constants, only: block_size
+   use m_sorting, only: sorted_order
    use m_communicator, only: communicator_t
    use m_grid_level, only: grid_level_t
    use m_region, only: region_t
@@ -43,7 +44,8 @@ module m_composite
       integer :: messages_each(2) = 0       !< sent by this rank in one exchange, up and down
       integer(i8) :: bytes_each(2) = 0
       integer(i8) :: messages = 0, bytes = 0 !< sent by this rank over the run
-      integer, allocatable, private :: by_index(:) !< edges with their parent here, by rising index of the block
+      integer, allocatable, private :: by_index(:) !< edges with their parent here, by rising index of the block: the order in which a
+                                                   !< parent adds
       real(wp), allocatable, private :: up(:, :, :, :, :), down(:, :, :, :, :) !< (node_values, 0:5, 0:5, 0:5, edges)
       real(wp), allocatable, private :: first(:, :, :, :, :) !< what was handed up in the first of two steps, of the own edges
       real(wp), allocatable :: pushed(:, :, :, :, :) !< what effects on nodes add to the acceleration of the coarser ones, where there
@@ -113,7 +115,9 @@ contains
          end do
          if (pass == 1) allocate (self%edges(n))
       end do
-      call order_children(self)
+      self%by_index = pack([(n, n=1, size(self%edges))], self%edges%parent > 0)
+      self%by_index = self%by_index(sorted_order(int(self%edges(self%by_index)%index, i8), int(self%by_index, i8)))
+      n = size(self%edges)
       allocate (self%up(node_values, 0:cube_last, 0:cube_last, 0:cube_last, n), source=0.0_wp)
       allocate (self%down(node_values, 0:cube_last, 0:cube_last, 0:cube_last, n), source=0.0_wp)
       allocate (self%first(node_values, 0:cube_last, 0:cube_last, 0:cube_last, self%own), source=0.0_wp)
@@ -173,34 +177,6 @@ contains
          end do
       end function hands_up
    end subroutine list_slaves
-
-   !> The edges with their parent here, by rising index of the block: the order in which a parent adds.
-   subroutine order_children(self)
-      class(composite_t), intent(inout) :: self
-      integer :: a, b, e
-      allocate (self%by_index(count(self%edges%parent > 0)))
-      a = 1
-      b = self%own + 1
-      do e = 1, size(self%by_index)
-         do while (a <= self%own)
-            if (self%edges(a)%parent > 0) exit
-            a = a + 1
-         end do
-         if (a > self%own) then
-            self%by_index(e) = b
-            b = b + 1
-         else if (b > size(self%edges)) then
-            self%by_index(e) = a
-            a = a + 1
-         else if (self%edges(a)%index < self%edges(b)%index) then
-            self%by_index(e) = a
-            a = a + 1
-         else
-            self%by_index(e) = b
-            b = b + 1
-         end if
-      end do
-   end subroutine order_children
 
    !> Which cubes go to and come from which rank.
    subroutine make_messages(self, communicator, coarse, fine)
@@ -590,9 +566,8 @@ contains
          call MPI_Type_free(self%of_blocks(r))
          call MPI_Type_free(self%of_parents(r))
       end do
-      deallocate (self%edges, self%edge_of, self%is_parent, self%receives, self%adds, self%by_index, self%up, &
-                  self%down, self%first, self%own_mass, &
-                  self%ranks, self%of_blocks, self%of_parents, self%cubes)
+      deallocate (self%edges, self%edge_of, self%is_parent, self%receives, self%adds, self%up, self%down, &
+                  self%first, self%own_mass, self%ranks, self%of_blocks, self%of_parents, self%cubes)
    end subroutine release
 
 end module m_composite

@@ -2,6 +2,9 @@
 !> (theory.md, Where a particle lives).
 module m_transfer
    use m_kinds, only: wp, i4, i8
+   use m_constants, only: exit_numerical
+   use m_errors, only: error_t, fail
+   use m_text, only: to_text
    use m_communicator, only: communicator_t
    use m_level, only: level_t
    use m_block, only: block_t
@@ -9,7 +12,7 @@ module m_transfer
    use m_split, only: split_in_eight, must_split, extents, id_bits, most_generations
    implicit none
    private
-   public :: find_changes, change_levels, worn_out
+   public :: find_changes, change_levels
 
    real(wp), parameter :: farewell = 0.25_wp !< particles leave this much further outside than they enter, in cells of the finer level
 
@@ -76,12 +79,14 @@ contains
       block%leavers(:n) = found(:n)
    end subroutine list_changes
 
-   !> Collective: move what find_changes has listed to where it lives, split where it must be. The blocks there must exist.
-   subroutine change_levels(communicator, coarse, fine, coarse_migration, fine_migration, splits)
+   !> Collective: move what find_changes has listed to where it lives, split where it must be. The blocks there must exist. Fails when
+   !> an id has no room for another split.
+   subroutine change_levels(communicator, coarse, fine, coarse_migration, fine_migration, splits, error)
       type(communicator_t), intent(in) :: communicator
       type(level_t), intent(inout) :: coarse, fine
       type(migration_t), intent(inout) :: coarse_migration, fine_migration
       integer(i8), intent(inout) :: splits
+      type(error_t), intent(inout) :: error
       logical :: extensive(fine%table%columns)
       integer :: b
       extensive = fine%table%extensive_columns()
@@ -96,6 +101,7 @@ contains
       end do
       call coarse_migration%deliver(communicator, coarse)
       call fine_migration%deliver(communicator, fine)
+      call communicator%agree(error)
    contains
       !> What enters brings its stress along; where the region itself has moved, move_regions begins anew.
       subroutine set_edge_stress(block)
@@ -135,10 +141,15 @@ contains
          associate (at => fine%layout)
             if (.not. fine%region%overlaps(x - e - lag, x + e + lag)) then
                call coarse_migration%give_away(communicator, coarse, values, id, body)
-            else if (must_split(fine%grid, fine%region, fine%number, nint(values(at%refinement)), x, maxval(e)) &
-                     .and. .not. worn_out(values, at%generation)) then
-               call split_in_eight(values, at, extensive, parts)
+            else if (must_split(fine%grid, fine%region, fine%number, nint(values(at%refinement)), x, maxval(e))) then
                generation = nint(values(at%generation))
+               if (generation + 3 > most_generations) then
+                  call fail(error, exit_numerical, 'particle '//to_text(id)//' of body '//to_text(int(body))//' at ('// &
+                            to_text(x(1))//', '//to_text(x(2))//', '//to_text(x(3))//') m has been split '//to_text(generation)// &
+                            ' times and cannot be split for level '//to_text(fine%number)//"; try fewer levels, or domain='fixed'")
+                  return
+               end if
+               call split_in_eight(values, at, extensive, parts)
                do octant = 0, 7
                   call settle(parts(:, octant), ior(id, ishft(int(octant, i8), id_bits + generation)), body, lag)
                end do
@@ -149,12 +160,5 @@ contains
          end associate
       end subroutine settle
    end subroutine change_levels
-
-   !> True when a particle's id has no room for another split into eight.
-   pure logical function worn_out(values, generation)
-      real(wp), intent(in) :: values(:)
-      integer, intent(in) :: generation !< column
-      worn_out = nint(values(generation)) + 3 > most_generations
-   end function worn_out
 
 end module m_transfer

@@ -1,4 +1,4 @@
-!> One step of the model: every level takes its step inside that of the next coarser one (theory.md, eqs half-steps, owed).
+!> One step of the model: every level takes its step inside that of the next coarser one (theory.md, eqs half-steps, labels).
 module m_advance
    use mpi_f08
    use m_kinds, only: wp, i8
@@ -31,7 +31,7 @@ contains
          call solve(model, 1, clock_t(model%time))
          call strain(model, 1, time_step, error)                       ! 6, first
       end if
-      call gather_levels(model, 1, model%time, time_step)                         ! 1, 2, 3
+      call gather_levels(model, 1, model%time, time_step)              ! 1, 2, 3
       call advance_level(model, 1, clock_t(model%time, time_step), error)
       if (error%happened()) return
       model%time = model%time + time_step
@@ -157,7 +157,7 @@ contains
       call model%migration(l)%move_leavers(model%communicator, model%levels(l), model%exchange(l)%ranks)
       model%particle_steps = model%particle_steps + model%levels(l)%particle_count()
       model%level_steps(l) = model%level_steps(l) + model%levels(l)%particle_count()
-      if (l < size(model%levels)) call change_pair(model, l)
+      if (l < size(model%levels)) call change_pair(model, l, error)
       call model%timers%leave()
    end subroutine move_particles
 

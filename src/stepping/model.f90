@@ -266,14 +266,13 @@ contains
       end do
       call MPI_Allreduce(MPI_IN_PLACE, counts, size(counts), MPI_INTEGER, MPI_SUM, self%communicator%comm)
       where (counts == 0) counts = -1
-      call add_parents(self%levels, counts, 0)
+      call add_parents(self%levels, counts)
    end subroutine count_particles
 
-   !> Where blocks (values of at least 0) hold slaves their parents are needed too: those that are missing get a value.
-   subroutine add_parents(levels, values, value)
+   !> Where blocks (values of at least 0) hold slaves their parents are needed too: those that are missing get 0, no particles or rank 0.
+   subroutine add_parents(levels, values)
       type(level_t), intent(in) :: levels(:)
-      integer, intent(inout) :: values(:) !< one a block of each level, as from count_particles
-      integer, intent(in) :: value
+      integer, intent(inout) :: values(:) !< one a block of each level, as from count_particles or all_owners
       integer :: index, l, parent, place(3)
       do l = size(levels), 2, -1
          do index = 1, product(levels(l)%grid%blocks)
@@ -281,7 +280,7 @@ contains
             place = levels(l)%grid%block_place(index)
             if (.not. has_slaves(levels(l)%region, place)) cycle
             parent = blocks_before(levels, l - 1) + levels(l - 1)%grid%block_index(place/2)
-            if (values(parent) < 0) values(parent) = value
+            if (values(parent) < 0) values(parent) = 0
          end do
       end do
    end subroutine add_parents
@@ -318,12 +317,13 @@ contains
    !> Collective: with several levels, make the blocks that particles may enter before the end of the next step, on their own level,
    !> in the finer one's region or out of their own, and the parents of those with slaves. Blocks are only made here: within a step
    !> of the coarsest level all stay where they are.
-   subroutine prepare_blocks(self)
+   subroutine prepare_blocks(self, edges_moved)
       class(model_t), intent(inout) :: self
+      logical, intent(in), optional :: edges_moved !< other blocks hold slaves than before: all parents are looked for anew
       logical, allocatable :: wanted(:)
       if (size(self%levels) == 1) return
       call self%mark_wanted(wanted)
-      call self%make_wanted(wanted)
+      call self%make_wanted(wanted, edges_moved)
    end subroutine prepare_blocks
 
    !> The blocks that this rank's particles may enter, by number.
@@ -371,19 +371,21 @@ contains
    end subroutine mark_wanted
 
    !> Collective: make the blocks that some rank wants and that do not exist yet. A new block belongs to the lowest rank that wants it.
-   subroutine make_wanted(self, wanted)
+   subroutine make_wanted(self, wanted, edges_moved)
       class(model_t), intent(inout) :: self
       logical, intent(in) :: wanted(:) !< one a block of each level
+      logical, intent(in), optional :: edges_moved
       integer, allocatable :: asked(:), owner(:)
       integer :: missing
       owner = all_owners(self%levels)
       missing = merge(1, 0, any(wanted .and. owner < 0))
+      if (present(edges_moved)) missing = max(missing, merge(1, 0, edges_moved))
       call MPI_Allreduce(MPI_IN_PLACE, missing, 1, MPI_INTEGER, MPI_MAX, self%communicator%comm)
       if (missing == 0) return
       asked = merge(self%communicator%rank, self%communicator%ranks, wanted)
       call MPI_Allreduce(MPI_IN_PLACE, asked, size(asked), MPI_INTEGER, MPI_MIN, self%communicator%comm)
       where (owner < 0 .and. asked < self%communicator%ranks) owner = asked
-      call add_parents(self%levels, owner, 0)
+      call add_parents(self%levels, owner)
       call set_owners(self%levels, owner)
       call self%connect()
    end subroutine make_wanted

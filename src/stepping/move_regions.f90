@@ -41,14 +41,15 @@ contains
       end do
       if (.not. moved) return
       model%moves = model%moves + 1
-      call model%prepare_blocks()
-      call model%connect()
+      call model%prepare_blocks(edges_moved=.true.)
       do l = size(model%levels) - 1, 1, -1 ! out, from the finest
-         call change_pair(model, l)
+         call change_pair(model, l, error)
+         if (error%happened()) return
          call model%prepare_blocks()
       end do
       do l = 1, size(model%levels) - 1     ! in, from the coarsest
-         call change_pair(model, l)
+         call change_pair(model, l, error)
+         if (error%happened()) return
          call model%prepare_blocks()
       end do
       call forget_edge_stress(model)

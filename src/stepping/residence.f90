@@ -2,6 +2,7 @@
 module m_residence
    use mpi_f08
    use m_kinds, only: wp
+   use m_errors, only: error_t
    use m_decomposition, only: blocks_before
    use m_transfer, only: find_changes, change_levels
    use m_merge, only: merge_siblings
@@ -13,9 +14,10 @@ module m_residence
 contains
 
    !> Collective: particles of level l and the next change level; siblings that are all out again merge.
-   subroutine change_pair(model, l)
+   subroutine change_pair(model, l, error)
       type(model_t), intent(inout) :: model
       integer, intent(in) :: l
+      type(error_t), intent(inout) :: error
       integer :: b, changes, merged
       real(wp) :: lost
       call model%timers%enter(model%levels_row)
@@ -23,7 +25,8 @@ contains
       call MPI_Allreduce(MPI_IN_PLACE, changes, 1, MPI_INTEGER, MPI_MAX, model%communicator%comm)
       if (changes == 0) return
       call change_levels(model%communicator, model%levels(l), model%levels(l + 1), model%migration(l), model%migration(l + 1), &
-                         model%splits)
+                         model%splits, error)
+      if (error%happened()) return
       do b = 1, size(model%levels(l)%blocks)
          call merge_siblings(model%levels(l), model%levels(l + 1), b, model%materials, merged, lost)
          model%merges = model%merges + merged

@@ -328,6 +328,7 @@ contains
    !> Collective: particles that have been moved by hand get their bins, and their blocks and levels where they left them.
    subroutine settle(model)
       type(model_t), intent(inout) :: model
+      type(error_t) :: error
       integer :: b, l
       logical :: moved
       do l = 1, size(model%levels)
@@ -348,7 +349,8 @@ contains
          call model%migration(l)%move_leavers(model%communicator, model%levels(l), model%exchange(l)%ranks)
       end do
       if (size(model%levels) == 1) return
-      call change_pair(model, 1) ! a particle at the edge may reach over it now
+      call change_pair(model, 1, error) ! a particle at the edge may reach over it now
+      if (error%happened()) error stop 'particles do not find their level'
    end subroutine settle
 
    !> Add the squared position errors of this rank's particles; raise the largest.
