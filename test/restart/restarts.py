@@ -7,8 +7,10 @@ import sys
 import time
 from pathlib import Path
 
-import h5py
 import numpy as np
+
+sys.path.insert(0, str(Path(__file__).resolve().parents[1] / "regression"))
+from runs import everything
 
 GIMP3D = os.environ["GIMP3D"]
 failures = 0
@@ -145,20 +147,6 @@ def part_run(ranks, directory, text=None, restart=None, number=signal.SIGTERM):
             pass
     output = process.communicate()[0]
     return process.returncode, output
-
-
-def everything(path):
-    """All data sets and attributes of a file, by name."""
-    found = {}
-    with h5py.File(path, "r") as file:
-        def take(name, thing):
-            for key, value in thing.attrs.items():
-                found[f"{name}@{key}"] = np.asarray(value)
-            if isinstance(thing, h5py.Dataset):
-                found[name] = thing[...]
-        take("/", file)
-        file.visititems(take)
-    return found
 
 
 def differences(one, other):
