@@ -1,6 +1,7 @@
 """fuzz.py CASES: checkpoints that were damaged at random, and ones with changed tables under a seal that is good again."""
 import random
 import shutil
+import h5py
 from restarts import *
 
 chance = random.Random(int(os.environ.get("FUZZ_SEED", "8")))

@@ -1,5 +1,6 @@
 """Restarts that are refused, and those that find a way."""
 import shutil
+import h5py
 from restarts import *
 
 END = 0.02

@@ -1,5 +1,6 @@
 """Straight runs against runs that are stopped and go on."""
 import shutil
+import h5py
 from restarts import *
 
 ENDS = {"levels": 0.025, "splitting": 0.09, "plastic": 0.03, "moving": 0.085}
