@@ -1,0 +1,109 @@
+#!/usr/bin/env python3
+"""The gallery of hard cases: runs them, prints and writes their figures beside their bars, draws them.
+
+usage: gallery.py WORK PROGRAM TEST_PROGRAMS [--ranks N] [--short] [CASE ...]
+       gallery.py --page DIRECTORY          put the tables of runs under DIRECTORY (build) into doc/hard_cases.md
+
+--short runs the sizes of `make test`, and without named cases those that belong to it. Exit status 1 when a figure misses its bar and
+is not known to.
+"""
+import argparse
+import re
+import shutil
+import sys
+from pathlib import Path
+
+from hard_case import CASES, ROOT, Bench, draw, read_table, run_case, write_table
+import crossing, empty_cells, spinning, contact  # noqa: F401, E401  (each enters its cases)
+
+PAGE = ROOT / "doc/hard_cases.md"
+# How the page shows the runs: a heading for each build and number of ranks.
+SHOWN = (("opt", "1"), ("opt", "2"), ("debug", "1"))
+
+
+def run(args):
+    unknown = [name for name in args.cases if name not in CASES]
+    if unknown:
+        sys.exit(f"There is no case {unknown[0]}; the cases are: {' '.join(CASES)}")
+    names = args.cases or [name for name, case in CASES.items() if case.short or not args.short]
+    table = args.work / "table.csv"
+    args.work.mkdir(parents=True, exist_ok=True)
+    missed = 0
+    print(f"{'case':16} {'figure':64} {'bar':>19} {'value':>10}  verdict")
+    for name in names:
+        work = args.work / name
+        shutil.rmtree(work, ignore_errors=True)
+        work.mkdir()
+        bench = Bench(args.program.resolve(), args.programs.resolve(), args.ranks, args.short, work.resolve())
+        rows = run_case(CASES[name], bench)
+        for row in rows:
+            print(f"{name:16} {row['figure']:64} {row['sense'][:9] if 'control' not in row['sense'] else 'above':>9}"
+                  f" {row['bar']:>9} {row['value']:>10}  {row['verdict']}{' (control)' if 'control' in row['sense'] else ''}", flush=True)
+        missed += sum(row["verdict"] == "MISSED" for row in rows)
+        others = [row for row in read_table(table) if row["case"] != name]
+        order = {case: n for n, case in enumerate(CASES)}
+        write_table(table, sorted(others + rows, key=lambda row: order.get(row["case"], len(order))))
+        if not args.short:
+            draw(bench, name, args.work / f"{name}.png")
+    print(f"{missed} figures missed their bars; {table}")
+    sys.exit(1 if missed else 0)
+
+
+def page(build):
+    """Write the tables into the page, between its two marks, and the pictures into doc/hard_cases.png."""
+    rows = {}
+    for mode, ranks in SHOWN:
+        for size in ("", "_short"):
+            for row in read_table(build / mode / f"hard_{ranks}{size}" / "table.csv"):
+                if mode == "debug" or not size:
+                    rows.setdefault((row["case"], row["figure"], row["sense"], row["bar"]), {})[mode, ranks] = row
+    if not rows:
+        sys.exit(f"No tables of `make hard` are under {build}")
+    lines = ["| case | figure | bar | opt, 1 rank | opt, 2 ranks | debug (short form) | s |", "|---|---|---|---|---|---|---|"]
+    for (case, figure, sense, bar), found in rows.items():
+        cells = [found[key]["value"] + ("" if found[key]["verdict"] == "met" else f" **{found[key]['verdict'].lower()}**")
+                 if key in found else "" for key in SHOWN]
+        seconds = next(iter(found.values()))["seconds"]
+        lines.append(f"| {case} | {figure} | {sense} {bar} | {' | '.join(cells)} | {seconds} |")
+    text = PAGE.read_text()
+    text = re.sub(r"(<!-- table -->\n).*(<!-- end -->)", lambda found: found[1] + "\n".join(lines) + "\n" + found[2], text, flags=re.S)
+    PAGE.write_text(text)
+    sheet([build / "opt/hard_1" / f"{name}.png" for name in CASES], ROOT / "doc/hard_cases.png")
+
+
+def sheet(paths, target, columns=4):
+    """Pictures side by side in one."""
+    import matplotlib
+    matplotlib.use("Agg")
+    from matplotlib import image, pyplot
+    paths = [path for path in paths if path.exists()]
+    count = -(-len(paths) // columns)
+    figure, axes = pyplot.subplots(count, columns, figsize=(4 * columns, 3 * count), dpi=72, squeeze=False)
+    figure.subplots_adjust(0, 0, 1, 1, 0, 0)
+    for one in axes.flat:
+        one.axis("off")
+    for one, path in zip(axes.flat, paths):
+        one.imshow(image.imread(path))
+    figure.savefig(target, pil_kwargs={"optimize": True})
+
+
+def main():
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser.add_argument("--page", type=Path)
+    parser.add_argument("work", type=Path, nargs="?")
+    parser.add_argument("program", type=Path, nargs="?")
+    parser.add_argument("programs", type=Path, nargs="?")
+    parser.add_argument("--ranks", type=int, default=1)
+    parser.add_argument("--short", action="store_true")
+    parser.add_argument("cases", nargs="*")
+    args = parser.parse_intermixed_args()
+    if args.page:
+        page(args.page)
+    elif args.programs is None:
+        parser.error("WORK, PROGRAM and TEST_PROGRAMS are wanted")
+    else:
+        run(args)
+
+
+if __name__ == "__main__":
+    main()
