@@ -1,9 +1,12 @@
 """What the hard cases share: a bench that runs scenes and test programs, figures with their bars, pictures, the table of it all."""
+import atexit
 import csv
 import os
 import re
+import shutil
 import subprocess
 import sys
+import tempfile
 import time
 from dataclasses import dataclass, field
 from pathlib import Path
@@ -35,6 +38,14 @@ def hard_case(name, short=False):
         CASES[name] = Case(name, function, short)
         return function
     return enter
+
+
+def surroundings():
+    """The environment of a run: programs that run without mpirun would all share one directory of Open MPI's, and the first to end would
+    remove it under the others."""
+    here = tempfile.mkdtemp(prefix="gimp3d_")
+    atexit.register(shutil.rmtree, here, ignore_errors=True)
+    return os.environ | {"OMPI_MCA_orte_tmpdir_base": here}
 
 
 class Ended(Exception):
@@ -112,6 +123,7 @@ class Bench:
     work: Path
     figures: list = field(default_factory=list)
     plot: object = None
+    environment: dict = field(default_factory=surroundings)
 
     def pick(self, full, short):
         """The size of a case: that of `make hard`, or that of `make test`."""
@@ -127,7 +139,8 @@ class Bench:
         text = text.replace("'OUT'", f"'{out}'")
         (self.work / f"{name}.nml").write_text(text)
         try:
-            done = subprocess.run(self.command(self.program), input=text, capture_output=True, text=True, timeout=LIMIT)
+            done = subprocess.run(self.command(self.program), input=text, capture_output=True, text=True, timeout=LIMIT,
+                                  env=self.environment)
         except subprocess.TimeoutExpired:
             raise Ended(f"{name} was still running after {LIMIT} s")
         outcome = Outcome(out, done.returncode, done.stdout + done.stderr)
@@ -139,7 +152,8 @@ class Bench:
     def measure(self, name, *arguments):
         """Run a test program of this folder; what it prints as `figure NAME VALUE`, in a dictionary."""
         try:
-            done = subprocess.run(self.command(self.programs / name, *map(str, arguments)), capture_output=True, text=True, timeout=LIMIT)
+            done = subprocess.run(self.command(self.programs / name, *map(str, arguments)), capture_output=True, text=True, timeout=LIMIT,
+                                  env=self.environment)
         except subprocess.TimeoutExpired:
             raise Ended(f"{name} was still running after {LIMIT} s")
         found = {key: float(value) for key, value in re.findall(r"^ *figure +(\S+) +(\S+)", done.stdout, re.M)}

@@ -19,9 +19,8 @@ from pathlib import Path
 import h5py
 import numpy as np
 
-ROOT = Path(__file__).resolve().parents[2]
-sys.path.insert(0, str(ROOT / "post"))
-from run_data import History, Unreadable
+from hard_case import History, surroundings
+from run_data import Unreadable
 
 STEPS = 200
 LIMIT = 60 * (5 if os.environ.get("BUILD") == "debug" else 1)  # s: a valid scene that runs longer hangs
@@ -281,12 +280,13 @@ def faults_on_disk(out, status):
     return found
 
 
-def judge(program, text, ranks, out, allowed, limit):
+def judge(program, text, ranks, out, allowed, limit, environment):
     """Run a scene: its status (None: stopped at the limit), its sentence, and what is wrong with it."""
     shutil.rmtree(out, ignore_errors=True)
     text = text.replace("'OUT'", f"'{out}'")
     command = (["mpirun", "-n", str(ranks)] if ranks > 1 else []) + [program]
-    process = subprocess.Popen(command, stdin=subprocess.PIPE, stdout=subprocess.PIPE, stderr=subprocess.PIPE)
+    process = subprocess.Popen(command, stdin=subprocess.PIPE, stdout=subprocess.PIPE, stderr=subprocess.PIPE,
+                               env=environment)
     try:
         output, errors = process.communicate(text.encode("utf-8", "surrogateescape"), timeout=limit)
     except subprocess.TimeoutExpired:
@@ -322,6 +322,7 @@ def main():
     args.work.mkdir(parents=True, exist_ok=True)
     kept = args.work / "failed"
     shutil.rmtree(kept, ignore_errors=True)
+    environment = surroundings()
     ends, wrong = collections.Counter(), 0
     for seed in range(args.first, args.first + args.count):
         text = Scene(seed).text()
@@ -331,7 +332,7 @@ def main():
             text, allowed, limit = spoil(text, random.Random(-seed)), (0, 2, 3), SPOILT_LIMIT
             ranks = 2 if seed % 10 == 0 else 1
         out = (args.work / f"out_{seed}").resolve()
-        status, sentence, faults = judge(str(Path(args.program).resolve()), text, ranks, out, allowed, limit)
+        status, sentence, faults = judge(str(Path(args.program).resolve()), text, ranks, out, allowed, limit, environment)
         if status is None and args.kind == "scenes":
             faults.append(f"it was still running after {limit} s")
         # A spoilt scene that is still valid may go numerically wrong like any other: that is for the first kind to judge.
