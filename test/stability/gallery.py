@@ -14,7 +14,7 @@ import sys
 from pathlib import Path
 
 from hard_case import CASES, ROOT, Bench, draw, read_table, run_case, write_table
-import crossing, empty_cells, spinning, loads, contact  # noqa: F401, E401  (each enters its cases)
+import crossing, empty_cells, spinning, loads, contact, impact, levels  # noqa: F401, E401  (each enters its cases)
 
 PAGE = ROOT / "doc/hard_cases.md"
 # How the page shows the runs: a heading for each build and number of ranks.

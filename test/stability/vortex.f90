@@ -1,5 +1,5 @@
 !test: helper
-!> The generalized vortex of Kamojjala, Brannon, Sadeghirad and Guilkey (2015): vortex AMPLITUDE CELLS DOMAIN [WRONG]
+!> The generalized vortex, named after Kamojjala et al. (2015): vortex AMPLITUDE CELLS DOMAIN [WRONG]
 !>
 !> Material turns about the z axis by an angle that depends on its radius R and the time t alone, in plane strain:
 !>
