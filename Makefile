@@ -49,7 +49,7 @@ library_objects := $(patsubst src/%,$(build)/obj/src/%.o,$(basename $(filter-out
 program := $(if $(filter $(main),$(sources)),$(build)/gimp3d)
 
 # Goals that compile nothing need no list of what depends on what.
-plain_goals := help clean clean-all deps venv demo test test-all bench effects plots hard
+plain_goals := help clean clean-all deps venv demo test test-all bench effects plots hard map
 ifneq ($(filter-out $(plain_goals),$(or $(MAKECMDGOALS),gimp3d)),)
 include $(build)/depends.mk
 stale_modules := $(filter-out $(modules:%=$(build)/mod/%.mod),$(wildcard $(build)/mod/*.mod))
@@ -173,7 +173,7 @@ clean-all: clean
 
 # ---- use ------------------------------------------------------------------------------------------------------------------------
 
-.PHONY: demo test test-all bench effects plots hard
+.PHONY: demo test test-all bench effects plots hard map
 
 # What mpirun needs in a container, as root, or with more ranks than cores; harmless elsewhere. The tests have theirs in test/harness/mpi.sh.
 export OMPI_ALLOW_RUN_AS_ROOT ?= 1
@@ -225,6 +225,12 @@ hard:
 	@$(MAKE) --no-print-directory $(jobs) tests TESTS=stability
 	@BUILD=$(BUILD) $(python) test/stability/gallery.py $(build)/hard_$(RANKS)$(if $(SIZE),_$(SIZE)) $(build)/gimp3d $(build)/test/stability \
 	   --ranks $(RANKS) $(if $(SIZE),--$(SIZE)) $(CASES)
+
+## map         which time steps are stable: the map of doc/hard_cases.md, on RANKS=1
+map:
+	$(set_up)
+	@$(MAKE) --no-print-directory $(jobs) tests TESTS=stability
+	@$(python) test/stability/stability_map.py $(build)/map $(build)/test/stability/map --ranks $(RANKS)
 
 ## plots       RUN=directory: draw load_depth.png, section.png, energy.png from what a run wrote there
 plots:

@@ -27,7 +27,7 @@ def noise(depth, load, window=0.05):
     return np.sqrt(np.mean(np.square(off)))
 
 
-@hard_case("buried_sphere", short=True)
+@hard_case("buried_sphere")
 def buried_sphere(bench):
     """E3 of the thesis, whose finite-element run quits at 3.114 um: the sphere (R = 3.4 um) on to 3.5 um, below the surface."""
     out = bench.run("sphere", shipped("deep_sphere"))

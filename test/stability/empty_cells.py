@@ -28,7 +28,7 @@ def blocks(offsets, speed, steps, per_cell=8, domain="fixed"):
             corners = [",".join(f"{x:.12g}" for x in at) for at in (one, two)]
             text.append(f"&body material='rubber', shape='box', lower={corners[0]}, upper={corners[1]}, particles_per_cell={per_cell}, "
                         f"velocity={speed + sign * IMPACT!r},{speed!r},{speed!r} /")
-    text.append(f"&output directory='OUT', every={end / 10!r}, history_every={end / 200!r} /")
+    text.append(f"&output directory='OUT', every={end / 40!r}, history_every={end / 200!r} /")
     return "\n".join(text) + "\n"
 
 

@@ -45,7 +45,7 @@ def spheres(bench):
     speed, gap = 0.01 * wave, 0.3
     end = (2 * gap + 0.1) / speed + 30 * radius / wave
     shown = {}
-    for transfer in ("affine", "plain"):
+    for transfer in bench.pick(("affine", "plain"), ("affine",)):
         out = bench.run(transfer, f"""&scene title='two spheres', end_time={end!r} /
 &grid lower=-2,-0.8,-0.8, upper=2,0.8,0.8, cell_size={cell} /
 &time transfer='{transfer}' /

@@ -99,7 +99,7 @@ def incompressible(bench):
     bench.picture(draw)
 
 
-@hard_case("stiff_on_soft", short=True)
+@hard_case("stiff_on_soft")
 def stiff_on_soft(bench):
     """A stiff layer on one 10^4 times softer, equally thick, confined, Poisson 0, pressed slowly by 5 % of the soft one. Exactly, the stress
     is E ln(1 - strain) of the soft layer everywhere (theory.md, eq. elastic). Load within 2 %; mean stress of each layer of cells within

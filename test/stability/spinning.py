@@ -39,7 +39,7 @@ def change(outcome):
 def spin_case(bench):
     """Ten turns with each kind of domain. A tenth of the angular momentum in ten turns is 1 % a turn: what a tool or a thrown body that
     turns once or twice would not notice. Energy must not grow beyond the half step between its two parts."""
-    turns = bench.pick(10, 2)
+    turns = bench.pick(10, 1)
     curves = {}
     for domain in ("fixed", "stretch", "corners"):
         out = bench.run(domain, spin(turns, domain))
