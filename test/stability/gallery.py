@@ -13,7 +13,7 @@ import shutil
 import sys
 from pathlib import Path
 
-from hard_case import CASES, ROOT, Bench, draw, read_table, run_case, write_table
+from hard_case import CASES, ROOT, Bench, draw, read_table, replace_rows, run_case
 import crossing, empty_cells, spinning, loads, contact, impact, levels  # noqa: F401, E401  (each enters its cases)
 
 PAGE = ROOT / "doc/hard_cases.md"
@@ -40,9 +40,7 @@ def run(args):
             print(f"{name:16} {row['figure']:64} {row['sense'][:9] if 'control' not in row['sense'] else 'above':>9}"
                   f" {row['bar']:>9} {row['value']:>10}  {row['verdict']}{' (control)' if 'control' in row['sense'] else ''}", flush=True)
         missed += sum(row["verdict"] == "MISSED" for row in rows)
-        others = [row for row in read_table(table) if row["case"] != name]
-        order = {case: n for n, case in enumerate(CASES)}
-        write_table(table, sorted(others + rows, key=lambda row: order.get(row["case"], len(order))))
+        replace_rows(table, name, rows)
         if not args.short:
             draw(bench, name, args.work / f"{name}.png")
     print(f"{missed} figures missed their bars; {table}")

@@ -1,6 +1,7 @@
 """What the hard cases share: a bench that runs scenes and test programs, figures with their bars, pictures, the table of it all."""
 import atexit
 import csv
+import fcntl
 import os
 import re
 import shutil
@@ -210,6 +211,15 @@ def read_table(path):
         return []
     with open(path, newline="") as file:
         return list(csv.DictReader(file))
+
+
+def replace_rows(path, case, rows):
+    """Put the rows of a case into a table, in the order of the cases; several galleries may write the same table."""
+    with open(path.with_suffix(".lock"), "w") as lock:
+        fcntl.flock(lock, fcntl.LOCK_EX)
+        order = {name: n for n, name in enumerate(CASES)}
+        others = [row for row in read_table(path) if row["case"] != case and row["case"] in order]
+        write_table(path, sorted(others + rows, key=lambda row: order[row["case"]]))
 
 
 def write_table(path, rows):
