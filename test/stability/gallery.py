@@ -2,7 +2,7 @@
 """The gallery of hard cases: runs them, prints and writes their figures beside their bars, draws them.
 
 usage: gallery.py WORK PROGRAM TEST_PROGRAMS [--ranks N] [--short] [CASE ...]
-       gallery.py --page DIRECTORY          put the tables of runs under DIRECTORY (build) into doc/hard_cases.md
+       gallery.py --page DIRECTORY          put tables and pictures of runs under DIRECTORY (build) into doc/
 
 --short runs the sizes of `make test`, and without named cases those that belong to it. Exit status 1 when a figure misses its bar and
 is not known to.
@@ -64,25 +64,29 @@ def page(build):
         seconds = next(iter(found.values()))["seconds"]
         lines.append(f"| {case} | {figure} | {sense} {bar} | {' | '.join(cells)} | {seconds} |")
     text = PAGE.read_text()
-    text = re.sub(r"(<!-- table -->\n).*(<!-- end -->)", lambda found: found[1] + "\n".join(lines) + "\n" + found[2], text, flags=re.S)
+    text = between(text, "table", "\n".join(lines) + "\n")
+    maps = build / "opt/map"
+    if (maps / "map.md").exists():
+        text = between(text, "map", (maps / "map.md").read_text())
+        small([maps / "map.png"], ROOT / "doc/stability_map.png", 1)
     PAGE.write_text(text)
-    sheet([build / "opt/hard_1" / f"{name}.png" for name in CASES], ROOT / "doc/hard_cases.png")
+    small([build / "opt/hard_1" / f"{name}.png" for name in CASES], ROOT / "doc/hard_cases.png")
 
 
-def sheet(paths, target, columns=4):
-    """Pictures side by side in one."""
-    import matplotlib
-    matplotlib.use("Agg")
-    from matplotlib import image, pyplot
-    paths = [path for path in paths if path.exists()]
-    count = -(-len(paths) // columns)
-    figure, axes = pyplot.subplots(count, columns, figsize=(4 * columns, 3 * count), dpi=72, squeeze=False)
-    figure.subplots_adjust(0, 0, 1, 1, 0, 0)
-    for one in axes.flat:
-        one.axis("off")
-    for one, path in zip(axes.flat, paths):
-        one.imshow(image.imread(path))
-    figure.savefig(target, pil_kwargs={"optimize": True})
+def between(text, mark, inner):
+    """Put something between two marks of the page."""
+    return re.sub(rf"(<!-- {mark} -->\n).*(<!-- end of {mark} -->)", lambda found: found[1] + inner + found[2], text, flags=re.S)
+
+
+def small(paths, target, columns=4, colours=48):
+    """Pictures side by side in one, small."""
+    from PIL import Image
+    pictures = [Image.open(path).convert("RGB") for path in paths if path.exists()]
+    width, height = pictures[0].size
+    whole = Image.new("RGB", (columns * width, -(-len(pictures) // columns) * height), "white")
+    for n, one in enumerate(pictures):
+        whole.paste(one, (n % columns * width, n // columns * height))
+    whole.quantize(colours).save(target, optimize=True)
 
 
 def main():

@@ -1,10 +1,10 @@
 #!/usr/bin/env python3
 """The map of stability: safety x particles a cell x domain x transfer x Poisson's ratio, as a table and a picture.
 
-usage: stability_map.py WORK MAP_PROGRAM [--ranks N] [--steps N] [--places N] [--page]
+usage: stability_map.py WORK MAP_PROGRAM [--ranks N] [--steps N] [--places N]
 
 A block is stable where its energy stays within 5 % of the largest of the first quarter of the run, `grows` up to ten times it, and `stops` beyond or where a step fails
-(test/verification/ringing.f90). --page writes the table into doc/hard_cases.md and the picture into doc/. Exit status 1 when a block is
+(test/verification/ringing.f90). `gallery.py --page` takes table and picture into doc/. Exit status 1 when a block is
 not stable at a safety that a scene may ask for, or nowhere unstable.
 """
 import argparse
@@ -15,7 +15,7 @@ from pathlib import Path
 
 import numpy as np
 
-from hard_case import ROOT, surroundings
+from hard_case import surroundings
 
 STABLE, ALLOWED = 1.05, {1: 0.4, 8: 0.4, 27: 0.35}
 HOPELESS = 10.0
@@ -82,7 +82,6 @@ def main():
     parser.add_argument("--ranks", type=int, default=1)
     parser.add_argument("--steps", type=int, default=400)
     parser.add_argument("--places", type=int, default=2)
-    parser.add_argument("--page", action="store_true")
     args = parser.parse_args()
     found = run(args)
     args.work.mkdir(parents=True, exist_ok=True)
@@ -90,10 +89,6 @@ def main():
     (args.work / "map.md").write_text(text)
     print("largest safety up to which a block is stable\n" + text, end="")
     picture(found, args.work / "map.png")
-    if args.page:
-        page = ROOT / "doc/hard_cases.md"
-        page.write_text(re.sub(r"(<!-- map -->\n).*(<!-- end of map -->)", lambda one: one[1] + text + one[2], page.read_text(), flags=re.S))
-        picture(found, ROOT / "doc/stability_map.png")
     wrong = [key for key, row in found.items() if limit(row) < ALLOWED[key[0]]]
     for key in wrong:
         print(f"FAILED: not stable up to {ALLOWED[key[0]]}: {key}")
