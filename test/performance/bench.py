@@ -3,7 +3,7 @@
 
 usage: bench.py WORK GIMP3D TOOLS [--repeats N] [--only TABLE ...] [--build TEXT]
 
-TOOLS is the folder of the programs probe and ranks. TABLE is one of block, contact, pairs, growth, large, model (all when none
+TOOLS is the folder of the programs probe and ranks. TABLE is one of block, contact, pairs, growth, large, levels, model, checkpoint (all when none
 is named).
 block    an elastic block of 32 x 32 x 32 cells in motion: moved along (ordered), deforming as it hits a wall (impact) or tumbling
          (disordered), 1 and 8 particles a cell, affine and plain transfer, 1 and 2 ranks
@@ -14,11 +14,13 @@ large    16 million particles, a few steps, 2 ranks
 levels   E4 on three nested levels: 1 and 2 ranks measured, 4, 6, 9 as messages, bytes and balance of a rank, and a model
 model    what 1 to 512 ranks would give: the program's own placement and message lists (ranks.f90), a measured time an update, and an
          assumed network; the counts are checked against runs on 2, 4 and 8 ranks
+checkpoint  what a checkpoint costs, beside a plain write of as many bytes
 A probe of multiply-adds and of a memory copy runs before and after each scene. An update is one particle through one whole step,
 everything included. Floors: 1.6 kFLOP and 390 bytes an update. Figures are medians of the repeats.
 """
 import argparse
 import math
+import os
 import pathlib
 import platform
 import re
@@ -83,12 +85,12 @@ class Bench:
         return subprocess.Popen(['mpirun', '-n', str(ranks), self.gimp3d], stdin=subprocess.PIPE, stdout=subprocess.PIPE,
                                 stderr=subprocess.STDOUT, text=True), scene
 
-    def finish(self, started):
+    def finish(self, started, read=None):
         process, scene = started
         log, _ = process.communicate(scene)
         if process.returncode != 0:
             raise SystemExit(f'a run ended with status {process.returncode}:\n{log[-1500:]}')
-        return read_costs(log)
+        return (read or read_costs)(log)
 
     def run(self, ranks, scene):
         return self.finish(self.start(ranks, scene))
@@ -274,6 +276,35 @@ def table_levels(bench):
             raise SystemExit('the model counts other messages than the run')
 
 
+def table_checkpoint(bench):
+    """Checkpoints of a block and of E2 beside a plain write of as many bytes; the share is that of a run with the default interval."""
+    interval = 600.0 # s of wall-clock time, where &checkpoint says nothing
+    head(['scene', 'ranks', 'MB', 'a checkpoint [s]', 'MB/s', 'plain write [MB/s]', 'share at one in 600 s [%]'])
+    scenes = {'block': lambda out: block_scene(52, 8, 'ordered', 'affine', 9, out),
+              'E2': lambda out: shipped_scene('cone', out, 0.005, history=False)}
+    for name, make in scenes.items():
+        for ranks in 1, 2:
+            found = []
+            for _ in range(bench.repeats):
+                out = bench.out()
+                log = bench.finish(bench.start(ranks, make(out) + '&checkpoint every_steps=3 /\n'), read=str)
+                last = re.search(r'^checkpoint +\S+ +\S+ +(\S+) +(\d+)', log, re.M)
+                seconds = float(last[1])/int(last[2])
+                size = max(path.stat().st_size for path in out.glob('checkpoint_*.h5'))
+                begun = time.monotonic()
+                with open(out/'plain', 'wb') as file:
+                    file.write(bytes(size))
+                    file.flush()
+                    os.fsync(file.fileno())
+                plain = time.monotonic() - begun
+                found.append((size, seconds, size/seconds, size/plain))
+                for path in (*out.glob('checkpoint_*.h5'), out/'plain'):
+                    path.unlink()
+            size, seconds, pace, plain = (statistics.median(column) for column in zip(*found))
+            row([name, str(ranks), f'{size*1e-6:.0f}', f'{seconds:.3f}', f'{pace*1e-6:.0f}', f'{plain*1e-6:.0f}',
+                 f'{100*seconds/interval:.3f}'])
+
+
 def main():
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument('work', type=pathlib.Path)
@@ -287,7 +318,8 @@ def main():
     bench = Bench(args.work, args.gimp3d, args.tools, args.repeats)
     begun = time.time()
     tables = {'block': table_block, 'contact': table_contact, 'pairs': table_pairs, 'growth': table_growth, 'large': table_large,
-              'model': table_model, 'levels': table_levels}
+              'model': table_model, 'levels': table_levels,
+              'checkpoint': table_checkpoint}
     for name in args.only or tables:
         tables[name](bench)
     processor = next((line.split(':')[1].strip() for line in open('/proc/cpuinfo') if line.startswith('model name')),
