@@ -3,7 +3,7 @@ module m_deform
    use m_kinds, only: wp
    implicit none
    private
-   public :: advance_volume, advance_half_sizes, advance_half_edges, fastest
+   public :: advance_volume, advance_half_sizes, advance_half_edges, fastest, all_finite
 
 contains
 
@@ -73,6 +73,22 @@ contains
          end do
       end do
    end subroutine advance_half_edges
+
+   !> True when no value of the first `count` rows is infinite or undefined: x - x is 0 for all others.
+   pure logical function all_finite(count, values)
+      integer, intent(in) :: count
+      real(wp), intent(in), contiguous :: values(:, :)
+      real(wp) :: nothing
+      integer :: c, p
+      nothing = 0.0_wp
+      do c = 1, size(values, 2)
+         !$omp simd reduction(+: nothing)
+         do p = 1, count
+            nothing = nothing + (values(p, c) - values(p, c))
+         end do
+      end do
+      all_finite = abs(nothing) <= 0.0_wp
+   end function all_finite
 
    !> Largest squared speed (m2/s2) and largest specific volume (m3/kg) of particles first..last.
    pure subroutine fastest(velocity, mass, volume, first, last, speed_squared, specific_volume)
