@@ -43,7 +43,7 @@ module m_simulation
       type(guard_t) :: guard
       type(run_facts_t) :: facts
       integer(i8) :: particles = 0       !< when the program began
-      integer(i8) :: first_step = 0      !< so many steps had been done when the program began
+      integer(i8) :: steps = 0           !< that the program has taken, repeated ones too
       character(len=:), allocatable :: stop_reason !< why the run ends before the scene does; empty: it does not
       real(wp) :: early_elapsed = 0.0_wp !< wall-clock time when the last tenth of the scene began, s; 0 before that
       real(wp) :: early_contact = 0.0_wp !< of that, in contact, s
@@ -86,7 +86,6 @@ contains
       end if
       if (self%error%happened()) return
       self%particles = self%communicator%sum_count(self%model%particle_count())
-      self%first_step = self%model%step
       call check_time_step(self)
       if (self%error%happened()) return
       if (.not. before%happened) then
@@ -129,6 +128,7 @@ contains
       logical :: written
       self%model%asked = self%keeper%request()
       call advance(self%model, self%next_time_step(), self%error)
+      self%steps = self%steps + 1
       written = self%recorder%snapshot_is_due(self%model%time) .or. self%keeper%is_due(self%model)
       call self%look(written)
       if (.not. self%error%happened()) call self%record()
@@ -223,9 +223,7 @@ contains
       call self%model%timers%enter(phase_output)
       if (self%recorder%history_is_due(self%model%time)) then
          call self%balance%follow(self%model)
-         if (.not. abs(self%balance%excess()) <= huge(1.0_wp)) call fail(self%error, exit_numerical, 'step '// &
-            to_text(self%model%step)//', time '//to_text(self%model%time)//' s: the energy is not a number; try a smaller safety', &
-            may_heal=.true.)
+         call self%guard%look_at_energy(self%model, self%balance%excess(), self%balance%largest, self%error)
          if (.not. self%error%happened()) call self%recorder%record_history(self%model, self%balance, self%error)
       end if
       if (.not. self%error%happened()) call self%recorder%record_snapshot(self%model, self%error)
@@ -373,7 +371,7 @@ contains
       class(simulation_t), intent(inout) :: self
       call self%recorder%finish(self%error)
       call self%communicator%agree(self%error)
-      if (self%model%step > self%first_step) call self%summarise()
+      if (self%steps > 0) call self%summarise()
       if (.not. self%error%happened() .and. self%stop_reason /= '') call fail(self%error, exit_stopped, self%stop_reason)
       status = self%error%status
       call self%console%finish()
@@ -394,9 +392,9 @@ contains
       splits = self%communicator%sum_count(self%model%splits)
       at_end = self%communicator%sum_count(self%model%particle_count())
       messages = self%communicator%maximum(real(sum(self%model%exchange%messages) + sum(self%model%composite%messages), wp) &
-                                           /(self%model%step - self%first_step))
+                                           /self%steps)
       bytes = self%communicator%maximum(real(sum(self%model%exchange%bytes) + sum(self%model%composite%bytes), wp) &
-                                        /(self%model%step - self%first_step))
+                                        /self%steps)
       bridge = self%communicator%maximum(self%model%contact%worst_bridge)
       late = contact_share(self)
       cost%timers = self%model%timers
