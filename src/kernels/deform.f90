@@ -7,7 +7,8 @@ module m_deform
 
 contains
 
-   !> V <- V det(I + dt L) for the first `count` particles; `smallest` is the smallest of the determinants.
+   !> V <- V det(I + dt L) for the first `count` particles; `smallest` is the smallest of the new volumes, m3: not above 0 where a
+   !> particle was turned inside out.
    pure subroutine advance_volume(count, gradient, time_step, volume, smallest)
       integer, intent(in) :: count
       real(wp), intent(in), contiguous :: gradient(:, :) !< (:, 9), d v_i / d x_j at 3 (j-1) + i, 1/s
@@ -30,7 +31,7 @@ contains
          f33 = 1.0_wp + time_step*gradient(p, 9)
          jacobian = f11*(f22*f33 - f23*f32) - f12*(f21*f33 - f23*f31) + f13*(f21*f32 - f22*f31)
          volume(p) = volume(p)*jacobian
-         smallest = min(smallest, jacobian)
+         smallest = min(smallest, volume(p))
       end do
    end subroutine advance_volume
 

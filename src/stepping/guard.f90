@@ -27,6 +27,7 @@ module m_guard
       integer :: row = 0                  !< of the timers
       real(wp) :: first_step = 0.0_wp     !< the time step when the program began, s
       integer(i8) :: looked = 0           !< step of the last look at all fields
+      logical :: clean = .true.           !< no energy to speak of had come from nowhere at that look
       integer :: attempt = 0              !< times that the present trouble has been met; 0: none
       real(wp) :: until = 0.0_wp          !< time from which the given step is taken again, s
       integer, public :: retries = 0  !< since the program began
@@ -46,6 +47,9 @@ module m_guard
       procedure :: has_saved
       procedure :: summary
    end type guard_t
+
+   real(wp), parameter :: clean_share = 0.1_wp !< of the limit of energy
+   integer, parameter :: longest_wait = 10     !< for a clean state, in save_every
 
 contains
 
@@ -133,10 +137,12 @@ contains
       real(wp) :: created, largest
       call model%timers%enter(self%row)
       self%looked = model%step
+      self%clean = .true.
       call check_fields(model, error)
       if (.not. error%happened() .and. self%spec%energy_limit > 0.0_wp) then
          call balance%glance(model, created, largest)
          call self%look_at_energy(model, created, largest, error)
+         self%clean = created <= clean_share*self%spec%energy_limit*largest
       end if
       call model%timers%leave()
    end subroutine look
@@ -157,15 +163,19 @@ contains
                 ' J; try a smaller safety', may_heal=.true.)
    end subroutine look_at_energy
 
-   !> Collective: keep a copy of a state that has passed the look, unless the run is still in the trouble that it went back for;
-   !> `written`: what this state has put on the disk must not be put there again, so that the copy has to be made.
+   !> Collective: keep a copy of a state that has passed the look, unless the run is still in the trouble that it went back for or some
+   !> energy looks as if trouble had begun; not for long, though. `written`: this state has gone to the disk and must not go there
+   !> again, so that the copy has to be made.
    subroutine save(self, model, balance, written)
       class(guard_t), intent(inout) :: self
       type(model_t), intent(inout) :: model
       type(balance_t), intent(in) :: balance
       logical, intent(in) :: written
       if (.not. self%saves .or. self%looked /= model%step) return
-      if (self%attempt > 0 .and. .not. written) return
+      if (.not. written) then
+         if (self%attempt > 0) return
+         if (.not. self%clean .and. model%step - self%saved%step < longest_wait*self%spec%save_every) return
+      end if
       call model%timers%enter(self%row)
       self%saves = fits(self, model)
       if (self%saves) then

@@ -2,7 +2,7 @@
 !> gimp3d with a fault planted between two steps, for guard.sh. PLANT in the environment: what, after which step, how many times (a run
 !> that goes back passes the step again), on which level, by how much. What:
 !> none; stress: that of one particle is not a number; contact_pressure: that of all is not; throw: one particle at `much` times the speed of sound;
-!> swell: the volume of one particle times `much`; heat: all velocities times `much`; safety: `much`, from the start on.
+!> swell: the volume of one particle times `much`; crush: the particles of one cell; heat: all velocities times `much`; safety: `much`, from the start on.
 program guard_planted
    use, intrinsic :: iso_fortran_env, only: error_unit
    use, intrinsic :: ieee_arithmetic, only: ieee_value, ieee_quiet_nan, ieee_set_underflow_mode
@@ -78,12 +78,32 @@ contains
             column(first:last, pressure) = nan
          case ('throw'); column(first:last, at%velocity) = much*simulation%model%bounds%wave_speed
          case ('swell'); column(first:last, at%volume) = much*column(first:last, at%volume)
+         case ('crush') ! towards the middle of the particles' cell, `much` times as fast as would bring them there in a step
+            call crush(column(:simulation%model%levels(l)%blocks(b)%particles%count, :), column(first, at%position:at%position + 2))
          case ('heat'); column(first:last, at%velocity:at%velocity + 2) = much*column(first:last, at%velocity:at%velocity + 2)
          end select
       end associate
       simulation%model%levels(l)%blocks(b)%at_rest = .false.
       simulation%model%levels(l)%blocks(b)%tile_holds = .false.
    end subroutine change
+
+   !> The particles in the cell of a place move to its middle.
+   subroutine crush(column, place)
+      real(wp), intent(inout) :: column(:, :)
+      real(wp), intent(in) :: place(3)
+      real(wp) :: middle(3), time_step
+      integer :: p
+      associate (grid => simulation%model%levels(level)%grid, at => simulation%model%levels(level)%layout)
+         middle = grid%lower + (floor((place - grid%lower)/grid%cell) + 0.5_wp)*grid%cell
+         time_step = 0.35_wp*grid%cell/simulation%model%bounds%wave_speed
+         do p = 1, size(column, 1)
+            associate (x => column(p, at%position:at%position + 2))
+               if (any(abs(x - middle) > 0.5_wp*grid%cell)) cycle
+               column(p, at%velocity:at%velocity + 2) = much*(middle - x)/time_step
+            end associate
+         end do
+      end associate
+   end subroutine crush
 
    subroutine leave(status)
       use, intrinsic :: iso_c_binding, only: c_int
