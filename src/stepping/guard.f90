@@ -49,6 +49,7 @@ module m_guard
    end type guard_t
 
    real(wp), parameter :: clean_share = 0.1_wp !< of the limit of energy
+   integer, parameter :: most_doublings = 10   !< of the way that smaller steps are taken past a fault
    integer, parameter :: longest_wait = 10     !< for a clean state, in save_every
 
 contains
@@ -193,8 +194,8 @@ contains
       can_go_back = error%may_heal .and. self%saved%holds .and. self%attempt < self%spec%retries
    end function can_go_back
 
-   !> Collective: back to the copy, and from there steps half as long as before, past the fault and as far again. Takes the error away;
-   !> `report` says what happened.
+   !> Collective: back to the copy, and from there steps half as long as before, past the fault and as far again, with each further
+   !> retry of a run twice as far: what is unstable at the given step is so again. Takes the error away; `report` says what happened.
    subroutine go_back(self, model, balance, error, report)
       class(guard_t), intent(inout) :: self
       type(model_t), intent(inout) :: model
@@ -210,7 +211,8 @@ contains
       report = 'retry '//to_text(self%retries)//': '//error%message//'; goes back to step '//to_text(self%saved%step)//', time '// &
                si(self%saved%time, 's')//', and on with 1/'//to_text(2**self%attempt)//' of the time step'
       call self%saved%give_back(model, balance)
-      self%until = max(self%until, fault + max(fault - model%time, self%spec%save_every*self%first_step))
+      self%until = max(self%until, fault + 2.0_wp**min(self%retries - 1, most_doublings) &
+                       *max(fault - model%time, self%spec%save_every*self%first_step))
       self%looked = model%step
       error = error_t()
       call model%timers%leave()
