@@ -12,7 +12,8 @@ module m_contact
    use m_level, only: level_t
    use m_materials, only: materials_t
    use m_boundary, only: held_components, constrain_nodes
-   use m_candidates, only: candidate_t, candidates_t, first_inside, normal_speed, point_velocity, fastest, recovery
+   use m_contact_complaints, only: check_nodes, candidate_text
+   use m_candidates, only: candidate_t, candidates_t, normal_speed, point_velocity, fastest, recovery
    use m_friction, only: friction_t
    use m_contact_system, only: contact_system_t, nodal_forces_t, cell_nodes
    use m_petsc_solver, only: petsc_solver_t
@@ -51,7 +52,6 @@ module m_contact
       procedure :: declare
       procedure :: active
       procedure :: push
-      procedure :: forbid
       procedure :: release
       procedure, private :: assemble
       procedure, private :: solve
@@ -125,7 +125,7 @@ contains
          if (needs(2) > 0) call self%solver%fit(communicator%comm%MPI_VAL, 64*((9*self%candidates%count/8)/64 + 1))
          call self%assemble(communicator, level, neighbours, time_step)
          call self%solve(level, time_step, error)
-         call check_nodes(self, level, error)
+         call check_nodes(self%candidates, self%tools, level, error)
          call self%move_nodes(level, time_step)
       end if
       call self%sum_up(communicator, level, time_step)
@@ -137,58 +137,6 @@ contains
                       may_heal=.true.)
       end do
    end subroutine push
-
-   !> Contact is for the finest level: stop when a tool reaches a particle of a coarser one.
-   subroutine forbid(self, level, finest, error)
-      class(contact_t), intent(in) :: self
-      type(level_t), intent(in) :: level, finest
-      type(error_t), intent(inout) :: error
-      real(wp) :: place(3)
-      integer :: b, p, t
-      do b = 1, size(level%blocks)
-         call first_inside(self%tools, level, b, p, t)
-         if (p == 0) cycle
-         associate (x => level%layout%position)
-            place = level%blocks(b)%particles%column(p, x:x + 2)
-         end associate
-         call fail(error, exit_numerical, 'the tool '//self%tools(t)%spec%name//' touches particle '// &
-                   to_text(level%blocks(b)%particles%id(p))//' at ('//to_text(place(1))//', '//to_text(place(2))//', '// &
-                   to_text(place(3))//') m, on level '//to_text(level%number)//'; '//allowed_text(finest))
-      end do
-   end subroutine forbid
-
-   !> Where contact is allowed, for a sentence.
-   function allowed_text(finest) result(text)
-      type(level_t), intent(in) :: finest
-      character(len=:), allocatable :: text
-      real(wp) :: low(3), high(3)
-      low = max(finest%region%lower, finest%grid%lower)
-      high = min(finest%region%upper, finest%grid%upper)
-      text = 'contact is allowed inside the finest level, ('//to_text(low(1))//', '//to_text(low(2))//', '//to_text(low(3))// &
-             ') to ('//to_text(high(1))//', '//to_text(high(2))//', '//to_text(high(3))//') m: try a larger &level, '// &
-             'or one that follows'
-   end function allowed_text
-
-   !> A contact force must not act on a node that is no unknown of the level.
-   subroutine check_nodes(self, level, error)
-      class(contact_t), intent(in) :: self
-      type(level_t), intent(in) :: level
-      type(error_t), intent(inout) :: error
-      integer :: c
-      if (level%number == 1) return
-      do c = 1, self%candidates%count
-         associate (it => self%candidates%list(c))
-            if (.not. it%force > 0.0_wp) cycle
-            associate (node => block_size*level%blocks(it%block)%place + it%corner)
-               if (level%region%is_inner(node) .and. level%region%is_inner(node + 1)) cycle
-            end associate
-            call fail(error, exit_numerical, 'the tool '//self%tools(it%tool)%spec%name//' presses on particle '// &
-                      to_text(level%blocks(it%block)%particles%id(it%particle))//' at the edge of level '// &
-                      to_text(level%number)//'; '//allowed_text(level))
-            return
-         end associate
-      end do
-   end subroutine check_nodes
 
    !> The operator of this step's candidates: a row for each normal force, then two for each friction.
    subroutine assemble(self, communicator, level, neighbours, time_step)
@@ -320,8 +268,8 @@ contains
             if (abs(b(c)) <= huge(1.0_wp) .and. abs(x(c)) <= huge(1.0_wp)) cycle
             b(c) = huge(1.0_wp) ! for all ranks to see
             x(c) = 0.0_wp
-            call fail(error, exit_numerical, candidate_text(self, level, c)//' has a speed or force that is not a number'// &
-                      '; try a smaller safety', may_heal=.true.)
+            call fail(error, exit_numerical, candidate_text(it, self%tools, level, self%time)// &
+                      ' has a speed or force that is not a number; try a smaller safety', may_heal=.true.)
          end associate
       end do
       self%step_residual = 0.0_wp
@@ -392,29 +340,12 @@ contains
       off = merge(abs(w - b), max(0.0_wp, b - w), x > 0.0_wp)
       worst = maxval([-1.0_wp, off])
       if (self%step_residual < huge(1.0_wp) .and. worst >= self%system%communicator%maximum(worst)) &
-         call fail(error, exit_numerical, candidate_text(self, level, maxloc(off, dim=1))//': the contact problem was not '// &
-                   'solved, relative residual '//to_text(self%step_residual, 3)//' after '//self%effort//', at most '//limit// &
-                   '; try a larger max_iterations or a smaller safety', may_heal=.true.)
+         call fail(error, exit_numerical, &
+                   candidate_text(self%candidates%list(maxloc(off, dim=1)), self%tools, level, self%time)// &
+                   ': the contact problem was not solved, relative residual '//to_text(self%step_residual, 3)//' after '// &
+                   self%effort//', at most '//limit//'; try a larger max_iterations or a smaller safety', may_heal=.true.)
       call self%system%communicator%agree(error)
    end subroutine check_solution
-
-   !> Who is at a tool, when, where and on which level, for a sentence.
-   function candidate_text(self, level, c) result(text)
-      class(contact_t), intent(in) :: self
-      type(level_t), intent(in) :: level
-      integer, intent(in) :: c
-      character(len=:), allocatable :: text
-      real(wp) :: place(3)
-      associate (it => self%candidates%list(c), x => level%layout%position)
-         associate (particles => level%blocks(it%block)%particles)
-            place = particles%column(it%particle, x:x + 2)
-            text = 'time '//to_text(self%time)//' s: particle '//to_text(particles%id(it%particle))//' of body '// &
-                   to_text(int(particles%body(it%particle)))// &
-                   ' at ('//to_text(place(1))//', '//to_text(place(2))//', '//to_text(place(3))//') m on level '// &
-                   to_text(level%number)//' at the tool '//self%tools(it%tool)%spec%name
-         end associate
-      end associate
-   end function candidate_text
 
    !> Normal forces with the friction held, and friction with the normal forces held, in turn until the normal problem is solved
    !> with the friction that belongs to it (theory.md, eq. friction-sweeps). On return b holds what the friction does to it.

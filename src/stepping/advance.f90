@@ -11,6 +11,7 @@ module m_advance
    use m_node_exchange, only: sum_tiles
    use m_residence, only: change_pair
    use m_move_regions, only: move_regions
+   use m_contact_complaints, only: forbid_contact
    use m_complaints, only: check_missing
    use m_level_step, only: clock_t, to_nodes, solve, to_particles, strain, take_next_position
    implicit none
@@ -79,7 +80,7 @@ contains
             call model%contact%push(model%communicator, model%levels(l), model%materials, model%exchange(l)%ranks, clock%time, &
                                     clock%step, error)
          else
-            call model%contact%forbid(model%levels(l), model%levels(size(model%levels)), error)
+            call forbid_contact(model%contact%tools, model%levels(l), model%levels(size(model%levels)), error)
          end if
       end if
       if (l < size(model%levels)) then
