@@ -9,6 +9,7 @@ module m_guard
    use m_constants, only: exit_numerical
    use m_errors, only: error_t, fail
    use m_text, only: to_text, si
+   use m_memory, only: free_memory
    use m_scene, only: guard_spec_t
    use m_field_table, only: bytes_per_column
    use m_model, only: model_t
@@ -24,6 +25,7 @@ module m_guard
       type(guard_spec_t) :: spec
       type(saved_state_t) :: saved
       logical :: saves = .false.          !< a copy is kept: there is room for it
+      real(wp) :: free = 0.0_wp           !< memory of the machines when the program began, bytes
       integer :: row = 0                  !< of the timers
       real(wp) :: first_step = 0.0_wp     !< the time step when the program began, s
       integer(i8) :: looked = 0           !< step of the last look at all fields
@@ -49,6 +51,7 @@ module m_guard
    end type guard_t
 
    real(wp), parameter :: clean_share = 0.1_wp !< of the limit of energy
+   real(wp), parameter :: largest_part = 0.5_wp !< of the free memory that the copies may take
    integer, parameter :: most_doublings = 10   !< of the way that smaller steps are taken past a fault
    integer, parameter :: longest_wait = 10     !< for a clean state, in save_every
 
@@ -64,7 +67,9 @@ contains
       self%row = model%timers%row_of('guard')
       self%first_step = time_step
       self%looked = model%step
+      self%free = free_memory(model%communicator)
       self%saves = fits(self, model)
+      if (self%saves) self%saves = model%communicator%sum_real(real(copy_bytes(model), wp)) <= largest_part*self%free
    end subroutine start
 
    !> Collective: whether the copies of all ranks fit into what the scene allows.
@@ -90,8 +95,13 @@ contains
       real(wp) :: bytes
       bytes = model%communicator%maximum(real(copy_bytes(model), wp))
       if (.not. self%saves) then
-         text = 'no copy to go back to: it would take '//si(bytes, 'B')//' a rank, &guard memory allows '// &
-                si(self%spec%memory, 'B')//'; a fault ends the run'
+         text = 'no copy to go back to: it would take '//si(bytes, 'B')//' a rank, '
+         if (bytes > self%spec%memory) then
+            text = text//'&guard memory allows '//si(self%spec%memory, 'B')
+         else
+            text = text//'only '//si(self%free, 'B')//' are free in all'
+         end if
+         text = text//'; a fault ends the run'
       else if (self%spec%retries == 0) then
          text = 'a copy every '//to_text(self%spec%save_every)//' steps, '//si(bytes, 'B')//' a rank; a fault ends the run'
       else
