@@ -99,6 +99,7 @@ contains
                                                                 self%error, resume=before%in_place)
       call self%keeper%start(self%scene, self%model, self%console%elapsed(), before%newest_here())
       call self%guard%start(self%scene%guard, self%model, self%given_time_step())
+      if (before%happened) call self%guard%remember(self%facts%guard)
       call self%introduce()
       if (before%happened) call self%console%line(before%sentence(self%model%step, self%model%time))
       if (.not. before%happened) call self%record()
@@ -144,6 +145,7 @@ contains
          call self%model%fold()
          call self%model%rebalance(self%error)
       end if
+      self%facts%guard = self%guard%facts()
       call self%keeper%keep(self%scene, self%model, self%balance, self%facts, self%recorder, self%stop_reason, self%error)
       call save(self, written)
       call self%console%progress(int(self%model%step), self%model%time, self%scene%end_time, self%balance%error())
@@ -183,6 +185,7 @@ contains
       call self%guard%give_up(self%model, self%balance, self%error, stands)
       if (.not. stands .or. .not. self%scene%output%present) return
       call self%recorder%record_snapshot(self%model, closing, now=.true.)
+      self%facts%guard = self%guard%facts()
       if (.not. closing%happened()) &
          call self%keeper%keep_last(self%scene, self%model, self%balance, self%facts, self%recorder, closing)
       if (closing%happened()) then

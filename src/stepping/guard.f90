@@ -20,6 +20,8 @@ module m_guard
    private
    public :: guard_t
 
+   integer, parameter, public :: guard_facts = 5 !< what a run that goes on from a checkpoint must know of the guard
+
    type :: guard_t
       private
       type(guard_spec_t) :: spec
@@ -27,15 +29,17 @@ module m_guard
       logical :: saves = .false.          !< a copy is kept: there is room for it
       real(wp) :: free = 0.0_wp           !< memory of the machines when the program began, bytes
       integer :: row = 0                  !< of the timers
-      real(wp) :: first_step = 0.0_wp     !< the time step when the program began, s
+      real(wp) :: first_step = 0.0_wp     !< the first time step of the run, s
       integer(i8) :: looked = 0           !< step of the last look at all fields
       logical :: clean = .true.           !< no energy to speak of had come from nowhere at that look
       integer :: attempt = 0              !< times that the present trouble has been met; 0: none
       real(wp) :: until = 0.0_wp          !< time from which the given step is taken again, s
-      integer, public :: retries = 0  !< since the program began
+      integer, public :: retries = 0  !< of the run
       real(wp) :: last_retry = 0.0_wp     !< time of the last of them, s
    contains
       procedure :: start
+      procedure :: facts
+      procedure :: remember
       procedure :: sentence
       procedure :: share
       procedure :: look_at_step
@@ -86,6 +90,24 @@ contains
          copy_bytes = (particles + particles/16)*(bytes_per_column*model%levels(1)%table%columns + bytes_besides)
       end associate
    end function copy_bytes
+
+   !> For a checkpoint.
+   pure function facts(self) result(values)
+      class(guard_t), intent(in) :: self
+      real(wp) :: values(guard_facts)
+      values = [real(self%attempt, wp), self%until, real(self%retries, wp), self%last_retry, self%first_step]
+   end function facts
+
+   !> From a checkpoint.
+   pure subroutine remember(self, values)
+      class(guard_t), intent(inout) :: self
+      real(wp), intent(in) :: values(guard_facts)
+      self%attempt = nint(max(0.0_wp, min(values(1), 100.0_wp)))
+      self%until = values(2)
+      self%retries = nint(max(0.0_wp, min(values(3), 1.0e9_wp)))
+      self%last_retry = values(4)
+      self%first_step = values(5)
+   end subroutine remember
 
    !> Collective: what the guard will do, for the first lines of a run.
    function sentence(self, model) result(text)

@@ -118,10 +118,23 @@ energies = [History(one/"energy.dat") for one in (reference, healed[0])]
 off = abs(energies[1]["kinetic"][-1]/energies[0]["kinetic"][-1] - 1.0)
 require(f"planted once: kinetic energy at the end off by {off:.2e} (at most 1e-3)", off < 1e-3)
 
+# stopped while it takes the smaller steps: it goes on with them
+straight = run("stress 15 1 1 1", 1, LEVELS, more="&checkpoint every=0.012 /\n", end=0.02)[2]
+again = Path("again")
+shutil.copytree(straight, again)
+sorted(again.glob("checkpoint_*.h5"))[-1].unlink()
+done = subprocess.run([GIMP3D, "--restart", str(again)], capture_output=True, text=True)
+require(f"stopped while it takes smaller steps: {done.returncode}, the retry is not forgotten",
+        done.returncode == 0 and "guard: 1 retry, the last at" in done.stdout)
+times = History(straight/"energy.dat")["time"]
+steps = np.diff(times)
+require("it was stopped while it took smaller steps", steps[np.searchsorted(times, 0.012)] < 0.6*steps[0])
+runs.same_bits(straight, again)
+
 # nothing planted: the guard changes no bit
 plain = run("none 0 0 1 1", 1, LEVELS, guard="memory=0, energy_limit=0")[2]
 runs.same_bits(plain, reference)
-require("the same bits: on 1 and 2 ranks after a retry; without a fault with and without the guard", runs.failures == 0)
+require("the same bits: on 1 and 2 ranks after a retry; stopped after it; without a fault with and without the guard", runs.failures == 0)
 
 # a step above the stable one: with the guard no energy comes from nowhere
 for safety in (0.8, 1.0):
