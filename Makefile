@@ -240,7 +240,8 @@ hard:
 map:
 	$(set_up)
 	@$(MAKE) --no-print-directory $(jobs) tests TESTS=stability
-	@$(python) test/stability/stability_map.py $(build)/map $(build)/test/stability/map --ranks $(RANKS)
+	@$(python) test/stability/stability_map.py $(build)/map $(build)/test/stability/map --ranks $(RANKS) \
+	   --guarded $(build)/test/stability/guard_planted
 
 ## plots       RUN=directory: draw load_depth.png, section.png, energy.png from what a run wrote there
 plots:

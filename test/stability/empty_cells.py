@@ -6,21 +6,28 @@ import numpy as np
 from hard_case import hard_case
 
 YOUNG, DENSITY, POISSON = 1e6, 1000.0, 0.3
-WAVE = math.sqrt(YOUNG / DENSITY * (1 - POISSON) / (1 + POISSON) / (1 - 2 * POISSON))
+
+
+def wave_speed(poisson):
+    """m/s"""
+    return math.sqrt(YOUNG / DENSITY * (1 - poisson) / (1 + poisson) / (1 - 2 * poisson))
+
+
+WAVE = wave_speed(POISSON)
 CELL, EDGE, PITCH = 0.1, 4, 8   # m, cells a block, cells from block to block
 IMPACT = 0.005 * WAVE           # the two halves of a block meet at twice this speed
 
 
-def blocks(offsets, speed, steps, per_cell=8, domain="fixed"):
+def blocks(offsets, speed, steps, per_cell=8, domain="fixed", transfer="affine", poisson=POISSON):
     """Two halves of a block that meet, at each of the offsets (cells) from a node, all in flight along the diagonal at a speed."""
     count = math.ceil(len(offsets) ** 0.5)
-    end = steps * 0.35 * CELL / (WAVE + 1.8 * speed)
+    end = steps * 0.35 * CELL / (wave_speed(poisson) + 1.8 * speed)
     flown = math.ceil(speed * end / CELL) + 1
     text = [f"""&scene title='blocks anywhere on the grid', end_time={end!r} /
 &grid lower=0,0,0, upper={(count * PITCH + flown) * CELL:.6f},{(count * PITCH + flown) * CELL:.6f},{(PITCH + flown) * CELL:.6f},
       cell_size={CELL} /
-&time domain='{domain}' /
-&material name='rubber', model='neo_hookean', density={DENSITY}, young={YOUNG}, poisson={POISSON} /"""]
+&time domain='{domain}', transfer='{transfer}' /
+&material name='rubber', model='neo_hookean', density={DENSITY}, young={YOUNG}, poisson={poisson} /"""]
     for n, offset in enumerate(offsets):
         low = (np.array([n % count * PITCH, n // count * PITCH, 0]) + 2 + np.array(offset)) * CELL
         middle, high = low + [EDGE / 2 * CELL, 0, 0], low + EDGE * CELL
@@ -32,17 +39,22 @@ def blocks(offsets, speed, steps, per_cell=8, domain="fixed"):
     return "\n".join(text) + "\n"
 
 
+def inner_energy(outcome, speed):
+    """Time, and energy about the flight, J."""
+    rows = outcome.energy
+    return rows["time"], rows["kinetic"] - 0.5 * rows["mass"] * 3 * speed**2 + rows["strain"]
+
+
 def excited(outcome, speed, pairs):
     """Time, energy about the flight over the largest of the first quarter; largest speed of a particle about the flight, over that of the impact, of each
     pair of bodies."""
-    rows = outcome.energy
-    inner = rows["kinetic"] - 0.5 * rows["mass"] * 3 * speed**2 + rows["strain"]
+    time, inner = inner_energy(outcome, speed)
     fastest = np.zeros(pairs)
     for one in outcome.snapshots():
         about = np.linalg.norm(one["velocity"] - speed, axis=1) / IMPACT
         pair = (one["body"].ravel().astype(int) - 1) // 2
         np.maximum.at(fastest, pair, about)
-    return rows["time"], inner / inner[rows["time"] < rows["time"][-1] / 4].max(), fastest
+    return time, inner / inner[time < time[-1] / 4].max(), fastest
 
 
 def grown(time, energy):
