@@ -16,7 +16,7 @@ def taylor(bench):
     lengths = {}
     for speed in bench.pick((100, 190, 300, 400), (190,)):
         text = shipped("taylor", cell_size=repr(cell), every=40e-6).replace("-190", f"-{speed}")
-        text = text.replace("upper=9.144e-3,9.144e-3,27.432e-3", f"upper={12 * cell!r},{12 * cell!r},{22 * cell!r}")
+        text = text.replace("upper=9.144e-3,9.144e-3,27.432e-3", f"upper={24 * cell!r},{24 * cell!r},{22 * cell!r}")
         out = bench.run(f"at_{speed}", text)
         rows, last = out.energy, out.snapshots()[-1]
         lengths[speed] = (last["position"][:, 2].max() + cell / 4) * 1e3
