@@ -228,7 +228,6 @@ def corner_edge(bench):
         rows = out.tool("punch")
         depth, load = rows["depth"] / cell, rows["load_z"]
         shown[name] = depth, load
-        bench.at_least(f"{name}: second depth over the first", depth[again] / depth[turn], 1.02)
         bench.at_least(f"{name}: smallest load", load, 0.0)
         bench.at_most(f"{name}: overlap [cells]", rows["max_gap_violation"] / cell, 0.05)
         bench.at_most(f"{name}: load noise, relative", noise(depth, load, 0.1), 0.05)
