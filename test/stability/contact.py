@@ -106,8 +106,8 @@ def strokes(material, depth=2.0):
 @hard_case("second_stroke")
 def second_stroke(bench):
     """Indentation, unloading, and a second indentation in the dent. An elastic block has forgotten the first (load at the same depth within
-    5 %, for waves); a plastic one first touches at the bottom of its dent and, a tenth deeper, carries the first load again (within 10 %, for hardening
-    and that tenth). No tension, and exactly no load while the tool is away."""
+    5 %, for waves); a plastic one first touches at the bottom of its dent and, a tenth deeper, carries the first load again (within 10 %,
+    for hardening and that tenth). No tension, and exactly no load while the tool is away."""
     shown = {}
     for name, material in (("elastic", "model='elastic'"), ("plastic", "model='j2', yield_stress=0.5e9, hardening_modulus=1e9")):
         cell, end, text = strokes(material)
@@ -119,7 +119,8 @@ def second_stroke(bench):
         again = away + int(np.argmax(depth[away:]))
         if name == "elastic":
             first, second = (np.interp(0.9 * depth[turn], depth[part], load[part]) for part in (slice(0, turn + 1), slice(away, again + 1)))
-            bench.at_most("elastic: load of the second stroke at nine tenths of the first depth off the first's, relative", abs(second / first - 1), 0.05)
+            bench.at_most("elastic: load of the second stroke at nine tenths of the first depth off the first's, relative",
+                          abs(second / first - 1), 0.05)
         else:
             bench.at_most("plastic: largest load of the second stroke off that of the first, relative",
                           abs(load[away:again + 1].max() / load[:turn + 1].max() - 1), 0.1)

@@ -9,8 +9,9 @@
 !> WEIGHTS is fixed, stretch, corners (the domains of a scene) or linear: domains a thousandth as large, which makes the weights
 !> those of the plain material point method. PERIODS is 3 when not given. With 2 LEVELS the cells are half as large in the middle of
 !> the grid. Prints the rms error of all stress components of all particles, over the amplitude, the largest change of momentum over
-!> mass times amplitude of the velocity, how many steps there were, and the largest energy about the mean motion in the last period over that in the first. (Within a period
-!> kinetic and strain energy, taken half a step apart, swing by half the step times the frequency.)
+!> mass times amplitude of the velocity, how many steps there were, and the largest energy about the mean motion in the last period
+!> over that in the first. (Within a period kinetic and strain energy, taken half a step apart, swing by half the step times the
+!> frequency.)
 program crossing
    use mpi_f08, only: MPI_Allreduce, MPI_IN_PLACE, MPI_DOUBLE_PRECISION, MPI_SUM
    use m_kinds, only: wp

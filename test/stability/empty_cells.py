@@ -46,8 +46,8 @@ def inner_energy(outcome, speed):
 
 
 def excited(outcome, speed, pairs):
-    """Time, energy about the flight over the largest of the first quarter; largest speed of a particle about the flight, over that of the impact, of each
-    pair of bodies."""
+    """Time, energy about the flight over the largest of the first quarter; largest speed of a particle about the flight, over that of the
+    impact, of each pair of bodies."""
     time, inner = inner_energy(outcome, speed)
     fastest = np.zeros(pairs)
     for one in outcome.snapshots():

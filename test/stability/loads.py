@@ -202,7 +202,8 @@ def cold_drift(bench):
     way = 0.001 * wave * end
     length = 1.0 + math.ceil(10 * way) / 10
     shown = {}
-    for name, level in (("one level", ""), ("two levels", f"&level lower={0.6 + round(5 * way) / 10:.1f},0,0, upper={1.0 + round(5 * way) / 10:.1f},0.8,0.8 /")):
+    middle = round(5 * way) / 10
+    for name, level in (("one level", ""), ("two levels", f"&level lower={0.6 + middle:.1f},0,0, upper={1.0 + middle:.1f},0.8,0.8 /")):
         out = bench.run(name.replace(" ", "_"), f"""&scene title='cold drift', end_time={end!r} /
 &grid lower=0,0,0, upper={length:.1f},0.8,0.8, cell_size=0.1 /
 &time time_step={0.35 * 0.1 / wave * 0.99!r} /

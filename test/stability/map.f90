@@ -4,8 +4,8 @@
 !> A free block rings from random motion (test/verification/ringing.f90), at PLACES on the grid, at rest and in flight, for STEPS
 !> steps: safety x particles a cell x domain x Poisson's ratio x transfer. Prints, for each, the largest energy over the first (10:
 !> beyond, or the step failed); the first is the largest of the first quarter, for random velocities without gradients are no
-!> motion that affine transfer keeps: with corners and Poisson 0 the reported energy rises by a third within 60 steps, and stays there. Young's modulus and density alone only change the unit of time: the step follows the wave speed.
-!> Ranks share the rows.
+!> motion that affine transfer keeps: with corners and Poisson 0 the reported energy rises by a third within 60 steps, and stays
+!> there. Young's modulus and density alone only change the unit of time: the step follows the wave speed. Ranks share the rows.
 program map
    use mpi_f08, only: MPI_COMM_SELF
    use m_kinds, only: wp

@@ -10,7 +10,6 @@ import argparse
 import collections
 import os
 import random
-import re
 import shutil
 import subprocess
 import sys

@@ -3,10 +3,10 @@
 
 usage: stability_map.py WORK MAP_PROGRAM [--ranks N] [--steps N] [--places N] [--guarded PROGRAM]
 
-A block is stable where its energy stays within 5 % of the largest of the first quarter of the run, `grows` up to ten times it, and `stops` beyond or where a step fails
-(test/verification/ringing.f90). PROGRAM is that of guard_planted.f90, which takes any safety:
-what is not stable is run with it too, and is `retried` where the guard's smaller steps bring it to its end. `gallery.py --page` takes table and picture into doc/. Exit status 1 when a block is
-not stable at a safety that a scene may ask for, or nowhere unstable.
+A block is stable where its energy stays within 5 % of the largest of the first quarter of the run, `grows` up to ten times it, and
+`stops` beyond or where a step fails (test/verification/ringing.f90). PROGRAM is that of guard_planted.f90, which takes any safety:
+what is not stable is run with it too, and is `retried` where the guard's smaller steps bring it to its end. `gallery.py --page`
+takes table and picture into doc/. Exit status 1 when a block is not stable at a safety that a scene may ask for, or nowhere unstable.
 """
 import argparse
 import collections
@@ -122,7 +122,8 @@ def main():
     guarded = with_guard(args, found) if args.guarded else {}
     if guarded:
         counts = collections.Counter(guarded.values())
-        line = f"Of the {len(guarded)} settings beyond, with the guard: " + ", ".join(f"{counts[kind]} {kind}" for kind in ("holds", "retried", "stops", "grows"))
+        line = f"Of the {len(guarded)} settings beyond, with the guard: "
+        line += ", ".join(f"{counts[kind]} {kind}" for kind in ("holds", "retried", "stops", "grows"))
         print(line)
         (args.work / "map.md").write_text(text + "\n" + line + ".\n")
     picture(found, guarded, args.work / "map.png")
