@@ -249,14 +249,14 @@ def many_contacts(bench):
     modulus = young * (1 - poisson) / (1 + poisson) / (1 - 2 * poisson)
     wave = math.sqrt(modulus / density)
     height, pressed = 3, 0.02
-    end = 60 * height * cell / wave
+    end = 12 * height * cell / wave
     edge = bench.pick(100, 20)
     out = bench.run("layer", f"""&scene title='many contacts', end_time={end!r} /
 &grid lower=0,0,0, upper={edge * cell},{edge * cell},6e-3, cell_size={cell},
       boundary='symmetry','symmetry','symmetry','symmetry','symmetry','free' /
 &material name='m', model='elastic', density={density}, young={young}, poisson={poisson} /
 &body material='m', shape='box', lower=0,0,0, upper={edge * cell},{edge * cell},3e-3, particles_per_cell=1 /
-&tool name='flat', shape='flat', radius=1, tip=0,0,3e-3, times=0,{0.8 * end!r}, speeds={2 * pressed * height * cell / (0.8 * end)!r},0,
+&tool name='flat', shape='flat', radius=1, tip=0,0,3e-3, times=0,{0.5 * end!r}, speeds={2 * pressed * height * cell / (0.5 * end)!r},0,
       penetration_factor=0.5 /
 &damping kind='viscous', coefficient={wave / height / cell!r} /
 &output directory='OUT', history_every={end / 200!r} /
