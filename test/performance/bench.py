@@ -282,8 +282,8 @@ def table_guard(bench):
     """Pairs of runs one after the other, so that a machine that others use too slows both; medians of their ratios."""
     head(['scene', 'ranks', 'stepping [ns an update]', 'guard [ns an update]', 'share [%]', 'with over without copies and looks',
           'with over a program without a guard'])
-    scenes = {'block, disordered': (1, lambda out: block_scene(24, 8, 'disordered', 'affine', 200, out)),
-              'block, ordered': (1, lambda out: block_scene(24, 8, 'ordered', 'affine', 200, out)),
+    scenes = {'block, disordered': (1, lambda out: block_scene(20, 8, 'disordered', 'affine', 400, out)),
+              'block, ordered': (1, lambda out: block_scene(20, 8, 'ordered', 'affine', 400, out)),
               'E2, first quarter': (1, lambda out: shipped_scene('cone', out, 0.25, history=False)),
               'E2, first quarter, 2 ranks': (2, lambda out: shipped_scene('cone', out, 0.25, history=False))}
     stepping = lambda c: c['all'] - c['the rest'] - c.get('output', 0.0)
@@ -292,7 +292,7 @@ def table_guard(bench):
         with_guard = bench.gimp3d
         for _ in range(bench.repeats):
             given.append(bench.run(ranks, make(bench.out())))
-            off.append(bench.run(ranks, make(bench.out()) + '&guard memory=0, energy_limit=0, save_every=1000000000 /\n'))
+            off.append(bench.run(ranks, make(bench.out()) + '&guard memory=0, energy_limit=0, save_every=100000000 /\n'))
             if bench.before:
                 bench.gimp3d = bench.before
                 before.append(bench.run(ranks, make(bench.out())))
