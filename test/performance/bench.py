@@ -3,8 +3,8 @@
 
 usage: bench.py WORK GIMP3D TOOLS [--repeats N] [--only TABLE ...] [--build TEXT] [--before GIMP3D]
 
-TOOLS is the folder of the programs probe and ranks. TABLE is one of block, contact, pairs, growth, large, levels, model, guard (all when none
-is named).
+TOOLS is the folder of the programs probe and ranks. TABLE is one of block, contact, pairs, growth, large, levels, model, checkpoint, guard (all
+when none is named).
 block    an elastic block of 32 x 32 x 32 cells in motion: moved along (ordered), deforming as it hits a wall (impact) or tumbling
          (disordered), 1 and 8 particles a cell, affine and plain transfer, 1 and 2 ranks
 contact  E2 and E3, over the run and over the last tenth of their depth
@@ -16,11 +16,13 @@ model    what 1 to 512 ranks would give: the program's own placement and message
          assumed network; the counts are checked against runs on 2, 4 and 8 ranks
 guard    what the guard costs: its row of cost.dat, and runs with and without its copies and looks in turn; with --before, a program
          built before there was a guard, runs of that in turn too: they tell what the looks in every step cost
+checkpoint  what one costs, beside a plain write of as many bytes
 A probe of multiply-adds and of a memory copy runs before and after each scene. An update is one particle through one whole step,
 everything included. Floors: 1.6 kFLOP and 390 bytes an update. Figures are medians of the repeats.
 """
 import argparse
 import math
+import os
 import pathlib
 import platform
 import re
@@ -87,12 +89,12 @@ class Bench:
         return subprocess.Popen(['mpirun', '-n', str(ranks), self.gimp3d], stdin=subprocess.PIPE, stdout=subprocess.PIPE,
                                 stderr=subprocess.STDOUT, text=True), scene
 
-    def finish(self, started):
+    def finish(self, started, read=None):
         process, scene = started
         log, _ = process.communicate(scene)
         if process.returncode != 0:
             raise SystemExit(f'a run ended with status {process.returncode}:\n{log[-1500:]}')
-        return read_costs(log)
+        return (read or read_costs)(log)
 
     def run(self, ranks, scene):
         return self.finish(self.start(ranks, scene))
@@ -278,6 +280,35 @@ def table_levels(bench):
             raise SystemExit('the model counts other messages than the run')
 
 
+def table_checkpoint(bench):
+    """Checkpoints of a block and of E2 beside a plain write of as many bytes; the share is that of a run with the default interval."""
+    interval = 600.0 # s of wall-clock time, where &checkpoint says nothing
+    head(['scene', 'ranks', 'MB', 'a checkpoint [s]', 'MB/s', 'plain write [MB/s]', 'share at one in 600 s [%]'])
+    scenes = {'block': lambda out: block_scene(52, 8, 'ordered', 'affine', 9, out),
+              'E2': lambda out: shipped_scene('cone', out, 0.005, history=False)}
+    for name, make in scenes.items():
+        for ranks in 1, 2:
+            found = []
+            for _ in range(bench.repeats):
+                out = bench.out()
+                log = bench.finish(bench.start(ranks, make(out) + '&checkpoint every_steps=3 /\n'), read=str)
+                last = re.search(r'^checkpoint +\S+ +\S+ +(\S+) +(\d+)', log, re.M)
+                seconds = float(last[1])/int(last[2])
+                size = max(path.stat().st_size for path in out.glob('checkpoint_*.h5'))
+                begun = time.monotonic()
+                with open(out/'plain', 'wb') as file:
+                    file.write(bytes(size))
+                    file.flush()
+                    os.fsync(file.fileno())
+                plain = time.monotonic() - begun
+                found.append((size, seconds, size/seconds, size/plain))
+                for path in (*out.glob('checkpoint_*.h5'), out/'plain'):
+                    path.unlink()
+            size, seconds, pace, plain = (statistics.median(column) for column in zip(*found))
+            row([name, str(ranks), f'{size*1e-6:.0f}', f'{seconds:.3f}', f'{pace*1e-6:.0f}', f'{plain*1e-6:.0f}',
+                 f'{100*seconds/interval:.3f}'])
+
+
 def table_guard(bench):
     """Pairs of runs one after the other, so that a machine that others use too slows both; medians of their ratios."""
     head(['scene', 'ranks', 'stepping [ns an update]', 'guard [ns an update]', 'share [%]', 'with over without copies and looks',
@@ -317,7 +348,8 @@ def main():
     bench.before = args.before and args.before.resolve()
     begun = time.time()
     tables = {'block': table_block, 'contact': table_contact, 'pairs': table_pairs, 'growth': table_growth, 'large': table_large,
-              'model': table_model, 'levels': table_levels, 'guard': table_guard}
+              'model': table_model, 'levels': table_levels, 'guard': table_guard,
+              'checkpoint': table_checkpoint}
     for name in args.only or tables:
         tables[name](bench)
     processor = next((line.split(':')[1].strip() for line in open('/proc/cpuinfo') if line.startswith('model name')),
