@@ -3,11 +3,13 @@ module m_closing_summary
    use m_kinds, only: wp, i8
    use m_errors, only: error_t
    use m_communicator, only: communicator_t
-   use m_text, only: to_text, si
+   use m_text, only: to_text, si, duration
    use m_timers, only: phase_contact
    use m_scene, only: scene_t, domain_fixed, boundary_free
    use m_model, only: model_t
    use m_energy, only: balance_t, sums_t, measure
+   use m_memory, only: peak_memory
+   use m_expectation, only: expectation_t
    use m_indicators, only: stress_error_t, estimate_stress_error
    use m_history, only: history_text_length
    use m_console, only: console_t
@@ -38,12 +40,13 @@ module m_closing_summary
 contains
 
    !> Collective: the closing summary and cost.dat.
-   subroutine summarise(console, scene, model, balance, course, error)
+   subroutine summarise(console, scene, model, balance, course, expectation, error)
       type(console_t), intent(inout) :: console
       type(scene_t), intent(in) :: scene
       type(model_t), intent(inout) :: model
       type(balance_t), intent(in) :: balance
       type(course_t), intent(in) :: course
+      type(expectation_t), intent(in) :: expectation
       type(error_t), intent(inout) :: error
       type(cost_t) :: cost
       type(facts_t) :: facts
@@ -56,6 +59,7 @@ contains
       do l = 1, size(cost%level_steps)
          cost%level_steps(l) = model%communicator%sum_count(model%level_steps(l))
       end do
+      call say_expectation(facts, console, model, expectation, model%time >= scene%end_time .and. .not. error%happened())
       call say_work(facts, scene, model, course, cost%particle_steps)
       call say_conservation(facts, scene, model, balance, course)
       call say_contact(facts, console, model, course)
@@ -90,6 +94,34 @@ contains
       line = name//'='//text
       self%notes = [self%notes, line]
    end subroutine note
+
+   !> Collective: memory held, and what was expected of the run beside what it took. A run that ended early took less.
+   subroutine say_expectation(facts, console, model, expectation, whole)
+      type(facts_t), intent(inout) :: facts
+      type(console_t), intent(in) :: console
+      type(model_t), intent(in) :: model
+      type(expectation_t), intent(in) :: expectation
+      logical, intent(in) :: whole !< the scene has come to its end
+      real(wp) :: memory, took
+      memory = model%communicator%sum_real(real(peak_memory(), wp))
+      took = model%communicator%maximum(console%elapsed())
+      call facts%say('memory: '//si(memory, 'B')//' on all ranks together')
+      call facts%note('memory_B', to_text(memory))
+      if (.not. (expectation%made .and. whole)) return
+      call facts%say('expected at step '//to_text(expectation%step)//': '//duration(expectation%total)//' and '// &
+                     si(expectation%memory, 'B')//' in all; it took '//off_by(took, expectation%total)//' and '// &
+                     off_by(memory, expectation%memory)//' than that')
+      call facts%note('expected_at_step', to_text(expectation%step))
+      call facts%note('expected_elapsed_s', to_text(expectation%total))
+      call facts%note('expected_memory_B', to_text(expectation%memory))
+   end subroutine say_expectation
+
+   !> How much more or less something is than was expected.
+   function off_by(value, expected) result(text)
+      real(wp), intent(in) :: value, expected
+      character(len=:), allocatable :: text
+      text = to_text(100.0_wp*abs(value - expected)/expected, 2)//' % '//trim(merge('more', 'less', value > expected))
+   end function off_by
 
    !> Collective: what the ranks did.
    subroutine say_work(facts, scene, model, course, particle_steps)

@@ -21,6 +21,8 @@ module m_simulation
    use m_resume, only: read_run, resume_run, resumed_t
    use m_console, only: console_t
    use m_introduction, only: introduce
+   use m_plan, only: print_plan
+   use m_expectation, only: expectation_t
    use m_closing_summary, only: summarise, course_t
    implicit none
    private
@@ -38,6 +40,7 @@ module m_simulation
       type(keeper_t) :: keeper
       type(run_facts_t) :: facts
       type(course_t) :: course
+      type(expectation_t) :: expectation
    contains
       procedure :: initialise
       procedure :: done
@@ -77,6 +80,11 @@ contains
       self%course%momentum = sums%momentum
       call check_time_step(self%scene, self%model, self%error)
       if (self%error%happened()) return
+      if (self%scene%plans) then
+         call introduce(self%console, self%scene, self%catalogue, self%model, self%course%particles)
+         call print_plan(self%console, self%scene, self%model)
+         return
+      end if
       if (.not. before%happened) then
          self%facts%particles = self%course%particles
          call self%balance%begin(self%model)
@@ -90,12 +98,13 @@ contains
       call introduce(self%console, self%scene, self%catalogue, self%model, self%course%particles)
       if (before%happened) call self%console%line(before%sentence(self%model%step, self%model%time))
       if (.not. before%happened) call self%record()
+      call self%expectation%start(self%model, self%console%elapsed())
    end subroutine initialise
 
    !> True when the scene has ended or the run cannot go on.
    pure logical function done(self)
       class(simulation_t), intent(in) :: self
-      done = self%error%happened() .or. self%course%stop_reason /= ''
+      done = self%error%happened() .or. self%course%stop_reason /= '' .or. self%scene%plans
       if (.not. done) done = self%model%time >= self%scene%end_time
    end function done
 
@@ -106,6 +115,7 @@ contains
       call advance(self%model, next_time_step(self%scene, self%model), self%error)
       if (self%error%happened()) return
       call self%record()
+      call self%expectation%look(self%scene, self%model, self%console%elapsed())
       if (self%course%early_elapsed <= 0.0_wp .and. self%model%time >= 0.9_wp*self%scene%end_time) then
          self%course%early_contact = self%model%timers%seconds(phase_contact)
          self%course%early_elapsed = self%console%elapsed()
@@ -135,8 +145,9 @@ contains
       class(simulation_t), intent(inout) :: self
       call self%recorder%finish(self%error)
       call self%communicator%agree(self%error)
-      if (self%model%step > self%course%first_step) call summarise(self%console, self%scene, self%model, self%balance, &
-                                                                        self%course, self%error)
+      if (self%model%step > self%course%first_step .and. .not. self%scene%plans) &
+         call summarise(self%console, self%scene, self%model, self%balance, self%course, &
+                        self%expectation, self%error)
       if (.not. self%error%happened() .and. self%course%stop_reason /= '') &
          call fail(self%error, exit_stopped, self%course%stop_reason)
       status = self%error%status

@@ -9,7 +9,7 @@ module m_time_step
    use m_model, only: model_t
    implicit none
    private
-   public :: next_time_step, steps_between, check_time_step
+   public :: next_time_step, longest_step, steps_between, check_time_step
 
 contains
 
@@ -36,7 +36,7 @@ contains
       time_step = remaining/max(1_i8, ceiling(remaining/time_step - 1.0e-6_wp, i8))
    end function next_time_step
 
-   !> The same before it is shortened, with the tools as they are at a time (s).
+   !> The same (s) before it is shortened, with the tools as they are at a time (s).
    pure real(wp) function longest_step(scene, model, time) result(time_step)
       type(scene_t), intent(in) :: scene
       type(model_t), intent(in) :: model
