@@ -54,6 +54,7 @@ contains
       price%stores = bytes(1)
       price%tiles = bytes(2)
       price%base = model%communicator%sum_real(real(peak_memory(), wp)) - price%stores - price%tiles
+      if (found%prospect%snapshots > 0.0_wp .and. scene%output%hdf5) price%base = price%base + found%writing_bytes
       call say_plan(console, scene, model, found, price, first)
       call say_table(console, model, found, price)
       call say_alternatives(console, scene, model, found, price)

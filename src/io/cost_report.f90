@@ -141,8 +141,8 @@ contains
       head%notes(rows + 3) = 'elapsed_s='//to_text(cost%elapsed)
       do l = 1, levels
          head%notes(rows + 3 + l) = 'particle_steps_level_'//to_text(l)//'='//to_text(cost%level_steps(l))
-         head%columns(columns + 2*l - 1) = 'level '//to_text(l)//', mean of the ranks [s]'
-         head%columns(columns + 2*l) = 'level '//to_text(l)//', all ranks per particle-step of the level [ns]'
+         head%columns(columns + 2*l - 1) = 'level '//to_text(l)//' mean of the ranks [s]'
+         head%columns(columns + 2*l) = 'level '//to_text(l)//' all ranks per particle-step of the level [ns]'
       end do
       if (allocated(cost%notes)) head%notes = [head%notes, cost%notes]
    end function header

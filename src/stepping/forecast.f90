@@ -126,7 +126,7 @@ contains
          prospect%touches = prospect%touches + touches*steps_between(scene, model, from, to)
          prospect%most_touches = max(prospect%most_touches, touches)
       end do
-      prospect%steps = max(1.0_wp, steps_between(scene, model, model%time, scene%end_time))
+      prospect%steps = max(1.0_wp, real(ceiling(steps_between(scene, model, model%time, scene%end_time) - 1.0e-6_wp, i8), wp))
       call find_rest(prospect, scene, model)
       every = scene%output%history_every
       if (every <= 0.0_wp) every = scene%end_time/1000
