@@ -317,15 +317,16 @@ contains
       mean = real(sum(of_body), wp)/cells
    end function mean_particles_per_cell
 
-   !> Collective: how many times as many blocks there would be with cells half as large.
+   !> Collective: how many times as many blocks with particles there would be with cells half as large.
    real(wp) function blocks_at_half_cell(model) result(growth)
       type(model_t), intent(in) :: model
       real(wp) :: now, then
-      integer :: l
+      integer :: b, l
       now = 0.0_wp
       then = 0.0_wp
       do l = 1, size(model%levels)
-         now = now + real(model%communicator%sum_count(int(size(model%levels(l)%blocks), i8)), wp)
+         now = now + real(model%communicator%sum_count(int(count([(model%levels(l)%blocks(b)%particles%count > 0, &
+                                                               b=1, size(model%levels(l)%blocks))]), i8)), wp)
          then = then + finer_blocks(model%levels(l), model, model%levels(l)%grid%lower, model%levels(l)%grid%upper)
       end do
       growth = max(1.0_wp, then/now)

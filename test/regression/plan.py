@@ -48,7 +48,7 @@ def main():
     if len(others) < 2:
         wrong.append(f"what if: particles a cell: {others}")
     if not wrong:
-        if not rows["cells half as large"][1] > 4 or not 1.5 < rows["half the safety"][1] <= 2:
+        if not rows["cells half as large"][1] > 3 or not 1.5 < rows["half the safety"][1] <= 2:
             wrong.append(f"what if: {rows}")
         times = [rows[name][0] for name in sorted(others, key=lambda name: int(name.split()[0]))]
         if times != sorted(times):
