@@ -49,7 +49,7 @@ library_objects := $(patsubst src/%,$(build)/obj/src/%.o,$(basename $(filter-out
 program := $(if $(filter $(main),$(sources)),$(build)/gimp3d)
 
 # Goals that compile nothing need no list of what depends on what.
-plain_goals := help clean clean-all deps venv demo test test-all bench effects plots
+plain_goals := help clean clean-all deps venv demo test test-all bench effects plans plots
 ifneq ($(filter-out $(plain_goals),$(or $(MAKECMDGOALS),gimp3d)),)
 include $(build)/depends.mk
 stale_modules := $(filter-out $(modules:%=$(build)/mod/%.mod),$(wildcard $(build)/mod/*.mod))
@@ -173,7 +173,7 @@ clean-all: clean
 
 # ---- use ------------------------------------------------------------------------------------------------------------------------
 
-.PHONY: demo test test-all bench effects plots
+.PHONY: demo test test-all bench effects plans plots
 
 # What mpirun needs in a container, as root, or with more ranks than cores; harmless elsewhere. The tests have theirs in test/harness/mpi.sh.
 export OMPI_ALLOW_RUN_AS_ROOT ?= 1
@@ -217,6 +217,11 @@ bench:
 effects:
 	@$(MAKE) --no-print-directory deps
 	@python3 test/performance/effects.py build/effects $(if $(SCENES),--only $(SCENES))
+
+## plans       what mode='plan' says beside what the scenes of input/ take; PLANS="--ranks 2 --only cone" as test/performance/plans.py has it
+plans:
+	@$(MAKE) --no-print-directory gimp3d
+	@. test/harness/mpi.sh; python3 test/performance/plans.py build/plans $(PLANS)
 
 ## plots       RUN=directory: draw load_depth.png, section.png, energy.png from what a run wrote there
 plots:
