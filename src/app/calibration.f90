@@ -14,6 +14,7 @@ module m_calibration
    use m_energy, only: balance_t
    use m_forecast, only: rates_t, prospect_t, rates_of, look_ahead, contact_points, particle_rows
    use m_snapshot, only: snapshot_t
+   use m_probe, only: probe_t, choose_particle, read_probe
    use m_particle_snapshot, only: take_snapshot
    implicit none
    private
@@ -59,7 +60,7 @@ contains
          call warm_up(scene, model, error)
       end if
       if (.not. error%happened()) call time_steps(found, scene, model, resting_points, error)
-      call time_output(found, model)
+      call time_output(found, scene, model)
       if (size(model%contact%tools) > 0 .and. .not. error%happened()) call press(found, scene, model, resting_points)
       if (error%happened()) found%trouble = error%message
       found%seconds = model%communicator%maximum(wall_time() - began)
@@ -100,17 +101,27 @@ contains
       points = real(model%contact%handled - handled, wp)/found%steps
    end subroutine time_steps
 
-   !> Collective: what the sums for a row of the histories take, and the arrays of a snapshot. Nothing is written.
-   subroutine time_output(found, model)
+   !> Collective: what the sums and the text of a row of the histories take, and the arrays of a snapshot and their text. Nothing is
+   !> written: the time of files and disks is not in it.
+   subroutine time_output(found, scene, model)
       type(calibration_t), intent(inout) :: found
+      type(scene_t), intent(in) :: scene
       type(model_t), intent(inout) :: model
       type(balance_t) :: balance
       type(snapshot_t) :: snapshot
-      real(wp) :: began, bytes, largest
+      type(probe_t), allocatable :: probes(:)
+      real(wp) :: began, bytes, largest, value, position(3), stress(6), strain
       integer :: f
+      probes = [(choose_particle(model, scene%probes(f)%position), f=1, size(scene%probes))]
       began = wall_time()
       call balance%follow(model)
+      do f = 1, size(probes)
+         if (scene%output%present) call read_probe(model, probes(f), position, stress, strain)
+      end do
       found%rates%history = model%communicator%maximum(wall_time() - began)
+      value = text_cost()
+      if (scene%output%present) found%rates%history = found%rates%history &
+                                                      + value*(14 + 7*size(scene%tools) + 12*size(scene%probes))
       began = wall_time()
       snapshot%title = ''
       call take_snapshot(model%communicator, model%levels, snapshot)
@@ -121,10 +132,26 @@ contains
          bytes = bytes + 8.0_wp*size(snapshot%fields(f)%values)
          largest = max(largest, 8.0_wp*size(snapshot%fields(f)%values)) ! each is copied into the order of the file
       end do
+      if (scene%output%tecplot) found%rates%snapshot = found%rates%snapshot + model%communicator%maximum(value*bytes/8.0_wp)
       found%snapshot_bytes = model%communicator%sum_real(bytes)
       largest = largest + 12.0_wp*size(snapshot%id) ! their order
       found%writing_bytes = model%communicator%sum_real(largest + library_bytes)
    end subroutine time_output
+
+   !> Time (s) that one number takes to become text.
+   real(wp) function text_cost()
+      integer, parameter :: numbers = 5000
+      character(len=25) :: text
+      real(wp) :: began
+      integer :: n, length
+      began = wall_time()
+      length = 0
+      do n = 1, numbers
+         write (text, '(es24.16e3)') sqrt(real(n, wp))
+         length = length + len_trim(text)
+      end do
+      text_cost = (wall_time() - began)/max(numbers, min(length, numbers)) ! what is not looked at might be left out
+   end function text_cost
 
    !> Collective: contact with the tools as far in as there are then as many contact points as the scene will have at most. The
    !> material has not made way: as many as lie inside.
