@@ -12,7 +12,7 @@ module m_calibration
    use m_level_step, only: bound_speeds
    use m_time_step, only: longest_step
    use m_energy, only: balance_t
-   use m_forecast, only: rates_t, prospect_t, rates_of, look_ahead, contact_points, particle_rows
+   use m_forecast, only: rates_t, prospect_t, rates_of, look_ahead, contact_points, contact_steps, particle_rows
    use m_snapshot, only: snapshot_t
    use m_probe, only: probe_t, choose_particle, read_probe
    use m_particle_snapshot, only: take_snapshot
@@ -98,7 +98,7 @@ contains
          if (found%steps >= fewest_steps .and. (elapsed >= enough .or. found%steps >= most_steps)) exit
       end do
       call rates_of(found%rates, model, before, real(found%steps, wp), elapsed, 1.0_wp)
-      points = real(model%contact%handled - handled, wp)/found%steps
+      points = real(model%contact%handled - handled, wp)/(found%steps*contact_steps(model))
    end subroutine time_steps
 
    !> Collective: what the sums and the text of a row of the histories take, and the arrays of a snapshot and their text. Nothing is
@@ -198,7 +198,7 @@ contains
             return
          end if
          found%pressed_steps = pressed
-         found%pressed_points = real(model%contact%handled - handled, wp)/pressed
+         found%pressed_points = real(model%contact%handled - handled, wp)/(pressed*contact_steps(model))
          total = model%communicator%sum_real(model%timers%seconds(phase_contact) - before%seconds(phase_contact)) &
                  /(model%communicator%ranks*pressed)
          if (found%pressed_points > points_before) then

@@ -5,7 +5,7 @@ module m_expectation
    use m_timers, only: timers_t, phase_output
    use m_scene, only: scene_t
    use m_model, only: model_t
-   use m_forecast, only: rates_t, prospect_t, rates_of, look_ahead
+   use m_forecast, only: rates_t, prospect_t, rates_of, look_ahead, contact_steps
    implicit none
    private
 
@@ -78,7 +78,7 @@ contains
       call rates_of(rates, model, self%before, done, spent, 1.0_wp - resting/max(steps, 1.0_wp))
       rates%step = rates%step + written/done
       rates%snapshot = model%communicator%maximum(self%before%seconds(phase_output))
-      points = (model%contact%handled - self%handled)/done
+      points = (model%contact%handled - self%handled)/(done*contact_steps(model))
       if (points >= enough_points) then
          rates%contact_point = rates%contact/points
          rates%contact = 0.0_wp

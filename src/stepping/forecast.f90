@@ -11,7 +11,7 @@ module m_forecast
    use m_time_step, only: steps_between
    implicit none
    private
-   public :: rates_t, prospect_t, rates_of, look_ahead, contact_points, particle_rows
+   public :: rates_t, prospect_t, rates_of, look_ahead, contact_points, contact_steps, particle_rows
 
    integer, parameter :: halvings = 6       !< of one of them, to find when tools touch
    integer, parameter, public :: parts = 20 !< of the time to come, each with its own number of contact points
@@ -22,7 +22,7 @@ module m_forecast
       real(wp), allocatable :: rows(:, :)   !< of the timers, by level, s: (rows, levels); contact left out
       real(wp) :: step = 0.0_wp             !< all of it without contact, waiting included, s
       real(wp) :: contact = 0.0_wp          !< looking for contact, without any contact point, s
-      real(wp) :: contact_point = 0.0_wp    !< each contact point, s
+      real(wp) :: contact_point = 0.0_wp    !< each contact point, in all the steps that the finest level takes meanwhile, s
       real(wp) :: history = 0.0_wp          !< a row of the histories, s
       real(wp) :: snapshot = 0.0_wp         !< a snapshot, s
    contains
@@ -136,6 +136,13 @@ contains
       if (scene%output%every > 0.0_wp) prospect%snapshots = real(ceiling(scene%end_time/scene%output%every*(1.0_wp - 1.0e-9_wp)) &
                                                                  - int(model%time/scene%output%every), wp)
    end subroutine look_ahead
+
+   !> Times that contact is solved in a step of the coarsest level.
+   pure real(wp) function contact_steps(model)
+      type(model_t), intent(in) :: model
+      contact_steps = 1.0_wp
+      if (model%method%subcycle) contact_steps = 2.0_wp**(size(model%levels) - 1)
+   end function contact_steps
 
    !> Collective: how many particles of the finest level the tools touch at a time, the material being where it is: those whose
    !> contact point is within half an edge of a tool's surface; and the distance (m) of the nearest contact point from it.
