@@ -31,11 +31,12 @@ module m_calibration
       real(wp) :: seconds = 0.0_wp             !< that all this took
       real(wp) :: snapshot_bytes = 0.0_wp      !< of one snapshot, of all ranks
       real(wp) :: writing_bytes = 0.0_wp       !< of memory that writing it takes besides, of all ranks
+      real(wp) :: library_bytes = 0.0_wp       !< and that the libraries for it take
       character(len=:), allocatable :: trouble !< why contact was not measured pressed in; empty: it was, or needs not be
    end type calibration_t
 
    real(wp), parameter :: enough = 1.5_wp      !< s of steps are timed, if they are not more than
-   real(wp), parameter :: library_bytes = 5.0e6_wp !< of HDF5 with MPI's files, a rank, when a file is written (performance.md)
+   real(wp), parameter :: library = 5.0e6_wp   !< bytes of HDF5 with MPI's files, a rank, when a file is written (performance.md)
    integer, parameter :: most_steps = 100, fewest_steps = 4, warm_steps = 3, pressed = 8
 
 contains
@@ -122,6 +123,7 @@ contains
       value = text_cost()
       if (scene%output%present) found%rates%history = found%rates%history &
                                                       + value*(14 + 7*size(scene%tools) + 12*size(scene%probes))
+      if (.not. found%prospect%snapshots > 0.0_wp) return
       began = wall_time()
       snapshot%title = ''
       call take_snapshot(model%communicator, model%levels, snapshot)
@@ -135,7 +137,8 @@ contains
       if (scene%output%tecplot) found%rates%snapshot = found%rates%snapshot + model%communicator%maximum(value*bytes/8.0_wp)
       found%snapshot_bytes = model%communicator%sum_real(bytes)
       largest = largest + 12.0_wp*size(snapshot%id) ! their order
-      found%writing_bytes = model%communicator%sum_real(largest + library_bytes)
+      found%writing_bytes = model%communicator%sum_real(largest)
+      found%library_bytes = model%communicator%ranks*library
    end subroutine time_output
 
    !> Time (s) that one number takes to become text.

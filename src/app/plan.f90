@@ -22,7 +22,7 @@ module m_plan
    !> What a run takes, and what it would take otherwise: the parts of its time, s, and of its memory, B.
    type :: price_t
       real(wp) :: particles = 0.0_wp, blocks = 0.0_wp, contact = 0.0_wp, contact_points = 0.0_wp, output = 0.0_wp
-      real(wp) :: base = 0.0_wp, stores = 0.0_wp, tiles = 0.0_wp !< libraries and buffers; particles; node tiles
+      real(wp) :: base = 0.0_wp, stores = 0.0_wp, buffers = 0.0_wp, tiles = 0.0_wp !< libraries; particles; to write them; node tiles
    contains
       procedure :: time
       procedure :: memory
@@ -53,8 +53,12 @@ contains
       first = console%elapsed() - found%seconds ! reading and building
       price%stores = bytes(1)
       price%tiles = bytes(2)
-      price%base = model%communicator%sum_real(real(peak_memory(), wp)) - price%stores - price%tiles
-      if (found%prospect%snapshots > 0.0_wp .and. scene%output%hdf5) price%base = price%base + found%writing_bytes
+      price%buffers = found%snapshot_bytes
+      price%base = model%communicator%sum_real(real(peak_memory(), wp)) - price%stores - price%tiles - price%buffers
+      if (found%prospect%snapshots > 0.0_wp .and. scene%output%hdf5) then
+         price%buffers = price%buffers + found%writing_bytes
+         price%base = price%base + found%library_bytes
+      end if
       call say_plan(console, scene, model, found, price, first)
       call say_table(console, model, found, price)
       call say_alternatives(console, scene, model, found, price)
@@ -68,7 +72,7 @@ contains
 
    pure real(wp) function memory(self)
       class(price_t), intent(in) :: self
-      memory = self%base + self%stores + self%tiles
+      memory = self%base + self%stores + self%buffers + self%tiles
    end function memory
 
    !> Collective: bytes of particles and of the rest of all levels.
@@ -105,7 +109,8 @@ contains
          call console%line('time       '//duration(price%time() + first)//' ('//to_text(price%time() + first, 4)// &
                            ' s), of that '//to_text(first, 3)//' s until the first step')
          call console%line('memory     '//si(price%memory(), 'B')//' on all ranks together: particles '//si(price%stores, 'B')// &
-                           ', node tiles '//si(price%tiles, 'B')//', libraries and buffers '//si(price%base, 'B'))
+                           ', node tiles '//si(price%tiles, 'B')//', buffers of output '//si(price%buffers, 'B')// &
+                           ', all else '//si(price%base, 'B'))
          call console%line('output     '//to_text(nint(prospect%snapshots))//' snapshots of '//si(found%snapshot_bytes, 'B')// &
                            ', '//to_text(nint(prospect%rows))//' rows of histories, '//to_text(price%output, 3)// &
                            ' s without the disk''s own time')
@@ -169,7 +174,7 @@ contains
       type(calibration_t), intent(in) :: found
       type(price_t), intent(in) :: price
       type(price_t) :: other
-      real(wp) :: growth, ratio
+      real(wp) :: growth
       integer, parameter :: offered(3) = [1, 8, 27]
       integer :: n
       call console%line('')
@@ -183,12 +188,13 @@ contains
       other%contact_points = 8.0_wp*price%contact_points
       other%output = 8.0_wp*price%output
       other%stores = 8.0_wp*price%stores
+      other%buffers = 8.0_wp*price%buffers
       other%tiles = growth*price%tiles
       call say(other, 'cells half as large')
       call one_level_more()
       do n = 1, size(offered)
          if (all(scene%bodies%particles_per_cell == offered(n))) cycle
-         ratio = with_particles(offered(n))
+         call with_particles(offered(n))
          call say(other, to_text(offered(n))//' particles a cell')
       end do
       if (size(scene%tools) > 0) then
@@ -224,9 +230,9 @@ contains
       end function slower
 
       !> So many particles a cell in all bodies: their number, and what one costs where so many share a cell.
-      real(wp) function with_particles(number) result(ratio)
+      subroutine with_particles(number)
          integer, intent(in) :: number
-         real(wp) :: mean, most
+         real(wp) :: mean, most, ratio
          integer :: b
          mean = mean_particles_per_cell(scene, model)
          b = nint(mean)
@@ -237,12 +243,13 @@ contains
                            /sample_cost(scene, model%communicator, b)
          other%contact_points = price%contact_points*ratio**(2.0_wp/3.0_wp)
          other%stores = price%stores*ratio
+         other%buffers = price%buffers*ratio
          other%output = price%output*ratio
          most = 1.0_wp
          if (number == 27 .and. scene%time%time_step <= 0.0_wp) most = max(1.0_wp, scene%time%safety/0.35_wp)
          other = scaled(other, most)
          other%output = price%output*ratio
-      end function with_particles
+      end subroutine with_particles
 
       !> Cells half as large in a box half as wide as that of the finest level.
       subroutine one_level_more()
@@ -262,8 +269,9 @@ contains
             other%contact = 2.0_wp*price%contact
             other%contact_points = 8.0_wp*price%contact_points
          end if
-         other%stores = price%stores*(1.0_wp + 7.0_wp*box%particles &
-                                      /real(max(1_i8, model%communicator%sum_count(model%particle_count())), wp))
+         share = 1.0_wp + 7.0_wp*box%particles/real(max(1_i8, model%communicator%sum_count(model%particle_count())), wp)
+         other%stores = share*price%stores
+         other%buffers = share*price%buffers
          other%tiles = price%tiles*(1.0_wp + box%blocks/all_blocks(model))
          call say(other, 'one level more, half as wide'//merge(' around the tool', '                ', size(scene%tools) > 0))
       end subroutine one_level_more
