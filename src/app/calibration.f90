@@ -165,7 +165,7 @@ contains
       real(wp), intent(in) :: points_before !< contact points in a step where the tools begin
       type(error_t) :: error
       type(timers_t) :: before
-      real(wp) :: total, nearest, time, touches
+      real(wp) :: total, closest, time, touches
       integer(i8) :: handled
       integer :: n
       associate (rates => found%rates)
@@ -182,11 +182,12 @@ contains
          end if
          do n = 1, 40 ! until enough contact points are inside
             time = scene%end_time*n/40
-            call contact_points(model, time, touches, nearest, total)
+            call contact_points(model, time, touches, closest, total)
             if (total >= found%prospect%most_touches) exit
          end do
          model%time = time
          found%pressed_time = time
+         handled = 0
          do n = 1, 2 + pressed
             if (n == 3) then
                before = model%timers

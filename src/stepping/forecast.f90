@@ -117,12 +117,12 @@ contains
       type(prospect_t), intent(out) :: prospect
       type(scene_t), intent(in) :: scene
       type(model_t), intent(in) :: model
-      real(wp) :: touches, nearest, from, to, every
+      real(wp) :: touches, closest, from, to, every
       integer :: n
       do n = 1, parts
          from = model%time + (n - 1)*(scene%end_time - model%time)/parts
          to = model%time + n*(scene%end_time - model%time)/parts
-         call contact_points(model, 0.5_wp*(from + to), touches, nearest)
+         call contact_points(model, 0.5_wp*(from + to), touches, closest)
          prospect%touches = prospect%touches + touches*steps_between(scene, model, from, to)
          prospect%most_touches = max(prospect%most_touches, touches)
       end do
@@ -145,11 +145,11 @@ contains
    end function contact_steps
 
    !> Collective: how many particles of the finest level the tools touch at a time, the material being where it is: those whose
-   !> contact point is within half an edge of a tool's surface; and the distance (m) of the nearest contact point from it.
-   subroutine contact_points(model, time, touches, nearest, inside)
+   !> contact point is within half an edge of a tool's surface; and the distance (m) of the closest contact point from it.
+   subroutine contact_points(model, time, touches, closest, inside)
       type(model_t), intent(in) :: model
       real(wp), intent(in) :: time !< s
-      real(wp), intent(out) :: touches, nearest
+      real(wp), intent(out) :: touches, closest
       real(wp), intent(out), optional :: inside !< how many are further in too
       type(tool_t) :: tool
       real(wp) :: edge, gap, normal(3), reach
@@ -157,7 +157,7 @@ contains
       integer :: b, p, t
       reached = 0
       beyond = 0
-      nearest = huge(1.0_wp)
+      closest = huge(1.0_wp)
       associate (level => model%levels(size(model%levels)))
          do t = 1, size(model%contact%tools)
             tool = model%contact%tools(t)
@@ -167,7 +167,7 @@ contains
                call tool%gap_and_normal(0.5_wp*(level%blocks(b)%lowest + level%blocks(b)%highest), gap, normal)
                reach = 0.5_wp*norm2(level%blocks(b)%highest - level%blocks(b)%lowest) + level%grid%cell
                if (gap < -reach) then
-                  nearest = min(nearest, gap)
+                  closest = min(closest, gap)
                   beyond = beyond + level%blocks(b)%particles%count
                end if
                if (abs(gap) > reach) cycle
@@ -177,7 +177,7 @@ contains
                      call tool%gap_and_normal(column(p, at%position:at%position + 2), gap, normal)
                   end associate
                   gap = gap - tool%spec%penetration_factor*edge
-                  nearest = min(nearest, gap)
+                  closest = min(closest, gap)
                   if (abs(gap) <= 0.5_wp*edge) reached = reached + 1
                   if (gap <= 0.0_wp) beyond = beyond + 1
                end do
@@ -185,7 +185,7 @@ contains
          end do
       end associate
       touches = real(model%communicator%sum_count(reached), wp)
-      nearest = model%communicator%minimum(nearest)
+      closest = model%communicator%minimum(closest)
       if (present(inside)) inside = real(model%communicator%sum_count(beyond), wp)
    end subroutine contact_points
 
@@ -195,7 +195,7 @@ contains
       type(prospect_t), intent(inout) :: prospect
       type(scene_t), intent(in) :: scene
       type(model_t), intent(in) :: model
-      real(wp) :: low(3), high(3), start, away, sums(2), particle_steps, touches, nearest, early, late
+      real(wp) :: low(3), high(3), start, away, sums(2), particle_steps, touches, closest, early, late
       integer :: b, l, n
       low = huge(1.0_wp)
       high = -huge(1.0_wp)
@@ -219,15 +219,15 @@ contains
          low = model%contact%tools(1)%spec%tip
          high = low
          do n = 0, parts ! until the tools touch
-            call contact_points(model, model%time + n*(scene%end_time - model%time)/parts, touches, nearest)
-            if (nearest <= 0.0_wp) exit
+            call contact_points(model, model%time + n*(scene%end_time - model%time)/parts, touches, closest)
+            if (closest <= 0.0_wp) exit
          end do
          late = model%time + n*(scene%end_time - model%time)/parts
          early = max(model%time, late - (scene%end_time - model%time)/parts)
          do n = 1, halvings
-            call contact_points(model, 0.5_wp*(early + late), touches, nearest)
-            if (nearest <= 0.0_wp) late = 0.5_wp*(early + late)
-            if (nearest > 0.0_wp) early = 0.5_wp*(early + late)
+            call contact_points(model, 0.5_wp*(early + late), touches, closest)
+            if (closest <= 0.0_wp) late = 0.5_wp*(early + late)
+            if (closest > 0.0_wp) early = 0.5_wp*(early + late)
          end do
          start = steps_between(scene, model, model%time, late)
       end if
