@@ -5,6 +5,7 @@ module m_expectation
    use m_timers, only: timers_t, phase_output
    use m_scene, only: scene_t
    use m_model, only: model_t
+   use m_particle_store, only: spare_room
    use m_forecast, only: rates_t, prospect_t, rates_of, look_ahead, contact_steps
    implicit none
    private
@@ -70,7 +71,8 @@ contains
       real(wp), intent(in) :: done !< steps
       type(rates_t) :: rates
       type(prospect_t) :: prospect
-      real(wp) :: points, seconds(5), spent, steps, resting, written
+      real(wp) :: points, seconds(5), spent, steps, resting, written, held
+      integer :: b, l
       spent = model%communicator%maximum(elapsed - self%began)
       steps = real(model%communicator%sum_count(model%particle_steps - self%particle_steps), wp)
       resting = real(model%communicator%sum_count(model%particle_steps_at_rest - self%at_rest), wp)
@@ -89,7 +91,13 @@ contains
       self%step = model%step
       self%elapsed = model%communicator%maximum(elapsed)
       self%total = self%elapsed + seconds(1)
-      self%memory = model%communicator%sum_real(real(peak_memory(), wp))
+      held = 0.0_wp
+      do l = 1, size(model%levels)
+         do b = 1, size(model%levels(l)%blocks)
+            held = held + real(model%levels(l)%blocks(b)%bytes(), wp)
+         end do
+      end do
+      self%memory = model%communicator%sum_real(real(peak_memory(), wp) + spare_room*held)
    end subroutine make
 
 end module m_expectation

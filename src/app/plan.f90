@@ -10,6 +10,7 @@ module m_plan
    use m_scene_checks, only: safety_limit
    use m_level, only: level_t
    use m_model, only: model_t
+   use m_particle_store, only: spare_room
    use m_forecast, only: rates_t, prospect_t, particle_rows
    use m_calibration, only: calibrate, calibration_t, sample_cost
    use m_console, only: console_t
@@ -46,6 +47,7 @@ contains
       type(price_t) :: price
       real(wp) :: seconds(5), first, bytes(2)
       bytes = model_bytes(model)
+      bytes(1) = (1.0_wp + spare_room)*bytes(1)
       call calibrate(found, scene, model)
       seconds = found%prospect%seconds(found%rates, model%timers%names)
       price = price_t(particles=seconds(2), blocks=seconds(3), contact=found%prospect%steps*found%rates%contact, &
@@ -54,7 +56,7 @@ contains
       price%stores = bytes(1)
       price%tiles = bytes(2)
       price%buffers = found%snapshot_bytes
-      price%base = model%communicator%sum_real(real(peak_memory(), wp)) - price%stores - price%tiles - price%buffers
+      price%base = model%communicator%sum_real(real(peak_memory(), wp)) - price%stores/(1.0_wp + spare_room) - price%tiles - price%buffers
       if (found%prospect%snapshots > 0.0_wp .and. scene%output%hdf5) then
          price%buffers = price%buffers + found%writing_bytes
          price%base = price%base + found%library_bytes

@@ -6,6 +6,10 @@ usage: plans.py WORK [--ranks N] [--only SCENE ...] [--share SCENE=SHARE ...]
 Each scene is planned, run, and planned once more, one after the other on the same ranks: the planned time is the mean of the two, for
 machines that are shared change their pace. `--share cone=0.5` cuts its end_time, for the plan as well as
 for the run (the table says so). Kept in WORK/plans.json scene by scene, so that the table can be made in several goes.
+
+`pace` says how fast the machine was: what the kernels of the step (to nodes, to particles, stress) took a particle-step in the run
+over what they took in the plans. Where it is not near 1 the machine was doing something else too, and `at one pace` says how far off the
+plan is without that.
 """
 import argparse
 import json
@@ -35,6 +39,14 @@ def run(ranks, text, folder):
     return done.stdout
 
 
+def kernels(said):
+    """Seconds of all ranks a particle-step in the kernels, of which no scene does without and no step has more than another."""
+    rows = re.findall(r'^(to nodes|to particles|stress) +(?:[0-9.]+ +){3}\d+ +([0-9.]+)', said, re.M)
+    if len(rows) != 3:
+        raise SystemExit(f'no rows of the kernels: {rows}')
+    return sum(float(nanoseconds) for _, nanoseconds in rows)
+
+
 def measure(name, share, ranks, work):
     """Figures of one scene: planned and real time, memory, steps; what the run expected at its beginning."""
     text = scene_text(name, share)
@@ -48,6 +60,7 @@ def measure(name, share, ranks, work):
     if 'expected_elapsed_s' not in facts:
         raise SystemExit(f'{name}: the run is too short to expect anything of itself')
     return {'ranks': ranks, 'share': share,
+            'pace': 2*kernels(taken)/(kernels(plan) + kernels(again)),
             'planned_s': sum(planned)/2, 'plans_s': planned, 'took_s': float(facts['elapsed_s']),
             'planned_MB': 1e-6*float(number)*FACTORS[unit], 'took_MB': 1e-6*float(facts['memory_B']),
             'planned_steps': int(re.search(r'^steps      (\d+)', plan, re.M)[1]),
@@ -74,13 +87,14 @@ def main():
     for name in names if options.only is None else options.only:
         table[name] = measure(name, shares.get(name, 1), options.ranks, options.work.resolve())
         kept.write_text(json.dumps(table, indent=1))
-    print('| scene | ranks | steps planned | done | time planned [s] | took [s] | off [%] | memory planned [MB] | took [MB] | off [%] '
+    print('| scene | ranks | steps planned | done | time planned [s] | took [s] | off [%] | pace | off at one pace [%] | memory planned [MB] | took [MB] | off [%] '
           '| a run of its own [s] | off [%] |')
-    print('|---' * 12 + '|')
+    print('|---' * 14 + '|')
     for name, row in sorted(table.items()):
         title = name if row['share'] == 1 else f"{name}, first {100*row['share']:g} %"
         print(f"| {title} | {row['ranks']} | {row['planned_steps']} | {row['steps']} | {row['planned_s']:.4g} | {row['took_s']:.4g} "
-              f"| {percent(row['planned_s'], row['took_s'])} | {row['planned_MB']:.4g} | {row['took_MB']:.4g} "
+              f"| {percent(row['planned_s'], row['took_s'])} | {row['pace']:.2f} "
+              f"| {percent(row['planned_s']*row['pace'], row['took_s'])} | {row['planned_MB']:.4g} | {row['took_MB']:.4g} "
               f"| {percent(row['planned_MB'], row['took_MB'])} | {row['expected_s']:.4g} "
               f"| {percent(row['expected_s'], row['took_s'])} |")
 
