@@ -56,7 +56,8 @@ contains
       price%stores = bytes(1)
       price%tiles = bytes(2)
       price%buffers = found%snapshot_bytes
-      price%base = model%communicator%sum_real(real(peak_memory(), wp)) - price%stores/(1.0_wp + spare_room) - price%tiles - price%buffers
+      price%base = model%communicator%sum_real(real(peak_memory(), wp)) - price%stores/(1.0_wp + spare_room) - price%tiles &
+                   - price%buffers
       if (found%prospect%snapshots > 0.0_wp .and. scene%output%hdf5) then
          price%buffers = price%buffers + found%writing_bytes
          price%base = price%base + found%library_bytes
