@@ -37,6 +37,7 @@ module m_calibration
 
    real(wp), parameter :: enough = 1.0_wp      !< s of steps are timed, if they are not more than
    real(wp), parameter :: library = 5.0e6_wp   !< bytes of HDF5 with MPI's files, a rank, when a file is written (performance.md)
+   real(wp), parameter :: at_most = 0.1_wp     !< of the steps of the scene
    integer, parameter :: most_steps = 300, fewest_steps = 4, warm_steps = 3, pressed = 8
 
 contains
@@ -89,14 +90,15 @@ contains
       type(timers_t) :: before
       real(wp) :: began, elapsed
       integer(i8) :: handled
-      integer :: n
+      integer :: most, n
+      most = max(fewest_steps, min(most_steps, nint(at_most*found%prospect%steps))) ! the scene must not be over by then
       began = wall_time()
       do
          call advance(model, longest_step(scene, model, model%time), error)
          if (error%happened()) return
          found%steps = found%steps + 1
          elapsed = model%communicator%maximum(wall_time() - began)
-         if (found%steps >= fewest_steps .and. (elapsed >= enough .or. found%steps >= most_steps)) exit
+         if (found%steps >= fewest_steps .and. (elapsed >= enough .or. found%steps >= most)) exit
       end do
       before = model%timers
       handled = model%contact%handled
