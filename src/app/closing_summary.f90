@@ -21,7 +21,7 @@ module m_closing_summary
    !> What a run remembers of its course for its last words.
    type :: course_t
       integer(i8) :: particles = 0       !< when the program began
-      integer(i8) :: first_step = 0      !< so many steps had been done when the program began
+      integer(i8) :: steps = 0           !< that the program has taken, repeated ones too
       real(wp) :: momentum(3) = 0.0_wp   !< when the program began, kg m/s
       character(len=:), allocatable :: stop_reason !< why the run ends before the scene does; empty: it does not
       real(wp) :: early_elapsed = 0.0_wp !< wall-clock time when the last tenth of the scene began, s; 0 before that
@@ -40,13 +40,14 @@ module m_closing_summary
 contains
 
    !> Collective: the closing summary and cost.dat.
-   subroutine summarise(console, scene, model, balance, course, expectation, error)
+   subroutine summarise(console, scene, model, balance, course, expectation, guarded, error)
       type(console_t), intent(inout) :: console
       type(scene_t), intent(in) :: scene
       type(model_t), intent(inout) :: model
       type(balance_t), intent(in) :: balance
       type(course_t), intent(in) :: course
       type(expectation_t), intent(in) :: expectation
+      character(len=*), intent(in) :: guarded !< what the guard says of the run
       type(error_t), intent(inout) :: error
       type(cost_t) :: cost
       type(facts_t) :: facts
@@ -64,6 +65,7 @@ contains
       call say_conservation(facts, scene, model, balance, course)
       call say_contact(facts, console, model, course)
       if (.not. error%happened()) call say_stress_error(facts, model)
+      call facts%say(guarded)
       cost%timers = model%timers
       cost%elapsed = console%elapsed()
       cost%time = model%time
@@ -136,9 +138,9 @@ contains
       splits = model%communicator%sum_count(model%splits)
       at_end = model%communicator%sum_count(model%particle_count())
       messages = model%communicator%maximum(real(sum(model%exchange%messages) + sum(model%composite%messages), wp) &
-                                            /(model%step - course%first_step))
+                                            /course%steps)
       bytes = model%communicator%maximum(real(sum(model%exchange%bytes) + sum(model%composite%bytes), wp) &
-                                         /(model%step - course%first_step))
+                                         /course%steps)
       if (resting > 0) call facts%say('at rest: '//to_text(100.0_wp*resting/particle_steps, 3)// &
                                       ' % of the particle-steps had nothing to do')
       call facts%note('particle_steps_at_rest', to_text(resting))

@@ -67,7 +67,9 @@ contains
       type(model_t), intent(in) :: model
       real(wp), intent(in) :: elapsed !< s since the program began
       real(wp) :: share, seen, resting, awake
-      if (self%made .or. model%step < self%next_look) return
+      if (self%made) return
+      if (model%step < self%window_step) call self%open_window(model, elapsed) ! the guard has gone back
+      if (model%step < self%next_look .or. model%step == self%window_step) return
       self%next_look = max(model%step + fewest_steps, self%first_step + 3*(model%step - self%first_step)/2)
       seen = real(model%communicator%sum_count(model%particle_steps - self%particle_steps), wp)
       resting = real(model%communicator%sum_count(model%particle_steps_at_rest - self%at_rest), wp)

@@ -23,7 +23,10 @@ module m_plan
    !> What a run takes, and what it would take otherwise: the parts of its time, s, and of its memory, B.
    type :: price_t
       real(wp) :: particles = 0.0_wp, blocks = 0.0_wp, contact = 0.0_wp, contact_points = 0.0_wp, output = 0.0_wp
-      real(wp) :: base = 0.0_wp, stores = 0.0_wp, buffers = 0.0_wp, tiles = 0.0_wp !< libraries; particles; to write them; node tiles
+      real(wp) :: base = 0.0_wp    !< libraries
+      real(wp) :: stores = 0.0_wp  !< particles
+      real(wp) :: buffers = 0.0_wp !< copies of them, for the guard and to write them
+      real(wp) :: tiles = 0.0_wp   !< node tiles
    contains
       procedure :: time
       procedure :: memory
@@ -39,10 +42,11 @@ module m_plan
 contains
 
    !> Collective: measure, and say. The model is spent afterwards.
-   subroutine print_plan(console, scene, model)
+   subroutine print_plan(console, scene, model, kept)
       type(console_t), intent(inout) :: console
       type(scene_t), intent(in) :: scene
       type(model_t), intent(inout) :: model
+      real(wp), intent(in) :: kept !< memory of the guard's copies on all ranks, bytes
       type(calibration_t) :: found
       type(price_t) :: price
       real(wp) :: seconds(5), first, bytes(2)
@@ -55,7 +59,7 @@ contains
       first = console%elapsed() - found%seconds ! reading and building
       price%stores = bytes(1)
       price%tiles = bytes(2)
-      price%buffers = found%snapshot_bytes
+      price%buffers = found%snapshot_bytes + kept
       price%base = model%communicator%sum_real(real(peak_memory(), wp)) - price%stores/(1.0_wp + spare_room) - price%tiles &
                    - price%buffers
       if (found%prospect%snapshots > 0.0_wp .and. scene%output%hdf5) then
@@ -112,7 +116,7 @@ contains
          call console%line('time       '//duration(price%time() + first)//' ('//to_text(price%time() + first, 4)// &
                            ' s), of that '//to_text(first, 3)//' s until the first step')
          call console%line('memory     '//si(price%memory(), 'B')//' on all ranks together: particles '//si(price%stores, 'B')// &
-                           ', node tiles '//si(price%tiles, 'B')//', buffers of output '//si(price%buffers, 'B')// &
+                           ', node tiles '//si(price%tiles, 'B')//', copies and buffers of output '//si(price%buffers, 'B')// &
                            ', all else '//si(price%base, 'B'))
          call console%line('output     '//to_text(nint(prospect%snapshots))//' snapshots of '//si(found%snapshot_bytes, 'B')// &
                            ', '//to_text(nint(prospect%rows))//' rows of histories, '//to_text(price%output, 3)// &

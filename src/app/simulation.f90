@@ -1,9 +1,10 @@
 !> A run: the scene, its model, and everything around the steps.
 module m_simulation
    use m_kinds, only: wp, i8
-   use m_constants, only: exit_stopped
+   use m_constants, only: exit_numerical, exit_stopped
    use m_errors, only: error_t, fail
    use m_communicator, only: communicator_t
+   use m_text, only: to_text
    use m_timers, only: phase_output, phase_contact
    use m_scene, only: scene_t
    use m_offer, only: catalogue_t
@@ -12,7 +13,8 @@ module m_simulation
    use m_model, only: model_t
    use m_level_step, only: bound_speeds
    use m_advance, only: advance
-   use m_time_step, only: next_time_step, check_time_step
+   use m_time_step, only: next_time_step, longest_step, check_time_step
+   use m_guard, only: guard_t
    use m_energy, only: balance_t, sums_t, measure
    use m_recorder, only: recorder_t
    use m_checkpoint, only: run_facts_t
@@ -38,6 +40,7 @@ module m_simulation
       type(console_t) :: console
       type(error_t) :: error
       type(keeper_t) :: keeper
+      type(guard_t) :: guard
       type(run_facts_t) :: facts
       type(course_t) :: course
       type(expectation_t) :: expectation
@@ -47,6 +50,8 @@ module m_simulation
       procedure :: step
       procedure :: finalise
       procedure, private :: record
+      procedure, private :: look
+      procedure, private :: meet_fault
    end type simulation_t
 
    integer, parameter :: rebalance_every = 200        !< steps
@@ -75,14 +80,17 @@ contains
       end if
       if (self%error%happened()) return
       self%course%particles = self%communicator%sum_count(self%model%particle_count())
-      self%course%first_step = self%model%step
       sums = measure(self%model)
       self%course%momentum = sums%momentum
       call check_time_step(self%scene, self%model, self%error)
       if (self%error%happened()) return
       if (self%scene%plans) then
          call introduce(self%console, self%scene, self%catalogue, self%model, self%course%particles)
-         call print_plan(self%console, self%scene, self%model)
+         call self%guard%start(self%scene%guard, self%model, longest_step(self%scene, self%model, self%model%time))
+         call self%console%line('guard      '//self%guard%sentence(self%model))
+         call self%balance%begin(self%model)
+         call self%guard%save(self%model, self%balance, written=.true.)
+         call print_plan(self%console, self%scene, self%model, self%guard%kept_bytes(self%model))
          return
       end if
       if (.not. before%happened) then
@@ -95,9 +103,13 @@ contains
       if (self%scene%output%present) call self%console%open_log(self%communicator, self%scene%output%directory//'/run.log', &
                                                                 self%error, resume=before%in_place)
       call self%keeper%start(self%scene, self%model, self%console%elapsed(), before%newest_here())
+      call self%guard%start(self%scene%guard, self%model, longest_step(self%scene, self%model, self%model%time))
+      if (before%happened) call self%guard%remember(self%facts%guard)
       call introduce(self%console, self%scene, self%catalogue, self%model, self%course%particles)
+      call self%console%line('guard      '//self%guard%sentence(self%model))
       if (before%happened) call self%console%line(before%sentence(self%model%step, self%model%time))
       if (.not. before%happened) call self%record()
+      call save(self, written=.true.)
       call self%expectation%start(self%model, self%console%elapsed())
    end subroutine initialise
 
@@ -111,10 +123,17 @@ contains
    !> Collective: one step, and what is to be written after it.
    subroutine step(self)
       class(simulation_t), intent(inout) :: self
+      logical :: written
       self%model%asked = self%keeper%request()
-      call advance(self%model, next_time_step(self%scene, self%model), self%error)
-      if (self%error%happened()) return
-      call self%record()
+      call advance(self%model, next_time_step(self%scene, self%model, self%guard%share()), self%error)
+      self%course%steps = self%course%steps + 1
+      written = self%recorder%snapshot_is_due(self%model%time) .or. self%keeper%is_due(self%model)
+      call self%look(written)
+      if (.not. self%error%happened()) call self%record()
+      if (self%error%happened()) then
+         call self%meet_fault()
+         return
+      end if
       call self%expectation%look(self%scene, self%model, self%console%elapsed())
       if (self%course%early_elapsed <= 0.0_wp .and. self%model%time >= 0.9_wp*self%scene%end_time) then
          self%course%early_contact = self%model%timers%seconds(phase_contact)
@@ -124,9 +143,57 @@ contains
          call self%model%fold()
          call self%model%rebalance(self%error)
       end if
+      self%facts%guard = self%guard%facts()
       call self%keeper%keep(self%scene, self%model, self%balance, self%facts, self%recorder, self%course%stop_reason, self%error)
+      call save(self, written)
       call self%console%progress(int(self%model%step), self%model%time, self%scene%end_time, self%balance%error())
    end subroutine step
+
+   !> Collective: whether the state after a step can be trusted, all of it when it is `written` or the guard's turn has come.
+   subroutine look(self, written)
+      class(simulation_t), intent(inout) :: self
+      logical, intent(in) :: written
+      if (.not. self%error%happened()) call self%guard%look_at_step(self%model, longest_step(self%scene, &
+                                                                     self%model, self%model%time), self%error)
+      if (self%error%happened() .or. .not. (written .or. self%guard%look_is_due(self%model))) return
+      call self%guard%look(self%model, self%balance, self%error)
+   end subroutine look
+
+   !> Collective: let the guard keep this state, from which the histories would go on.
+   subroutine save(self, written)
+      class(simulation_t), intent(inout) :: self
+      logical, intent(in) :: written
+      if (self%done()) return
+      call self%guard%save(self%model, self%balance, written)
+      if (self%guard%has_saved(self%model)) call self%recorder%mark()
+   end subroutine save
+
+   !> Collective: after a fault, back to the last good state and on with smaller steps; or the end, with that state on the disk.
+   subroutine meet_fault(self)
+      class(simulation_t), intent(inout) :: self
+      character(len=:), allocatable :: report
+      type(error_t) :: closing
+      logical :: stands
+      if (self%guard%can_go_back(self%error)) then
+         call self%guard%go_back(self%model, self%balance, self%error, report)
+         call self%recorder%go_back(self%model, self%error)
+         call self%console%line(report)
+         return
+      end if
+      if (self%error%status /= exit_numerical) return
+      call self%guard%give_up(self%model, self%balance, self%error, stands)
+      if (.not. stands .or. .not. self%scene%output%present) return
+      call self%recorder%record_snapshot(self%model, closing, now=.true.)
+      self%facts%guard = self%guard%facts()
+      if (.not. closing%happened()) &
+         call self%keeper%keep_last(self%scene, self%model, self%balance, self%facts, self%recorder, closing)
+      if (closing%happened()) then
+         self%error%message = self%error%message//'; the last good state could not be written: '//closing%message
+      else
+         self%error%message = self%error%message//'; the last good state, of step '//to_text(self%model%step)//', stands in '// &
+                              self%scene%output%directory
+      end if
+   end subroutine meet_fault
 
    !> Collective: write what is due.
    subroutine record(self)
@@ -134,7 +201,8 @@ contains
       call self%model%timers%enter(phase_output)
       if (self%recorder%history_is_due(self%model%time)) then
          call self%balance%follow(self%model)
-         call self%recorder%record_history(self%model, self%balance, self%error)
+         call self%guard%look_at_energy(self%model, self%balance%excess(), self%balance%largest, self%error)
+         if (.not. self%error%happened()) call self%recorder%record_history(self%model, self%balance, self%error)
       end if
       if (.not. self%error%happened()) call self%recorder%record_snapshot(self%model, self%error)
       call self%model%timers%leave()
@@ -145,9 +213,8 @@ contains
       class(simulation_t), intent(inout) :: self
       call self%recorder%finish(self%error)
       call self%communicator%agree(self%error)
-      if (self%model%step > self%course%first_step .and. .not. self%scene%plans) &
-         call summarise(self%console, self%scene, self%model, self%balance, self%course, &
-                        self%expectation, self%error)
+      if (self%course%steps > 0) call summarise(self%console, self%scene, self%model, self%balance, self%course, &
+                                                self%expectation, self%guard%summary(), self%error)
       if (.not. self%error%happened() .and. self%course%stop_reason /= '') &
          call fail(self%error, exit_stopped, self%course%stop_reason)
       status = self%error%status

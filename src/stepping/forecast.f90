@@ -52,7 +52,7 @@ contains
       goes = .true.
       goes(:phases) = .false.
       goes([phase_lists, phase_to_nodes, phase_to_particles, phase_stress]) = .true.
-      where (names == 'levels' .or. names == 'checkpoint' .or. names == 'indicators') goes = .false.
+      where (names == 'levels' .or. names == 'checkpoint' .or. names == 'indicators' .or. names == 'guard') goes = .false.
    end function particle_rows
 
    !> Time a step of what goes with the particles, on each level, s.

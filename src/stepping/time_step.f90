@@ -27,11 +27,13 @@ contains
 
    !> Time step (s) of the coarsest level: safety cell / (c + |v|), c and |v| as they are now; or the given one. Shortened a little,
    !> so that a whole number of such steps ends at the end time: a short last step would show in the contact load.
-   pure real(wp) function next_time_step(scene, model) result(time_step)
+   pure real(wp) function next_time_step(scene, model, share) result(time_step)
       type(scene_t), intent(in) :: scene
       type(model_t), intent(in) :: model
+      real(wp), intent(in), optional :: share !< of that, after a fault; 1 where it is not given
       real(wp) :: remaining
       time_step = longest_step(scene, model, model%time)
+      if (present(share)) time_step = share*time_step
       remaining = scene%end_time - model%time
       time_step = remaining/max(1_i8, ceiling(remaining/time_step - 1.0e-6_wp, i8))
    end function next_time_step

@@ -1,7 +1,7 @@
 #!/usr/bin/env python3
 """A plan beside the run of the same scene: plan.py PLAN.log RUN.log DIRECTORY. The form and what does not depend on the clock: particles,
 blocks, fields and effects are the same lines, steps within 1 % (the same with a given time step), snapshots as many as there are
-files, memory within 10 %. Times are only asked to be there, above 0, and to add up: machines are noisy."""
+files, memory within 10 % (15 where bodies fly through levels: the blocks that they will enter are not foreseen). Times are only asked to be there, above 0, and to add up: machines are noisy."""
 import re
 import sys
 from pathlib import Path
@@ -32,7 +32,7 @@ def main():
     value, unit = find(r"^memory     ([0-9.]+) (\w+) on all", plan, "memory").groups()
     memory = float(value) * FACTORS[unit]
     taken = float(find(r'AUXDATA memory_B="(.*)"', (directory / "cost.dat").read_text(), "memory in cost.dat")[1])
-    if abs(memory / taken - 1) > 0.1:
+    if abs(memory / taken - 1) > (0.15 if "flying" in sys.argv else 0.1):
         wrong.append(f"{memory} B were planned, {taken} B taken")
     snapshots = int(find(r"^output     (\d+) snapshots", plan, "output")[1])
     written = len(list(directory.glob("particles_*.h5")))
