@@ -37,6 +37,7 @@ module m_calibration
 
    real(wp), parameter :: enough = 1.0_wp      !< s of steps are timed, if they are not more than
    real(wp), parameter :: library = 5.0e6_wp   !< bytes of HDF5 with MPI's files, a rank, when a file is written (performance.md)
+   real(wp), parameter :: more = 1.5_wp        !< times as many contact points tell what each takes
    real(wp), parameter :: at_most = 0.1_wp     !< of the steps of the scene
    integer, parameter :: most_steps = 300, fewest_steps = 4, warm_steps = 3, pressed = 8
 
@@ -153,7 +154,7 @@ contains
 
    !> Time (s) that one number takes to become text.
    real(wp) function text_cost()
-      integer, parameter :: numbers = 5000
+      integer, parameter :: numbers = 20000
       character(len=25) :: text
       real(wp) :: began
       integer :: n, length
@@ -179,7 +180,7 @@ contains
       integer(i8) :: handled
       integer :: n
       associate (rates => found%rates)
-         if (found%prospect%most_touches <= points_before) then
+         if (found%prospect%most_touches <= more*points_before) then ! as much contact as there will be: each has its share of it
             if (points_before > 0.0_wp) then
                rates%contact_point = rates%contact/points_before
                rates%contact = 0.0_wp
@@ -215,7 +216,7 @@ contains
          found%pressed_points = real(model%contact%handled - handled, wp)/(pressed*contact_steps(model))
          total = model%communicator%sum_real(model%timers%seconds(phase_contact) - before%seconds(phase_contact)) &
                  /(model%communicator%ranks*pressed)
-         if (found%pressed_points > points_before) then
+         if (found%pressed_points > more*points_before) then ! two points of a line, well apart
             rates%contact_point = max(0.0_wp, (total - rates%contact)/(found%pressed_points - points_before))
             rates%contact = max(0.0_wp, rates%contact - points_before*rates%contact_point)
          end if

@@ -1,7 +1,8 @@
 #!/usr/bin/env python3
 """A plan beside the run of the same scene: plan.py PLAN.log RUN.log DIRECTORY. The form and what does not depend on the clock: particles,
 blocks, fields and effects are the same lines, steps within 1 % (the same with a given time step), snapshots as many as there are
-files, memory within 10 % (15 where bodies fly through levels: the blocks that they will enter are not foreseen). Times are only asked to be there, above 0, and to add up: machines are noisy."""
+files, memory within 10 % (15 where bodies fly through levels: the blocks that they will enter are not foreseen). Times are only asked to be there and to be
+right to a factor of 10: machines are noisy."""
 import re
 import sys
 from pathlib import Path
@@ -34,6 +35,10 @@ def main():
     taken = float(find(r'AUXDATA memory_B="(.*)"', (directory / "cost.dat").read_text(), "memory in cost.dat")[1])
     if abs(memory / taken - 1) > (0.15 if "flying" in sys.argv else 0.1):
         wrong.append(f"{memory} B were planned, {taken} B taken")
+    time = float(find(r"^time       .*\(([0-9.e+-]+) s\)", plan, "time")[1])
+    took = float(find(r'AUXDATA elapsed_s="(.*)"', (directory / "cost.dat").read_text(), "time in cost.dat")[1])
+    if not 0.1 < time / took < 10:
+        wrong.append(f"{time} s were planned, {took} s taken")
     snapshots = int(find(r"^output     (\d+) snapshots", plan, "output")[1])
     written = len(list(directory.glob("particles_*.h5")))
     if snapshots != written:

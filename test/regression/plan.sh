@@ -21,6 +21,8 @@ sed "s:'out/cone':'out':; s/end_time=[0-9.e-]*/end_time=1e-10/; s/every=4e-10/ev
 planned cone cone.nml 2 'given step'
 sed "s:'out/two_spheres':'out':; s/,'tecplot'//" "$ROOT/input/two_spheres.nml" >spheres.nml
 planned spheres spheres.nml 1
+sed "s:'out/incline':'out':; s/end_time=0.3/end_time=0.03/" "$ROOT/input/incline.nml" >incline.nml
+planned incline incline.nml 1
 planned levels "$ROOT/test/io/levels.nml" 2 flying
 
 sed "s/cell_size=[0-9.e-]*/cell_size=-1/" plan_cone.nml >bad.nml
