@@ -37,6 +37,7 @@ module m_calibration
 
    real(wp), parameter :: enough = 1.0_wp      !< s of steps are timed, if they are not more than
    real(wp), parameter :: library = 5.0e6_wp   !< bytes of HDF5 with MPI's files, a rank, when a file is written (performance.md)
+   real(wp), parameter :: little = 1.0e-6_wp   !< cells
    real(wp), parameter :: more = 1.5_wp        !< times as many contact points tell what each takes
    real(wp), parameter :: at_most = 0.1_wp     !< of the steps of the scene
    integer, parameter :: most_steps = 300, fewest_steps = 4, warm_steps = 3, pressed = 8
@@ -60,6 +61,7 @@ contains
          if (found%prospect%snapshots > 0.0_wp) found%prospect%snapshots = found%prospect%snapshots + 1.0_wp ! the first
          model%time = time
          model%skip_at_rest = .false.
+         call nudge(model)
          call warm_up(scene, model, error)
       end if
       if (.not. error%happened()) call time_steps(found, scene, model, resting_points, error)
@@ -68,6 +70,22 @@ contains
       if (error%happened()) found%trouble = error%message
       found%seconds = model%communicator%maximum(wall_time() - began)
    end subroutine calibrate
+
+   !> Move all material a little: particles exactly half-way between nodes of two blocks belong to either, by a rounding,
+   !> and go to and fro in every step until something moves them.
+   subroutine nudge(model)
+      type(model_t), intent(inout) :: model
+      integer :: b, l, n, x
+      do l = 1, size(model%levels)
+         x = model%levels(l)%layout%position
+         do b = 1, size(model%levels(l)%blocks)
+            associate (particles => model%levels(l)%blocks(b)%particles)
+               n = particles%count
+               if (n > 0) particles%column(:n, x:x + 2) = particles%column(:n, x:x + 2) + little*model%levels(1)%grid%cell
+            end associate
+         end do
+      end do
+   end subroutine nudge
 
    !> A few steps that are not timed.
    subroutine warm_up(scene, model, error)
@@ -80,8 +98,7 @@ contains
       end do
    end subroutine warm_up
 
-   !> Collective: steps until it has been long enough, then as many again, which count: where particles stand half-way between two
-   !> nodes, the first wave that passes makes many change their bins, once. `points`: contact points in a step.
+   !> Collective: steps until it has been long enough, then as many again, which count. `points`: contact points in a step.
    subroutine time_steps(found, scene, model, points, error)
       type(calibration_t), intent(inout) :: found
       type(scene_t), intent(in) :: scene
