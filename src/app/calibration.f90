@@ -37,6 +37,7 @@ module m_calibration
 
    real(wp), parameter :: enough = 1.0_wp      !< s of steps are timed, if they are not more than
    real(wp), parameter :: library = 5.0e6_wp   !< bytes of HDF5 with MPI's files, a rank, when a file is written (performance.md)
+   real(wp), parameter :: few = 20.0_wp        !< contact points do not tell what each takes
    real(wp), parameter :: little = 1.0e-6_wp   !< cells
    real(wp), parameter :: more = 1.5_wp        !< times as many contact points tell what each takes
    real(wp), parameter :: at_most = 0.1_wp     !< of the steps of the scene
@@ -193,7 +194,7 @@ contains
       real(wp), intent(in) :: points_before !< contact points in a step where the tools begin
       type(error_t) :: error
       type(timers_t) :: before
-      real(wp) :: total, closest, time, touches
+      real(wp) :: total, closest, time, touches, took(pressed)
       integer(i8) :: handled
       integer :: n
       associate (rates => found%rates)
@@ -217,13 +218,12 @@ contains
          found%pressed_time = time
          handled = 0
          do n = 1, 2 + pressed
-            if (n == 3) then
-               before = model%timers
-               handled = model%contact%handled
-            end if
+            if (n == 3) handled = model%contact%handled
+            before = model%timers
             call advance(model, longest_step(scene, model, time), error)
             if (error%happened()) exit
             model%time = time
+            if (n > 2) took(n - 2) = model%timers%seconds(phase_contact) - before%seconds(phase_contact)
          end do
          if (error%happened()) then
             found%trouble = 'contact could not be measured with the tools pressed in ('//error%message//')'
@@ -231,14 +231,26 @@ contains
          end if
          found%pressed_steps = pressed
          found%pressed_points = real(model%contact%handled - handled, wp)/(pressed*contact_steps(model))
-         total = model%communicator%sum_real(model%timers%seconds(phase_contact) - before%seconds(phase_contact)) &
-                 /(model%communicator%ranks*pressed)
-         if (found%pressed_points > more*points_before) then ! two points of a line, well apart
+         total = model%communicator%sum_real(median(took))/model%communicator%ranks ! one step may wait for something else
+         if (found%pressed_points < few) then
+            rates%contact = max(rates%contact, total)
+         else if (found%pressed_points > more*points_before) then ! two points of a line, well apart
             rates%contact_point = max(0.0_wp, (total - rates%contact)/(found%pressed_points - points_before))
             rates%contact = max(0.0_wp, rates%contact - points_before*rates%contact_point)
          end if
       end associate
    end subroutine press
+
+   !> The middle one of several values.
+   pure real(wp) function median(values)
+      real(wp), intent(in) :: values(:)
+      integer :: v
+      median = values(1)
+      do v = 1, size(values)
+         if (count(values <= values(v)) >= (size(values) + 1)/2 .and. count(values < values(v)) <= size(values)/2) &
+            median = values(v)
+      end do
+   end function median
 
    !> True when levels go with a tool.
    pure logical function follows(model)
