@@ -3,12 +3,14 @@
 
    study.py [options] SCENE          make study SCENE=input/hertz.nml QUANTITY=load
 
-What is climbed stands in NAME.toml or studies/NAME.toml beside SCENE (NAME.nml); without that file, ladders by default and Richardson's limit
-of the three finest grids as the reference. Under --out: study.csv (every run: error, core-seconds, memory), study.png (error over
-core-seconds, the Pareto front marked), shares.csv (what halving each thing by itself changes), comparisons.csv (families at equal
-error), answers.txt. What was run stays and is not run again while scene and program are the same: an interrupted study goes on.
+What is climbed stands in NAME.toml or studies/NAME.toml beside SCENE (NAME.nml); without that file, ladders by default and
+Richardson's limit of the three finest grids as the reference. Under --out: study.csv (every run: error, core-seconds, memory),
+study.png (error over core-seconds, the Pareto front marked), shares.csv (what halving each thing by itself changes),
+comparisons.csv (families at equal error), answers.txt. What was run stays and is not run again while scene and program are the
+same: an interrupted study goes on.
 
-Core-seconds are those of the time loop without the writing of files, times the ranks: medians of --repeats as far as --budget allows.
+Core-seconds are those of the time loop without the writing of files, times the ranks: medians of --repeats as far as --budget
+allows.
 """
 import argparse
 import hashlib
@@ -38,7 +40,8 @@ class Study:
         self.scene = options.scene
         self.text = options.scene.read_text()
         folder, name = options.scene.parent, f"{options.scene.stem}.toml"
-        self.setting_path = options.setting or next((path for path in (folder / "studies" / name, folder / name) if path.is_file()), None)
+        beside = [path for path in (folder / name, folder / "studies" / name) if path.is_file()]
+        self.setting_path = options.setting or (beside[0] if beside else None)
         if self.setting_path:
             self.setting, self.quantities = study_setting.read(self.setting_path)
         else:
@@ -74,8 +77,9 @@ class Plan:
         wanted = study.quantity.reference
         self.reference = study.run(wanted) if isinstance(wanted, dict) else None
         self.about, self.finer = self.middle_of_shares()
-        self.shares = {name: study.run({**self.about.settings, **better}) for name, better in setting.shares.items()} if self.about \
-            else {}
+        self.shares = {}
+        if self.about:
+            self.shares = {name: study.run({**self.about.settings, **better}) for name, better in setting.shares.items()}
 
     def middle_of_shares(self):
         """The run that shares stand about (the last but one of the main family when nothing is said), and the next finer grid with
@@ -135,8 +139,8 @@ class Comparison:
         except fit.NoOrder as reason:
             self.unknown = min(ladder, key=lambda run: run.cell)
             self.name = f"the finest run of {plan.main}"
-            self.notes.append(f"Richardson's limit is not to be had ({reason}): errors are those beside the finest run of {plan.main}, "
-                              "and its own is not known.")
+            self.notes.append(f"Richardson's limit is not to be had ({reason}): errors are those beside the finest run of "
+                              f"{plan.main}, and its own is not known.")
             return self.y[self.unknown]
 
     def reference(self, run):
@@ -170,8 +174,9 @@ def table_of(plan, comparison, front_runs):
         for run in sorted(runs, key=lambda run: -run.cell):
             error, largest = comparison.errors.get(run, (None, None))
             record = run.record
-            rows.append({"family": family, "settings": described(run.settings), "cell": run.cell, "particles": record.get("particles"),
-                         "steps": record.get("steps"), "ranks": run.study.ranks, "megabytes": record.get("megabytes"),
+            rows.append({"family": family, "settings": described(run.settings), "cell": run.cell,
+                         "particles": record.get("particles"), "steps": record.get("steps"), "ranks": run.study.ranks,
+                         "megabytes": record.get("megabytes"),
                          "core_seconds": run.seconds if run.good else None, "repeats": len(record["seconds"]),
                          "spread_percent": run.spread if run.good else None, "error_percent": error, "largest_percent": largest,
                          "on_front": int(run in front_runs), "fault": record["fault"] or ("" if run.done else "left out: budget")})
@@ -259,9 +264,9 @@ def sentences(study, plan, results):
                         + (f", {row['memory_ratio']:.2g} of its memory." if row["memory_ratio"] else "."))
     spreads = [run.spread for run in judged if run.spread is not None]
     once = sum(len(run.record["seconds"]) == 1 for run in judged)
+    noise = f"; their repeats differ by {np.median(spreads):.0f} % (median), {max(spreads):.0f} % at most." if spreads else "."
     said.append(f"Times are medians of up to {max(len(run.record['seconds']) for run in judged)} runs"
-                + (f", {once} of {len(judged)} were run once" if once else "")
-                + (f"; their repeats differ by {np.median(spreads):.0f} % (median), {max(spreads):.0f} % at most." if spreads else "."))
+                + (f", {once} of {len(judged)} were run once" if once else "") + noise)
     if {stamp for run in judged for stamp in run.record["sessions"]} - {session}:
         said.append("Some of them are of an earlier session: their times may be of another state of the machine.")
     return said
@@ -283,14 +288,15 @@ def write(study, plan, results):
                    study.quantity.reference_error, orders)
     said = sentences(study, plan, results)
     report.write_text(folder / "answers.txt", "\n".join(said) + "\n")
-    print(report.markdown(rows, [("family", "family"), ("settings", "settings"), ("particles", "particles"), ("steps", "steps"),
-                                 ("megabytes", "MB"), ("core_seconds", "core-s"), ("repeats", "runs"), ("error_percent", "error [%]"),
-                                 ("largest_percent", "largest [%]"), ("on_front", "front"), ("fault", "")]))
+    print(report.markdown(rows, [
+        ("family", "family"), ("settings", "settings"), ("particles", "particles"), ("steps", "steps"), ("megabytes", "MB"),
+        ("core_seconds", "core-s"), ("repeats", "runs"), ("error_percent", "error [%]"), ("largest_percent", "largest [%]"),
+        ("on_front", "front"), ("fault", "")]))
     if shares:
         print(report.markdown(shares, [("share", "share"), ("knob", "changed"), ("change_percent", "change [%]"),
                                        ("share_percent", "share [%]")]))
     print("\n".join(said))
-    print(f"\n{folder}: study.csv, study.png, answers.txt" + (", shares.csv" if shares else "") + (", comparisons.csv" if pairs else ""))
+    print(f"\n{folder}: " + ", ".join(sorted(path.name for path in folder.iterdir())))
 
 
 def arguments():

@@ -78,7 +78,7 @@ def frequency(time, values, run):
 
 def suddenly_heavy_bar(run, quantity):
     """A bar along z in uniaxial strain on a roller or symmetry base at the grid's lower side, at rest until gravity acts at time 0:
-    displacement along z of the probe's particle over time, from 400 modes. With wave speed c, length L and acceleration g downwards,
+    displacement along z of the probe's particle over time, from 400 modes. With wave speed c, length L, acceleration g downwards,
 
        u(Z, t) = -sum_k 2 g/(L w_k^2 q_k) sin(q_k Z) (1 - cos(w_k t)),   q_k = (k - 1/2) pi/L,  w_k = c q_k
     """
