@@ -174,11 +174,13 @@ def table_of(plan, comparison, front_runs):
         for run in sorted(runs, key=lambda run: -run.cell):
             error, largest = comparison.errors.get(run, (None, None))
             record = run.record
+            balance = quantities.worst_balance(run) if run.good else None
             rows.append({"family": family, "settings": described(run.settings), "cell": run.cell,
                          "particles": record.get("particles"), "steps": record.get("steps"), "ranks": run.study.ranks,
                          "megabytes": record.get("megabytes"),
                          "core_seconds": run.seconds if run.good else None, "repeats": len(record["seconds"]),
                          "spread_percent": run.spread if run.good else None, "error_percent": error, "largest_percent": largest,
+                         "balance_percent": balance,
                          "on_front": int(run in front_runs), "fault": record["fault"] or ("" if run.done else "left out: budget")})
     return rows
 
@@ -248,7 +250,7 @@ def sentences(study, plan, results):
             + (f", itself known to {quantity.reference_error:g} %" if quantity.reference_error else "") + "."]
     said += comparison.notes
     said += [report.cost_sentence(front, target) for target in study.setting.targets]
-    said += [report.budget_sentence(front, seconds) for seconds in study.setting.budgets]
+    said += [report.budget_sentence(front, seconds, quantity.reference_error) for seconds in study.setting.budgets]
     fitted = [f"{family} {order:.2f}" for family, order in orders.items() if order is not None]
     if fitted:
         said.append("Fitted orders of the error in the cell: " + ", ".join(fitted) + ".")
@@ -291,6 +293,7 @@ def write(study, plan, results):
     print(report.markdown(rows, [
         ("family", "family"), ("settings", "settings"), ("particles", "particles"), ("steps", "steps"), ("megabytes", "MB"),
         ("core_seconds", "core-s"), ("repeats", "runs"), ("error_percent", "error [%]"), ("largest_percent", "largest [%]"),
+        ("balance_percent", "balance [%]"),
         ("on_front", "front"), ("fault", "")]))
     if shares:
         print(report.markdown(shares, [("share", "share"), ("knob", "changed"), ("change_percent", "change [%]"),
@@ -303,7 +306,8 @@ def arguments():
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("scene", type=Path)
     parser.add_argument("--quantity", default="", help="one of the setting's; the first when not given")
-    parser.add_argument("--budget", type=float, default=300.0, help="seconds of the clock for runs that are not there yet (300)")
+    parser.add_argument("--budget", type=float, default=300.0,
+                        help="seconds of the clock for runs that are not there yet (300); 0: none is made")
     parser.add_argument("--repeats", type=int, default=3, help="runs of each rung that medians are taken of (3)")
     parser.add_argument("--ranks", type=int, default=0, help="of each run (what the setting says, else 1)")
     parser.add_argument("--setting", type=Path, help="another file than NAME.toml or studies/NAME.toml beside the scene")
@@ -319,8 +323,8 @@ def main():
     try:
         if not options.scene.is_file():
             raise Unreadable(f"{options.scene}: no such scene")
-        if options.budget <= 0 or options.repeats < 1 or options.ranks < 0:
-            raise BadSetting("--budget must be above 0, --repeats at least 1, --ranks at least 1")
+        if options.budget < 0 or options.repeats < 1 or options.ranks < 0:
+            raise BadSetting("--budget must be at least 0, --repeats at least 1, --ranks at least 1")
         study = Study(options)
         plan = Plan(study)
         budget = Budget(options.budget, lambda text: print(text, flush=True))

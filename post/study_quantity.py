@@ -22,6 +22,15 @@ def curve_of(run, quantity):
     return time * speed, values
 
 
+def worst_balance(run):
+    """Largest error of the energy balance over the second half of the time, per cent; None where a run has no energy.dat."""
+    if not (run.directory / "energy.dat").is_file():
+        return None
+    history = History(run.directory / "energy.dat")
+    late = history["time"] >= 0.5 * history["time"][-1]
+    return 100 * float(np.max(np.abs(history["balance_error"][late])))
+
+
 def tool_of(run, quantity):
     tools = run.case.get("tool", [])
     for number, tool in enumerate(tools, 1):

@@ -28,7 +28,9 @@ def write_text(path, text):
 
 
 def shown(value, digits=3):
-    return "" if value is None else value if isinstance(value, str) else str(value) if isinstance(value, int) else f"{value:.{digits}g}"
+    if value is None:
+        return ""
+    return f"{value:.{digits}g}" if isinstance(value, float) else str(value)
 
 
 def markdown(rows, columns):
@@ -75,13 +77,17 @@ def cost_sentence(front, target):
     return f"{target:g} % is not reached ({how}): {best(front)}."
 
 
-def budget_sentence(front, seconds):
-    """What seconds of one core buy."""
+def budget_sentence(front, seconds, reference_error):
+    """What seconds of one core buy; nothing is extrapolated below the reference's own error (per cent)."""
     error, how = front.error_for(seconds)
+    if error is not None and how and error < reference_error:
+        return (f"In {seconds:g} s of one core you get less than the {reference_error:g} % that the reference is known to: "
+                f"{best(front)}.")
     if error is not None:
         return f"In {seconds:g} s of one core you get {error:.2g} % ({basis(front, how)})."
     if seconds < front.costs[0]:
-        return f"In {seconds:g} s of one core no run ends: the cheapest takes {front.costs[0]:.2g} s and has {front.errors[0]:.2g} %."
+        return (f"In {seconds:g} s of one core no run ends: the cheapest takes {front.costs[0]:.2g} s and has "
+                f"{front.errors[0]:.2g} %.")
     return f"In {seconds:g} s of one core you get at least what the best run has ({how}): {best(front)}."
 
 

@@ -27,7 +27,7 @@ class Run:
         scene = self.make_scene()
         self.case = scene.values()
         self.text = scene.text
-        key = hashlib.sha256(f"{study.program_hash}\n{study.ranks}\n{self.text}".encode()).hexdigest()[:16]
+        key = hashlib.sha256(f"{study.program_hash}\n{study.ranks}\n{json.dumps(self.case)}".encode()).hexdigest()[:16]
         self.directory = study.directory / "runs" / key
         self.record = {"seconds": [], "sessions": [], "fault": ""}
         kept = self.directory / "study.json"
@@ -169,13 +169,14 @@ class Budget:
             if run.done:
                 continue
             expected = self.expected(family, run)
-            if expected > self.left:
+            if expected > self.left or self.left <= 0:
                 self.say(f"left out: {family}, {described(run.settings)}: about {expected:.0f} s, {self.left:.0f} s are left")
                 continue
             self.left -= run.go()
             if run.good:
                 self.learn(family, run)
-            self.say(f"{family}, {described(run.settings)}: " + (f"{run.record['seconds'][-1]:.2f} s" if run.good else run.record["fault"]))
+            took = f"{run.record['seconds'][-1]:.2f} s" if run.good else run.record["fault"]
+            self.say(f"{family}, {described(run.settings)}: {took}")
 
     def repeats(self, runs, wanted):
         """Up to so many runs of each, the short ones first."""

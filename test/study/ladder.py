@@ -59,9 +59,11 @@ before = records()
 status, said, wrong = study("--repeats", "1")
 print(said + wrong)
 check("the study goes on", status == 0 and not wrong)
-check("what was run is not run again", all(records()[path] == text for path, text in before.items()) and len(records()) > len(before))
+check("what was run is not run again", all(records()[path] == text for path, text in before.items())
+      and len(records()) > len(before))
 table = {(row["family"], round(float(row["cell"]) * 1e9)): row for row in rows("out/load/study.csv")}
-check("all six rungs stand in the table", len(table) == 6 and all(row["error_percent"] and not row["fault"] for row in table.values()))
+check("all six rungs stand in the table", len(table) == 6
+      and all(row["error_percent"] and not row["fault"] for row in table.values()))
 errors = {key: float(row["error_percent"]) for key, row in table.items()}
 seconds = {key: float(row["core_seconds"]) for key, row in table.items()}
 eight = [errors["8 a cell", cell] for cell in (2000, 1333, 1000)]
@@ -77,7 +79,8 @@ fewer = [int(table["1 a cell", cell]["particles"]) / int(table["8 a cell", cell]
 check("1 a cell has an eighth of the particles", all(0.115 < share < 0.135 for share in fewer))
 shares = {row["share"]: float(row["change_percent"]) for row in rows("out/load/shares.csv")}
 print(shares)
-check("shares: space above inertia above a contact solved more sharply", shares["space"] > shares["inertia"] > shares["contact"] >= 0)
+check("shares: space above inertia above a contact solved more sharply",
+      shares["space"] > shares["inertia"] > shares["contact"] >= 0)
 check("shares: a hundred in all", abs(sum(float(row["share_percent"]) for row in rows("out/load/shares.csv")) - 100) < 1e-6)
 check("answers: what 5 % costs, the comparison", "5 % costs" in said and "1 a cell at equal error" in said)
 picture = Path("out/load/study.png").read_bytes()
@@ -98,9 +101,10 @@ status, said, wrong = study("--repeats", "1")
 check("a record that is cut off is told, with its name", status == 1 and str(one.parent.name) in wrong and "Traceback" not in wrong)
 one.write_text(before[one])
 json.loads(one.read_text())
-for sentence, options, old, new in (("QUANTITY=mass", ["--quantity", "mass"], "", ""), ("unknown knob", [], "tolerance =", "tolerances ="),
-                                    ("no.csv", [], "sphere_hypo_h0.1", "no"), ("--budget", ["--budget", "0"], "", ""),
-                                    ("must be", [], "speed = 2.0", '"scene.end_time" = -1.0')):
+for sentence, options, old, new in (
+        ("QUANTITY=mass", ["--quantity", "mass"], "", ""), ("unknown knob", [], "tolerance =", "tolerances ="),
+        ("no.csv", [], "sphere_hypo_h0.1", "no"), ("--budget", ["--budget", "-1"], "", ""),
+        ("must be", [], "speed = 2.0", '"scene.end_time" = -1.0')):
     Path("bad.toml").write_text(SETTING.replace(old, new) if old else SETTING)
     status, said, wrong = study("--repeats", "1", *options, setting="bad.toml")
     check(f"refused: {sentence}: {wrong.strip()[-150:]}", status == 1 and sentence in wrong and "Traceback" not in wrong)

@@ -56,7 +56,8 @@ check("Richardson: refuses curves that go to and fro", refused(
 check("Richardson: refuses curves that run away", refused(
     fit.NoOrder, "would be", lambda: fit.richardson([4.0, 2.0, 1.0], [x, x + 1, x + 3])))
 check("Richardson: refuses two", refused(fit.NoOrder, "three grids", lambda: fit.richardson([2.0, 1.0], [x, x])))
-check("Richardson: refuses the same bits", refused(fit.NoOrder, "same bits", lambda: fit.richardson([4.0, 2.0, 1.0], [x + 1, x, x])))
+check("Richardson: refuses the same bits", refused(
+    fit.NoOrder, "same bits", lambda: fit.richardson([4.0, 2.0, 1.0], [x + 1, x, x])))
 check("halving, from a step of 2 and of 4 at first order", near(fit.halved(1.0, (1.0, 0.5), 3.0), 3.0)
       and near(fit.halved(1.0, (1.0, 0.25), 3.0), 2.0))
 
@@ -80,7 +81,8 @@ check("front: nothing is cheaper than the cheapest", front.error_for(0.5)[0] is 
 check("front: one run is not extrapolated", fit.Front([1.0], [1.0]).error_for(2.0) == (None, "one run alone"))
 double = fit.Front(2 * front.costs, front.errors)
 mean, least, most, span = fit.ratio_at_equal_error(double, front)
-check("ratio at equal error: twice as dear is 2", near(mean, 2) and near(least, 2) and near(most, 2) and np.allclose(span, (0.5, 8)))
+check("ratio at equal error: twice as dear is 2",
+      near(mean, 2) and near(least, 2) and near(most, 2) and np.allclose(span, (0.5, 8)))
 check("ratio at equal error: none without a common error", fit.ratio_at_equal_error(fit.Front([1, 2], [100, 50]), front) is None)
 
 # ---- scenes ----
@@ -104,8 +106,9 @@ def turned(**settings):
 
 check("editing: nothing turned, nothing changed", scene_of(text, {}, setting).text == text)
 case = turned(cell=0.75)
-check("editing: cells and whole cells above", case["grid"][0]["cell_size"] == [0.75] and case["grid"][0]["upper"] == [2.25, 2.25, 3.0]
-      and case["grid"][0]["boundary"] == ["free"] * 6 and case["scene"][0]["title"] == ["a / b, cell_size=9"])
+grid = case["grid"][0]
+check("editing: cells and whole cells above", grid["cell_size"] == [0.75] and grid["upper"] == [2.25, 2.25, 3.0]
+      and grid["boundary"] == ["free"] * 6 and case["scene"][0]["title"] == ["a / b, cell_size=9"])
 check("editing: a level's side on the grid's stays there", turned(cell=0.7)["level"][0]["upper"] == [1.0, 1.0, 3.5])
 check("editing: levels taken out and added, cut at the grid", "level" not in turned(levels=0)
       and turned(levels=2)["level"][1] == {"lower": [0, 0, 2], "upper": [0.5, 0.5, 3]})
@@ -130,10 +133,12 @@ check("editing: a group that does not end is refused", refused(Unreadable, "does
 # ---- curves and settings ----
 
 time = np.linspace(0, 1, 2001)
-check("frequency of a vibration about its mean", near(quantities.frequency(time, 3 - np.cos(2 * np.pi * 4.4 * time), None), 4.4, 1e-3))
+swing = 3 - np.cos(2 * np.pi * 4.4 * time)
+check("frequency of a vibration about its mean", near(quantities.frequency(time, swing, None), 4.4, 1e-3))
 load = study_setting.Quantity("load", "load")
 noisy = (time, 5 * time + 0.1 * (-1)**np.arange(2001))
-check("loads: lines are fitted through noise", np.allclose(quantities.at(load, noisy, np.array([0.5, 0.9, 1.0])), [2.5, 4.5, 5], atol=1e-2))
+check("loads: lines are fitted through noise",
+      np.allclose(quantities.at(load, noisy, np.array([0.5, 0.9, 1.0])), [2.5, 4.5, 5], atol=1e-2))
 
 
 def read(text):
@@ -146,7 +151,8 @@ good = 'cells=[1.0]\n[quantity.load]\nkind="load"\n[families.a]\n'
 check("setting: read", read(good)[0].families[0].rungs() == [{"cell": 1.0}])
 for word, bad in (("unknown cell", good.replace("cells", "cell")), ("kind='lod'", good.replace('"load"', '"lod"')),
                   ("no values", good.replace("cells=[1.0]", "")), ("must be two", "comparisons=[['a','b']]\n" + good),
-                  ("needs a column", good.replace('"load"', '"probe"')), ("unknown colour", good.replace("kind=", "colour=1\nkind=")),
+                  ("needs a column", good.replace('"load"', '"probe"')),
+                  ("unknown colour", good.replace("kind=", "colour=1\nkind=")),
                   ("must rise", good.replace("kind=", "window=[1,0.5]\nkind="))):
     check(f"setting: refused, {word}", refused(BadSetting, word, lambda: read(bad)))
 check("setting: what is no TOML is refused", refused(Unreadable, "setting.toml", lambda: read("a = = 1")))
@@ -156,7 +162,8 @@ for path in sorted(ROOT.glob("input/studies/*.toml")):
     for family in read_setting.families:
         for rung in family.rungs():
             scene_of(scene.read_text(), {**read_setting.base, **rung}, read_setting)
-    check(f"setting: {path.name} and its scene make {sum(len(family.values) for family in read_setting.families)} rungs", bool(wanted))
+    rungs = sum(len(family.values) for family in read_setting.families)
+    check(f"setting: {path.name} and its scene make {rungs} rungs", bool(wanted))
 for scene in sorted(ROOT.glob("input/*.nml")):
     given, wanted = study_setting.by_default(scene.read_text(), "")
     for family in given.families:
