@@ -132,7 +132,8 @@ class Run:
 
 
 def last_line(done):
-    lines = [line for line in (done.stdout + "\n" + done.stderr).splitlines() if line.startswith("gimp3d:")]
+    said = (done.stdout + "\n" + done.stderr).splitlines()
+    lines = [line.strip() for line in said if line.strip().startswith(("gimp3d:", "stopped:"))]
     return lines[-1] if lines else (done.stdout + done.stderr).strip()[-300:]
 
 
