@@ -18,10 +18,13 @@ FLAGS_opt ?= -std=f2008 -O3 -march=native -fopenmp-simd -fno-tree-loop-distribut
 FLAGS_profile ?= $(FLAGS_opt) -fno-omit-frame-pointer -fno-optimize-sibling-calls
 FLAGS_debug ?= -std=f2008 -g -Og -fcheck=all,no-array-temps -fsanitize=address,undefined -ffpe-trap=invalid,zero,overflow -fbacktrace \
                -Wall -Wextra -Wno-c-binding-type
+# For `make fuzz`: every branch leaves its mark; afl-fuzz brings the assembler that writes it.
+AFL ?= /usr/lib/afl
+FLAGS_fuzz ?= -std=f2008 -g -O1 -fcheck=all,no-array-temps -B$(AFL)
 FLAGS_avx2 ?= $(FLAGS_opt) -mno-avx512f -mprefer-vector-width=256
 FLAGS_EXTRA ?=
 ifndef FLAGS_$(BUILD)
-$(error BUILD=$(BUILD): the builds are opt, debug, profile, avx2)
+$(error BUILD=$(BUILD): the builds are opt, debug, profile, avx2, fuzz)
 endif
 flags = $(strip $(FLAGS_$(BUILD)) $(FLAGS_EXTRA))
 
@@ -36,7 +39,8 @@ HDF5_INC ?= /usr/include/hdf5/openmpi
 HDF5_LIB ?= /usr/lib/$(multiarch)/hdf5/openmpi
 METIS_INC ?= /usr/include
 METIS_LIB ?=
-libraries = -L$(HDF5_LIB) -lhdf5_fortran -lhdf5 $(METIS_LIB:%=-L%) -lmetis $(PETSC_LIBS)
+comma := ,
+libraries = $(if $(filter fuzz,$(BUILD)),-Wl$(comma)--as-needed) -L$(HDF5_LIB) -lhdf5_fortran -lhdf5 $(METIS_LIB:%=-L%) -lmetis $(PETSC_LIBS)
 compile = $(FC) $(flags) -I$(HDF5_INC) -J$(build)/mod
 petsc_compile = $(compile) -ffree-line-length-none $(PETSC_FLAGS)
 
@@ -49,7 +53,7 @@ library_objects := $(patsubst src/%,$(build)/obj/src/%.o,$(basename $(filter-out
 program := $(if $(filter $(main),$(sources)),$(build)/gimp3d)
 
 # Goals that compile nothing need no list of what depends on what.
-plain_goals := help clean clean-all deps venv demo test test-all bench effects plots study
+plain_goals := help clean clean-all deps venv demo test test-all bench fuzz effects plots study
 ifneq ($(filter-out $(plain_goals),$(or $(MAKECMDGOALS),gimp3d)),)
 include $(build)/depends.mk
 stale_modules := $(filter-out $(modules:%=$(build)/mod/%.mod),$(wildcard $(build)/mod/*.mod))
@@ -173,7 +177,7 @@ clean-all: clean
 
 # ---- use ------------------------------------------------------------------------------------------------------------------------
 
-.PHONY: demo test test-all bench effects plots study
+.PHONY: demo test test-all bench fuzz effects plots study
 
 # What mpirun needs in a container, as root, or with more ranks than cores; harmless elsewhere. The tests have theirs in test/harness/mpi.sh.
 export OMPI_ALLOW_RUN_AS_ROOT ?= 1
@@ -205,6 +209,12 @@ test:
 ## test-all    the same with the long tests
 test-all:
 	@$(MAKE) --no-print-directory test TEST_OPTIONS=--all
+
+## fuzz        let a fuzzer make scenes for the reader (needs afl-fuzz); SECONDS=600
+fuzz:
+	@command -v afl-fuzz > /dev/null || { echo "afl-fuzz is not there: apt-get install afl++"; exit 1; }
+	@$(MAKE) --no-print-directory $(jobs) BUILD=fuzz tests TESTS=input
+	@test/input/fuzz.sh $(or $(SECONDS),600)
 
 ## bench       time the benchmark scenes: the tables of doc/performance.md; BENCH="block growth" makes these tables only
 bench:
