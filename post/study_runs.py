@@ -3,6 +3,7 @@ import hashlib
 import json
 import os
 import re
+import resource
 import shutil
 import statistics
 import subprocess
@@ -85,10 +86,11 @@ class Run:
             shutil.rmtree(self.directory, ignore_errors=True)
             self.directory.mkdir(parents=True)
             (self.directory / "scene.nml").write_text(self.text)
-        start = time.monotonic()
+        start, before = time.monotonic(), resource.getrusage(resource.RUSAGE_CHILDREN)
         done = subprocess.run([*self.study.launch, "-n", str(self.study.ranks), str(self.study.program)], input=self.text,
                               cwd=self.directory, capture_output=True, text=True)
-        wall = time.monotonic() - start
+        wall, after = time.monotonic() - start, resource.getrusage(resource.RUSAGE_CHILDREN)
+        worked = after.ru_utime + after.ru_stime - before.ru_utime - before.ru_stime
         (self.directory / "log").write_text(done.stdout + done.stderr)
         if done.returncode == 2:
             raise Rejected(f"{self.directory}/scene.nml: {last_line(done)}")
@@ -97,7 +99,9 @@ class Run:
         elif done.returncode != 0:
             raise Unreadable(f"{self.directory}: the run ended with status {done.returncode}: {last_line(done)}")
         else:
-            self.record["seconds"].append(self.printed(done.stdout) if self.study.setting.program else self.measured(done.stdout))
+            seconds = self.printed(done.stdout) if self.study.setting.program else self.measured(done.stdout)
+            # Another job may have had the core for a while: then the processor's time is the less, start and end included
+            self.record["seconds"].append(min(seconds, worked) if self.study.ranks == 1 else seconds)
             self.record["sessions"].append(session)
         partial = self.directory / "study.json.part"
         partial.write_text(json.dumps(self.record))
