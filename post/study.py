@@ -76,20 +76,26 @@ class Plan:
         self.main = setting.families[0].name
         wanted = study.quantity.reference
         self.reference = study.run(wanted) if isinstance(wanted, dict) else None
-        self.about, self.finer = self.middle_of_shares()
+        self.about, self.other = self.middle_of_shares()
         self.shares = {}
         if self.about:
             self.shares = {name: study.run({**self.about.settings, **better}) for name, better in setting.shares.items()}
 
     def middle_of_shares(self):
-        """The run that shares stand about (the last but one of the main family when nothing is said), and the next finer grid with
-        otherwise the same settings."""
+        """The run that shares stand about (the last but one of the main family when nothing is said), and one that differs from it
+        in the cell: the next coarser with the time step of the first, or, where there is none, the next finer with its own."""
         ladder = sorted(self.families[self.main], key=lambda run: run.cell)
         about = self.study.run(self.study.setting.about) if self.study.setting.about else ladder[1] if len(ladder) > 1 else None
         if about is None:
             return None, None
-        finer = [run for runs in self.families.values() for run in runs if run.cell < about.cell * (1 - 1e-9)
-                 and {**run.settings, "cell": 0} == {**about.settings, "cell": 0}]
+        others = [run for runs in self.families.values() for run in runs
+                  if {**run.settings, "cell": 0} == {**about.settings, "cell": 0}]
+        coarser = [run for run in others if run.cell > about.cell * (1 + 1e-9)]
+        finer = [run for run in others if run.cell < about.cell * (1 - 1e-9)]
+        if coarser:
+            one = min(coarser, key=lambda run: run.cell)
+            same_step = about.safety * about.cell / one.cell
+            return about, self.study.run({**one.settings, "safety": float(f"{same_step:.6g}")})
         return (about, max(finer, key=lambda run: run.cell)) if finer else (None, None)
 
     def all(self):
@@ -97,7 +103,7 @@ class Plan:
         if self.reference:
             planned.insert(0, ("reference", self.reference))
         if self.about:
-            planned += [(self.main, self.about)] + [(self.main, run) for run in self.shares.values()]
+            planned += [(self.main, self.about), (self.main, self.other)] + [(self.main, run) for run in self.shares.values()]
         return planned
 
 
@@ -187,12 +193,13 @@ def table_of(plan, comparison, front_runs):
 
 def shares_of(plan, comparison, order):
     """What halving one thing changes about one run, per cent of the reference's largest, and of the sum of all."""
-    if not (plan.about and plan.about.good and plan.finer.good):
+    if not (plan.about and plan.about.good and plan.other.good):
         return []
-    change = comparison.change(plan.about, plan.finer)
+    change = comparison.change(plan.about, plan.other)
     if order and order > 0.2:
-        change = fit.halved(order, (plan.about.cell, plan.finer.cell), change)
-    rows = [{"share": "space", "knob": f"cell halved (measured to {plan.finer.cell:.4g})", "change_percent": change}]
+        change = fit.halved(order, plan.about.cell, plan.other.cell, change)
+    step = "same time step" if plan.other.cell > plan.about.cell else "and time step"
+    rows = [{"share": "space", "knob": f"cell halved (measured to {plan.other.cell:.4g}, {step})", "change_percent": change}]
     for name, run in plan.shares.items():
         if run.good:
             better = {knob: value for knob, value in run.settings.items() if plan.about.settings.get(knob) != value}

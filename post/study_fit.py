@@ -117,7 +117,6 @@ def ratio_at_equal_error(one, other):
     return float(np.exp(np.mean(np.log(ratios)))), min(ratios), max(ratios), (low, high)
 
 
-def halved(order, sizes, change):
-    """What halving a size would change, from what the step between two sizes changed, at this order."""
-    ratio = max(sizes) / min(sizes)
-    return change * (1 - 0.5**order) / (1 - ratio**-order)
+def halved(order, size, other, change):
+    """What halving a size would change, from what the step between it and another, finer or coarser, changed, at this order."""
+    return change * (1 - 0.5**order) / abs(1 - (other / size)**order)

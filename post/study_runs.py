@@ -62,6 +62,10 @@ class Run:
         return case["grid"][0]["cell_size"][0] * 0.5**len(case.get("level", []))
 
     @property
+    def safety(self):
+        return self.case.get("time", [{}])[0].get("safety", [0.35])[0]
+
+    @property
     def done(self):
         return bool(self.record["seconds"]) or bool(self.record["fault"])
 

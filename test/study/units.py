@@ -58,8 +58,9 @@ check("Richardson: refuses curves that run away", refused(
 check("Richardson: refuses two", refused(fit.NoOrder, "three grids", lambda: fit.richardson([2.0, 1.0], [x, x])))
 check("Richardson: refuses the same bits", refused(
     fit.NoOrder, "same bits", lambda: fit.richardson([4.0, 2.0, 1.0], [x + 1, x, x])))
-check("halving, from a step of 2 and of 4 at first order", near(fit.halved(1.0, (1.0, 0.5), 3.0), 3.0)
-      and near(fit.halved(1.0, (1.0, 0.25), 3.0), 2.0))
+check("halving, from a step to a half, a quarter and the double at first order, to the double at second",
+      np.allclose([fit.halved(1.0, 1.0, other, 3.0) for other in (0.5, 0.25, 2.0)], [3.0, 2.0, 1.5])
+      and near(fit.halved(2.0, 1.0, 2.0, 4.0), 1.0))
 
 # ---- Pareto ----
 
