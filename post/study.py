@@ -133,7 +133,7 @@ class Comparison:
         if plan.reference:
             if not plan.reference.good:
                 raise Unreadable("the run that is the reference is not there: more --budget, or see what it said")
-            self.name, self.unknown = described(plan.reference.settings), plan.reference
+            self.name, self.unknown = f"the run with {plan.reference.said}", plan.reference
             return self.y[plan.reference]
         ladder = [run for run in plan.families[plan.main] if run.good]
         if not ladder:
@@ -181,7 +181,7 @@ def table_of(plan, comparison, front_runs):
             error, largest = comparison.errors.get(run, (None, None))
             record = run.record
             balance = quantities.worst_balance(run) if run.good else None
-            rows.append({"family": family, "settings": described(run.settings), "cell": run.cell,
+            rows.append({"family": family, "settings": run.said, "cell": run.cell,
                          "particles": record.get("particles"), "steps": record.get("steps"), "ranks": run.study.ranks,
                          "megabytes": record.get("megabytes"),
                          "core_seconds": run.seconds if run.good else None, "repeats": len(record["seconds"]),
@@ -262,7 +262,7 @@ def sentences(study, plan, results):
     if fitted:
         said.append("Fitted orders of the error in the cell: " + ", ".join(fitted) + ".")
     if shares:
-        said.append(f"About {described(plan.about.settings) or 'the scene as given'}: " + "; ".join(
+        said.append(f"About {plan.about.said or 'the scene as given'}: " + "; ".join(
             f"{row['share']} {row['change_percent']:.2g} % ({row['knob']})" for row in shares) + ".")
     for row in pairs:
         if row["time_ratio"] is None:

@@ -62,6 +62,12 @@ class Run:
         return case["grid"][0]["cell_size"][0] * 0.5**len(case.get("level", []))
 
     @property
+    def said(self):
+        """What sets it apart from the base."""
+        base = self.study.setting.base
+        return described({name: value for name, value in self.settings.items() if name not in base or base[name] != value})
+
+    @property
     def safety(self):
         return self.case.get("time", [{}])[0].get("safety", [0.35])[0]
 
@@ -134,7 +140,8 @@ class Run:
         if "seconds" not in said:
             raise Unreadable(f"{self.directory}/log: no line `study: seconds`")
         self.record["printed"] = said
-        self.record["particles"], self.record["steps"] = said.get("particles"), said.get("steps")
+        for name in ("particles", "steps"):
+            self.record[name] = int(said[name]) if name in said else None
         self.record["megabytes"] = said.get("megabytes")
         return said["seconds"]
 
@@ -179,13 +186,13 @@ class Budget:
                 continue
             expected = self.expected(family, run)
             if expected > self.left or self.left <= 0:
-                self.say(f"left out: {family}, {described(run.settings)}: about {expected:.0f} s, {self.left:.0f} s are left")
+                self.say(f"left out: {family}, {run.said}: about {expected:.0f} s, {self.left:.0f} s are left")
                 continue
             self.left -= run.go()
             if run.good:
                 self.learn(family, run)
             took = f"{run.record['seconds'][-1]:.2f} s" if run.good else run.record["fault"]
-            self.say(f"{family}, {described(run.settings)}: {took}")
+            self.say(f"{family}, {run.said}: {took}")
 
     def repeats(self, runs, wanted):
         """Up to so many runs of each, the short ones first."""
