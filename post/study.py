@@ -103,7 +103,7 @@ class Plan:
         if self.reference:
             planned.insert(0, ("reference", self.reference))
         if self.about:
-            planned += [(self.main, self.about), (self.main, self.other)] + [(self.main, run) for run in self.shares.values()]
+            planned += [("shares", run) for run in (self.about, self.other, *self.shares.values())]
         return planned
 
 
