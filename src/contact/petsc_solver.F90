@@ -24,6 +24,9 @@ module m_petsc_solver
       procedure, public :: release
    end type petsc_solver_t
 
+   integer, parameter :: together = 25              !< iterations between looks at unknowns beside their bounds
+   real(wp), parameter :: rounding = 1.0e-13_wp     !< of the largest unknown
+
    !> What PETSc's callbacks work on during a solve.
    class(petsc_operator_t), pointer, protected :: current_operator => null()
    Vec, protected :: current_right_side
@@ -86,18 +89,36 @@ contains
       call fill(self%right_side, b)
       call fill(self%solution, x)
       PetscCallA(VecNorm(self%right_side, NORM_2, size_of_b, ierr))
-      limit = max_iterations
       PetscCallA(TaoSetTolerances(self%tao, tolerance*size_of_b, 0.0_wp, 0.0_wp, ierr))
-      PetscCallA(TaoSetMaximumIterations(self%tao, limit, ierr))
-      PetscCallA(TaoSolve(self%tao, ierr))
-      PetscCallA(TaoGetSolutionStatus(self%tao, steps, objective, norm, infeasibility, change, reason, ierr))
-      iterations = steps
-      residual = norm/max(size_of_b, tiny(size_of_b))
+      iterations = 0
+      do
+         limit = min(together, max_iterations - iterations)
+         PetscCallA(TaoSetMaximumIterations(self%tao, limit, ierr))
+         PetscCallA(TaoSolve(self%tao, ierr))
+         PetscCallA(TaoGetSolutionStatus(self%tao, steps, objective, norm, infeasibility, change, reason, ierr))
+         iterations = iterations + steps
+         residual = norm/max(size_of_b, tiny(size_of_b))
+         if (residual <= tolerance .or. iterations >= max_iterations .or. steps == 0) exit
+         call settle_on_bounds(self%solution)
+      end do
       PetscCallA(VecGetArrayReadF90(self%solution, values, ierr))
       x = max(values(:size(x)), 0.0_wp)
       PetscCallA(VecRestoreArrayReadF90(self%solution, values, ierr))
       nullify (current_operator)
    end subroutine solve
+
+   !> Unknowns that are nothing but rounding are 0. Gradient projection takes them for free ones that it must not shorten, and then
+   !> no step is short enough.
+   subroutine settle_on_bounds(vector)
+      Vec :: vector
+      PetscScalar, pointer :: array(:)
+      PetscReal :: largest
+      PetscErrorCode :: ierr
+      PetscCallA(VecNorm(vector, NORM_INFINITY, largest, ierr))
+      PetscCallA(VecGetArrayF90(vector, array, ierr))
+      where (array <= rounding*largest) array = 0.0_wp
+      PetscCallA(VecRestoreArrayF90(vector, array, ierr))
+   end subroutine settle_on_bounds
 
    !> Put values at the head of a vector and zero behind them.
    subroutine fill(vector, values)

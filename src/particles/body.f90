@@ -1,14 +1,15 @@
 !> Filling bodies with particles: a cubic lattice of particles, those whose centre lies in the shape.
 module m_body
    use m_kinds, only: wp, i4, i8
-   use m_constants, only: block_size
+   use m_constants, only: block_size, pi
    use m_scene, only: body_spec_t, shape_box, shape_sphere, shape_cylinder
+   use m_grid_level, only: grid_level_t
    use m_level, only: level_t
    use m_block, only: block_t
    use m_split, only: must_split, octant_of, child_id
    implicit none
    private
-   public :: fill_block, count_in_block, body_center
+   public :: fill_block, count_in_block, expected_count, body_center
 
    !> The lattice of a body: particle (i,j,k) has its centre at anchor + (i + 1/2, ...) spacing, first <= i <= last.
    type :: lattice_t
@@ -70,6 +71,20 @@ contains
       call find_births(levels, l, place, spec, births)
       n = births%count
    end function count_in_block
+
+   !> About how many particles of a body the coarsest level holds, without counting them; finer levels only add to them.
+   elemental real(wp) function expected_count(spec, grid) result(n)
+      type(body_spec_t), intent(in) :: spec
+      type(grid_level_t), intent(in) :: grid
+      real(wp) :: lower(3), upper(3), share
+      call bounds(spec, lower, upper)
+      select case (spec%shape)
+      case (shape_sphere); share = pi/6.0_wp
+      case (shape_cylinder); share = pi*spec%radius**2*spec%height/product(upper - lower)
+      case default; share = 1.0_wp
+      end select
+      n = share*spec%particles_per_cell*product(max(0.0_wp, min(upper, grid%upper) - max(lower, grid%lower))/grid%cell)
+   end function expected_count
 
    !> False for blocks that lie well outside the region of their level.
    pure logical function may_hold(level, place)

@@ -4,13 +4,15 @@ module m_model
    use m_kinds, only: wp, i8
    use m_constants, only: exit_input
    use m_errors, only: error_t, fail
-   use m_text, only: to_text
+   use m_text, only: to_text, si
+   use m_memory, only: free_memory
+   use m_field_table, only: bytes_per_column
    use m_communicator, only: communicator_t
    use m_timers, only: timers_t, phase_balance
    use m_scene, only: scene_t, time_spec_t, level_spec_t, update_musl, domain_fixed, domain_stretch, domain_corners
    use m_grid_level, only: make_grid_level
-   use m_level, only: level_t
-   use m_body, only: fill_block, count_in_block
+   use m_level, only: level_t, tile_last, node_values
+   use m_body, only: fill_block, count_in_block, expected_count
    use m_decomposition, only: choose_owners, set_owners, all_owners, settle_blocks, blocks_before
    use m_region, only: make_region
    use m_composite, only: composite_t, has_slaves
@@ -117,7 +119,11 @@ contains
       if (present(empty)) then
          if (empty) return
       end if
+      call require_memory(self, sum(expected_count(scene%bodies, self%levels(1)%grid)), 0.0_wp, error)
+      if (error%happened()) return
       call count_particles(self, scene, counts)
+      call require_memory(self, sum(real(max(counts, 0), wp)), real(count(counts >= 0), wp), error)
+      if (error%happened()) return
       allocate (owner(size(counts)))
       call choose_owners(communicator, self%levels, counts, owner, error)
       if (error%happened()) return
@@ -247,6 +253,20 @@ contains
          end do
       end associate
    end subroutine declare_fields
+
+   !> Collective: refuse what does not fit into the memory of the machines.
+   subroutine require_memory(self, particles, blocks, error)
+      class(model_t), intent(in) :: self
+      real(wp), intent(in) :: particles, blocks !< how many
+      real(wp), parameter :: bytes_beside = 24.0_wp !< id, body and place in the lists of a particle
+      real(wp), parameter :: tile_bytes = 2*8.0_wp*node_values*(tile_last + 1)**3 !< node sums of a block
+      type(error_t), intent(inout) :: error
+      real(wp) :: needed, free
+      free = free_memory(self%communicator)
+      needed = particles*(bytes_per_column*self%levels(1)%table%columns + bytes_beside) + blocks*tile_bytes
+      if (needed > free) call fail(error, exit_input, 'the scene makes about '//to_text(particles, 3)//' particles, which need '// &
+         si(needed, 'B')//' of memory; '//si(free, 'B')//' are free: take larger cells, fewer particles_per_cell or more machines')
+   end subroutine require_memory
 
    !> Collective: particles of each block of each level by index, -1 where there are none; each rank counts a share of the blocks.
    subroutine count_particles(self, scene, counts)

@@ -51,6 +51,13 @@ CONTACT = """
 &body material='soft', shape='box', lower=0,0,0, upper=1,1,0.6 /
 &tool name='ball', shape='sphere', radius=0.5, tip=0,0,0.6, times=0,0.01,1, speeds=0,8,8, friction=0.3 /
 """
+SPREAD = """
+&scene title='a ball pressed into lead, on the corner of four blocks', end_time={end} /
+&grid lower=0,0,0, upper=3.2,3.2,1.2, cell_size=0.1, boundary='roller','free','roller','free','roller','free' /
+&material name='lead', model='j2', density=1000, young=1e6, poisson=0.3, yield_stress=2e4, hardening_modulus=1e5 /
+&body material='lead', shape='box', lower=0,0,0, upper=3.0,3.0,0.6, particles_per_cell=1 /
+&tool name='ball', shape='sphere', radius=0.6, tip=1.6,1.6,0.6, times=0,0.01,1, speeds=0,8,8, friction=0.3 /
+"""
 MOVING = LEVELS.replace("upper=1.4,1.2,1.2 /", "upper=1.4,1.2,1.2, criterion='strain', max_cells=6000 /")
 FOLLOWING = CONTACT.replace("&tool", "&level lower=0,0,0.4, upper=0.8,0.8,1, follow='ball' /\n&tool").replace(", friction=0.3", "")
 

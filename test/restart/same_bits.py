@@ -58,14 +58,29 @@ chain("following a tool", scene(FOLLOWING, "following", "every_steps=9", end=0.0
       "following_straight")
 with h5py.File(checkpoints("following")[-1]) as file:
     require("following: the level has moved", file["state/counts"][1] > 0)
-part_run(1, "contact_m", scene(CONTACT, "contact_m", "every_steps=8", end=0.02, every=0.01))
-run(2, restart="contact_m")
-a = np.loadtxt("contact_straight_1/tool_ball.dat", skiprows=4)
-b = np.loadtxt("contact_m/tool_ball.dat", skiprows=4)
-require("contact from 1 to 2 ranks: as many rows", a.shape == b.shape)
+
+# candidates on four ranks, flow below them: from 1 to 2 to 4 to 1
+run(1, scene(SPREAD, "spread_straight", end=0.04, every=0.01))
+text, stops = scene(SPREAD, "spread", "every_steps=8", end=0.04, every=0.01), []
+for n in (1, 2, 4):
+    part_run(n, "spread", text if not stops else None, "spread" if stops else None)
+    stops.append(newest_step("spread"))
+run(1, restart="spread")
+require(f"contact from 1 to 2 to 4 to 1 ranks: stopped at steps {stops}", stops == sorted(set(stops)))
+a, b = (np.loadtxt(f"{name}/tool_ball.dat", skiprows=4) for name in ("spread_straight", "spread"))
+require("contact from 1 to 2 to 4 to 1 ranks: as many rows, at the same times and depths",
+        a.shape == b.shape and np.array_equal(a[:, :2], b[:, :2]) and len(a) > 30)
 if a.shape == b.shape:
     off = np.abs(a[:, 2:5] - b[:, 2:5]).max() / np.abs(a[:, 2:5]).max()
-    require(f"contact from 1 to 2 ranks: loads differ by {off:.1e}", off < 1e-5)
+    require(f"contact from 1 to 2 to 4 to 1 ranks: loads differ by {off:.1e} of the largest", off < 1e-5)
+part_run(4, "spread_on_4", scene(SPREAD, "spread_on_4", "every_steps=30", end=0.04, every=0.01))
+with h5py.File(checkpoints("spread_on_4")[-1]) as file:
+    table = file["blocks/table"][...]
+    owner = np.repeat(table[:, 3], table[:, 2])
+    touching = file["particles/contact_pressure"][...].ravel() > 0
+    require(f"contact on 4 ranks: {touching.sum()} particles touch, on ranks {sorted(set(owner[touching].tolist()))}", len(set(owner[touching])) == 4)
+whole = everything(sorted(Path("spread").glob("particles_*.h5"))[-1])
+require("spread: there was plastic flow", whole["VTKHDF/PointData/plastic_strain"].max() > 1e-3)
 
 # what compares bits must see one
 shutil.copytree("plastic_straight", "planted")
