@@ -92,8 +92,8 @@ def set_cell(scene, cell, setting):
     values = scene.values()
     grid = values["grid"][0]
     counts = [math.ceil((high - low) / cell * (1 - 1e-9)) for low, high in zip(grid["lower"], grid["upper"])]
-    scene.set("grid", "cell_size", float(f"{cell:.12g}"))
-    upper = [float(f"{low + count * cell:.12g}") for low, count in zip(grid["lower"], counts)]
+    scene.set("grid", "cell_size", float(cell))
+    upper = [low + count * cell for low, count in zip(grid["lower"], counts)] # not rounded: surfaces lie on nodes
     scene.set("grid", "upper", upper)
     for which, level in enumerate(values.get("level", [])):
         scene.set("level", "upper", [new if abs(own - old) < 1e-9 * cell else own
