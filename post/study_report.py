@@ -58,6 +58,7 @@ def diagram(path, title, points, front, reference_error, orders):
         ax.axhline(reference_error, color="0.4", linestyle=":", linewidth=1, label="the reference's own error")
     ax.set(xscale="log", yscale="log", xlabel="core-seconds", ylabel="error [% of the largest value]", title=title)
     for axis in (ax.xaxis, ax.yaxis):
+        axis.set_major_locator(matplotlib.ticker.LogLocator(subs=(1, 2, 5), numticks=20))
         axis.set_major_formatter(matplotlib.ticker.FuncFormatter(lambda value, _: f"{value:g}"))
     ax.yaxis.set_minor_formatter(matplotlib.ticker.NullFormatter())
     figure.legend(loc="outside right upper", fontsize=8)
