@@ -126,6 +126,9 @@ class Comparison:
         if known is None:
             self.limit = self.own_reference(plan)
         self.errors = {run: self.error(run) for run in self.good}
+        self.balances = {run: quantities.worst_balance(run) for run in self.good}
+        limit = study.setting.balance_limit
+        self.trusted = {run for run in self.good if self.balances[run] is None or self.balances[run] <= limit}
         self.scale = 1.0 if quantity.kind == "printed" else float(np.max(np.abs(self.reference(self.good[0]))))
 
     def own_reference(self, plan):
@@ -180,13 +183,12 @@ def table_of(plan, comparison, front_runs):
         for run in sorted(runs, key=lambda run: -run.cell):
             error, largest = comparison.errors.get(run, (None, None))
             record = run.record
-            balance = quantities.worst_balance(run) if run.good else None
             rows.append({"family": family, "settings": run.said, "cell": run.cell,
                          "particles": record.get("particles"), "steps": record.get("steps"), "ranks": run.study.ranks,
                          "megabytes": record.get("megabytes"),
                          "core_seconds": run.seconds if run.good else None, "repeats": len(record["seconds"]),
                          "spread_percent": run.spread if run.good else None, "error_percent": error, "largest_percent": largest,
-                         "balance_percent": balance,
+                         "balance_percent": comparison.balances.get(run),
                          "on_front": int(run in front_runs), "fault": record["fault"] or ("" if run.done else "left out: budget")})
     return rows
 
@@ -223,7 +225,7 @@ def compared(plan, comparison, fronts):
 
 
 def front_of(comparison, runs, cost):
-    chosen = [run for run in runs if run.good and comparison.errors[run][0] is not None and cost(run)]
+    chosen = [run for run in runs if run in comparison.trusted and comparison.errors[run][0] is not None and cost(run)]
     return fit.Front([cost(run) for run in chosen], [comparison.errors[run][0] for run in chosen])
 
 
@@ -232,7 +234,8 @@ def assess(study, plan):
     comparison = Comparison(study, plan)
     in_families = list(dict.fromkeys(run for runs in plan.families.values() for run in runs if run.good))
     judged = [run for run in in_families if comparison.errors[run][0] is not None]
-    front_runs = [judged[i] for i in fit.pareto([run.seconds for run in judged], [comparison.errors[run][0] for run in judged])]
+    sound = [run for run in judged if run in comparison.trusted]
+    front_runs = [sound[i] for i in fit.pareto([run.seconds for run in sound], [comparison.errors[run][0] for run in sound])]
     front = front_of(comparison, judged, lambda run: run.seconds)
     orders = {}
     for family, runs in plan.families.items():
@@ -256,6 +259,8 @@ def sentences(study, plan, results):
     said = [f"{study.setting.title}: {quantity.name} beside {comparison.name}"
             + (f", itself known to {quantity.reference_error:g} %" if quantity.reference_error else "") + "."]
     said += comparison.notes
+    if len(front.costs) == 0:
+        return said + ["There is no run whose error is known and whose energy balance holds."]
     said += [report.cost_sentence(front, target) for target in study.setting.targets]
     said += [report.budget_sentence(front, seconds, quantity.reference_error) for seconds in study.setting.budgets]
     fitted = [f"{family} {order:.2f}" for family, order in orders.items() if order is not None]
@@ -271,6 +276,10 @@ def sentences(study, plan, results):
             said.append(f"{row['family']} at equal error ({row['error_from_percent']:.2g} to {row['error_to_percent']:.2g} %): "
                         f"{row['time_ratio']:.2g} of the time of {row['beside']} ({row['least']:.2g} to {row['most']:.2g})"
                         + (f", {row['memory_ratio']:.2g} of its memory." if row["memory_ratio"] else "."))
+    unsound = sum(run not in comparison.trusted for run in judged)
+    if unsound:
+        said.append(f"Runs that are not taken for the front or for comparisons, as their energy balance is off by more than "
+                    f"{study.setting.balance_limit:g} %: {unsound}.")
     spreads = [run.spread for run in judged if run.spread is not None]
     once = sum(len(run.record["seconds"]) == 1 for run in judged)
     noise = f"; their repeats differ by {np.median(spreads):.0f} % (median), {max(spreads):.0f} % at most." if spreads else "."

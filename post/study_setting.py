@@ -54,6 +54,7 @@ class Setting:
     comparisons: list     # pairs of names of families
     targets: list         # per cent
     budgets: list         # seconds
+    balance_limit: float  # per cent; a run whose energy balance is worse late on is not taken for the front
     level_boxes: list     # [lower, upper] (m) of levels that `levels` may add
     program: str = ""     # another program than gimp3d, which reads what the scene file says and prints lines `study: NAME VALUE`
     ranks: int = 1
@@ -83,7 +84,7 @@ def read(path):
     except (OSError, UnicodeDecodeError, tomllib.TOMLDecodeError) as error:
         raise Unreadable(f"{path}: {error}")
     known(str(path), table, ("title", "base", "cells", "families", "shares", "about", "comparisons", "targets", "budgets",
-                             "level_boxes", "program", "ranks", "quantity"))
+                             "balance_limit", "level_boxes", "program", "ranks", "quantity"))
     if not table.get("quantity") or not table.get("families"):
         raise BadSetting(f"{path}: [quantity.NAME] and [families.NAME] must stand there")
     families = [family(f"{path}, families.{name}", name, one, table.get("cells")) for name, one in table["families"].items()]
@@ -95,6 +96,7 @@ def read(path):
     setting = Setting(title=table.get("title", path.stem), base=table.get("base", {}), families=families,
                       shares=table.get("shares", {}), about=table.get("about", {}), comparisons=comparisons,
                       targets=table.get("targets", [1.0]), budgets=table.get("budgets", [60.0]),
+                      balance_limit=table.get("balance_limit", 5.0),
                       level_boxes=table.get("level_boxes", []), program=table.get("program", ""), ranks=table.get("ranks", 1))
     wanted = {name: make(f"{path}, quantity.{name}", Quantity, name, one) for name, one in table["quantity"].items()}
     if len({one.point for one in wanted.values() if one.point}) > 1:
@@ -145,5 +147,5 @@ def by_default(text, quantity_name):
     quantity = Quantity(name, name, column="" if name == "load" else "strain")
     setting = Setting(title=(case.get("scene", [{}])[0].get("title") or ["untitled"])[0], base={}, families=families, shares=shares,
                       about={}, comparisons=[(families[0].name, one.name) for one in families[1:] if one.climb == "cell"],
-                      targets=[1.0], budgets=[60.0], level_boxes=[])
+                      targets=[1.0], budgets=[60.0], balance_limit=5.0, level_boxes=[])
     return setting, {name: quantity}

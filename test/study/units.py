@@ -98,7 +98,7 @@ text = """! &grid in a comment, cell_size=3
 &anti_locking /
 &body particles_per_cell=8 /
 """
-setting = study_setting.Setting("", {}, [], {}, {}, [], [], [], [[[-1, 0, 2], [0.5, 0.5, 9]]])
+setting = study_setting.Setting("", {}, [], {}, {}, [], [], [], 5.0, [[[-1, 0, 2], [0.5, 0.5, 9]]])
 
 
 def turned(**settings):
