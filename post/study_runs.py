@@ -102,9 +102,9 @@ class Run:
         wall, after = time.monotonic() - start, resource.getrusage(resource.RUSAGE_CHILDREN)
         worked = after.ru_utime + after.ru_stime - before.ru_utime - before.ru_stime
         (self.directory / "log").write_text(done.stdout + done.stderr)
-        if done.returncode == 2:
+        if done.returncode == 2 and not self.study.setting.lenient:
             raise Rejected(f"{self.directory}/scene.nml: {last_line(done)}")
-        if done.returncode == 3:
+        if done.returncode in (2, 3):
             self.record["fault"] = last_line(done)
         elif done.returncode != 0:
             raise Unreadable(f"{self.directory}: the run ended with status {done.returncode}: {last_line(done)}")

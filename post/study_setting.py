@@ -58,6 +58,7 @@ class Setting:
     level_boxes: list     # [lower, upper] (m) of levels that `levels` may add
     program: str = ""     # another program than gimp3d, which reads what the scene file says and prints lines `study: NAME VALUE`
     ranks: int = 1
+    lenient: bool = False # a rung that the program refuses is left out, and told; else it ends the study
 
 
 def known(where, table, allowed):
@@ -121,7 +122,7 @@ def by_default(text, quantity_name):
     except KeyError as error:
         raise Unreadable(f"the scene lacks {error}")
     time = case.get("time", [{}])[0]
-    cells, middle = [2 * cell, cell, cell / 2], {"cell": cell}
+    cells, middle = [2 * cell, cell, 2 * cell / 3, cell / 2], {"cell": cell}
     families = [Family("as given", {}, "cell", cells),
                 Family("1 a cell" if particles != 1 else "8 a cell", {"particles": 1 if particles != 1 else 8}, "cell", cells)]
     if "affine" == time.get("transfer", ["affine"])[0]:
@@ -147,5 +148,5 @@ def by_default(text, quantity_name):
     quantity = Quantity(name, name, column="" if name == "load" else "strain")
     setting = Setting(title=(case.get("scene", [{}])[0].get("title") or ["untitled"])[0], base={}, families=families, shares=shares,
                       about={}, comparisons=[(families[0].name, one.name) for one in families[1:] if one.climb == "cell"],
-                      targets=[1.0], budgets=[60.0], balance_limit=5.0, level_boxes=[])
+                      targets=[1.0], budgets=[60.0], balance_limit=5.0, level_boxes=[], lenient=True)
     return setting, {name: quantity}
