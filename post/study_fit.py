@@ -107,10 +107,19 @@ class Front:
 
 def ratio_at_equal_error(one, other):
     """Cost of one front over that of another where their errors overlap: geometric mean, least, most, and the range of errors.
-    None when they do not overlap."""
-    if min(len(one.errors), len(other.errors)) < 2:
+    None when they do not overlap. A front of one run is compared at its error, also where that is up to a tenth beyond the
+    other's best."""
+    if len(one.errors) == 0 or len(other.errors) == 0:
         return None
     low, high = max(one.errors[-1], other.errors[-1]), min(one.errors[0], other.errors[0])
+    single = min((one, other), key=lambda front: len(front.errors))
+    if len(single.errors) == 1:
+        low = high = single.errors[0]
+        full = other if single is one else one
+        if len(full.errors) < 2 or not 0.9 * full.errors[-1] <= low <= full.errors[0]:
+            return None
+        ratio = one.costs[0] / full.cost_of(low)[0] if single is one else full.cost_of(low)[0] / other.costs[0]
+        return float(ratio), float(ratio), float(ratio), (low, high)
     if low >= high:
         return None
     ratios = [one.cost_of(e)[0] / other.cost_of(e)[0] for e in np.geomspace(low, high, 41)]

@@ -84,6 +84,12 @@ double = fit.Front(2 * front.costs, front.errors)
 mean, least, most, span = fit.ratio_at_equal_error(double, front)
 check("ratio at equal error: twice as dear is 2",
       near(mean, 2) and near(least, 2) and near(most, 2) and np.allclose(span, (0.5, 8)))
+alone = fit.Front([3.0], [2.0])
+check("ratio at equal error: of one run alone, both ways", near(fit.ratio_at_equal_error(alone, front)[0], 1.5)
+      and near(fit.ratio_at_equal_error(front, alone)[0], 1 / 1.5) and fit.ratio_at_equal_error(alone, alone) is None)
+check("ratio at equal error: of one run a little beyond, not far beyond",
+      near(fit.ratio_at_equal_error(fit.Front([3.0], [0.46]), front)[0], 3 / front.cost_of(0.46)[0])
+      and fit.ratio_at_equal_error(fit.Front([3.0], [0.4]), front) is None)
 check("ratio at equal error: none without a common error", fit.ratio_at_equal_error(fit.Front([1, 2], [100, 50]), front) is None)
 
 # ---- scenes ----
