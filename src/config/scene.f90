@@ -107,7 +107,7 @@ module m_scene
    !> &guard
    type, public :: guard_spec_t
       integer :: retries = 3             !< of a fault, each with steps half as long; 0: a fault ends the run
-      integer :: save_every = 100        !< steps between copies, and between looks at all fields and the energy
+      integer :: save_every = 200        !< steps between copies, and between looks at all fields and the energy
       real(wp) :: memory = 1.0e9_wp      !< bytes a rank that the copy may take; 0: no copy
       real(wp) :: energy_limit = 0.5_wp  !< energy from nowhere in the largest energy or work; 0: not looked at
       real(wp) :: step_limit = 1.0e-3_wp !< smallest time step in the first one

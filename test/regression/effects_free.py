@@ -22,7 +22,8 @@ SCENE = """&scene    title='{name}', end_time=1e-2 /
 FIELDS = {"position": 3, "velocity": 3, "mass": 1, "volume": 1, "half_size": 1, "stress": 6}
 EACH = BLOCKS * STEPS
 ROWS = {"lists": 2 * EACH, "to nodes": EACH, "exchange": 2 * STEPS, "nodes": STEPS, "to particles": EACH, "stress": EACH,
-        "migration": STEPS, "control": STEPS, "output": STEPS + 1, "guard": 1, "indicators": 1}
+        "migration": STEPS, "control": STEPS, "output": STEPS + 1,
+        "guard": 1, "indicators": 1}  # the copy at the start, the estimate at the end
 FILES = {"case.nml", "cost.dat", "energy.dat", "run.log"}
 OFFERED = ["affine transfer", "deforming domains", "tool contact", "friction", "probes", "gravity", "damping", "pressure", "bulk_viscosity", "anti_locking"]
 
