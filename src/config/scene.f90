@@ -136,6 +136,7 @@ module m_scene
    type, public :: scene_t
       character(len=:), allocatable :: title
       real(wp) :: end_time = 0.0_wp      !< s
+      logical :: plans = .false.         !< mode: say what the run will take instead of running
       character(len=:), allocatable :: restart !< directory of the run that this one goes on from; empty: none
       type(grid_spec_t) :: grid
       type(time_spec_t) :: time
