@@ -53,7 +53,7 @@ library_objects := $(patsubst src/%,$(build)/obj/src/%.o,$(basename $(filter-out
 program := $(if $(filter $(main),$(sources)),$(build)/gimp3d)
 
 # Goals that compile nothing need no list of what depends on what.
-plain_goals := help clean clean-all deps venv demo test test-all bench fuzz effects plots hard map
+plain_goals := help clean clean-all deps venv demo test test-all bench fuzz effects plans plots hard map study
 ifneq ($(filter-out $(plain_goals),$(or $(MAKECMDGOALS),gimp3d)),)
 include $(build)/depends.mk
 stale_modules := $(filter-out $(modules:%=$(build)/mod/%.mod),$(wildcard $(build)/mod/*.mod))
@@ -177,7 +177,7 @@ clean-all: clean
 
 # ---- use ------------------------------------------------------------------------------------------------------------------------
 
-.PHONY: demo test test-all bench fuzz effects plots hard map
+.PHONY: demo test test-all bench fuzz effects plans plots hard map study
 
 # What mpirun needs in a container, as root, or with more ranks than cores; harmless elsewhere. The tests have theirs in test/harness/mpi.sh.
 export OMPI_ALLOW_RUN_AS_ROOT ?= 1
@@ -228,6 +228,11 @@ effects:
 	@$(MAKE) --no-print-directory deps
 	@python3 test/performance/effects.py build/effects $(if $(SCENES),--only $(SCENES))
 
+## plans       what mode='plan' says beside what the scenes of input/ take; PLANS="--ranks 2 --only cone" as test/performance/plans.py has it
+plans:
+	@$(MAKE) --no-print-directory gimp3d
+	@. test/harness/mpi.sh; python3 test/performance/plans.py build/plans $(PLANS)
+
 ## hard        the gallery of hard cases (doc/hard_cases.md) on RANKS=1; CASES="spin crossing" runs these, SIZE=short their short forms
 RANKS ?= 1
 hard:
@@ -248,3 +253,10 @@ plots:
 	@[ -n "$(RUN)" ] || { echo "Say which run: make plots RUN=out/cone"; exit 1; }
 	@$(MAKE) --no-print-directory venv
 	@$(python) post/plots.py $(PLOT_OPTIONS) $(RUN)
+
+## study       SCENE=input/hertz.nml: what its accuracy costs (doc/accuracy_cost.md); QUANTITY=load, BUDGET=300 (s), STUDY_OPTIONS
+study:
+	@[ -n "$(SCENE)" ] || { echo "Say which scene: make study SCENE=input/hertz.nml QUANTITY=load"; exit 1; }
+	$(set_up)
+	@$(MAKE) --no-print-directory $(jobs) tests TESTS=study
+	@$(python) post/study.py --build $(build) $(QUANTITY:%=--quantity %) $(BUDGET:%=--budget %) $(STUDY_OPTIONS) $(SCENE)

@@ -96,7 +96,7 @@ class Particles:
 
 
 # A quoted text, the name before a =, an end of group, or a plain value
-_word = re.compile(r"""(?P<text>'(?:[^']|'')*'|"(?:[^"]|"")*")|(?P<name>[a-z]\w*)\s*=|(?P<end>/|&end\b)"""
+_word = re.compile(r"""(?:(?P<times>\d+)\*)?(?P<text>'(?:[^']|'')*'|"(?:[^"]|"")*")|(?P<name>[a-z]\w*)\s*=|(?P<end>/|&end\b)"""
                    r"""|(?P<value>[^\s,'"/=]+)""", re.I)
 
 
@@ -113,31 +113,37 @@ def _value(word):
     return number
 
 
-def read_namelists(path):
-    """The groups of a namelist file: name -> list of dictionaries, one for each time the group stands there; every variable is a
-    list of its values."""
-    text = path.read_text()
+def words_of_group(text, at, name, where="the scene"):
+    """The words (matches of a name with its =, a value, the end) of the group that began before `at`, its end the last."""
+    blanks = re.compile(r"(?:[\s,]|![^\n]*)*") # commas and comments too
+    while True:
+        word = _word.match(text, blanks.match(text, at).end())
+        if not word:
+            raise Unreadable(f"{where}: the group &{name} does not end")
+        at = word.end()
+        yield word
+        if word["end"]:
+            return
+
+
+def read_namelists(source):
+    """The groups of a namelist file (its path, or its text): name -> list of dictionaries, one for each time the group stands
+    there; every variable is a list of its values."""
+    text, where = (source, "the scene") if isinstance(source, str) else (source.read_text(), source)
     groups, at = {}, 0
     while True:
         start = re.compile(r"^[ \t]*&(\w+)", re.M).search(text, at)
         if not start:
             return groups
-        variables, current, at = {}, None, start.end()
-        while True:
-            # Blanks, commas and comments between the words
-            at = re.compile(r"(?:[\s,]|![^\n]*)*").match(text, at).end()
-            word = _word.match(text, at)
-            if not word:
-                raise Unreadable(f"{path}: the group &{start[1]} does not end")
+        variables, current = {}, None
+        for word in words_of_group(text, start.end(), start[1], where):
             at = word.end()
-            if word["end"]:
-                break
             if word["name"]:
                 current = variables.setdefault(word["name"].lower(), [])
             elif word["text"]:
                 quote = word["text"][0]
-                current.append(word["text"][1:-1].replace(2 * quote, quote))
-            else:
+                current.extend([word["text"][1:-1].replace(2 * quote, quote)] * int(word["times"] or 1))
+            elif word["value"]:
                 repeat = re.match(r"(\d+)\*(.+)", word["value"])
                 current.extend([_value(repeat[2])] * int(repeat[1]) if repeat else [_value(word["value"])])
         groups.setdefault(start[1].lower(), []).append(variables)

@@ -1,0 +1,193 @@
+"""Scenes as text that is edited: values of namelist groups, and the knobs of a study made of them."""
+import math
+import re
+
+from run_data import read_namelists, words_of_group
+
+group_start = re.compile(r"^[ \t]*&(\w+)", re.M)
+
+
+class BadSetting(Exception):
+    """What a study asks for is not there; the text says what."""
+
+
+def written(value):
+    """A value as a namelist has it; lists with commas."""
+    if isinstance(value, (list, tuple)):
+        return ",".join(written(part) for part in value)
+    if isinstance(value, bool):
+        return ".true." if value else ".false."
+    if isinstance(value, str):
+        return "'" + value.replace("'", "''") + "'"
+    return repr(value)
+
+
+class Scene:
+    """The text of a scene. Groups are counted from 0, among those of their name."""
+
+    def __init__(self, text):
+        self.text = text
+
+    def groups(self, name):
+        """For each group of this name: where it starts and ends, where its `/` stands, and the span of the values of each
+        variable."""
+        found, at = [], 0
+        while start := group_start.search(self.text, at):
+            spans, current, before = {}, None, start.end()
+            for word in words_of_group(self.text, start.end(), start[1]):
+                at = word.end()
+                if word["end"]:
+                    slash = before
+                elif word["name"]:
+                    current = word["name"].lower()
+                    spans[current] = (word.start(), word.end())
+                else:
+                    spans[current] = (spans[current][0], word.end())
+                before = word.end()
+            if start[1].lower() == name:
+                found.append((start.start(), at, slash, spans))
+        return found
+
+    def values(self):
+        """As run_data.read_namelists."""
+        return read_namelists(self.text)
+
+    def set(self, group, variable, value, which=None):
+        """Give a variable a value (None: take it out) in all groups of a name, or in one."""
+        groups = self.groups(group)
+        if which is not None:
+            groups = groups[which:which + 1]
+        if not groups:
+            raise BadSetting(f"the scene has no &{group}" + (f" number {which + 1}" if which is not None else ""))
+        for start, end, slash, spans in reversed(groups):
+            if variable in spans:
+                first, last = spans[variable]
+                new = "" if value is None else f"{variable}={written(value)}"
+                if value is None:
+                    last = re.compile(r"[ \t]*,?[ \t]*").match(self.text, last).end()
+                self.text = self.text[:first] + new + self.text[last:]
+            elif value is not None:
+                comma = ", " if spans else " "
+                self.text = self.text[:slash] + f"{comma}{variable}={written(value)}" + self.text[slash:]
+
+    def add(self, group, **variables):
+        """A group more, at the end."""
+        listed = ", ".join(f"{name}={written(value)}" for name, value in variables.items())
+        self.text = self.text.rstrip("\n") + f"\n&{group} {listed} /\n"
+
+    def remove(self, group, first=0):
+        """Take out the groups of a name, from the first-th on."""
+        for start, end, _, _ in reversed(self.groups(group)[first:]):
+            self.text = self.text[:start] + self.text[end:].lstrip(" \t")
+
+    def ensure(self, group):
+        if not self.groups(group):
+            self.add(group)
+
+
+# ---- knobs ----------------------------------------------------------------------------------------------------------------------
+
+def set_cell(scene, cell, setting):
+    """Cells of another size; the grid's upper corner moves out to whole cells, and with it the sides of levels that lie there."""
+    values = scene.values()
+    grid = values["grid"][0]
+    counts = [math.ceil((high - low) / cell * (1 - 1e-9)) for low, high in zip(grid["lower"], grid["upper"])]
+    scene.set("grid", "cell_size", float(cell))
+    upper = [low + count * cell for low, count in zip(grid["lower"], counts)] # not rounded: surfaces lie on nodes
+    scene.set("grid", "upper", upper)
+    for which, level in enumerate(values.get("level", [])):
+        scene.set("level", "upper", [new if abs(own - old) < 1e-9 * cell else own
+                                     for own, old, new in zip(level["upper"], grid["upper"], upper)], which)
+
+
+def set_levels(scene, count, setting):
+    """The first so many of the scene's levels, and after them of the study's `level_boxes`, as far as they lie in the grid."""
+    grid = scene.values()["grid"][0]
+    for lower, upper in setting.level_boxes:
+        scene.add("level", lower=[max(pair) for pair in zip(lower, grid["lower"])],
+                  upper=[min(pair) for pair in zip(upper, grid["upper"])])
+    if len(scene.groups("level")) < count:
+        raise BadSetting(f"levels={count}: scene and study together have {len(scene.groups('level'))}")
+    scene.remove("level", count)
+
+
+def set_speed(scene, factor, setting):
+    """Everything that is prescribed in time goes so many times as fast."""
+    if factor == 1:
+        return
+    values = scene.values()
+    scene.set("scene", "end_time", values["scene"][0]["end_time"][0] / factor)
+    for group in ("tool", "pressure"):
+        for which, one in enumerate(values.get(group, [])):
+            scene.set(group, "times", [t / factor for t in one["times"]], which)
+            if "speeds" in one:
+                scene.set(group, "speeds", [v * factor for v in one["speeds"]], which)
+    if "time_step" in values.get("time", [{}])[0]:
+        scene.set("time", "time_step", values["time"][0]["time_step"][0] / factor)
+
+
+def in_group(group, variable):
+    def change(scene, value, setting):
+        scene.ensure(group)
+        scene.set(group, variable, value)
+    return change
+
+
+def set_safety(scene, value, setting):
+    in_group("time", "safety")(scene, value, setting)
+    scene.set("time", "time_step", None)
+
+
+def take_out(scene, group, setting):
+    """All groups of a name."""
+    if not scene.groups(group):
+        raise BadSetting(f"without='{group}': the scene has no &{group}")
+    scene.remove(group)
+
+
+knobs = {"cell": set_cell, "without": take_out, "levels": set_levels, "speed": set_speed, "safety": set_safety,
+         "particles": in_group("body", "particles_per_cell"), "transfer": in_group("time", "transfer"),
+         "domain": in_group("time", "domain"), "flip_fraction": in_group("time", "flip_fraction"),
+         "stress_update": in_group("time", "stress_update"),
+         "tolerance": in_group("contact", "tolerance"), "compliance": in_group("contact", "compliance")}
+
+
+def turn(scene, knob, value, setting):
+    """One knob, or group.variable (all groups of the name), or group(2).variable."""
+    if knob in knobs:
+        return knobs[knob](scene, value, setting)
+    found = re.fullmatch(r"(\w+)(?:\((\d+)\))?\.(\w+)", knob)
+    if not found:
+        raise BadSetting(f"{knob}: unknown knob; there are {', '.join(knobs)}, and group.variable")
+    which = int(found[2]) - 1 if found[2] else None
+    if which is None:
+        scene.ensure(found[1])
+    scene.set(found[1], found[3], value, which)
+
+
+def scene_of(text, settings, setting):
+    """The scene with all knobs of a rung turned: the cells first, for levels lie on their grid, the speed last."""
+    scene = Scene(text)
+    for knob in sorted(settings, key=lambda knob: (knob != "cell", knob == "speed")):
+        turn(scene, knob, settings[knob], setting)
+    return scene
+
+
+def add_probes(scene, point):
+    """Eight probes about a point (on sides of symmetry: beside it), in the middles of the particles around it when it is a node
+    of the grid. Names p0 to p7."""
+    case = scene.values()
+    grid, cell = case["grid"][0], case["grid"][0]["cell_size"][0]
+    levels = case.get("level", [])
+    inside = [all(low - 1e-9 * cell <= x <= high + 1e-9 * cell for low, x, high in zip(one["lower"], point, one["upper"]))
+              for one in levels]
+    cell *= 0.5**sum(inside)
+    a_side = round(int(case["body"][0].get("particles_per_cell", [8])[0])**(1 / 3))
+    off = cell / (2 * a_side)
+    for corner in range(8):
+        place = []
+        for i, x in enumerate(point):
+            sign = 1 if corner >> i & 1 else -1
+            at_low, at_high = abs(x - grid["lower"][i]) < 1e-6 * cell, abs(x - grid["upper"][i]) < 1e-6 * cell
+            place.append(float(f"{x + (off if at_low else -off if at_high else sign * off):.12g}"))
+        scene.add("probe", name=f"p{corner}", position=place)
