@@ -220,7 +220,7 @@ fuzz:
 bench:
 	$(set_up)
 	@$(MAKE) --no-print-directory $(jobs) tests TESTS=performance
-	@$(python) test/performance/bench.py $(build)/bench $(build)/gimp3d $(build)/test/performance $(if $(BENCH),--only $(BENCH)) \
+	@$(python) test/performance/bench.py $(build)/bench $(build)/gimp3d $(build)/test/performance $(if $(BENCH),--only $(BENCH)) $(if $(BEFORE),--before $(BEFORE)) \
 	   --build '$(shell $(FC) --version 2>/dev/null | head -n 1); $(flags).'
 
 ## effects     count what effects cost scenes that do not call for them (perf or valgrind); SCENES="cone demo" counts these only

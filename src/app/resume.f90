@@ -29,7 +29,7 @@ module m_resume
       procedure :: sentence
    end type resumed_t
 
-   character(len=*), parameter :: may_differ = 'only end_time, &output and &checkpoint may be other than they were'
+   character(len=*), parameter :: may_differ = 'only end_time, &guard, &output and &checkpoint may be other than they were'
 
 contains
 

@@ -1,7 +1,7 @@
 !> A run: the scene, its model, and everything around the steps.
 module m_simulation
    use m_kinds, only: wp, i8
-   use m_constants, only: exit_input, exit_stopped
+   use m_constants, only: exit_input, exit_numerical, exit_stopped
    use m_errors, only: error_t, fail
    use m_communicator, only: communicator_t
    use m_text, only: to_text, si
@@ -18,6 +18,7 @@ module m_simulation
    use m_level_step, only: bound_speeds
    use m_advance, only: advance
    use m_energy, only: balance_t
+   use m_guard, only: guard_t
    use m_recorder, only: recorder_t
    use m_checkpoint, only: run_facts_t
    use m_keeper, only: keeper_t
@@ -39,9 +40,10 @@ module m_simulation
       type(console_t) :: console
       type(error_t) :: error
       type(keeper_t) :: keeper
+      type(guard_t) :: guard
       type(run_facts_t) :: facts
       integer(i8) :: particles = 0       !< when the program began
-      integer(i8) :: first_step = 0      !< so many steps had been done when the program began
+      integer(i8) :: steps = 0           !< that the program has taken, repeated ones too
       character(len=:), allocatable :: stop_reason !< why the run ends before the scene does; empty: it does not
       real(wp) :: early_elapsed = 0.0_wp !< wall-clock time when the last tenth of the scene began, s; 0 before that
       real(wp) :: early_contact = 0.0_wp !< of that, in contact, s
@@ -51,7 +53,10 @@ module m_simulation
       procedure :: step
       procedure :: finalise
       procedure, private :: next_time_step
+      procedure, private :: given_time_step
       procedure, private :: record
+      procedure, private :: look
+      procedure, private :: meet_fault
       procedure, private :: introduce
       procedure, private :: summarise
    end type simulation_t
@@ -81,7 +86,6 @@ contains
       end if
       if (self%error%happened()) return
       self%particles = self%communicator%sum_count(self%model%particle_count())
-      self%first_step = self%model%step
       call check_time_step(self)
       if (self%error%happened()) return
       if (.not. before%happened) then
@@ -94,9 +98,12 @@ contains
       if (self%scene%output%present) call self%console%open_log(self%communicator, self%scene%output%directory//'/run.log', &
                                                                 self%error, resume=before%in_place)
       call self%keeper%start(self%scene, self%model, self%console%elapsed(), before%newest_here())
+      call self%guard%start(self%scene%guard, self%model, self%given_time_step())
+      if (before%happened) call self%guard%remember(self%facts%guard)
       call self%introduce()
       if (before%happened) call self%console%line(before%sentence(self%model%step, self%model%time))
       if (.not. before%happened) call self%record()
+      call save(self, written=.true.)
    end subroutine initialise
 
    !> A given time step must be one with which the explicit scheme can be stable.
@@ -119,10 +126,17 @@ contains
    !> Collective: one step, and what is to be written after it.
    subroutine step(self)
       class(simulation_t), intent(inout) :: self
+      logical :: written
       self%model%asked = self%keeper%request()
       call advance(self%model, self%next_time_step(), self%error)
-      if (self%error%happened()) return
-      call self%record()
+      self%steps = self%steps + 1
+      written = self%recorder%snapshot_is_due(self%model%time) .or. self%keeper%is_due(self%model)
+      call self%look(written)
+      if (.not. self%error%happened()) call self%record()
+      if (self%error%happened()) then
+         call self%meet_fault()
+         return
+      end if
       if (self%early_elapsed <= 0.0_wp .and. self%model%time >= 0.9_wp*self%scene%end_time) then
          self%early_contact = self%model%timers%seconds(phase_contact)
          self%early_elapsed = self%console%elapsed()
@@ -131,24 +145,77 @@ contains
          call self%model%fold()
          call self%model%rebalance(self%error)
       end if
+      self%facts%guard = self%guard%facts()
       call self%keeper%keep(self%scene, self%model, self%balance, self%facts, self%recorder, self%stop_reason, self%error)
+      call save(self, written)
       call self%console%progress(int(self%model%step), self%model%time, self%scene%end_time, self%balance%error())
    end subroutine step
 
-   !> safety cell / (c + |v|), c and |v| as they are now; or the given one. Shortened a little, so that a whole number of such
-   !> steps ends at the end time: a short last step would show in the contact load.
-   pure real(wp) function next_time_step(self) result(time_step)
+   !> Collective: whether the state after a step can be trusted, all of it when it is `written` or the guard's turn has come.
+   subroutine look(self, written)
+      class(simulation_t), intent(inout) :: self
+      logical, intent(in) :: written
+      if (.not. self%error%happened()) call self%guard%look_at_step(self%model, self%given_time_step(), self%error)
+      if (self%error%happened() .or. .not. (written .or. self%guard%look_is_due(self%model))) return
+      call self%guard%look(self%model, self%balance, self%error)
+   end subroutine look
+
+   !> Collective: let the guard keep this state, from which the histories would go on.
+   subroutine save(self, written)
+      class(simulation_t), intent(inout) :: self
+      logical, intent(in) :: written
+      if (self%done()) return
+      call self%guard%save(self%model, self%balance, written)
+      if (self%guard%has_saved(self%model)) call self%recorder%mark()
+   end subroutine save
+
+   !> Collective: after a fault, back to the last good state and on with smaller steps; or the end, with that state on the disk.
+   subroutine meet_fault(self)
+      class(simulation_t), intent(inout) :: self
+      character(len=:), allocatable :: report
+      type(error_t) :: closing
+      logical :: stands
+      if (self%guard%can_go_back(self%error)) then
+         call self%guard%go_back(self%model, self%balance, self%error, report)
+         call self%recorder%go_back(self%model, self%error)
+         call self%console%line(report)
+         return
+      end if
+      if (self%error%status /= exit_numerical) return
+      call self%guard%give_up(self%model, self%balance, self%error, stands)
+      if (.not. stands .or. .not. self%scene%output%present) return
+      call self%recorder%record_snapshot(self%model, closing, now=.true.)
+      self%facts%guard = self%guard%facts()
+      if (.not. closing%happened()) &
+         call self%keeper%keep_last(self%scene, self%model, self%balance, self%facts, self%recorder, closing)
+      if (closing%happened()) then
+         self%error%message = self%error%message//'; the last good state could not be written: '//closing%message
+      else
+         self%error%message = self%error%message//'; the last good state, of step '//to_text(self%model%step)//', stands in '// &
+                              self%scene%output%directory
+      end if
+   end subroutine meet_fault
+
+   !> safety cell / (c + |v|), c and |v| as they are now; or the given one.
+   pure real(wp) function given_time_step(self) result(time_step)
       class(simulation_t), intent(in) :: self
-      real(wp) :: speed, remaining
+      real(wp) :: speed
       integer :: t
       time_step = self%scene%time%time_step
-      if (time_step <= 0.0_wp) then
-         speed = self%model%bounds%particle_speed
-         do t = 1, size(self%model%contact%tools)
-            speed = max(speed, abs(self%model%contact%tools(t)%speed_at(self%model%time)))
-         end do
-         time_step = self%scene%time%safety*self%model%stepped_cell()/(self%model%wave_speed() + speed)
-      end if
+      if (time_step > 0.0_wp) return
+      speed = self%model%bounds%particle_speed
+      do t = 1, size(self%model%contact%tools)
+         speed = max(speed, abs(self%model%contact%tools(t)%speed_at(self%model%time)))
+      end do
+      time_step = self%scene%time%safety*self%model%stepped_cell()/(self%model%wave_speed() + speed)
+   end function given_time_step
+
+   !> The given time step, or a share of it after a fault. Shortened a little, so that a whole number of such steps ends at the
+   !> end time: a short last step would show in the contact load.
+   pure real(wp) function next_time_step(self) result(time_step)
+      class(simulation_t), intent(in) :: self
+      real(wp) :: remaining
+      time_step = self%guard%share()*self%given_time_step()
       remaining = self%scene%end_time - self%model%time
       time_step = remaining/max(1_i8, ceiling(remaining/time_step - 1.0e-6_wp, i8))
    end function next_time_step
@@ -159,7 +226,8 @@ contains
       call self%model%timers%enter(phase_output)
       if (self%recorder%history_is_due(self%model%time)) then
          call self%balance%follow(self%model)
-         call self%recorder%record_history(self%model, self%balance, self%error)
+         call self%guard%look_at_energy(self%model, self%balance%excess(), self%balance%largest, self%error)
+         if (.not. self%error%happened()) call self%recorder%record_history(self%model, self%balance, self%error)
       end if
       if (.not. self%error%happened()) call self%recorder%record_snapshot(self%model, self%error)
       call self%model%timers%leave()
@@ -196,6 +264,7 @@ contains
                                 to_text(ceiling(self%scene%end_time/time_step, i8))//' steps')
          call self%console%line('fields     '//fields_text(self%model%levels(1)%table))
          call self%console%line('effects    '//effects_text(self))
+         call self%console%line('guard      '//self%guard%sentence(self%model))
       end associate
    end subroutine introduce
 
@@ -305,7 +374,7 @@ contains
       class(simulation_t), intent(inout) :: self
       call self%recorder%finish(self%error)
       call self%communicator%agree(self%error)
-      if (self%model%step > self%first_step) call self%summarise()
+      if (self%steps > 0) call self%summarise()
       if (.not. self%error%happened() .and. self%stop_reason /= '') call fail(self%error, exit_stopped, self%stop_reason)
       status = self%error%status
       call self%console%finish()
@@ -317,7 +386,7 @@ contains
       class(simulation_t), intent(inout) :: self
       type(cost_t) :: cost
       character(len=cost_line_length), allocatable :: table(:)
-      character(len=cost_line_length) :: facts(11)
+      character(len=cost_line_length) :: facts(12)
       character(len=:), allocatable :: verdict, path
       real(wp) :: bridge, messages, bytes, late(2)
       integer(i8) :: at_end, resting, splits
@@ -326,9 +395,9 @@ contains
       splits = self%communicator%sum_count(self%model%splits)
       at_end = self%communicator%sum_count(self%model%particle_count())
       messages = self%communicator%maximum(real(sum(self%model%exchange%messages) + sum(self%model%composite%messages), wp) &
-                                           /(self%model%step - self%first_step))
+                                           /self%steps)
       bytes = self%communicator%maximum(real(sum(self%model%exchange%bytes) + sum(self%model%composite%bytes), wp) &
-                                        /(self%model%step - self%first_step))
+                                        /self%steps)
       bridge = self%communicator%maximum(self%model%contact%worst_bridge)
       late = contact_share(self)
       cost%timers = self%model%timers
@@ -383,6 +452,8 @@ contains
          n = n + 1
          facts(n) = 'node sums: at most '//to_text(messages, 4)//' messages and '//to_text(bytes, 9)//' B sent by a rank in a step'
       end if
+      n = n + 1
+      facts(n) = self%guard%summary()
       call self%console%summary(verdict, int(self%model%step), self%model%time, [facts(:n), table])
    end subroutine summarise
 

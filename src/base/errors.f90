@@ -9,6 +9,7 @@ module m_errors
    type :: error_t
       integer :: status = exit_finished         !< one of the exit statuses of m_constants
       character(len=:), allocatable :: message  !< one sentence; not allocated when nothing failed
+      logical :: may_heal = .false.             !< smaller time steps may do what this one could not
    contains
       procedure :: happened
    end type error_t
@@ -22,13 +23,16 @@ contains
    end function happened
 
    !> Set an error, unless an earlier one stands (the first cause is the one to report).
-   pure subroutine fail(error, status, message)
+   pure subroutine fail(error, status, message, may_heal)
       type(error_t), intent(inout) :: error
       integer, intent(in) :: status !< exit status, from m_constants
       character(len=*), intent(in) :: message
+      logical, intent(in), optional :: may_heal !< with smaller time steps
       if (error%happened()) return
       error%status = status
       error%message = message
+      error%may_heal = .false.
+      if (present(may_heal)) error%may_heal = may_heal
    end subroutine fail
 
 end module m_errors

@@ -104,6 +104,15 @@ module m_scene
       real(wp) :: compliance = 0.01_wp   !< of a contact point, in time step over mass of its particle
    end type contact_spec_t
 
+   !> &guard
+   type, public :: guard_spec_t
+      integer :: retries = 3             !< of a fault, each with steps half as long; 0: a fault ends the run
+      integer :: save_every = 100        !< steps between copies, and between looks at all fields and the energy
+      real(wp) :: memory = 1.0e9_wp      !< bytes a rank that the copy may take; 0: no copy
+      real(wp) :: energy_limit = 0.5_wp  !< energy from nowhere in the largest energy or work; 0: not looked at
+      real(wp) :: step_limit = 1.0e-3_wp !< smallest time step in the first one
+   end type guard_spec_t
+
    !> &output
    type, public :: output_spec_t
       logical :: present = .false.       !< no &output group: nothing is written but the console
@@ -131,6 +140,7 @@ module m_scene
       type(grid_spec_t) :: grid
       type(time_spec_t) :: time
       type(contact_spec_t) :: contact
+      type(guard_spec_t) :: guard
       type(output_spec_t) :: output
       type(checkpoint_spec_t) :: checkpoint
       type(material_spec_t), allocatable :: materials(:)

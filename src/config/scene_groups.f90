@@ -19,6 +19,7 @@ module m_scene_groups
    integer, parameter :: longest_title = 200, longest_path = 1000
    real(wp), parameter :: largest_penetration_factor = 0.5_wp
    real(wp), parameter :: largest_friction = 10.0_wp
+   integer, parameter :: most_retries = 20 ! a millionth of the time step
    real(wp), parameter :: berkovich_angle = 65.27_wp !< degrees between axis and face
    real(wp), parameter :: default_every_wall = 600.0_wp !< s
    real(wp), parameter :: parallel = 1.0e-12_wp      !< one minus the cosine of directions that are taken for one
@@ -214,6 +215,8 @@ contains
          call group%get('tolerance', scene%contact%tolerance, above(0.0_wp, '', below=1.0_wp))
          call group%get('max_iterations', scene%contact%max_iterations, least=1)
          call group%get('compliance', scene%contact%compliance, above(0.0_wp, '', at_most=1.0_wp))
+      case ('guard')
+         call describe_guard(group, scene%guard)
       case ('output')
          call describe_output(group, scene%output)
       case ('checkpoint')
@@ -435,6 +438,17 @@ contains
       if (level%criterion == criterion_none .and. group%is_given('max_cells')) &
          call group%refuse('max_cells', 'only with criterion=''stress'' or ''strain''')
    end subroutine describe_level
+
+   subroutine describe_guard(group, guard)
+      type(group_reader_t), intent(inout) :: group
+      type(guard_spec_t), intent(inout) :: guard
+      call group%get('retries', guard%retries, least=0)
+      if (guard%retries > most_retries) call group%refuse('retries', 'must be at most '//to_text(most_retries))
+      call group%get('save_every', guard%save_every, least=1)
+      call group%get('memory', guard%memory, at_least(0.0_wp, 'bytes'))
+      call group%get('energy_limit', guard%energy_limit, at_least(0.0_wp, '', at_most=1.0_wp))
+      call group%get('step_limit', guard%step_limit, at_least(0.0_wp, '', at_most=0.5_wp))
+   end subroutine describe_guard
 
    subroutine describe_output(group, output)
       type(group_reader_t), intent(inout) :: group

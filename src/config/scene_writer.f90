@@ -11,11 +11,11 @@ module m_scene_writer
 
 contains
 
-   !> What must be the same where a run goes on from another: all but &scene, &output and &checkpoint.
+   !> What must be the same where a run goes on from another: all but &scene, &guard, &output and &checkpoint.
    function physics_as_namelist(scene) result(text)
       type(scene_t), intent(in) :: scene
       character(len=:), allocatable :: text
-      text = scene_as_namelist(scene, left_out=[character(len=10) :: 'scene', 'output', 'checkpoint'])
+      text = scene_as_namelist(scene, left_out=[character(len=10) :: 'scene', 'guard', 'output', 'checkpoint'])
    end function physics_as_namelist
 
    !> The whole scene, its lines ended by new_line; without some kinds of groups.

@@ -12,7 +12,8 @@ module m_contact
    use m_level, only: level_t
    use m_materials, only: materials_t
    use m_boundary, only: held_components, constrain_nodes
-   use m_candidates, only: candidate_t, candidates_t, first_inside, normal_speed, point_velocity, fastest, recovery
+   use m_contact_complaints, only: check_nodes, candidate_text
+   use m_candidates, only: candidate_t, candidates_t, normal_speed, point_velocity, fastest, recovery
    use m_friction, only: friction_t
    use m_contact_system, only: contact_system_t, nodal_forces_t, cell_nodes
    use m_petsc_solver, only: petsc_solver_t
@@ -38,6 +39,10 @@ module m_contact
       type(candidates_t) :: candidates
       type(friction_t) :: friction
       integer(i8) :: solves = 0, iterations = 0, unsolved = 0
+      integer(i8) :: unsolved_in_row = 0    !< steps up to now whose residual was far above the tolerance
+      real(wp) :: time = 0.0_wp             !< at which the step began, s
+      real(wp) :: step_residual = 0.0_wp    !< largest of a step's problems, relative
+      character(len=:), allocatable :: effort !< that was made of the last problem
       integer(i8) :: largest = 0            !< most candidates in a step, over all ranks
       real(wp) :: worst_residual = 0.0_wp   !< relative
       real(wp) :: worst_overlap = 0.0_wp    !< m
@@ -47,19 +52,21 @@ module m_contact
       procedure :: declare
       procedure :: active
       procedure :: push
-      procedure :: forbid
       procedure :: release
       procedure, private :: assemble
       procedure, private :: solve
       procedure, private :: sweep
       procedure, private :: solve_normal
       procedure, private :: judge
+      procedure, private :: check_solution
       procedure, private :: move_nodes
       procedure, private :: sum_up
    end type contact_t
 
    real(wp), parameter :: touching = 1.0e-4_wp    !< a smaller gap counts as contact, in particle edges
-   real(wp), parameter :: hopeless = 1.0e-3_wp    !< a relative residual above this stops the run
+   real(wp), parameter :: hopeless = 1.0e-3_wp    !< a relative residual above this is a fault
+   real(wp), parameter :: far_above = 100.0_wp    !< times the tolerance: a residual that is a fault in so many steps running:
+   integer, parameter :: most_unsolved = 10
    integer, parameter :: most_sweeps = 50         !< over normal forces and friction in a step
    integer, parameter :: products = 20            !< of the problem of friction, for each iteration that the other is allowed
    real(wp), parameter :: give = 10.0_wp          !< compliance of sticking points, in that of the normal forces; only changes give
@@ -106,6 +113,7 @@ contains
       real(wp), intent(in) :: time, time_step !< s
       type(error_t), intent(inout) :: error
       integer :: t, needs(2)
+      self%time = time
       do t = 1, size(self%tools)
          call self%tools(t)%begin_step(time, time_step)
       end do
@@ -117,7 +125,7 @@ contains
          if (needs(2) > 0) call self%solver%fit(communicator%comm%MPI_VAL, 64*((9*self%candidates%count/8)/64 + 1))
          call self%assemble(communicator, level, neighbours, time_step)
          call self%solve(level, time_step, error)
-         call check_nodes(self, level, error)
+         call check_nodes(self%candidates, self%tools, level, error)
          call self%move_nodes(level, time_step)
       end if
       call self%sum_up(communicator, level, time_step)
@@ -125,61 +133,10 @@ contains
          call self%tools(t)%end_step(time + time_step, time_step)
          if (self%tools(t)%is_pushed() .and. .not. abs(self%tools(t)%speed)*time_step <= fastest*level%grid%cell) &
             call fail(error, exit_numerical, 'time '//to_text(time + time_step)//' s: the tool '//self%tools(t)%spec%name// &
-                      ' moves by more than '//to_text(fastest)//' cells in a step; try a larger mass or smaller loads')
+                      ' moves by more than '//to_text(fastest)//' cells in a step; try a larger mass or smaller loads', &
+                      may_heal=.true.)
       end do
    end subroutine push
-
-   !> Contact is for the finest level: stop when a tool reaches a particle of a coarser one.
-   subroutine forbid(self, level, finest, error)
-      class(contact_t), intent(in) :: self
-      type(level_t), intent(in) :: level, finest
-      type(error_t), intent(inout) :: error
-      real(wp) :: place(3)
-      integer :: b, p, t
-      do b = 1, size(level%blocks)
-         call first_inside(self%tools, level, b, p, t)
-         if (p == 0) cycle
-         associate (x => level%layout%position)
-            place = level%blocks(b)%particles%column(p, x:x + 2)
-         end associate
-         call fail(error, exit_numerical, 'the tool '//self%tools(t)%spec%name//' touches particle '// &
-                   to_text(level%blocks(b)%particles%id(p))//' at ('//to_text(place(1))//', '//to_text(place(2))//', '// &
-                   to_text(place(3))//') m, on level '//to_text(level%number)//'; '//allowed_text(finest))
-      end do
-   end subroutine forbid
-
-   !> Where contact is allowed, for a sentence.
-   function allowed_text(finest) result(text)
-      type(level_t), intent(in) :: finest
-      character(len=:), allocatable :: text
-      real(wp) :: low(3), high(3)
-      low = max(finest%region%lower, finest%grid%lower)
-      high = min(finest%region%upper, finest%grid%upper)
-      text = 'contact is allowed inside the finest level, ('//to_text(low(1))//', '//to_text(low(2))//', '//to_text(low(3))// &
-             ') to ('//to_text(high(1))//', '//to_text(high(2))//', '//to_text(high(3))//') m: try a larger &level, '// &
-             'or one that follows'
-   end function allowed_text
-
-   !> A contact force must not act on a node that is no unknown of the level.
-   subroutine check_nodes(self, level, error)
-      class(contact_t), intent(in) :: self
-      type(level_t), intent(in) :: level
-      type(error_t), intent(inout) :: error
-      integer :: c
-      if (level%number == 1) return
-      do c = 1, self%candidates%count
-         associate (it => self%candidates%list(c))
-            if (.not. it%force > 0.0_wp) cycle
-            associate (node => block_size*level%blocks(it%block)%place + it%corner)
-               if (level%region%is_inner(node) .and. level%region%is_inner(node + 1)) cycle
-            end associate
-            call fail(error, exit_numerical, 'the tool '//self%tools(it%tool)%spec%name//' presses on particle '// &
-                      to_text(level%blocks(it%block)%particles%id(it%particle))//' at the edge of level '// &
-                      to_text(level%number)//'; '//allowed_text(level))
-            return
-         end associate
-      end do
-   end subroutine check_nodes
 
    !> The operator of this step's candidates: a row for each normal force, then two for each friction.
    subroutine assemble(self, communicator, level, neighbours, time_step)
@@ -308,15 +265,22 @@ contains
             b(c) = b(c)*self%system%scale(c)
             x(c) = 0.0_wp
             if (self%system%scale(c) > 0.0_wp) x(c) = it%force/self%system%scale(c)
+            if (abs(b(c)) <= huge(1.0_wp) .and. abs(x(c)) <= huge(1.0_wp)) cycle
+            b(c) = huge(1.0_wp) ! for all ranks to see
+            x(c) = 0.0_wp
+            call fail(error, exit_numerical, candidate_text(it, self%tools, level, self%time)// &
+                      ' has a speed or force that is not a number; try a smaller safety', may_heal=.true.)
          end associate
       end do
+      self%step_residual = 0.0_wp
       if (self%friction%present) then
-         call self%sweep(level, b, x, error)
+         call self%sweep(level, b, x)
       else
-         call self%solve_normal(b, x, iterations, error)
+         call self%solve_normal(b, x, iterations)
       end if
       self%solves = self%solves + 1
       call self%system%multiply(x, w)
+      call self%check_solution(level, b, x, w, error)
       strongest = self%system%communicator%maximum(maxval([0.0_wp, x*self%system%scale(:size(x))]))
       do c = 1, self%candidates%count
          associate (it => self%candidates%list(c))
@@ -336,37 +300,59 @@ contains
    end subroutine solve
 
    !> The problem of the normal forces, and its share of the statistics.
-   subroutine solve_normal(self, b, x, iterations, error)
+   subroutine solve_normal(self, b, x, iterations)
       class(contact_t), intent(inout) :: self
       real(wp), intent(in) :: b(:)
       real(wp), intent(inout) :: x(:)
       integer, intent(out) :: iterations
-      type(error_t), intent(inout) :: error
       real(wp) :: residual
       call self%solver%solve(self%system, b, x, self%spec%tolerance, self%spec%max_iterations, iterations, residual)
       self%iterations = self%iterations + iterations
-      call self%judge(residual, to_text(iterations)//' iterations', error)
+      call self%judge(residual, to_text(iterations)//' iterations')
    end subroutine solve_normal
 
-   !> Count a problem that did not come below the tolerance; stop where it is hopeless.
-   subroutine judge(self, residual, effort, error)
+   !> Count a problem that did not come below the tolerance.
+   subroutine judge(self, residual, effort)
       class(contact_t), intent(inout) :: self
       real(wp), intent(in) :: residual
       character(len=*), intent(in) :: effort
-      type(error_t), intent(inout) :: error
       self%worst_residual = max(self%worst_residual, residual)
       if (residual > self%spec%tolerance) self%unsolved = self%unsolved + 1
-      if (.not. residual <= hopeless) call fail(error, exit_numerical, 'the contact problem was not solved: relative residual '// &
-                            to_text(residual)//' after '//effort//'; try a larger max_iterations or a smaller safety')
+      if (residual <= self%step_residual) return
+      self%step_residual = residual
+      if (residual > self%spec%tolerance) self%effort = effort
    end subroutine judge
+
+   !> Collective: a step's contact forces must solve its problem: a residual without hope is a fault at once, one far above the
+   !> tolerance when it lasts. Names where the forces are furthest from the solution.
+   subroutine check_solution(self, level, b, x, w, error)
+      class(contact_t), intent(inout) :: self
+      type(level_t), intent(in) :: level
+      real(wp), intent(in) :: b(:), x(:), w(:) !< right-hand side, unknowns, compliance times unknowns; scaled
+      type(error_t), intent(inout) :: error
+      real(wp) :: off(size(b)), worst
+      character(len=:), allocatable :: limit
+      self%unsolved_in_row = merge(self%unsolved_in_row + 1, 0_i8, self%step_residual > far_above*self%spec%tolerance)
+      if (self%step_residual <= hopeless .and. self%unsolved_in_row < most_unsolved) return
+      limit = to_text(hopeless)//' is allowed'
+      if (self%step_residual <= hopeless) limit = to_text(far_above)//' times the tolerance, '//to_text(self%spec%tolerance)// &
+                                                  ', is allowed in '//to_text(most_unsolved)//' steps running'
+      off = merge(abs(w - b), max(0.0_wp, b - w), x > 0.0_wp)
+      worst = maxval([-1.0_wp, off])
+      if (self%step_residual < huge(1.0_wp) .and. worst >= self%system%communicator%maximum(worst)) &
+         call fail(error, exit_numerical, &
+                   candidate_text(self%candidates%list(maxloc(off, dim=1)), self%tools, level, self%time)// &
+                   ': the contact problem was not solved, relative residual '//to_text(self%step_residual, 3)//' after '// &
+                   self%effort//', at most '//limit//'; try a larger max_iterations or a smaller safety', may_heal=.true.)
+      call self%system%communicator%agree(error)
+   end subroutine check_solution
 
    !> Normal forces with the friction held, and friction with the normal forces held, in turn until the normal problem is solved
    !> with the friction that belongs to it (theory.md, eq. friction-sweeps). On return b holds what the friction does to it.
-   subroutine sweep(self, level, b, x, error)
+   subroutine sweep(self, level, b, x)
       class(contact_t), intent(inout) :: self
       type(level_t), intent(in) :: level
       real(wp), intent(inout) :: b(:), x(:)
-      type(error_t), intent(inout) :: error
       real(wp) :: free(size(b)), dragged(size(b)), pushed(2*self%candidates%rubbing), radius(self%candidates%rubbing), residual
       integer :: c, iterations, n, round, rows
       n = self%candidates%count
@@ -377,8 +363,8 @@ contains
          do round = 1, most_sweeps
             call self%system%respond([n + 1, rows], self%friction%force, [1, n], dragged)
             b = free - dragged
-            call self%solve_normal(b, x, iterations, error)
-            if (error%happened() .or. (round > 1 .and. iterations == 0)) exit
+            call self%solve_normal(b, x, iterations)
+            if (self%step_residual > hopeless .or. (round > 1 .and. iterations == 0)) exit
             self%friction%sweeps = self%friction%sweeps + 1
             do c = 1, n
                if (list(c)%rubbing == 0) cycle
@@ -388,8 +374,8 @@ contains
             end do
             call self%system%respond([1, n], x, [n + 1, rows], pushed)
             call self%friction%solve(self%system, radius, pushed, self%spec%tolerance, products*self%spec%max_iterations, residual)
-            call self%judge(residual, to_text(products*self%spec%max_iterations)//' products for friction', error)
-            if (error%happened()) exit
+            call self%judge(residual, to_text(products*self%spec%max_iterations)//' products for friction')
+            if (self%step_residual > hopeless) exit
          end do
          call self%system%activate(1, n)
          if (round > most_sweeps) self%unsolved = self%unsolved + 1

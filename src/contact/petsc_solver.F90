@@ -24,6 +24,7 @@ module m_petsc_solver
       procedure, public :: release
    end type petsc_solver_t
 
+   real(wp), parameter :: largest_right_side = 1.0e100_wp !< its norm; what is larger, or not a number, has no solution
    integer, parameter :: together = 25              !< iterations between looks at unknowns beside their bounds
    real(wp), parameter :: rounding = 1.0e-13_wp     !< of the largest unknown
 
@@ -69,7 +70,7 @@ contains
    end subroutine fit
 
    !> Collective: x from its start value; unknowns beyond size(x) are idle. `residual` is the norm of the projected gradient
-   !> relative to that of b.
+   !> relative to that of b; huge, and x as it was, where b has no norm.
    subroutine solve(self, operator, b, x, tolerance, max_iterations, iterations, residual)
       class(petsc_solver_t), intent(inout) :: self
       class(petsc_operator_t), intent(inout), target :: operator
@@ -89,6 +90,12 @@ contains
       call fill(self%right_side, b)
       call fill(self%solution, x)
       PetscCallA(VecNorm(self%right_side, NORM_2, size_of_b, ierr))
+      if (.not. size_of_b <= largest_right_side) then ! on all ranks alike: PETSc would abort
+         iterations = 0
+         residual = huge(residual)
+         nullify (current_operator)
+         return
+      end if
       PetscCallA(TaoSetTolerances(self%tao, tolerance*size_of_b, 0.0_wp, 0.0_wp, ierr))
       iterations = 0
       do

@@ -17,6 +17,7 @@ module m_checkpoint
    use m_model, only: model_t
    use m_restore, only: block_table_t, table_width, bounds_width, take_blocks, restore_blocks, check_particles
    use m_energy, only: balance_t, sums_t
+   use m_guard, only: guard_facts
    use m_snapshot, only: file_layout_t
    use m_state_store, only: store_t, some_rows
    use m_hdf5_file, only: hdf5_file_t, rows_of_real, rows_of_long, rows_of_byte
@@ -30,6 +31,7 @@ module m_checkpoint
    type :: run_facts_t
       integer(i8) :: particles = 0              !< at the start of the scene
       integer(i8), allocatable :: probes(:)     !< ids of the probed particles
+      real(wp) :: guard(guard_facts) = 0.0_wp   !< what the guard remembers
    end type run_facts_t
 
    !> A checkpoint that is read.
@@ -196,6 +198,7 @@ contains
       model%bounds%particle_speed = clock(3)
       model%lost = clock(4)
       call describe_balance(store, balance, error)
+      call describe_guard(store, model, facts, error)
       allocate (works(2, size(model%levels)), regions(6, size(model%levels)))
       works(1, :) = model%effect_step%external_work
       works(2, :) = model%effect_step%damped
@@ -278,6 +281,18 @@ contains
       if (error%happened() .or. any(capacity < 0 .or. capacity > most_unknowns)) return
       call model%contact%solver%fit(model%communicator%comm%MPI_VAL, int(capacity(model%communicator%rank + 1)))
    end subroutine describe_solver
+
+   subroutine describe_guard(store, model, facts, error)
+      type(store_t), intent(inout) :: store
+      type(model_t), intent(inout) :: model
+      type(run_facts_t), intent(inout) :: facts
+      type(error_t), intent(inout) :: error
+      real(wp) :: values(guard_facts + 1)
+      values = [facts%guard, real(model%contact%unsolved_in_row, wp)]
+      call store%reals('/state/guard', values, error)
+      facts%guard = values(:guard_facts)
+      model%contact%unsolved_in_row = nint(values(guard_facts + 1), i8)
+   end subroutine describe_guard
 
    subroutine describe_balance(store, balance, error)
       type(store_t), intent(inout) :: store

@@ -43,6 +43,7 @@ module m_history
    contains
       procedure :: open => open_history
       procedure :: append
+      procedure :: take_back
       procedure :: sync
       procedure :: close => close_history
    end type history_t
@@ -128,6 +129,25 @@ contains
       self%is_whole = .false.
       call fail(error, exit_files, 'cannot write '//self%path//': '//trim(reason))
    end subroutine append
+
+   !> Remove the last rows again. Nothing happens on the other ranks; rank 0 may get an error.
+   subroutine take_back(self, rows, error)
+      class(history_t), intent(inout) :: self
+      integer, intent(in) :: rows
+      type(error_t), intent(inout) :: error
+      integer :: n, status
+      character(len=256) :: reason
+      if (.not. self%is_open .or. rows == 0) return
+      do n = 1, rows
+         backspace (self%unit, iostat=status, iomsg=reason)
+         if (status /= 0) exit
+      end do
+      if (status == 0) endfile (self%unit, iostat=status, iomsg=reason)
+      if (status == 0) backspace (self%unit, iostat=status, iomsg=reason)
+      if (status == 0) return
+      self%is_whole = .false.
+      call fail(error, exit_files, 'cannot write '//self%path//': '//trim(reason))
+   end subroutine take_back
 
    !> End the curve: the file gets its name, also when the run ends early. If a row could not be written it stays a `.part`.
    subroutine close_history(self, error)

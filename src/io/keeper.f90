@@ -35,7 +35,9 @@ module m_keeper
       procedure :: start
       procedure :: request
       procedure :: keep
-      procedure, private :: is_due
+      procedure :: is_due
+      procedure :: keep_last
+      procedure, private :: write => write_one
    end type keeper_t
 
 contains
@@ -103,24 +105,10 @@ contains
       type(recorder_t), intent(inout) :: recorder
       character(len=:), allocatable, intent(out) :: reason
       type(error_t), intent(inout) :: error
-      character(len=:), allocatable :: path
       reason = ''
       if (error%happened()) return
-      if (self%is_due(model)) then
-         call model%timers%enter(self%row)
-         self%last_wall = wall_time()
-         call recorder%sync(model%communicator, error)
-         if (.not. error%happened()) call write_checkpoint(self%directory, scene, model, balance, facts, path, error)
-         call model%timers%leave()
-         if (error%happened()) return
-         if (self%root) call remove_checkpoints(self%directory, path, self%last)
-         self%last = path
-         self%last_step = model%step
-         if (self%spec%every > 0.0_wp) self%made = int(model%time/self%spec%every*(1.0_wp + 1.0e-12_wp))
-         self%longest = max(self%longest, wall_time() - self%last_wall)
-         self%last_wall = wall_time()
-         call forget_checkpoint_signal()
-      end if
+      if (self%is_due(model)) call self%write(scene, model, balance, facts, recorder, error)
+      if (error%happened()) return
       if (model%asked < asks_end_limit .or. model%time >= self%end_time) return
       select case (model%asked)
       case (asks_end_limit)
@@ -137,5 +125,43 @@ contains
          reason = reason//', without a checkpoint: the scene has no &output'
       end if
    end subroutine keep
+
+   !> Collective: where a run with &checkpoint ends by a fault, its last good state, unless there is a checkpoint of it.
+   subroutine keep_last(self, scene, model, balance, facts, recorder, error)
+      class(keeper_t), intent(inout) :: self
+      type(scene_t), intent(in) :: scene
+      type(model_t), intent(inout) :: model
+      type(balance_t), intent(inout) :: balance
+      type(run_facts_t), intent(inout) :: facts
+      type(recorder_t), intent(inout) :: recorder
+      type(error_t), intent(inout) :: error
+      if (.not. (self%spec%present .and. self%writes) .or. model%step == self%last_step) return
+      call self%write(scene, model, balance, facts, recorder, error)
+   end subroutine keep_last
+
+   !> Collective: a checkpoint; of those before, one stays.
+   subroutine write_one(self, scene, model, balance, facts, recorder, error)
+      class(keeper_t), intent(inout) :: self
+      type(scene_t), intent(in) :: scene
+      type(model_t), intent(inout) :: model
+      type(balance_t), intent(inout) :: balance
+      type(run_facts_t), intent(inout) :: facts
+      type(recorder_t), intent(inout) :: recorder
+      type(error_t), intent(inout) :: error
+      character(len=:), allocatable :: path
+      call model%timers%enter(self%row)
+      self%last_wall = wall_time()
+      call recorder%sync(model%communicator, error)
+      if (.not. error%happened()) call write_checkpoint(self%directory, scene, model, balance, facts, path, error)
+      call model%timers%leave()
+      if (error%happened()) return
+      if (self%root) call remove_checkpoints(self%directory, path, self%last)
+      self%last = path
+      self%last_step = model%step
+      if (self%spec%every > 0.0_wp) self%made = int(model%time/self%spec%every*(1.0_wp + 1.0e-12_wp))
+      self%longest = max(self%longest, wall_time() - self%last_wall)
+      self%last_wall = wall_time()
+      call forget_checkpoint_signal()
+   end subroutine write_one
 
 end module m_keeper

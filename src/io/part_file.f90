@@ -52,7 +52,7 @@ contains
       type(error_t), intent(inout) :: error
       integer :: status
       character(len=256) :: reason
-      open (newunit=unit, file=part_name(path), status='replace', action='write', form='formatted', recl=65536, &
+      open (newunit=unit, file=part_name(path), status='replace', action='readwrite', form='formatted', recl=65536, &
             iostat=status, iomsg=reason)
       if (status /= 0) call fail(error, exit_files, 'cannot write '//path//': '//trim(reason))
    end subroutine open_part

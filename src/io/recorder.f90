@@ -39,6 +39,8 @@ module m_recorder
       logical :: hdf5 = .false., tecplot = .false.
       real(wp) :: end_time = 0.0_wp, snapshot_every = 0.0_wp, history_every = 0.0_wp
       integer :: snapshots = 0, rows = 0
+      integer :: rows_since_mark = 0
+      integer(i8) :: last_snapshot = -1 !< step of it
       type(history_t), allocatable :: tools(:), probes(:)
       type(history_t) :: energy
       type(probe_t), allocatable :: probed(:)
@@ -47,7 +49,10 @@ module m_recorder
       procedure :: start
       procedure :: history_is_due
       procedure :: record_history
+      procedure :: snapshot_is_due
       procedure :: record_snapshot
+      procedure :: mark
+      procedure :: go_back
       procedure :: sync
       procedure :: probe_ids
       procedure :: finish
@@ -190,6 +195,7 @@ contains
       integer :: n
       self%rows = 1 + int(model%time/self%history_every*(1.0_wp + 1.0e-12_wp))
       if (.not. self%writes) return
+      self%rows_since_mark = self%rows_since_mark + 1
       call self%energy%append([model%time, balance%now%kinetic, balance%now%strain, balance%now%plastic, balance%damped, &
                                balance%external_work, balance%error(), balance%now%momentum, &
                                balance%now%angular_momentum, balance%now%mass], error)
@@ -206,14 +212,51 @@ contains
       call model%communicator%agree(error)
    end subroutine record_history
 
-   !> Collective: a snapshot of the particles, if one is due.
-   subroutine record_snapshot(self, model, error)
+   !> Here is where `go_back` goes to.
+   subroutine mark(self)
+      class(recorder_t), intent(inout) :: self
+      self%rows_since_mark = 0
+   end subroutine mark
+
+   !> Collective: take away the rows since the mark; the model is again as it was there, and nothing else has been written since.
+   subroutine go_back(self, model, error)
       class(recorder_t), intent(inout) :: self
       type(model_t), intent(in) :: model
       type(error_t), intent(inout) :: error
+      integer :: n
+      call self%resume(model%time, self%snapshot_every)
+      if (.not. self%writes) return
+      call self%energy%take_back(self%rows_since_mark, error)
+      do n = 1, size(self%tools)
+         call self%tools(n)%take_back(self%rows_since_mark, error)
+      end do
+      do n = 1, size(self%probes)
+         call self%probes(n)%take_back(self%rows_since_mark, error)
+      end do
+      self%rows_since_mark = 0
+      call model%communicator%agree(error)
+   end subroutine go_back
+
+   !> True when a snapshot of the particles is to be written.
+   pure logical function snapshot_is_due(self, time)
+      class(recorder_t), intent(in) :: self
+      real(wp), intent(in) :: time
+      snapshot_is_due = self%writes .and. (self%hdf5 .or. self%tecplot)
+      if (snapshot_is_due) snapshot_is_due = due(self%snapshots, self%snapshot_every, time, self%end_time)
+   end function snapshot_is_due
+
+   !> Collective: a snapshot of the particles, if one is due, or one `now` unless there is one of this step.
+   subroutine record_snapshot(self, model, error, now)
+      class(recorder_t), intent(inout) :: self
+      type(model_t), intent(in) :: model
+      type(error_t), intent(inout) :: error
+      logical, intent(in), optional :: now
       type(snapshot_t) :: snapshot
-      if (.not. self%writes .or. .not. (self%hdf5 .or. self%tecplot)) return
-      if (.not. due(self%snapshots, self%snapshot_every, model%time, self%end_time)) return
+      logical :: wanted
+      wanted = self%snapshot_is_due(model%time)
+      if (present(now)) wanted = now .and. self%writes .and. (self%hdf5 .or. self%tecplot) .and. model%step /= self%last_snapshot
+      if (.not. wanted) return
+      self%last_snapshot = model%step
       self%snapshots = 1
       if (self%snapshot_every > 0.0_wp) self%snapshots = 1 + int(model%time/self%snapshot_every*(1.0_wp + 1.0e-12_wp))
       snapshot%time = model%time

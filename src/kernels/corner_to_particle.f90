@@ -7,7 +7,7 @@ module m_corner_to_particle
    use m_cell_list, only: cell_list_t
    use m_stencil, only: frame_t, batch, chunk
    use m_corner_stencil, only: corner_stencil_t, corner_weights_t, set_corners, set_corner_weights
-   use m_node_to_particle, only: motion_t, taken_t, move
+   use m_node_to_particle, only: motion_t, longest_t, taken_t, move, find_longest
    implicit none
    private
    public :: scatter_to_corners
@@ -17,7 +17,7 @@ module m_corner_to_particle
 contains
 
    !> Move a block's particles with its node tile and store their velocity gradients; as scatter_to_particles.
-   pure subroutine scatter_to_corners(cells, tile, layout, frame, motion, column, gradient)
+   pure subroutine scatter_to_corners(cells, tile, layout, frame, motion, column, gradient, longest)
       type(cell_list_t), intent(in) :: cells
       real(wp), intent(in) :: tile(lanes, 0:block_size + 1, 0:block_size + 1, 0:block_size + 1)
       type(layout_t), intent(in) :: layout
@@ -25,6 +25,7 @@ contains
       type(motion_t), intent(in) :: motion
       real(wp), intent(inout), contiguous :: column(:, :)
       real(wp), intent(inout), contiguous :: gradient(:, :) !< (:, 9), 1/s
+      type(longest_t), intent(inout), optional :: longest
       type(corner_stencil_t) :: corners
       type(corner_weights_t) :: weights
       type(taken_t) :: taken
@@ -37,6 +38,7 @@ contains
             call take(weights, m, p, corners%place(:, m), tile, taken)
          end do
          call move(corners%list, taken, layout, motion, column, gradient)
+         if (present(longest)) call find_longest(corners%list, taken, longest)
       end do
    end subroutine scatter_to_corners
 

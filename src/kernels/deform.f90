@@ -3,11 +3,12 @@ module m_deform
    use m_kinds, only: wp
    implicit none
    private
-   public :: advance_volume, advance_half_sizes, advance_half_edges, fastest
+   public :: advance_volume, advance_half_sizes, advance_half_edges, fastest, all_finite
 
 contains
 
-   !> V <- V det(I + dt L) for the first `count` particles; `smallest` is the smallest of the determinants.
+   !> V <- V det(I + dt L) for the first `count` particles; `smallest` is the smallest of the new volumes, m3: not above 0 where a
+   !> particle was turned inside out.
    pure subroutine advance_volume(count, gradient, time_step, volume, smallest)
       integer, intent(in) :: count
       real(wp), intent(in), contiguous :: gradient(:, :) !< (:, 9), d v_i / d x_j at 3 (j-1) + i, 1/s
@@ -30,7 +31,7 @@ contains
          f33 = 1.0_wp + time_step*gradient(p, 9)
          jacobian = f11*(f22*f33 - f23*f32) - f12*(f21*f33 - f23*f31) + f13*(f21*f32 - f22*f31)
          volume(p) = volume(p)*jacobian
-         smallest = min(smallest, jacobian)
+         smallest = min(smallest, volume(p))
       end do
    end subroutine advance_volume
 
@@ -73,6 +74,22 @@ contains
          end do
       end do
    end subroutine advance_half_edges
+
+   !> True when no value of the first `count` rows is infinite or undefined: x - x is 0 for all others.
+   pure logical function all_finite(count, values)
+      integer, intent(in) :: count
+      real(wp), intent(in), contiguous :: values(:, :)
+      real(wp) :: nothing
+      integer :: c, p
+      nothing = 0.0_wp
+      do c = 1, size(values, 2)
+         !$omp simd reduction(+: nothing)
+         do p = 1, count
+            nothing = nothing + (values(p, c) - values(p, c))
+         end do
+      end do
+      all_finite = abs(nothing) <= 0.0_wp
+   end function all_finite
 
    !> Largest squared speed (m2/s2) and largest specific volume (m3/kg) of particles first..last.
    pure subroutine fastest(velocity, mass, volume, first, last, speed_squared, specific_volume)

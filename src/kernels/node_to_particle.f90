@@ -7,7 +7,7 @@ module m_node_to_particle
    use m_stencil, only: stencil_t, frame_t, batch, chunk, set_stencil, fetch, put_back
    implicit none
    private
-   public :: scatter_to_particles, motion_t, taken_t, move
+   public :: scatter_to_particles, motion_t, longest_t, taken_t, move, find_longest
 
    integer, parameter :: lanes = 8 !< values a node: mass, velocity (3), acceleration (3), spare
 
@@ -17,6 +17,12 @@ module m_node_to_particle
       real(wp) :: flip_fraction
       integer :: position       !< first column of where the new position goes
    end type motion_t
+
+   !> The particle of a block that the grid carries fastest along an axis: an infinite or undefined speed is none.
+   type :: longest_t
+      real(wp) :: speed = 0.0_wp !< m/s
+      integer :: particle = 0
+   end type longest_t
 
    !> What the particles of a chunk take. Vectors may write `batch` - 1 beyond the last.
    type :: taken_t
@@ -29,7 +35,7 @@ module m_node_to_particle
 contains
 
    !> Move a block's particles with its node tile and store their velocity gradients, d v_i / d x_j at 3 (j-1) + i.
-   pure subroutine scatter_to_particles(cells, tile, layout, frame, motion, column, gradient)
+   pure subroutine scatter_to_particles(cells, tile, layout, frame, motion, column, gradient, longest)
       type(cell_list_t), intent(in) :: cells
       real(wp), intent(in) :: tile(lanes, 0:block_size + 1, 0:block_size + 1, 0:block_size + 1)
       type(layout_t), intent(in) :: layout
@@ -37,6 +43,7 @@ contains
       type(motion_t), intent(in) :: motion
       real(wp), intent(inout), contiguous :: column(:, :)
       real(wp), intent(inout), contiguous :: gradient(:, :) !< (:, 9), 1/s
+      type(longest_t), intent(inout), optional :: longest
       type(stencil_t) :: stencil
       type(taken_t) :: taken
       integer :: first, last, p, r
@@ -56,8 +63,29 @@ contains
             end associate
          end do
          call move(stencil, taken, layout, motion, column, gradient)
+         if (present(longest)) call find_longest(stencil, taken, longest)
       end do
    end subroutine scatter_to_particles
+
+   !> Raise `longest` to the fastest of a chunk.
+   pure subroutine find_longest(stencil, taken, longest)
+      type(stencil_t), intent(in) :: stencil
+      type(taken_t), intent(in) :: taken
+      type(longest_t), intent(inout) :: longest
+      real(wp) :: speed
+      integer :: axis, m
+      speed = 0.0_wp
+      do axis = 1, 3
+         !$omp simd reduction(max: speed)
+         do m = 1, stencil%count
+            speed = max(speed, abs(taken%motion(m, axis)))
+         end do
+      end do
+      if (.not. speed > longest%speed .or. .not. speed <= huge(speed)) return
+      do m = 1, stencil%count
+         if (maxval(abs(taken%motion(m, 1:3))) >= speed) longest = longest_t(speed, stencil%member(m))
+      end do
+   end subroutine find_longest
 
    !> The particle `first` and those behind it together: one lane a particle. What is taken by those that are not of the same bin
    !> is nonsense, and overwritten when their turn comes.

@@ -2,9 +2,7 @@
 module m_advance
    use mpi_f08
    use m_kinds, only: wp, i8
-   use m_constants, only: exit_numerical
-   use m_errors, only: error_t, fail
-   use m_text, only: to_text
+   use m_errors, only: error_t
    use m_timers
    use m_scene, only: update_usl, update_usf, update_musl
    use m_level, only: tile_last, node_values
@@ -13,6 +11,8 @@ module m_advance
    use m_node_exchange, only: sum_tiles
    use m_residence, only: change_pair
    use m_move_regions, only: move_regions
+   use m_contact_complaints, only: forbid_contact
+   use m_complaints, only: check_missing
    use m_level_step, only: clock_t, to_nodes, solve, to_particles, strain, take_next_position
    implicit none
    private
@@ -80,7 +80,7 @@ contains
             call model%contact%push(model%communicator, model%levels(l), model%materials, model%exchange(l)%ranks, clock%time, &
                                     clock%step, error)
          else
-            call model%contact%forbid(model%levels(l), model%levels(size(model%levels)), error)
+            call forbid_contact(model%contact%tools, model%levels(l), model%levels(size(model%levels)), error)
          end if
       end if
       if (l < size(model%levels)) then
@@ -187,9 +187,13 @@ contains
       model%bounds%particle_speed = bounds(2)
       new_blocks = bounds(3) > 0.0_wp
       model%asked = nint(bounds(5))
+      if (new_blocks .and. size(model%levels) > 1) then
+         do b = 1, size(model%levels(l)%blocks)
+            call check_missing(model, l, b, error)
+         end do
+         bounds(4) = 1.0_wp
+      end if
       if (bounds(4) > 0.0_wp) call model%communicator%agree(error)
-      if (new_blocks .and. size(model%levels) > 1) call fail(error, exit_numerical, 'step '//to_text(model%step + 1)//', time '// &
-         to_text(model%time)//' s: a particle of level '//to_text(l)//' moved further than a step allows; try a smaller safety')
    end subroutine agree
 
 end module m_advance

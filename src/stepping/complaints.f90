@@ -1,17 +1,27 @@
-!> What is wrong with a particle, in a sentence.
+!> What is wrong with a particle, in a sentence: which, where, on which level, what was found, what is allowed, what to try.
 module m_complaints
+   use mpi_f08
    use m_kinds, only: wp
    use m_constants, only: exit_numerical
    use m_errors, only: error_t, fail
    use m_text, only: to_text
+   use m_deform, only: all_finite
+   use m_field_table, only: field_t
+   use m_node_to_particle, only: longest_t
+   use m_migration, only: entered
    use m_model, only: model_t
    implicit none
    private
-   public :: particle_text, check_leavers, report_outside, report_inversion
+   public :: particle_text, check_leavers, check_missing, report_outside, report_inversion, report_long_way, report_undefined, &
+             check_fields, fastest_text
+
+   character(len=*), parameter :: unstable = ': the motion is unstable; try a smaller safety'
+
+   real(wp), parameter, public :: furthest_way = 0.5_wp !< of a particle in a step of its level along an axis, in cells of the level
 
 contains
 
-   !> Leavers must be finite, and not further than the next block.
+   !> Leavers must have gone somewhere, and not further than the next block.
    subroutine check_leavers(model, l, b, error)
       type(model_t), intent(in) :: model
       integer, intent(in) :: l, b
@@ -25,11 +35,31 @@ contains
             if (all(abs(position - block%origin) <= 16.0_wp*level%grid%cell)) then
                if (all(abs((position - block%origin)*level%grid%per_cell - 3.5_wp) <= 11.5_wp)) cycle
             end if
-            call fail(error, exit_numerical, particle_text(model, l, b, p)//' moved more than a cell in one step or is not a '// &
-                      'number: the motion is unstable; try a smaller safety')
+            if (.not. all(abs(position) <= huge(1.0_wp))) then
+               call fail(error, exit_numerical, particle_text(model, l, b, p)//' has a position that is not a number'//unstable, &
+                         may_heal=.true.)
+            else
+               call fail(error, exit_numerical, particle_text(model, l, b, p)//' moved further than the next block, at most '// &
+                         to_text(furthest_way)//' cells a step are allowed'//unstable, may_heal=.true.)
+            end if
          end do
       end associate
    end subroutine check_leavers
+
+   !> With several levels blocks are there before a particle may reach them: one that enters another has moved too far.
+   subroutine check_missing(model, l, b, error)
+      type(model_t), intent(in) :: model
+      integer, intent(in) :: l, b
+      type(error_t), intent(inout) :: error
+      integer :: m, p
+      associate (level => model%levels(l), block => model%levels(l)%blocks(b))
+         do m = 1, block%leaver_count
+            p = int(block%leavers(m))
+            if (level%owner_at(entered(level, block, p)) < 0) call fail(error, exit_numerical, &
+               particle_text(model, l, b, p)//' moved further than a step of the coarsest level allows'//unstable, may_heal=.true.)
+         end do
+      end associate
+   end subroutine check_missing
 
    !> Name the particle that left the grid.
    subroutine report_outside(model, l, b, error)
@@ -65,23 +95,144 @@ contains
             if (block%particles%column(p, model%levels(l)%layout%volume) > 0.0_wp) cycle
             call fail(error, exit_numerical, particle_text(model, l, b, p)//' was turned inside out (volume '// &
                       to_text(block%particles%column(p, model%levels(l)%layout%volume))// &
-                      ' m3, must be above 0); try a smaller safety')
+                      ' m3, must be above 0); try a smaller safety', may_heal=.true.)
             return
          end do
       end associate
-      call fail(error, exit_numerical, 'a velocity gradient is not a number at time '//to_text(model%time)//' s')
+      call fail(error, exit_numerical, 'step '//to_text(model%step + 1)//', time '//to_text(model%time)// &
+                ' s: a velocity gradient on level '//to_text(l)//' is not a number'//unstable, may_heal=.true.)
    end subroutine report_inversion
 
-   !> Who, where and when, for a sentence.
+   !> A particle that the grid carried too far in a step.
+   subroutine report_long_way(model, l, b, longest, time_step, error)
+      type(model_t), intent(in) :: model
+      integer, intent(in) :: l, b
+      type(longest_t), intent(in) :: longest
+      real(wp), intent(in) :: time_step !< of the level, s
+      type(error_t), intent(inout) :: error
+      call fail(error, exit_numerical, particle_text(model, l, b, longest%particle)//' moved '// &
+                to_text(longest%speed*time_step*model%levels(l)%grid%per_cell, 3)//' cells in a step, at '// &
+                to_text(longest%speed, 3)//' m/s; at most '//to_text(furthest_way)//' cells are allowed'//unstable, may_heal=.true.)
+   end subroutine report_long_way
+
+   !> A particle with a stress that is infinite or not a number.
+   subroutine report_undefined(model, l, b, error)
+      type(model_t), intent(in) :: model
+      integer, intent(in) :: l, b
+      type(error_t), intent(inout) :: error
+      integer :: f
+      associate (table => model%levels(l)%table)
+         do f = 1, size(table%fields)
+            if (table%fields(f)%first == model%levels(l)%layout%stress) call name_undefined(model, l, b, table%fields(f), error)
+         end do
+      end associate
+   end subroutine report_undefined
+
+   !> Collective: no particle has a field that is infinite or not a number.
+   subroutine check_fields(model, error)
+      type(model_t), intent(in) :: model
+      type(error_t), intent(inout) :: error
+      integer :: b, f, l
+      do l = 1, size(model%levels)
+         associate (level => model%levels(l))
+            do b = 1, size(level%blocks)
+               associate (particles => level%blocks(b)%particles)
+                  if (particles%count == 0) cycle
+                  if (all_finite(particles%count, particles%column(:, :level%table%columns))) cycle
+                  do f = 1, size(level%table%fields)
+                     call name_undefined(model, l, b, level%table%fields(f), error)
+                  end do
+               end associate
+            end do
+         end associate
+      end do
+      call model%communicator%agree(error)
+   end subroutine check_fields
+
+   !> The first particle of a block in whose field there is something infinite or not a number, if there is one.
+   subroutine name_undefined(model, l, b, field, error)
+      type(model_t), intent(in) :: model
+      integer, intent(in) :: l, b
+      type(field_t), intent(in) :: field
+      type(error_t), intent(inout) :: error
+      integer :: c, p
+      associate (particles => model%levels(l)%blocks(b)%particles)
+         do c = field%first, field%first + field%components - 1
+            do p = 1, particles%count
+               if (abs(particles%column(p, c)) <= huge(1.0_wp)) cycle
+               call fail(error, exit_numerical, particle_text(model, l, b, p)//' has '//field%name//' '// &
+                         to_text(particles%column(p, c))//' '//field%unit//', which must be a number'//unstable, may_heal=.true.)
+               return
+            end do
+         end do
+      end associate
+   end subroutine name_undefined
+
+   !> Collective: who has the largest speed of its own and of sound together, and both, for a sentence. The same on all ranks.
+   function fastest_text(model) result(text)
+      type(model_t), intent(in) :: model
+      character(len=:), allocatable :: text
+      real(wp) :: largest, sound, speed
+      integer :: at(3), b, l, owner, p
+      largest = -1.0_wp
+      at = 0
+      do l = 1, size(model%levels)
+         do b = 1, size(model%levels(l)%blocks)
+            do p = 1, model%levels(l)%blocks(b)%particles%count
+               call speeds_of(l, b, p, sound, speed)
+               if (.not. sound + speed > largest) cycle
+               largest = sound + speed
+               at = [l, b, p]
+            end do
+         end do
+      end do
+      text = ''
+      owner = model%communicator%ranks
+      if (largest >= model%communicator%maximum(largest)) owner = model%communicator%rank
+      call MPI_Allreduce(MPI_IN_PLACE, owner, 1, MPI_INTEGER, MPI_MIN, model%communicator%comm)
+      if (owner == model%communicator%rank .and. at(1) > 0) then
+         call speeds_of(at(1), at(2), at(3), sound, speed)
+         text = particle_text(model, at(1), at(2), at(3))//' moves at '//to_text(speed, 3)//' m/s, sound in it at '// &
+                to_text(sound, 3)//' m/s'
+      end if
+      call model%communicator%broadcast_text(text, min(owner, model%communicator%ranks - 1))
+   contains
+      subroutine speeds_of(l, b, p, sound, speed)
+         integer, intent(in) :: l, b, p
+         real(wp), intent(out) :: sound, speed
+         associate (particles => model%levels(l)%blocks(b)%particles, at => model%levels(l)%layout, materials => model%materials)
+            speed = norm2(particles%column(p, at%velocity:at%velocity + 2))
+            sound = sqrt(materials%slots(materials%of_body(particles%body(p)))%law%stiffest()* &
+                         particles%column(p, at%volume)/particles%column(p, at%mass))
+         end associate
+      end subroutine speeds_of
+   end function fastest_text
+
+   !> Who, where, on which level and when, for a sentence.
    function particle_text(model, l, b, p) result(text)
       type(model_t), intent(in) :: model
       integer, intent(in) :: l, b, p
       character(len=:), allocatable :: text
-      associate (particles => model%levels(l)%blocks(b)%particles, x => model%levels(l)%layout%position)
-         text = 'step '//to_text(model%step + 1)//', time '//to_text(model%time)//' s: particle '//to_text(particles%id(p))// &
-                ' of body '//to_text(int(particles%body(p)))//' at ('//to_text(particles%column(p, x))//', '// &
-                to_text(particles%column(p, x + 1))//', '//to_text(particles%column(p, x + 2))//') m'
+      real(wp) :: place(3), low(3), high(3)
+      associate (level => model%levels(l), block => model%levels(l)%blocks(b), x => model%levels(l)%layout%position)
+         text = 'step '//to_text(model%step + 1)//', time '//to_text(model%time)//' s: particle '// &
+                to_text(block%particles%id(p))//' of body '//to_text(int(block%particles%body(p)))
+         place = block%particles%column(p, x:x + 2)
+         low = block%origin - 0.5_wp*level%grid%cell
+         high = block%origin + 7.5_wp*level%grid%cell
+         if (all(abs(place) <= huge(1.0_wp))) then
+            text = text//' at '//place_text(place)
+         else
+            text = text//' between '//place_text(low)//' and '//place_text(high)
+         end if
+         text = text//' m on level '//to_text(l)
       end associate
    end function particle_text
+
+   function place_text(place) result(text)
+      real(wp), intent(in) :: place(3) !< m
+      character(len=:), allocatable :: text
+      text = '('//to_text(place(1))//', '//to_text(place(2))//', '//to_text(place(3))//')'
+   end function place_text
 
 end module m_complaints

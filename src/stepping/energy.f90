@@ -33,6 +33,7 @@ module m_energy
    contains
       procedure :: begin
       procedure :: follow
+      procedure :: glance
       procedure :: error
       procedure :: excess
    end type balance_t
@@ -139,6 +140,30 @@ contains
       self%largest = max(self%largest, abs(self%external_work), abs(self%damped), self%now%energy())
       self%worst = max(self%worst, abs(self%excess()))
    end subroutine follow
+
+   !> Collective: as follow, but nothing is changed, also not what is booked. The sums' last bits depend on the ranks.
+   subroutine glance(self, model, created, largest)
+      class(balance_t), intent(in) :: self
+      type(model_t), intent(in) :: model
+      real(wp), intent(out) :: created !< energy that is there and should not be, J
+      real(wp), intent(out) :: largest !< largest energy or work seen, J
+      type(sums_t) :: now
+      real(wp) :: booked(2), work, damped
+      integer :: b, l
+      now = measure(model)
+      booked = 0.0_wp
+      do l = 1, size(model%levels)
+         do b = 1, size(model%levels(l)%blocks)
+            booked = booked + model%effect_step(l)%booked(model%levels(l)%blocks(b)%index)
+         end do
+      end do
+      booked(2) = sum(model%lost_in_merging) - booked(2)
+      call MPI_Allreduce(MPI_IN_PLACE, booked, 2, MPI_DOUBLE_PRECISION, MPI_SUM, model%communicator%comm)
+      work = sum(model%contact%states%work) + sum(model%effect_step%external_work) + booked(1)
+      damped = sum(model%effect_step%damped) + booked(2) + now%dissipated + sum(model%contact%states%heat) + model%lost
+      created = now%energy() - self%start%energy() - work + damped
+      largest = max(self%largest, abs(work), abs(damped), now%energy())
+   end subroutine glance
 
    !> Energy that is there and should not be (above 0) or is missing, J.
    pure real(wp) function excess(self)

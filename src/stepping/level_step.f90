@@ -15,17 +15,18 @@ module m_level_step
    use m_model, only: model_t, bounds_t
    use m_migration, only: frame_of
    use m_composite, only: clear_covered
-   use m_complaints, only: particle_text, check_leavers, report_outside, report_inversion
+   use m_complaints, only: particle_text, check_leavers, report_outside, report_inversion, report_long_way, report_undefined, &
+                           furthest_way
    use m_particle_to_node, only: gather_to_nodes
    use m_cell_mean, only: give_to_cells
-   use m_node_to_particle, only: scatter_to_particles, motion_t
+   use m_node_to_particle, only: scatter_to_particles, motion_t, longest_t
    use m_corner_to_node, only: gather_corners_to_nodes
    use m_corner_to_particle, only: scatter_to_corners
    use m_split, only: split_long, most_generations
    use m_node_exchange, only: sum_tiles
    use m_node_solve, only: solve_nodes
    use m_boundary, only: fold_symmetry, constrain_nodes
-   use m_deform, only: advance_volume, advance_half_sizes, advance_half_edges, fastest
+   use m_deform, only: advance_volume, advance_half_sizes, advance_half_edges, fastest, all_finite
    use m_locate, only: locate_particles
    implicit none
    private
@@ -193,7 +194,7 @@ contains
             call model%timers%enter(phase_nodes)
             call model%effect_step(l)%measure(model%levels(l), b, time_step)
          end if
-         call scatter(model, l, b, motion)
+         call scatter(model, l, b, motion, error)
          if (shares_cells) cycle
          if (with_stress) call update_stress(model, l, b, time_step, error)
          if (model%levels(l)%layout%next_position == 0) call locate(model, l, b, error)
@@ -235,7 +236,7 @@ contains
       integer :: b
       do b = 1, size(model%levels(l)%blocks)
          if (stays_at_rest(model, l, b)) cycle
-         call scatter(model, l, b, motion_t(0.0_wp, 1.0_wp, model%levels(l)%layout%position))
+         call scatter(model, l, b, motion_t(0.0_wp, 1.0_wp, model%levels(l)%layout%position), error)
          if (size(model%effect_step(l)%on_cells) == 0) call update_stress(model, l, b, time_step, error)
       end do
       if (size(model%effect_step(l)%on_cells) == 0) return
@@ -256,20 +257,24 @@ contains
    end subroutine sum_cells
 
    !> Nodes to the particles of one block. Affine transfer: the velocity gradient stays with them.
-   subroutine scatter(model, l, b, motion)
+   subroutine scatter(model, l, b, motion, error)
       type(model_t), intent(inout) :: model
       integer, intent(in) :: l, b
       type(motion_t), intent(in) :: motion
+      type(error_t), intent(inout) :: error
+      type(longest_t) :: longest
       integer :: n
       call model%timers%enter(phase_to_particles)
       associate (level => model%levels(l), block => model%levels(l)%blocks(b), first => model%levels(l)%layout%gradient)
          if (level%layout%domain > 0) then
             call scatter_to_corners(block%cells, level%solved(:, :, :, :, b), level%layout, frame_of(level, block), motion, &
-                                    block%particles%column, level%gradient)
+                                    block%particles%column, level%gradient, longest)
          else
             call scatter_to_particles(block%cells, level%solved(:, :, :, :, b), level%layout, frame_of(level, block), motion, &
-                                      block%particles%column, level%gradient)
+                                      block%particles%column, level%gradient, longest)
          end if
+         if (longest%speed*motion%time_step > furthest_way*level%grid%cell) &
+            call report_long_way(model, l, b, longest, motion%time_step, error)
          n = block%particles%count
          if (first > 0) block%particles%column(:n, first:first + 8) = level%gradient(:n, :)
          if (size(model%effect_step(l)%on_cells) == 0) return
@@ -316,6 +321,8 @@ contains
          if (follows) call add_stress(particles, level%layout, 1.0_wp)
          call advance_volume(particles%count, level%gradient, time_step, particles%column(:, level%layout%volume), smallest)
          if (.not. smallest > 0.0_wp) call report_inversion(model, l, b, error)
+         if (.not. all_finite(particles%count, particles%column(:, level%layout%stress:level%layout%stress + 5))) &
+            call report_undefined(model, l, b, error)
          if (model%method%domain /= domain_fixed) call advance_domains(model, l, b, time_step, error)
       end associate
       if (size(model%effect_step(l)%on_stress) > 0) &
@@ -348,11 +355,21 @@ contains
          else
             call advance_half_sizes(particles%count, level%gradient, time_step, &
                                     particles%column(:, at%half_size:at%half_size + 2), smallest)
-            if (.not. smallest > 0.0_wp) call fail(error, exit_numerical, 'step '//to_text(model%step + 1)//', time '// &
-               to_text(model%time)//' s: the domain of a particle became thinner than nothing; try a smaller safety')
+            if (.not. smallest > 0.0_wp) call fail(error, exit_numerical, particle_text(model, l, b, thinnest(particles, at))// &
+               ' has a domain that became thinner than nothing; try a smaller safety', may_heal=.true.)
          end if
       end associate
    end subroutine advance_domains
+
+   !> The particle with the smallest half size.
+   pure integer function thinnest(particles, at)
+      type(particle_store_t), intent(in) :: particles
+      type(layout_t), intent(in) :: at
+      associate (n => particles%count)
+         thinnest = minloc(minval(particles%column(:n, at%half_size:at%half_size + 2), dim=2), dim=1)
+         thinnest = max(thinnest, 1)
+      end associate
+   end function thinnest
 
    !> Particles of one block whose domains have become too long are split.
    subroutine split(model, l, b, error)
@@ -364,7 +381,8 @@ contains
          call split_long(level%blocks(b), level%table, level%layout, level%grid%cell, splits, worn_out)
       end associate
       if (worn_out > 0) call fail(error, exit_numerical, particle_text(model, l, b, worn_out)//' has been split '// &
-         to_text(most_generations)//' times and its domain is too long again: the motion is without bound; try a smaller safety')
+         to_text(most_generations)//' times and its domain is too long again: the motion is without bound; try a smaller safety', &
+         may_heal=.true.)
       if (splits == 0) return
       model%splits = model%splits + splits
       call model%levels(l)%size_work()

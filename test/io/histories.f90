@@ -27,6 +27,7 @@ program histories
    call make_directory(top, ok)
    call one_curve()
    call taken_up_again()
+   call taken_back()
    call with_nan()
    call must_fail()
    call talk()
@@ -72,6 +73,43 @@ contains
       call curve%close(error)
       call test%check(.not. error%happened(), 'closing twice does no harm')
    end subroutine one_curve
+
+   !> Rows that are taken back have never been: the same bytes as of a curve without them, also where none follow.
+   subroutine taken_back()
+      type(history_t) :: plain, curve, short
+      type(error_t) :: error
+      call plain%open(comm, top//'/plain.dat', header('taken back'), error)
+      call rows(plain, 0, 80, error)
+      call plain%close(error)
+      call curve%open(comm, top//'/back.dat', header('taken back'), error)
+      call rows(curve, 0, 100, error)
+      call curve%sync(error)
+      call curve%take_back(30, error)
+      call rows(curve, 71, 90, error)
+      call curve%take_back(20, error)
+      call curve%take_back(0, error)
+      call rows(curve, 71, 80, error)
+      call curve%close(error)
+      call short%open(comm, top//'/short.dat', header('taken back'), error)
+      call rows(short, 0, 90, error)
+      call short%take_back(10, error)
+      call short%close(error)
+      call test%check(.not. error%happened(), 'rows are taken back')
+      if (comm%is_root()) then
+         call test%check(bytes('back.dat') == bytes('plain.dat'), 'rows that were taken back and others in their place')
+         call test%check(bytes('short.dat') == bytes('plain.dat'), 'rows that were taken back at the end')
+         call test%check(len(bytes('plain.dat')) > 5000, 'there are rows')
+      end if
+   end subroutine taken_back
+
+   !> All of a file.
+   function bytes(name) result(text)
+      character(len=*), intent(in) :: name
+      character(len=:), allocatable :: text
+      logical :: ok
+      call read_file(top//'/'//name, 1000000, text, ok)
+      call test%check(ok, name//' can be read')
+   end function bytes
 
    !> A run that was killed: rows past the checkpoint and a torn line are in the part; then taken up again, stopped and taken up.
    subroutine taken_up_again()

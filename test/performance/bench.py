@@ -1,10 +1,10 @@
 #!/usr/bin/env python3
 """Time the program on benchmark scenes and set it beside what the machine can do: the tables of doc/performance.md.
 
-usage: bench.py WORK GIMP3D TOOLS [--repeats N] [--only TABLE ...] [--build TEXT]
+usage: bench.py WORK GIMP3D TOOLS [--repeats N] [--only TABLE ...] [--build TEXT] [--before GIMP3D]
 
-TOOLS is the folder of the programs probe and ranks. TABLE is one of block, contact, pairs, growth, large, model (all when none
-is named).
+TOOLS is the folder of the programs probe and ranks. TABLE is one of block, contact, pairs, growth, large, levels, model, checkpoint, guard (all
+when none is named).
 block    an elastic block of 32 x 32 x 32 cells in motion: moved along (ordered), deforming as it hits a wall (impact) or tumbling
          (disordered), 1 and 8 particles a cell, affine and plain transfer, 1 and 2 ranks
 contact  E2 and E3, over the run and over the last tenth of their depth
@@ -14,11 +14,15 @@ large    16 million particles, a few steps, 2 ranks
 levels   E4 on three nested levels: 1 and 2 ranks measured, 4, 6, 9 as messages, bytes and balance of a rank, and a model
 model    what 1 to 512 ranks would give: the program's own placement and message lists (ranks.f90), a measured time an update, and an
          assumed network; the counts are checked against runs on 2, 4 and 8 ranks
+guard    what the guard costs: its row of cost.dat, and runs with and without its copies and looks in turn; with --before, a program
+         built before there was a guard, runs of that in turn too: they tell what the looks in every step cost
+checkpoint  what one costs, beside a plain write of as many bytes
 A probe of multiply-adds and of a memory copy runs before and after each scene. An update is one particle through one whole step,
 everything included. Floors: 1.6 kFLOP and 390 bytes an update. Figures are medians of the repeats.
 """
 import argparse
 import math
+import os
 import pathlib
 import platform
 import re
@@ -28,7 +32,7 @@ import time
 
 ROOT = pathlib.Path(__file__).resolve().parents[2]
 PHASES = ['lists', 'to nodes', 'exchange', 'nodes', 'contact', 'to particles', 'stress', 'migration', 'control', 'balance', 'output',
-          'the rest']
+          'guard', 'the rest']
 KERNELS = ['to nodes', 'to particles', 'stress']
 FLOPS, BYTES = 1600.0, 390.0  # an update
 STEP = 3.19e-12               # s, of the block scenes
@@ -70,6 +74,8 @@ class Bench:
         self.work, self.gimp3d, self.tools, self.repeats = work, gimp3d, tools, repeats
         self.gflops, self.gbytes, self.runs = [], [], 0
 
+    before = None # a program built before there was a guard
+
     def probe(self):
         words = subprocess.run([self.tools/'probe'], capture_output=True, text=True, check=True).stdout.split()
         self.gflops.append(float(words[1]))
@@ -83,12 +89,12 @@ class Bench:
         return subprocess.Popen(['mpirun', '-n', str(ranks), self.gimp3d], stdin=subprocess.PIPE, stdout=subprocess.PIPE,
                                 stderr=subprocess.STDOUT, text=True), scene
 
-    def finish(self, started):
+    def finish(self, started, read=None):
         process, scene = started
         log, _ = process.communicate(scene)
         if process.returncode != 0:
             raise SystemExit(f'a run ended with status {process.returncode}:\n{log[-1500:]}')
-        return read_costs(log)
+        return (read or read_costs)(log)
 
     def run(self, ranks, scene):
         return self.finish(self.start(ranks, scene))
@@ -157,7 +163,7 @@ def head(titles):
 
 def table_block(bench):
     head(['particles a cell', 'motion', 'transfer', 'ranks', 'million updates/s and core', 'share of flop floor [%]',
-          'share of byte floor [%]', *(f'{p} [ns]' for p in PHASES if p not in ('contact', 'balance', 'output')), 'all [ns]',
+          'share of byte floor [%]', *(f'{p} [ns]' for p in PHASES if p not in ('contact', 'balance', 'output', 'guard')), 'all [ns]',
           'not kernels [%]', 'B/particle'])
     for per_cell in 8, 1:
         for motion in ('ordered', 'impact', 'disordered') if per_cell == 8 else ('ordered', 'disordered'):
@@ -167,7 +173,7 @@ def table_block(bench):
                     rest = 100*(1 - sum(c[k] for k in KERNELS)/c['all'])
                     row([str(per_cell), motion, transfer, str(ranks), f'{1e3/c["all"]:.2f}',
                          f'{100*FLOPS/bench.gflops[-1]/c["all"]:.0f}', f'{100*BYTES/bench.gbytes[-1]/c["all"]:.0f}',
-                         *(f'{c.get(p, 0):.1f}' for p in PHASES if p not in ('contact', 'balance', 'output')), f'{c["all"]:.1f}',
+                         *(f'{c.get(p, 0):.1f}' for p in PHASES if p not in ('contact', 'balance', 'output', 'guard')), f'{c["all"]:.1f}',
                          f'{rest:.0f}', f'{c["bytes"]:.0f}'])
 
 
@@ -274,6 +280,59 @@ def table_levels(bench):
             raise SystemExit('the model counts other messages than the run')
 
 
+def table_checkpoint(bench):
+    """Checkpoints of a block and of E2 beside a plain write of as many bytes; the share is that of a run with the default interval."""
+    interval = 600.0 # s of wall-clock time, where &checkpoint says nothing
+    head(['scene', 'ranks', 'MB', 'a checkpoint [s]', 'MB/s', 'plain write [MB/s]', 'share at one in 600 s [%]'])
+    scenes = {'block': lambda out: block_scene(52, 8, 'ordered', 'affine', 9, out),
+              'E2': lambda out: shipped_scene('cone', out, 0.005, history=False)}
+    for name, make in scenes.items():
+        for ranks in 1, 2:
+            found = []
+            for _ in range(bench.repeats):
+                out = bench.out()
+                log = bench.finish(bench.start(ranks, make(out) + '&checkpoint every_steps=3 /\n'), read=str)
+                last = re.search(r'^checkpoint +\S+ +\S+ +(\S+) +(\d+)', log, re.M)
+                seconds = float(last[1])/int(last[2])
+                size = max(path.stat().st_size for path in out.glob('checkpoint_*.h5'))
+                begun = time.monotonic()
+                with open(out/'plain', 'wb') as file:
+                    file.write(bytes(size))
+                    file.flush()
+                    os.fsync(file.fileno())
+                plain = time.monotonic() - begun
+                found.append((size, seconds, size/seconds, size/plain))
+                for path in (*out.glob('checkpoint_*.h5'), out/'plain'):
+                    path.unlink()
+            size, seconds, pace, plain = (statistics.median(column) for column in zip(*found))
+            row([name, str(ranks), f'{size*1e-6:.0f}', f'{seconds:.3f}', f'{pace*1e-6:.0f}', f'{plain*1e-6:.0f}',
+                 f'{100*seconds/interval:.3f}'])
+
+
+def table_guard(bench):
+    """Pairs of runs one after the other, so that a machine that others use too slows both; medians of their ratios."""
+    head(['scene', 'ranks', 'stepping [ns an update]', 'guard [ns an update]', 'share [%]', 'with over without copies and looks',
+          'with over a program without a guard'])
+    scenes = {'block, disordered': (1, lambda out: block_scene(24, 8, 'disordered', 'affine', 200, out)),
+              'block, ordered': (1, lambda out: block_scene(24, 8, 'ordered', 'affine', 200, out)),
+              'E2, first quarter': (1, lambda out: shipped_scene('cone', out, 0.25, history=False)),
+              'E2, first quarter, 2 ranks': (2, lambda out: shipped_scene('cone', out, 0.25, history=False))}
+    stepping = lambda c: c['all'] - c['the rest'] - c.get('output', 0.0)
+    for name, (ranks, make) in scenes.items():
+        given, off, before = [], [], []
+        with_guard = bench.gimp3d
+        for _ in range(bench.repeats):
+            given.append(bench.run(ranks, make(bench.out())))
+            off.append(bench.run(ranks, make(bench.out()) + '&guard memory=0, energy_limit=0, save_every=1000000000 /\n'))
+            if bench.before:
+                bench.gimp3d = bench.before
+                before.append(bench.run(ranks, make(bench.out())))
+                bench.gimp3d = with_guard
+        c = median_costs(given)
+        ratio = lambda others: f'{statistics.median(stepping(a)/stepping(b) for a, b in zip(given, others)):.4f}' if others else ''
+        row([name, str(ranks), f'{stepping(c):.1f}', f'{c["guard"]:.2f}', f'{100*c["guard"]/stepping(c):.2f}', ratio(off), ratio(before)])
+
+
 def main():
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument('work', type=pathlib.Path)
@@ -282,12 +341,15 @@ def main():
     parser.add_argument('--repeats', type=int, default=5)
     parser.add_argument('--only', nargs='*', default=[])
     parser.add_argument('--build', default='')
+    parser.add_argument('--before', type=pathlib.Path)
     args = parser.parse_args()
     args.work.mkdir(parents=True, exist_ok=True)
     bench = Bench(args.work, args.gimp3d, args.tools, args.repeats)
+    bench.before = args.before and args.before.resolve()
     begun = time.time()
     tables = {'block': table_block, 'contact': table_contact, 'pairs': table_pairs, 'growth': table_growth, 'large': table_large,
-              'model': table_model, 'levels': table_levels}
+              'model': table_model, 'levels': table_levels, 'guard': table_guard,
+              'checkpoint': table_checkpoint}
     for name in args.only or tables:
         tables[name](bench)
     processor = next((line.split(':')[1].strip() for line in open('/proc/cpuinfo') if line.startswith('model name')),

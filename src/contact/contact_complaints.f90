@@ -1,0 +1,88 @@
+!> What is wrong with contact, in a sentence: which particle, where, on which level, at which tool.
+module m_contact_complaints
+   use m_kinds, only: wp
+   use m_constants, only: exit_numerical, block_size
+   use m_errors, only: error_t, fail
+   use m_text, only: to_text
+   use m_tool, only: tool_t
+   use m_level, only: level_t
+   use m_candidates, only: candidate_t, candidates_t, first_inside
+   implicit none
+   private
+   public :: forbid_contact, check_nodes, candidate_text
+
+contains
+
+   !> Contact is for the finest level: stop when a tool reaches a particle of a coarser one.
+   subroutine forbid_contact(tools, level, finest, error)
+      type(tool_t), intent(in) :: tools(:)
+      type(level_t), intent(in) :: level, finest
+      type(error_t), intent(inout) :: error
+      real(wp) :: place(3)
+      integer :: b, p, t
+      do b = 1, size(level%blocks)
+         call first_inside(tools, level, b, p, t)
+         if (p == 0) cycle
+         associate (x => level%layout%position)
+            place = level%blocks(b)%particles%column(p, x:x + 2)
+         end associate
+         call fail(error, exit_numerical, 'the tool '//tools(t)%spec%name//' touches particle '// &
+                   to_text(level%blocks(b)%particles%id(p))//' at ('//to_text(place(1))//', '//to_text(place(2))//', '// &
+                   to_text(place(3))//') m, on level '//to_text(level%number)//'; '//allowed_text(finest))
+      end do
+   end subroutine forbid_contact
+
+   !> Where contact is allowed, for a sentence.
+   function allowed_text(finest) result(text)
+      type(level_t), intent(in) :: finest
+      character(len=:), allocatable :: text
+      real(wp) :: low(3), high(3)
+      low = max(finest%region%lower, finest%grid%lower)
+      high = min(finest%region%upper, finest%grid%upper)
+      text = 'contact is allowed inside the finest level, ('//to_text(low(1))//', '//to_text(low(2))//', '//to_text(low(3))// &
+             ') to ('//to_text(high(1))//', '//to_text(high(2))//', '//to_text(high(3))//') m: try a larger &level, '// &
+             'or one that follows'
+   end function allowed_text
+
+   !> A contact force must not act on a node that is no unknown of the level.
+   subroutine check_nodes(candidates, tools, level, error)
+      type(candidates_t), intent(in) :: candidates
+      type(tool_t), intent(in) :: tools(:)
+      type(level_t), intent(in) :: level
+      type(error_t), intent(inout) :: error
+      integer :: c
+      if (level%number == 1) return
+      do c = 1, candidates%count
+         associate (it => candidates%list(c))
+            if (.not. it%force > 0.0_wp) cycle
+            associate (node => block_size*level%blocks(it%block)%place + it%corner)
+               if (level%region%is_inner(node) .and. level%region%is_inner(node + 1)) cycle
+            end associate
+            call fail(error, exit_numerical, 'the tool '//tools(it%tool)%spec%name//' presses on particle '// &
+                      to_text(level%blocks(it%block)%particles%id(it%particle))//' at the edge of level '// &
+                      to_text(level%number)//'; '//allowed_text(level))
+            return
+         end associate
+      end do
+   end subroutine check_nodes
+
+   !> Who is at a tool, when, where and on which level, for a sentence.
+   function candidate_text(it, tools, level, time) result(text)
+      type(candidate_t), intent(in) :: it
+      type(tool_t), intent(in) :: tools(:)
+      type(level_t), intent(in) :: level
+      real(wp), intent(in) :: time !< s
+      character(len=:), allocatable :: text
+      real(wp) :: place(3)
+      associate (x => level%layout%position)
+         associate (particles => level%blocks(it%block)%particles)
+            place = particles%column(it%particle, x:x + 2)
+            text = 'time '//to_text(time)//' s: particle '//to_text(particles%id(it%particle))//' of body '// &
+                   to_text(int(particles%body(it%particle)))// &
+                   ' at ('//to_text(place(1))//', '//to_text(place(2))//', '//to_text(place(3))//') m on level '// &
+                   to_text(level%number)//' at the tool '//tools(it%tool)%spec%name
+         end associate
+      end associate
+   end function candidate_text
+
+end module m_contact_complaints

@@ -1,0 +1,290 @@
+!> Guards a run: looks whether the state after a step can be trusted, keeps a copy of the last one that could, and where a step has
+!> met a fault goes back to it and takes smaller steps (doc/theory.md, Guard).
+!>
+!> What every step and level looks at by itself (level_step, contact): positions and stresses that are numbers, volumes above 0, ways
+!> of at most half a cell, contact problems that are solved. Here: the time step after each step, and every so many steps,
+!> and before anything is written, all fields of all particles and the balance of energy.
+module m_guard
+   use m_kinds, only: wp, i8
+   use m_constants, only: exit_numerical
+   use m_errors, only: error_t, fail
+   use m_text, only: to_text, si
+   use m_memory, only: free_memory
+   use m_scene, only: guard_spec_t
+   use m_field_table, only: bytes_per_column
+   use m_model, only: model_t
+   use m_energy, only: balance_t
+   use m_complaints, only: check_fields, fastest_text
+   use m_saved_state, only: saved_state_t, bytes_besides
+   implicit none
+   private
+   public :: guard_t
+
+   integer, parameter, public :: guard_facts = 5 !< what a run that goes on from a checkpoint must know of the guard
+
+   type :: guard_t
+      private
+      type(guard_spec_t) :: spec
+      type(saved_state_t) :: saved
+      logical :: saves = .false.          !< a copy is kept: there is room for it
+      real(wp) :: free = 0.0_wp           !< memory of the machines when the program began, bytes
+      integer :: row = 0                  !< of the timers
+      real(wp) :: first_step = 0.0_wp     !< the first time step of the run, s
+      integer(i8) :: looked = 0           !< step of the last look at all fields
+      logical :: clean = .true.           !< no energy to speak of had come from nowhere at that look
+      integer :: attempt = 0              !< times that the present trouble has been met; 0: none
+      real(wp) :: until = 0.0_wp          !< time from which the given step is taken again, s
+      integer, public :: retries = 0  !< of the run
+      real(wp) :: last_retry = 0.0_wp     !< time of the last of them, s
+   contains
+      procedure :: start
+      procedure :: facts
+      procedure :: remember
+      procedure :: sentence
+      procedure :: share
+      procedure :: look_at_step
+      procedure :: look_is_due
+      procedure :: look
+      procedure :: look_at_energy
+      procedure :: save
+      procedure :: can_go_back
+      procedure :: go_back
+      procedure :: give_up
+      procedure :: has_saved
+      procedure :: summary
+   end type guard_t
+
+   real(wp), parameter :: clean_share = 0.1_wp !< of the limit of energy
+   real(wp), parameter :: largest_part = 0.5_wp !< of the free memory that the copies may take
+   integer, parameter :: most_doublings = 10   !< of the way that smaller steps are taken past a fault
+   integer, parameter :: longest_wait = 10     !< for a clean state, in save_every
+
+contains
+
+   !> Collective: when the model stands as the run begins. All ranks must have room for their copies.
+   subroutine start(self, spec, model, time_step)
+      class(guard_t), intent(inout) :: self
+      type(guard_spec_t), intent(in) :: spec
+      type(model_t), intent(inout) :: model
+      real(wp), intent(in) :: time_step !< the first, s
+      self%spec = spec
+      self%row = model%timers%row_of('guard')
+      self%first_step = time_step
+      self%looked = model%step
+      self%free = free_memory(model%communicator)
+      self%saves = fits(self, model)
+      if (self%saves) self%saves = model%communicator%sum_real(real(copy_bytes(model), wp)) <= largest_part*self%free
+   end subroutine start
+
+   !> Collective: whether the copies of all ranks fit into what the scene allows.
+   logical function fits(self, model)
+      class(guard_t), intent(in) :: self
+      type(model_t), intent(in) :: model
+      fits = model%communicator%maximum(real(copy_bytes(model), wp)) <= self%spec%memory
+   end function fits
+
+   !> Bytes of the copy of this rank's particles, with what they may grow by.
+   pure integer(i8) function copy_bytes(model)
+      type(model_t), intent(in) :: model
+      associate (particles => model%particle_count())
+         copy_bytes = (particles + particles/16)*(bytes_per_column*model%levels(1)%table%columns + bytes_besides)
+      end associate
+   end function copy_bytes
+
+   !> For a checkpoint.
+   pure function facts(self) result(values)
+      class(guard_t), intent(in) :: self
+      real(wp) :: values(guard_facts)
+      values = [real(self%attempt, wp), self%until, real(self%retries, wp), self%last_retry, self%first_step]
+   end function facts
+
+   !> From a checkpoint.
+   pure subroutine remember(self, values)
+      class(guard_t), intent(inout) :: self
+      real(wp), intent(in) :: values(guard_facts)
+      self%attempt = nint(max(0.0_wp, min(values(1), 100.0_wp)))
+      self%until = values(2)
+      self%retries = nint(max(0.0_wp, min(values(3), 1.0e9_wp)))
+      self%last_retry = values(4)
+      self%first_step = values(5)
+   end subroutine remember
+
+   !> Collective: what the guard will do, for the first lines of a run.
+   function sentence(self, model) result(text)
+      class(guard_t), intent(in) :: self
+      type(model_t), intent(in) :: model
+      character(len=:), allocatable :: text
+      real(wp) :: bytes
+      bytes = model%communicator%maximum(real(copy_bytes(model), wp))
+      if (.not. self%saves) then
+         text = 'no copy to go back to: it would take '//si(bytes, 'B')//' a rank, '
+         if (bytes > self%spec%memory) then
+            text = text//'&guard memory allows '//si(self%spec%memory, 'B')
+         else
+            text = text//'only '//si(self%free, 'B')//' are free in all'
+         end if
+         text = text//'; a fault ends the run'
+      else if (self%spec%retries == 0) then
+         text = 'a copy every '//to_text(self%spec%save_every)//' steps, '//si(bytes, 'B')//' a rank; a fault ends the run'
+      else
+         text = 'a copy every '//to_text(self%spec%save_every)//' steps, '//si(bytes, 'B')//' a rank; up to '// &
+                count_text(self%spec%retries)//' of a fault'
+      end if
+   end function sentence
+
+   !> The share of the given time step that is to be taken now.
+   pure real(wp) function share(self)
+      class(guard_t), intent(in) :: self
+      share = 0.5_wp**self%attempt
+   end function share
+
+   !> Collective: after each step. Past a trouble the given steps are taken again; a time step that has become very small is a fault.
+   subroutine look_at_step(self, model, time_step, error)
+      class(guard_t), intent(inout) :: self
+      type(model_t), intent(in) :: model
+      real(wp), intent(in) :: time_step !< the next one, without the share, s
+      type(error_t), intent(inout) :: error
+      if (self%attempt > 0 .and. model%time >= self%until) then
+         self%attempt = 0
+         self%looked = model%step - self%spec%save_every ! look now, and keep what has been won
+      end if
+      if (time_step >= self%spec%step_limit*self%first_step) return
+      call fail(error, exit_numerical, fastest_text(model)//': that makes the time step '//to_text(time_step, 3)// &
+                ' s, less than '//to_text(self%spec%step_limit)//' of the first one, '//to_text(self%first_step, 3)// &
+                ' s; try a smaller safety, or a smaller &guard step_limit if this is meant', may_heal=.true.)
+   end subroutine look_at_step
+
+   !> True when all fields are to be looked at after this step.
+   pure logical function look_is_due(self, model)
+      class(guard_t), intent(in) :: self
+      type(model_t), intent(in) :: model
+      look_is_due = model%step - self%looked >= self%spec%save_every
+   end function look_is_due
+
+   !> Collective: all fields of all particles, and the energy.
+   subroutine look(self, model, balance, error)
+      class(guard_t), intent(inout) :: self
+      type(model_t), intent(inout) :: model
+      type(balance_t), intent(in) :: balance
+      type(error_t), intent(inout) :: error
+      real(wp) :: created, largest
+      call model%timers%enter(self%row)
+      self%looked = model%step
+      self%clean = .true.
+      call check_fields(model, error)
+      if (.not. error%happened() .and. self%spec%energy_limit > 0.0_wp) then
+         call balance%glance(model, created, largest)
+         call self%look_at_energy(model, created, largest, error)
+         self%clean = created <= clean_share*self%spec%energy_limit*largest
+      end if
+      call model%timers%leave()
+   end subroutine look
+
+   !> Collective: energy must not come from nowhere. What is lost is no fault: PIC and contact lose some.
+   subroutine look_at_energy(self, model, created, largest, error)
+      class(guard_t), intent(in) :: self
+      type(model_t), intent(in) :: model
+      real(wp), intent(in) :: created !< energy that is there and should not be, J; the same on all ranks
+      real(wp), intent(in) :: largest !< largest energy or work seen, J
+      type(error_t), intent(inout) :: error
+      real(wp) :: limit
+      limit = self%spec%energy_limit*largest
+      if (self%spec%energy_limit <= 0.0_wp) limit = huge(limit)
+      if (created <= limit) return
+      call fail(error, exit_numerical, fastest_text(model)//': '//to_text(created, 3)//' J of energy came from nowhere, '// &
+                'more than '//to_text(self%spec%energy_limit)//' of the largest energy or work, '//to_text(largest, 3)// &
+                ' J; try a smaller safety', may_heal=.true.)
+   end subroutine look_at_energy
+
+   !> Collective: keep a copy of a state that has passed the look, unless the run is still in the trouble that it went back for or some
+   !> energy looks as if trouble had begun; not for long, though. `written`: this state has gone to the disk and must not go there
+   !> again, so that the copy has to be made.
+   subroutine save(self, model, balance, written)
+      class(guard_t), intent(inout) :: self
+      type(model_t), intent(inout) :: model
+      type(balance_t), intent(in) :: balance
+      logical, intent(in) :: written
+      if (.not. self%saves .or. self%looked /= model%step) return
+      if (.not. written) then
+         if (self%attempt > 0) return
+         if (.not. self%clean .and. model%step - self%saved%step < longest_wait*self%spec%save_every) return
+      end if
+      call model%timers%enter(self%row)
+      self%saves = fits(self, model)
+      if (self%saves) then
+         call self%saved%take(model, balance)
+      else
+         call self%saved%forget()
+      end if
+      call model%timers%leave()
+   end subroutine save
+
+   !> True when smaller steps from the copy may get past a fault, and have not been tried too often.
+   pure logical function can_go_back(self, error)
+      class(guard_t), intent(in) :: self
+      type(error_t), intent(in) :: error
+      can_go_back = error%may_heal .and. self%saved%holds .and. self%attempt < self%spec%retries
+   end function can_go_back
+
+   !> Collective: back to the copy, and from there steps half as long as before, past the fault and as far again, with each further
+   !> retry of a run twice as far: what is unstable at the given step is so again. Takes the error away; `report` says what happened.
+   subroutine go_back(self, model, balance, error, report)
+      class(guard_t), intent(inout) :: self
+      type(model_t), intent(inout) :: model
+      type(balance_t), intent(inout) :: balance
+      type(error_t), intent(inout) :: error
+      character(len=:), allocatable, intent(out) :: report
+      real(wp) :: fault
+      call model%timers%enter(self%row)
+      self%retries = self%retries + 1
+      self%attempt = self%attempt + 1
+      fault = model%time
+      self%last_retry = fault
+      report = 'retry '//to_text(self%retries)//': '//error%message//'; goes back to step '//to_text(self%saved%step)//', time '// &
+               si(self%saved%time, 's')//', and on with 1/'//to_text(2**self%attempt)//' of the time step'
+      call self%saved%give_back(model, balance)
+      self%until = max(self%until, fault + 2.0_wp**min(self%retries - 1, most_doublings) &
+                       *max(fault - model%time, self%spec%save_every*self%first_step))
+      self%looked = model%step
+      error = error_t()
+      call model%timers%leave()
+   end subroutine go_back
+
+   !> Collective: the run ends; the model stands as in the copy, if there is one, and the sentence says so.
+   subroutine give_up(self, model, balance, error, stands)
+      class(guard_t), intent(inout) :: self
+      type(model_t), intent(inout) :: model
+      type(balance_t), intent(inout) :: balance
+      type(error_t), intent(inout) :: error
+      logical, intent(out) :: stands !< the model is one that can be written
+      stands = self%saved%holds
+      if (.not. stands) return
+      if (self%attempt > 0) error%message = error%message//'; '//count_text(self%attempt)//' with steps down to 1/'// &
+                                            to_text(2**self%attempt)//' did not get past it'
+      call self%saved%give_back(model, balance)
+   end subroutine give_up
+
+   !> True when the copy is of the model as it stands.
+   pure logical function has_saved(self, model)
+      class(guard_t), intent(in) :: self
+      type(model_t), intent(in) :: model
+      has_saved = self%saved%holds .and. self%saved%step == model%step
+   end function has_saved
+
+   !> What happened, for the closing summary.
+   function summary(self) result(text)
+      class(guard_t), intent(in) :: self
+      character(len=:), allocatable :: text
+      text = 'guard: no retries'
+      if (self%retries > 0) text = 'guard: '//count_text(self%retries)//', the last at time '//si(self%last_retry, 's')// &
+                                   ' (run.log has them all)'
+   end function summary
+
+   pure function count_text(retries) result(text)
+      integer, intent(in) :: retries
+      character(len=:), allocatable :: text
+      text = to_text(retries)//' retries'
+      if (retries == 1) text = '1 retry'
+   end function count_text
+
+end module m_guard
