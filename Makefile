@@ -53,7 +53,7 @@ library_objects := $(patsubst src/%,$(build)/obj/src/%.o,$(basename $(filter-out
 program := $(if $(filter $(main),$(sources)),$(build)/gimp3d)
 
 # Goals that compile nothing need no list of what depends on what.
-plain_goals := help clean clean-all deps venv demo test test-all bench fuzz effects plots study
+plain_goals := help clean clean-all deps venv demo test test-all bench fuzz effects plans plots hard map study
 ifneq ($(filter-out $(plain_goals),$(or $(MAKECMDGOALS),gimp3d)),)
 include $(build)/depends.mk
 stale_modules := $(filter-out $(modules:%=$(build)/mod/%.mod),$(wildcard $(build)/mod/*.mod))
@@ -177,7 +177,7 @@ clean-all: clean
 
 # ---- use ------------------------------------------------------------------------------------------------------------------------
 
-.PHONY: demo test test-all bench fuzz effects plots study
+.PHONY: demo test test-all bench fuzz effects plans plots hard map study
 
 # What mpirun needs in a container, as root, or with more ranks than cores; harmless elsewhere. The tests have theirs in test/harness/mpi.sh.
 export OMPI_ALLOW_RUN_AS_ROOT ?= 1
@@ -227,6 +227,26 @@ bench:
 effects:
 	@$(MAKE) --no-print-directory deps
 	@python3 test/performance/effects.py build/effects $(if $(SCENES),--only $(SCENES))
+
+## plans       what mode='plan' says beside what the scenes of input/ take; PLANS="--ranks 2 --only cone" as test/performance/plans.py has it
+plans:
+	@$(MAKE) --no-print-directory gimp3d
+	@. test/harness/mpi.sh; python3 test/performance/plans.py build/plans $(PLANS)
+
+## hard        the gallery of hard cases (doc/hard_cases.md) on RANKS=1; CASES="spin crossing" runs these, SIZE=short their short forms
+RANKS ?= 1
+hard:
+	$(set_up)
+	@$(MAKE) --no-print-directory $(jobs) tests TESTS=stability
+	@BUILD=$(BUILD) $(python) test/stability/gallery.py $(build)/hard_$(RANKS)$(if $(SIZE),_$(SIZE)) $(build)/gimp3d $(build)/test/stability \
+	   --ranks $(RANKS) $(if $(SIZE),--$(SIZE)) $(CASES)
+
+## map         which time steps are stable: the map of doc/hard_cases.md, on RANKS=1
+map:
+	$(set_up)
+	@$(MAKE) --no-print-directory $(jobs) tests TESTS=stability
+	@$(python) test/stability/stability_map.py $(build)/map $(build)/test/stability/map --ranks $(RANKS) \
+	   --guarded $(build)/test/stability/guard_planted
 
 ## plots       RUN=directory: draw load_depth.png, section.png, energy.png from what a run wrote there
 plots:

@@ -1,12 +1,12 @@
-!> How much memory the machines of a run can give.
+!> How much memory the machines of a run can give, and how much a rank has had.
 module m_memory
    use mpi_f08
-   use m_kinds, only: wp
+   use m_kinds, only: wp, i8
    use m_communicator, only: communicator_t
    use m_filesystem, only: read_file
    implicit none
    private
-   public :: free_memory
+   public :: free_memory, peak_memory
 
    integer, parameter :: longest = 65536 !< bytes of a file that the system shows
    real(wp), parameter :: unknown = huge(1.0_wp)
@@ -45,6 +45,19 @@ contains
       bytes = number(text_of('/sys/fs/cgroup/memory.max'))
       if (bytes < unknown) bytes = max(0.0_wp, bytes - number(text_of('/sys/fs/cgroup/memory.current')))
    end function allowed_here
+
+   !> Most memory that this rank has held at once so far, libraries included (bytes); 0 where the system does not tell.
+   integer(i8) function peak_memory() result(bytes)
+      character(len=:), allocatable :: text
+      real(wp) :: kilobytes
+      integer :: at
+      bytes = 0
+      text = text_of('/proc/self/status')
+      at = index(text, 'VmHWM:')
+      if (at == 0) return
+      kilobytes = number(text(at + len('VmHWM:'):))
+      if (kilobytes < unknown) bytes = 1024_i8*nint(kilobytes, i8)
+   end function peak_memory
 
    function text_of(path) result(text)
       character(len=*), intent(in) :: path

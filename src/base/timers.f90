@@ -1,4 +1,4 @@
-!> Wall-clock time by phase of the step, and by effect.
+!> Wall-clock time by phase of the step, by effect and by level.
 module m_timers
    use, intrinsic :: iso_fortran_env, only: int64
    use m_kinds, only: wp, i8
@@ -15,16 +15,19 @@ module m_timers
 
    integer, parameter :: name_length = 20 ! of effects' groups too
 
-   !> Seconds and calls of each row on this rank: the phases, then one row an effect. One row runs at a time.
+   !> Seconds and calls of each row on this rank: the phases, then one row an effect. One row runs at a time, on one level.
    type :: timers_t
       character(len=name_length), allocatable :: names(:)
       real(wp), allocatable :: seconds(:)
+      real(wp), allocatable :: on_levels(:, :) !< of these, those on each level: (rows, levels)
       integer(i8), allocatable :: calls(:)
       integer(int64), private :: begun = 0
       integer, private :: running = 0
+      integer, private :: level = 0            !< 0: none
    contains
       procedure :: start
       procedure :: row_of
+      procedure :: on_level
       procedure :: enter
       procedure :: leave
    end type timers_t
@@ -41,10 +44,15 @@ contains
    end function wall_time
 
    !> The rows of the phases, at zero.
-   subroutine start(self)
+   subroutine start(self, levels)
       class(timers_t), intent(out) :: self
+      integer, intent(in), optional :: levels !< 1 where it is not given
+      integer :: columns
+      columns = 1
+      if (present(levels)) columns = levels
       self%names = [character(len=name_length) :: phase_names]
       allocate (self%seconds(phases), source=0.0_wp)
+      allocate (self%on_levels(phases, columns), source=0.0_wp)
       allocate (self%calls(phases), source=0_i8)
    end subroutine start
 
@@ -53,6 +61,7 @@ contains
       class(timers_t), intent(inout) :: self
       character(len=*), intent(in) :: name
       character(len=name_length) :: short
+      real(wp), allocatable :: more(:, :)
       short = name
       do row = phases + 1, size(self%names)
          if (self%names(row) == short) return
@@ -60,7 +69,18 @@ contains
       self%names = [self%names, short]
       self%seconds = [self%seconds, 0.0_wp]
       self%calls = [self%calls, 0_i8]
+      allocate (more(row, size(self%on_levels, 2)), source=0.0_wp)
+      more(:row - 1, :) = self%on_levels
+      call move_alloc(more, self%on_levels)
    end function row_of
+
+   !> From here on time is that of a level; 0: of none. Ends the running row, if any.
+   subroutine on_level(self, level)
+      class(timers_t), intent(inout) :: self
+      integer, intent(in) :: level
+      call self%leave()
+      self%level = level
+   end subroutine on_level
 
    !> Begin a row; the one that runs ends here.
    subroutine enter(self, row)
@@ -76,9 +96,12 @@ contains
    subroutine leave(self)
       class(timers_t), intent(inout) :: self
       integer(int64) :: now, rate
+      real(wp) :: span
       if (self%running == 0) return
       call system_clock(now, rate)
-      self%seconds(self%running) = self%seconds(self%running) + real(now - self%begun, wp)/real(rate, wp)
+      span = real(now - self%begun, wp)/real(rate, wp)
+      self%seconds(self%running) = self%seconds(self%running) + span
+      if (self%level > 0) self%on_levels(self%running, self%level) = self%on_levels(self%running, self%level) + span
       self%running = 0
    end subroutine leave
 

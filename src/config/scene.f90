@@ -107,7 +107,7 @@ module m_scene
    !> &guard
    type, public :: guard_spec_t
       integer :: retries = 3             !< of a fault, each with steps half as long; 0: a fault ends the run
-      integer :: save_every = 100        !< steps between copies, and between looks at all fields and the energy
+      integer :: save_every = 200        !< steps between copies, and between looks at all fields and the energy
       real(wp) :: memory = 1.0e9_wp      !< bytes a rank that the copy may take; 0: no copy
       real(wp) :: energy_limit = 0.5_wp  !< energy from nowhere in the largest energy or work; 0: not looked at
       real(wp) :: step_limit = 1.0e-3_wp !< smallest time step in the first one
@@ -136,6 +136,7 @@ module m_scene
    type, public :: scene_t
       character(len=:), allocatable :: title
       real(wp) :: end_time = 0.0_wp      !< s
+      logical :: plans = .false.         !< mode: say what the run will take instead of running
       character(len=:), allocatable :: restart !< directory of the run that this one goes on from; empty: none
       type(grid_spec_t) :: grid
       type(time_spec_t) :: time

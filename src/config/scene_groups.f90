@@ -186,13 +186,21 @@ contains
       character(len=*), intent(in) :: material_names(:)
       type(catalogue_t), intent(in) :: catalogue
       type(scene_t), intent(inout) :: scene
+      integer :: mode
       select case (kind)
       case ('scene')
          if (.not. allocated(scene%title)) scene%title = 'untitled'
          call group%get_text('title', scene%title, longest_title)
          call group%get('end_time', scene%end_time, above(0.0_wp, 's'), required=.true.)
+         if (.not. group%is_writing()) then ! case.nml is that of a run
+            mode = merge(2, 1, scene%plans)
+            call group%get_choice('mode', mode, mode_words)
+            scene%plans = mode == 2
+         end if
          if (.not. allocated(scene%restart)) scene%restart = ''
          if (.not. group%is_writing()) call group%get_text('restart', scene%restart, longest_path) ! case.nml is the whole run's
+         if (scene%plans .and. scene%restart /= '') &
+            call group%refuse('mode', 'a plan is made of a whole run, not of one that goes on; allowed without restart')
       case ('grid')
          call describe_grid(group, scene%grid)
       case ('time')

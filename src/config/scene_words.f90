@@ -5,6 +5,7 @@ module m_scene_words
    implicit none
    private
 
+   character(len=*), parameter, public :: mode_words(2) = [character(len=4) :: 'run', 'plan']
    character(len=*), parameter, public :: boundary_words(4) = [character(len=8) :: 'free', 'symmetry', 'roller', 'fixed']
    integer, parameter, public :: boundary_codes(4) = [boundary_free, boundary_symmetry, boundary_roller, boundary_fixed]
    character(len=*), parameter, public :: stress_update_words(3) = [character(len=4) :: 'usl', 'usf', 'musl']

@@ -28,6 +28,7 @@ module m_contact
       real(wp) :: overlap = 0.0_wp      !< deepest place of a contact point inside the tool at the start of the step, m
       real(wp) :: work = 0.0_wp         !< done by the tool since the start, J
       real(wp) :: heat = 0.0_wp         !< made by friction since the start, J
+      real(wp) :: impulse(3) = 0.0_wp   !< given to the bodies since the program began, N s
    end type tool_state_t
 
    type :: contact_t
@@ -44,6 +45,7 @@ module m_contact
       real(wp) :: step_residual = 0.0_wp    !< largest of a step's problems, relative
       character(len=:), allocatable :: effort !< that was made of the last problem
       integer(i8) :: largest = 0            !< most candidates in a step, over all ranks
+      integer(i8) :: handled = 0            !< candidates of all ranks, over all steps since the program began
       real(wp) :: worst_residual = 0.0_wp   !< relative
       real(wp) :: worst_overlap = 0.0_wp    !< m
       real(wp) :: worst_bridge = 0.0_wp     !< largest force that acts across a gap, times the gap: over largest force and cell
@@ -122,6 +124,7 @@ contains
       call MPI_Allreduce(MPI_IN_PLACE, needs, 2, MPI_INTEGER, MPI_SUM, communicator%comm)
       if (needs(1) > 0) then
          self%largest = max(self%largest, int(needs(1), i8))
+         self%handled = self%handled + needs(1)
          if (needs(2) > 0) call self%solver%fit(communicator%comm%MPI_VAL, 64*((9*self%candidates%count/8)/64 + 1))
          call self%assemble(communicator, level, neighbours, time_step)
          call self%solve(level, time_step, error)
@@ -467,6 +470,7 @@ contains
             state%overlap = deepest(t)
             call self%tools(t)%react(state%load, time_step)
             state%work = state%work - time_step*dot_product(state%load, self%tools(t)%velocity())
+            state%impulse = state%impulse - time_step*state%load
          end associate
       end do
       self%worst_overlap = max(self%worst_overlap, maxval(deepest))

@@ -1,4 +1,4 @@
-!> Where the wall-clock time of a run went, by phase of the step and effect: a file, and lines for the closing summary.
+!> Where the wall-clock time of a run went, by phase of the step, effect and level: a file, and lines for the closing summary.
 module m_cost_report
    use mpi_f08
    use m_kinds, only: wp, i8
@@ -11,13 +11,15 @@ module m_cost_report
    private
    public :: write_cost_report
 
-   integer, parameter, public :: cost_line_length = 96
+   integer, parameter, public :: cost_line_length = 180
+   integer, parameter :: columns = 7 !< of the table, before those of levels
 
    !> What the report is about.
    type, public :: cost_t
       type(timers_t) :: timers             !< of this rank, nothing running; the same rows on all ranks
       integer(i8) :: particle_steps = 0_i8 !< of all ranks over the run
       integer(i8), allocatable :: level_steps(:) !< of these, those on each level; may be absent
+      character(len=history_text_length), allocatable :: notes(:) !< `name=value`, for the head of the file; may be absent
       real(wp) :: elapsed = 0.0_wp         !< wall-clock time of the run, s
       real(wp) :: time = 0.0_wp            !< physical time reached, s
    end type cost_t
@@ -25,7 +27,8 @@ module m_cost_report
 contains
 
    !> Collective: write `path` (no file if it is empty), and give every rank the lines of a table. A row's cost per particle-step
-   !> (ns) is the time of all ranks together over all particle-steps; its share is of the elapsed time.
+   !> (ns) is the time of all ranks together over all particle-steps; its share is of the elapsed time. Where there are several
+   !> levels, each has two columns more: seconds, and ns per particle-step of its own.
    subroutine write_cost_report(communicator, cost, path, lines, error)
       type(communicator_t), intent(in) :: communicator
       type(cost_t), intent(in) :: cost
@@ -33,7 +36,7 @@ contains
       character(len=cost_line_length), allocatable, intent(out) :: lines(:)
       type(error_t), intent(inout) :: error
       type(history_t) :: table
-      real(wp) :: values(7, rows_of(cost))
+      real(wp) :: values(columns + 2*level_count(cost), rows_of(cost))
       integer :: r
       call gather(communicator, cost, values)
       call make_lines(communicator, cost, values, lines)
@@ -52,11 +55,12 @@ contains
       rows = size(cost%timers%seconds) + 2
    end function rows_of
 
-   !> Columns: number of the row, seconds min, mean, max over the ranks, calls, ns per particle-step, share in percent.
+   !> Columns: number of the row, seconds min, mean, max over the ranks, calls, ns per particle-step, share in percent; then of each
+   !> level the mean of the seconds over the ranks and ns per particle-step of the level.
    subroutine gather(communicator, cost, values)
       type(communicator_t), intent(in) :: communicator
       type(cost_t), intent(in) :: cost
-      real(wp), intent(out) :: values(:, :) !< (7, rows)
+      real(wp), intent(out) :: values(:, :) !< (columns, rows)
       real(wp), dimension(size(values, 2)) :: least, total, most
       integer(i8) :: calls(size(cost%timers%calls))
       integer :: r, rows, timed
@@ -76,7 +80,26 @@ contains
          if (cost%particle_steps > 0) values(6, r) = 1.0e9_wp*total(r)/real(cost%particle_steps, wp)
          if (total(rows) > 0.0_wp) values(7, r) = 100.0_wp*total(r)/total(rows)
       end do
+      if (level_count(cost) > 0) call gather_levels(communicator, cost, values)
    end subroutine gather
+
+   !> The columns of the levels. What no level is charged with (output, balance) stands in none of them.
+   subroutine gather_levels(communicator, cost, values)
+      type(communicator_t), intent(in) :: communicator
+      type(cost_t), intent(in) :: cost
+      real(wp), intent(inout) :: values(:, :)
+      real(wp) :: total(size(cost%timers%seconds), size(cost%level_steps))
+      integer :: l, rows
+      call MPI_Allreduce(cost%timers%on_levels, total, size(total), MPI_DOUBLE_PRECISION, MPI_SUM, communicator%comm)
+      rows = size(values, 2)
+      do l = 1, size(total, 2)
+         associate (seconds => values(columns + 2*l - 1, :), each => values(columns + 2*l, :))
+            seconds(:rows - 2) = total(:, l)/communicator%ranks
+            seconds(rows) = sum(seconds(:rows - 2))
+            if (cost%level_steps(l) > 0) each = 1.0e9_wp*seconds*communicator%ranks/real(cost%level_steps(l), wp)
+         end associate
+      end do
+   end subroutine gather_levels
 
    !> Levels to speak of: 0 where there is only one.
    pure integer function level_count(cost) result(levels)
@@ -103,12 +126,13 @@ contains
       integer :: l, levels, r, rows
       rows = rows_of(cost)
       levels = level_count(cost)
-      head%title = 'where the time went, by phase of the step and effect'
+      head%title = 'where the time went, by phase of the step, effect and level'
       head%zone = 'cost'
       head%solution_time = cost%time
-      allocate (head%columns(7), head%notes(rows + 3 + levels))
-      head%columns(:) = [character(len=history_text_length) :: 'phase [-]', 'least of the ranks [s]', 'mean of the ranks [s]', &
-                         'most of the ranks [s]', 'calls [-]', 'all ranks per particle-step [ns]', 'share of elapsed time [%]']
+      allocate (head%columns(columns + 2*levels), head%notes(rows + 3 + levels))
+      head%columns(:columns) = [character(len=history_text_length) :: 'phase [-]', 'least of the ranks [s]', &
+                                'mean of the ranks [s]', 'most of the ranks [s]', 'calls [-]', &
+                                'all ranks per particle-step [ns]', 'share of elapsed time [%]']
       do r = 1, rows
          head%notes(r) = 'phase_'//to_text(r)//'='//trim(row_name(cost, r))
       end do
@@ -117,7 +141,10 @@ contains
       head%notes(rows + 3) = 'elapsed_s='//to_text(cost%elapsed)
       do l = 1, levels
          head%notes(rows + 3 + l) = 'particle_steps_level_'//to_text(l)//'='//to_text(cost%level_steps(l))
+         head%columns(columns + 2*l - 1) = 'level '//to_text(l)//' mean of the ranks [s]'
+         head%columns(columns + 2*l) = 'level '//to_text(l)//' all ranks per particle-step of the level [ns]'
       end do
+      if (allocated(cost%notes)) head%notes = [head%notes, cost%notes]
    end function header
 
    !> The table for people.
@@ -134,7 +161,7 @@ contains
          n = n + 1
          shown(n) = r
       end do
-      allocate (lines(n + 2 + level_count(cost)))
+      allocate (lines(n + 2 + merge(n + 1 + level_count(cost), 0, level_count(cost) > 0)))
       write (lines(1), '(a20,3a11,a12,a16,a9)') 'seconds             ', 'least', 'mean', 'most', 'calls', 'ns/part.-step', 'share'
       do r = 1, n
          associate (v => values(:, shown(r)))
@@ -150,6 +177,26 @@ contains
          if (cost%particle_steps > 0) lines(n + 2 + l) = trim(lines(n + 2 + l))//', '// &
             to_text(100.0_wp*real(cost%level_steps(l), wp)/real(cost%particle_steps, wp), 3)//' %'
       end do
+      if (level_count(cost) > 0) call add_level_lines(cost, values(:, shown(:n)), shown(:n), lines(n + 3 + level_count(cost):))
    end subroutine make_lines
+
+   !> The same rows by level: seconds (mean of the ranks), and ns per particle-step of the level.
+   subroutine add_level_lines(cost, values, shown, lines)
+      type(cost_t), intent(in) :: cost
+      real(wp), intent(in) :: values(:, :) !< those of the rows that are shown
+      integer, intent(in) :: shown(:)
+      character(len=cost_line_length), intent(out) :: lines(:) !< one more than rows
+      integer :: l, r
+      lines(1) = 's, ns/part.-step'
+      do l = 1, level_count(cost)
+         write (lines(1)(22*l - 1:22*l + 20), '(a22)') 'level '//to_text(l)
+      end do
+      do r = 1, size(shown)
+         lines(r + 1) = row_name(cost, shown(r))
+         do l = 1, level_count(cost)
+            write (lines(r + 1)(22*l - 1:22*l + 20), '(f11.3,f11.2)') values(columns + 2*l - 1:columns + 2*l, r)
+         end do
+      end do
+   end subroutine add_level_lines
 
 end module m_cost_report

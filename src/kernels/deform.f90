@@ -3,7 +3,7 @@ module m_deform
    use m_kinds, only: wp
    implicit none
    private
-   public :: advance_volume, advance_half_sizes, advance_half_edges, fastest, all_finite
+   public :: advance_volume, advance_half_sizes, advance_half_edges, fastest, all_finite, finite_stress
 
 contains
 
@@ -90,6 +90,21 @@ contains
       end do
       all_finite = abs(nothing) <= 0.0_wp
    end function all_finite
+
+   !> The same for six columns at once, at a third of the cost; a sum of values that is infinite counts too.
+   pure logical function finite_stress(count, stress)
+      integer, intent(in) :: count
+      real(wp), intent(in), contiguous :: stress(:, :) !< (:, 6), Pa
+      real(wp) :: nothing, together
+      integer :: p
+      nothing = 0.0_wp
+      !$omp simd reduction(+: nothing) private(together)
+      do p = 1, count
+         together = (stress(p, 1) + stress(p, 2)) + (stress(p, 3) + stress(p, 4)) + (stress(p, 5) + stress(p, 6))
+         nothing = nothing + (together - together)
+      end do
+      finite_stress = abs(nothing) <= 0.0_wp
+   end function finite_stress
 
    !> Largest squared speed (m2/s2) and largest specific volume (m3/kg) of particles first..last.
    pure subroutine fastest(velocity, mass, volume, first, last, speed_squared, specific_volume)

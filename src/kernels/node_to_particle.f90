@@ -18,10 +18,10 @@ module m_node_to_particle
       integer :: position       !< first column of where the new position goes
    end type motion_t
 
-   !> The particle of a block that the grid carries fastest along an axis: an infinite or undefined speed is none.
+   !> The particle of a block that the grid carries fastest along an axis, if faster than allowed: an undefined speed is none.
    type :: longest_t
-      real(wp) :: speed = 0.0_wp !< m/s
-      integer :: particle = 0
+      real(wp) :: speed        !< allowed at first, then that of the particle, m/s
+      integer :: particle = 0  !< 0: none is too fast
    end type longest_t
 
    !> What the particles of a chunk take. Vectors may write `batch` - 1 beyond the last.
@@ -67,7 +67,7 @@ contains
       end do
    end subroutine scatter_to_particles
 
-   !> Raise `longest` to the fastest of a chunk.
+   !> Raise `longest` to the fastest of a chunk, if that is faster.
    pure subroutine find_longest(stencil, taken, longest)
       type(stencil_t), intent(in) :: stencil
       type(taken_t), intent(in) :: taken
@@ -81,7 +81,7 @@ contains
             speed = max(speed, abs(taken%motion(m, axis)))
          end do
       end do
-      if (.not. speed > longest%speed .or. .not. speed <= huge(speed)) return
+      if (.not. speed > longest%speed) return
       do m = 1, stencil%count
          if (maxval(abs(taken%motion(m, 1:3))) >= speed) longest = longest_t(speed, stencil%member(m))
       end do

@@ -8,6 +8,7 @@ module m_particle_store
    !> Values in a cache line. A capacity is an odd number of lines: with a power of two, the same rows of all columns would share
    !> their few places in the caches.
    integer, parameter :: line = 8
+   real(wp), parameter, public :: spare_room = 0.125_wp !< what a store that grows has to spare, as a share of what it holds
    integer, parameter :: stretch = 256 !< particles whose bodies are compared at once
 
    !> `column(p, c)` is component c (see m_field_table) of particle p; only the first `count` particles are alive.
@@ -37,7 +38,7 @@ contains
          if (size(self%column, 1) >= capacity) return
       end if
       room = capacity
-      if (self%count > 0) room = capacity + capacity/8
+      if (self%count > 0) room = capacity + int(spare_room*capacity)
       room = line*(8*((max(room, 1) + 7*line - 1)/(8*line)) + 1) ! lines: one more than a multiple of 8
       allocate (larger%column(room, columns), larger%id(room), larger%body(room))
       n = self%count

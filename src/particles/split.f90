@@ -43,7 +43,7 @@ contains
       call block%reserve(n + too_long, table%columns)
       do p = 1, n
          squares = lengths_squared(block%particles%column, p, layout)
-         if (maxval(squares) <= (longest*cell)**2) cycle
+         if (.not. maxval(squares) > (longest*cell)**2) cycle ! as counted, also where a length is not a number
          if (nint(block%particles%column(p, layout%generation)) == most_generations) then
             worn_out = p
             return

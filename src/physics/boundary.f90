@@ -11,10 +11,12 @@ module m_boundary
    use m_grid_level, only: grid_level_t
    implicit none
    private
-   public :: fold_symmetry, constrain_nodes, held_components
+   public :: fold_symmetry, constrain_nodes, held_components, fold_stress, mirror_stress
 
    integer, parameter :: last = block_size + 1 ! tiles run from 0 to here
    integer, parameter :: first_vector = 2, second_vector = 5 !< places of the two vectors of a node (momentum, force)
+   real(wp), parameter :: parity(8, 3) = reshape([1, 1, 1, 1, 1, -1, -1, 1, 1, 1, 1, 1, -1, 1, -1, 1, 1, 1, 1, 1, -1, -1, 1, 1], &
+                                                 [8, 3]) !< of volume, the six components of stress, spare, across each axis
 
 contains
 
@@ -70,6 +72,54 @@ contains
          end do
       end do
    end subroutine constrain_nodes
+
+   !> As fold_symmetry, for a tile of volume and volume times stress (stress_average.f90).
+   pure subroutine fold_stress(grid, place, tile)
+      type(grid_level_t), intent(in) :: grid
+      integer, intent(in) :: place(3)
+      real(wp), intent(inout), contiguous :: tile(:, 0:, 0:, 0:)
+      integer :: axis, side, plane, out(3), in(3), u, v
+      do axis = 1, 3
+         do side = 1, 2
+            if (grid%boundary(side, axis) /= boundary_symmetry) cycle
+            plane = grid%plane(place, side, axis)
+            if (plane < 1 .or. plane > last - 1) cycle
+            do v = 0, last
+               do u = 0, last
+                  out = row_node(axis, plane + outward(side), u, v)
+                  in = row_node(axis, plane - outward(side), u, v)
+                  tile(:, in(1), in(2), in(3)) = tile(:, in(1), in(2), in(3)) + parity(:, axis)*tile(:, out(1), out(2), out(3))
+                  tile(:, out(1), out(2), out(3)) = 0.0_wp
+               end do
+            end do
+         end do
+      end do
+   end subroutine fold_stress
+
+   !> After the sum: shear across a symmetry plane vanishes on it, and the row outside is the mirror of the row inside.
+   pure subroutine mirror_stress(grid, place, tile)
+      type(grid_level_t), intent(in) :: grid
+      integer, intent(in) :: place(3)
+      real(wp), intent(inout), contiguous :: tile(:, 0:, 0:, 0:)
+      integer :: axis, side, plane, on(3), out(3), in(3), u, v
+      do axis = 1, 3
+         do side = 1, 2
+            if (grid%boundary(side, axis) /= boundary_symmetry) cycle
+            plane = grid%plane(place, side, axis)
+            if (plane < 0) cycle
+            do v = 0, last
+               do u = 0, last
+                  on = row_node(axis, plane, u, v)
+                  tile(:, on(1), on(2), on(3)) = 0.5_wp*(1.0_wp + parity(:, axis))*tile(:, on(1), on(2), on(3))
+                  if (plane < 1 .or. plane > last - 1) cycle
+                  out = row_node(axis, plane + outward(side), u, v)
+                  in = row_node(axis, plane - outward(side), u, v)
+                  tile(:, out(1), out(2), out(3)) = parity(:, axis)*tile(:, in(1), in(2), in(3))
+               end do
+            end do
+         end do
+      end do
+   end subroutine mirror_stress
 
    !> -1 on the lower side of an axis, 1 on the upper.
    pure integer function outward(side)

@@ -36,6 +36,7 @@ contains
       if (error%happened()) return
       model%time = model%time + time_step
       model%step = model%step + 1
+      call model%timers%on_level(0)
       if (size(model%levels) == 1) return
       call model%timers%enter(model%levels_row)
       call model%prepare_blocks()
@@ -52,6 +53,7 @@ contains
       real(wp) :: own_step
       integer :: l
       do l = size(model%levels), first, -1
+         call model%timers%on_level(l)
          call to_nodes(model, l, time)
          if (l == 1) cycle
          call model%timers%enter(model%levels_row)
@@ -73,6 +75,7 @@ contains
       type(error_t), intent(inout) :: error
       integer :: update
       update = model%method%stress_update
+      call model%timers%on_level(l)
       call solve(model, l, clock)
       if (model%contact%active()) then                                 ! 4
          call model%timers%enter(phase_contact)
@@ -86,6 +89,7 @@ contains
       if (l < size(model%levels)) then
          call advance_finer(model, l, clock, error)
          if (error%happened()) return ! on all ranks: they have agreed
+         call model%timers%on_level(l)
       end if
       call to_particles(model, l, clock%step, with_stress=update == update_usl, error=error) ! 5, 6, 7
       if (update == update_musl) then
@@ -105,6 +109,7 @@ contains
       type(clock_t), intent(in) :: clock
       type(error_t), intent(inout) :: error
       real(wp) :: half, ahead
+      call model%timers%on_level(l + 1)
       call model%timers%enter(model%levels_row)
       call model%composite(l + 1)%hand_down(model%levels(l))
       call model%composite(l + 1)%send_down(model%communicator)
@@ -118,6 +123,7 @@ contains
       call advance_level(model, l + 1, clock_t(clock%time, half, half - ahead), error)
       if (error%happened()) return
       call gather_levels(model, l + 1, clock%time + half, half)
+      call model%timers%on_level(l + 1)
       call correct(model, l, clock)
       call advance_level(model, l + 1, clock_t(clock%time + half, half, -ahead), error)
    end subroutine advance_finer

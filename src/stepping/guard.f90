@@ -41,6 +41,7 @@ module m_guard
       procedure :: facts
       procedure :: remember
       procedure :: sentence
+      procedure :: kept_bytes
       procedure :: share
       procedure :: look_at_step
       procedure :: look_is_due
@@ -82,6 +83,14 @@ contains
       type(model_t), intent(in) :: model
       fits = model%communicator%maximum(real(copy_bytes(model), wp)) <= self%spec%memory
    end function fits
+
+   !> Memory that the copies of all ranks take, bytes; collective.
+   real(wp) function kept_bytes(self, model)
+      class(guard_t), intent(in) :: self
+      type(model_t), intent(in) :: model
+      kept_bytes = 0.0_wp
+      if (self%saves) kept_bytes = model%communicator%sum_real(real(copy_bytes(model), wp))
+   end function kept_bytes
 
    !> Bytes of the copy of this rank's particles, with what they may grow by.
    pure integer(i8) function copy_bytes(model)

@@ -26,7 +26,7 @@ module m_level_step
    use m_node_exchange, only: sum_tiles
    use m_node_solve, only: solve_nodes
    use m_boundary, only: fold_symmetry, constrain_nodes
-   use m_deform, only: advance_volume, advance_half_sizes, advance_half_edges, fastest, all_finite
+   use m_deform, only: advance_volume, advance_half_sizes, advance_half_edges, fastest, finite_stress
    use m_locate, only: locate_particles
    implicit none
    private
@@ -265,6 +265,8 @@ contains
       type(longest_t) :: longest
       integer :: n
       call model%timers%enter(phase_to_particles)
+      longest%speed = huge(1.0_wp)
+      if (motion%time_step > 0.0_wp) longest%speed = furthest_way*model%levels(l)%grid%cell/motion%time_step
       associate (level => model%levels(l), block => model%levels(l)%blocks(b), first => model%levels(l)%layout%gradient)
          if (level%layout%domain > 0) then
             call scatter_to_corners(block%cells, level%solved(:, :, :, :, b), level%layout, frame_of(level, block), motion, &
@@ -273,8 +275,7 @@ contains
             call scatter_to_particles(block%cells, level%solved(:, :, :, :, b), level%layout, frame_of(level, block), motion, &
                                       block%particles%column, level%gradient, longest)
          end if
-         if (longest%speed*motion%time_step > furthest_way*level%grid%cell) &
-            call report_long_way(model, l, b, longest, motion%time_step, error)
+         if (longest%particle > 0) call report_long_way(model, l, b, longest, motion%time_step, error)
          n = block%particles%count
          if (first > 0) block%particles%column(:n, first:first + 8) = level%gradient(:n, :)
          if (size(model%effect_step(l)%on_cells) == 0) return
@@ -321,7 +322,7 @@ contains
          if (follows) call add_stress(particles, level%layout, 1.0_wp)
          call advance_volume(particles%count, level%gradient, time_step, particles%column(:, level%layout%volume), smallest)
          if (.not. smallest > 0.0_wp) call report_inversion(model, l, b, error)
-         if (.not. all_finite(particles%count, particles%column(:, level%layout%stress:level%layout%stress + 5))) &
+         if (.not. finite_stress(particles%count, particles%column(:, level%layout%stress:level%layout%stress + 5))) &
             call report_undefined(model, l, b, error)
          if (model%method%domain /= domain_fixed) call advance_domains(model, l, b, time_step, error)
       end associate

@@ -105,7 +105,7 @@ contains
       end if
       if (.not. allocated(self%effects)) call make_effects(scene, self%effects)
       call make_levels(self, scene)
-      call self%timers%start()
+      call self%timers%start(size(self%levels))
       if (size(self%levels) > 1) self%levels_row = self%timers%row_of('levels')
       do e = 1, size(self%effects)
          call self%effects(e)%effect%prepare(self%levels(1)%grid, self%materials)

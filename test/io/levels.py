@@ -93,6 +93,15 @@ def check_words(run, log):
     facts = dict(re.match(r'AUXDATA (\w+)="(.*)"', line).groups() for line in header[3:])
     steps = [int(facts[f"particle_steps_level_{n}"]) for n in (1, 2, 3)]
     need(min(steps) > 0 and sum(steps) == int(facts["particle_steps"]), f"{run}: particle-steps {steps}")
+    columns = header[1].removeprefix("VARIABLES=").split(", ")
+    rows = history(f"{run}/cost.dat")[1]
+    need(rows.shape[1] == 13 and columns[7] == '"level 1 mean of the ranks [s]"', f"{run}: columns {columns}")
+    names = [facts[f"phase_{n}"] for n in range(1, len(rows) + 1)]
+    for row in ("to nodes", "nodes", "to particles", "stress"):
+        row = rows[names.index(row)]
+        need(row[7::2].min() > 0 and abs(row[7::2].sum() / row[2] - 1) < 1e-12, f"{run}: a row by levels {row}")
+        need_equal(row[8::2], row[7::2] * 1e9 / numpy.array(steps) * int(facts["ranks"]), f"{run}: per particle-step", 1e-12)
+    need(rows[names.index("output"), 7::2].max() == 0, f"{run}: no level pays for the output")
     for n in (1, 2, 3):
         need(re.search(rf"^level {n}: {steps[n - 1]} particle-steps, ", text, re.M) is not None, f"{log}: particle-steps")
 

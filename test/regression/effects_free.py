@@ -22,7 +22,8 @@ SCENE = """&scene    title='{name}', end_time=1e-2 /
 FIELDS = {"position": 3, "velocity": 3, "mass": 1, "volume": 1, "half_size": 1, "stress": 6}
 EACH = BLOCKS * STEPS
 ROWS = {"lists": 2 * EACH, "to nodes": EACH, "exchange": 2 * STEPS, "nodes": STEPS, "to particles": EACH, "stress": EACH,
-        "migration": STEPS, "control": STEPS, "output": STEPS + 1}
+        "migration": STEPS, "control": STEPS, "output": STEPS + 1,
+        "guard": 1, "indicators": 1}  # the copy at the start, the estimate at the end
 FILES = {"case.nml", "cost.dat", "energy.dat", "run.log"}
 OFFERED = ["affine transfer", "deforming domains", "tool contact", "friction", "probes", "gravity", "damping", "pressure", "bulk_viscosity", "anti_locking"]
 
@@ -113,7 +114,7 @@ def judge(said, cost, files, fields, calls, effects, others=frozenset()):
     # no row for what was not called for, not even an empty one
     phases = ["lists", "to nodes", "exchange", "nodes", "contact", "to particles", "stress", "migration", "control", "balance",
               "output"]
-    compare("names of rows", list(names.values()), phases + [name for name in effects if name in calls] + ["the rest", "all"])
+    compare("names of rows", list(names.values()), phases + [name for name in effects if name in calls] + ["guard", "indicators", "the rest", "all"])
     compare("steps", re.search(r"^(\d+) steps to", said, re.M)[1], str(STEPS))
     compare("files", files, FILES | others)
     compare("PETSc speaks", PETSC_SAYS in said, "tool contact" in effects)

@@ -8,7 +8,7 @@ from pathlib import Path
 import h5py
 import numpy as np
 
-from restarts import LEVELS, CONTACT, GIMP3D, require, finish, said
+from restarts import LEVELS, CONTACT, MOVING, SPLITTING, GIMP3D, require, finish, said
 import runs
 from run_data import History
 
@@ -117,6 +117,16 @@ runs.same_bits(*healed)
 energies = [History(one/"energy.dat") for one in (reference, healed[0])]
 off = abs(energies[1]["kinetic"][-1]/energies[0]["kinetic"][-1] - 1.0)
 require(f"planted once: kinetic energy at the end off by {off:.2e} (at most 1e-3)", off < 1e-3)
+
+# back over a move of a level, and over splits
+for what, plant, text, end in (("a level that moves", "stress 104 1 1 1", MOVING, 0.09), ("splitting", "stress 20 1 1 1", SPLITTING, 0.1)):
+    healed = []
+    for ranks in (1, 2):
+        status, output, directory = run(plant, ranks, text, guard="save_every=15", end=end, every=0.2)
+        require(f"back over {what}, {ranks} ranks: status {status}, one retry", status == 0 and "guard: 1 retry, the last at" in output)
+        require(f"back over {what}, {ranks} ranks: {bad_values(directory) or 'all numbers'}", not bad_values(directory))
+        healed.append(directory)
+    runs.same_bits(*healed)
 
 # stopped while it takes the smaller steps: it goes on with them
 straight = run("stress 15 1 1 1", 1, LEVELS, more="&checkpoint every=0.012 /\n", end=0.02)[2]

@@ -25,6 +25,7 @@ module m_manufactured
    use m_materials, only: material_of
    use m_model, only: model_t
    use m_advance, only: advance
+   use m_indicators, only: stress_error_t, estimate_stress_error, complementary
    use m_level_step, only: bound_speeds
    use m_migration, only: frame_of
    use m_residence, only: change_pair
@@ -88,6 +89,8 @@ module m_manufactured
    type :: outcome_t
       real(wp) :: l2 = 0.0_wp, largest = 0.0_wp !< m
       real(wp) :: seconds = 0.0_wp
+      real(wp) :: stress_error = 0.0_wp     !< of the stress at the end, in its energy norm
+      real(wp) :: stress_estimate = 0.0_wp  !< the same as the program estimates it
       integer(i8) :: particles = 0
       integer :: steps = 0
       logical :: failed = .false.
@@ -248,6 +251,7 @@ contains
             if (error%happened()) exit
             call add_errors(model, solution, outcome%l2, outcome%largest)
          end do
+         if (.not. error%happened()) call judge_stress(model, solution, outcome)
       end if
       sums = outcome%l2
       largest = outcome%largest
@@ -260,6 +264,37 @@ contains
       outcome%seconds = MPI_Wtime() - start
       call model%release()
    end function run
+
+   !> Collective: error of the particles' stress where they are, true and estimated, over the norm of the stress.
+   subroutine judge_stress(model, solution, outcome)
+      type(model_t), intent(inout) :: model
+      type(solution_t), intent(in) :: solution
+      type(outcome_t), intent(inout) :: outcome
+      type(stress_error_t) :: estimate
+      real(wp) :: exact(6), f(3), sums(2), x0(3)
+      integer :: b, l, p, first
+      sums = 0.0_wp
+      first = model%levels(1)%table%column('initial_position')
+      do l = 1, size(model%levels)
+         do b = 1, size(model%levels(l)%blocks)
+            associate (at => model%levels(l)%layout, column => model%levels(l)%blocks(b)%particles%column, &
+                       law => model%materials%slots(1)%law)
+               do p = 1, model%levels(l)%blocks(b)%particles%count
+                  x0 = column(p, first:first + 2)
+                  f = solution%stretch(x0, model%time)
+                  exact = 0.0_wp
+                  exact(:3) = solution%piola(x0, model%time)*f/product(f)
+                  sums = sums + column(p, at%volume)*[complementary(law, column(p, at%stress:at%stress + 5) - exact), &
+                                                      complementary(law, exact)]
+               end do
+            end associate
+         end do
+      end do
+      call MPI_Allreduce(MPI_IN_PLACE, sums, 2, MPI_DOUBLE_PRECISION, MPI_SUM, model%communicator%comm)
+      outcome%stress_error = sqrt(sums(1)/sums(2))
+      call estimate_stress_error(model, estimate)
+      outcome%stress_estimate = estimate%share()
+   end subroutine judge_stress
 
    !> A unit cube of one body between symmetry planes.
    type(scene_t) function make_scene(setting) result(scene)

@@ -1,0 +1,308 @@
+!> Measures what a step of a model costs on the ranks at hand. The model is spent afterwards: its tools have been where they never
+!> will be.
+module m_calibration
+   use mpi_f08, only: MPI_COMM_SELF
+   use m_kinds, only: wp, i8
+   use m_errors, only: error_t
+   use m_communicator, only: communicator_t
+   use m_timers, only: timers_t, wall_time, phase_contact
+   use m_scene, only: scene_t
+   use m_model, only: model_t
+   use m_advance, only: advance
+   use m_level_step, only: bound_speeds
+   use m_time_step, only: longest_step
+   use m_energy, only: balance_t
+   use m_forecast, only: rates_t, prospect_t, rates_of, look_ahead, contact_points, contact_steps, particle_rows
+   use m_snapshot, only: snapshot_t
+   use m_probe, only: probe_t, choose_particle, read_probe
+   use m_particle_snapshot, only: take_snapshot
+   implicit none
+   private
+   public :: calibrate, calibration_t, sample_cost
+
+   !> What was measured, and with how much.
+   type :: calibration_t
+      type(rates_t) :: rates
+      type(prospect_t) :: prospect             !< of the whole scene
+      integer :: steps = 0                     !< timed with the tools where they begin
+      integer :: pressed_steps = 0             !< timed with the tools pressed in
+      real(wp) :: pressed_time = 0.0_wp        !< where tools stood then, as time of the scene, s
+      real(wp) :: pressed_points = 0.0_wp      !< contact points in each of those
+      real(wp) :: seconds = 0.0_wp             !< that all this took
+      real(wp) :: snapshot_bytes = 0.0_wp      !< of one snapshot, of all ranks
+      real(wp) :: writing_bytes = 0.0_wp       !< of memory that writing it takes besides, of all ranks
+      real(wp) :: library_bytes = 0.0_wp       !< and that the libraries for it take
+      character(len=:), allocatable :: trouble !< why contact was not measured pressed in; empty: it was, or needs not be
+   end type calibration_t
+
+   real(wp), parameter :: enough = 1.0_wp      !< s of steps are timed, if they are not more than
+   real(wp), parameter :: library = 5.0e6_wp   !< bytes of HDF5 with MPI's files, a rank, when a file is written (performance.md)
+   real(wp), parameter :: few = 20.0_wp        !< contact points do not tell what each takes
+   real(wp), parameter :: little = 1.0e-6_wp   !< cells
+   real(wp), parameter :: more = 1.5_wp        !< times as many contact points tell what each takes
+   real(wp), parameter :: at_most = 0.1_wp     !< of the steps of the scene
+   integer, parameter :: most_steps = 300, fewest_steps = 4, warm_steps = 3, pressed = 8
+
+contains
+
+   !> Collective: cost of a step of the model as the scene begins, with all particles awake; then with the tools pressed in.
+   subroutine calibrate(found, scene, model)
+      type(calibration_t), intent(out) :: found
+      type(scene_t), intent(in) :: scene
+      type(model_t), intent(inout) :: model
+      type(error_t) :: error
+      real(wp) :: began, resting_points, time
+      began = wall_time()
+      found%trouble = ''
+      call warm_up(scene, model, error)
+      if (.not. error%happened()) then
+         time = model%time
+         model%time = 0.0_wp
+         call look_ahead(found%prospect, scene, model) ! what rests is known only after some steps
+         if (found%prospect%snapshots > 0.0_wp) found%prospect%snapshots = found%prospect%snapshots + 1.0_wp ! the first
+         model%time = time
+         model%skip_at_rest = .false.
+         call nudge(model)
+         call warm_up(scene, model, error)
+      end if
+      if (.not. error%happened()) call time_steps(found, scene, model, resting_points, error)
+      call time_output(found, scene, model)
+      if (size(model%contact%tools) > 0 .and. .not. error%happened()) call press(found, scene, model, resting_points)
+      if (error%happened()) found%trouble = error%message
+      found%seconds = model%communicator%maximum(wall_time() - began)
+   end subroutine calibrate
+
+   !> Move all material a little: particles exactly half-way between nodes of two blocks belong to either, by a rounding,
+   !> and go to and fro in every step until something moves them.
+   subroutine nudge(model)
+      type(model_t), intent(inout) :: model
+      integer :: b, l, n, x
+      do l = 1, size(model%levels)
+         x = model%levels(l)%layout%position
+         do b = 1, size(model%levels(l)%blocks)
+            associate (particles => model%levels(l)%blocks(b)%particles)
+               n = particles%count
+               if (n > 0) particles%column(:n, x:x + 2) = particles%column(:n, x:x + 2) + little*model%levels(1)%grid%cell
+            end associate
+         end do
+      end do
+   end subroutine nudge
+
+   !> A few steps that are not timed.
+   subroutine warm_up(scene, model, error)
+      type(scene_t), intent(in) :: scene
+      type(model_t), intent(inout) :: model
+      type(error_t), intent(inout) :: error
+      integer :: n
+      do n = 1, warm_steps
+         if (.not. error%happened()) call advance(model, longest_step(scene, model, model%time), error)
+      end do
+   end subroutine warm_up
+
+   !> Collective: steps until it has been long enough, then as many again, which count. `points`: contact points in a step.
+   subroutine time_steps(found, scene, model, points, error)
+      type(calibration_t), intent(inout) :: found
+      type(scene_t), intent(in) :: scene
+      type(model_t), intent(inout) :: model
+      real(wp), intent(out) :: points
+      type(error_t), intent(inout) :: error
+      type(timers_t) :: before
+      real(wp) :: began, elapsed
+      integer(i8) :: handled
+      integer :: most, n
+      most = max(fewest_steps, min(most_steps, nint(at_most*found%prospect%steps))) ! the scene must not be over by then
+      began = wall_time()
+      do
+         call advance(model, longest_step(scene, model, model%time), error)
+         if (error%happened()) return
+         found%steps = found%steps + 1
+         elapsed = model%communicator%maximum(wall_time() - began)
+         if (found%steps >= fewest_steps .and. (elapsed >= enough .or. found%steps >= most)) exit
+      end do
+      before = model%timers
+      handled = model%contact%handled
+      began = wall_time()
+      do n = 1, found%steps
+         call advance(model, longest_step(scene, model, model%time), error)
+         if (error%happened()) return
+      end do
+      elapsed = model%communicator%maximum(wall_time() - began)
+      call rates_of(found%rates, model, before, real(found%steps, wp), elapsed, 1.0_wp)
+      points = real(model%contact%handled - handled, wp)/(found%steps*contact_steps(model))
+   end subroutine time_steps
+
+   !> Collective: what the sums and the text of a row of the histories take, and the arrays of a snapshot and their text. Nothing is
+   !> written: the time of files and disks is not in it.
+   subroutine time_output(found, scene, model)
+      type(calibration_t), intent(inout) :: found
+      type(scene_t), intent(in) :: scene
+      type(model_t), intent(inout) :: model
+      type(balance_t) :: balance
+      type(snapshot_t) :: snapshot
+      type(probe_t), allocatable :: probes(:)
+      real(wp) :: began, bytes, largest, value, position(3), stress(6), strain
+      integer :: f
+      probes = [(choose_particle(model, scene%probes(f)%position), f=1, size(scene%probes))]
+      began = wall_time()
+      call balance%follow(model)
+      do f = 1, size(probes)
+         if (scene%output%present) call read_probe(model, probes(f), position, stress, strain)
+      end do
+      found%rates%history = model%communicator%maximum(wall_time() - began)
+      value = text_cost()
+      if (scene%output%present) found%rates%history = found%rates%history &
+                                                      + value*(14 + 7*size(scene%tools) + 12*size(scene%probes))
+      if (.not. found%prospect%snapshots > 0.0_wp) return
+      began = wall_time()
+      snapshot%title = ''
+      call take_snapshot(model%communicator, model%levels, snapshot)
+      found%rates%snapshot = model%communicator%maximum(wall_time() - began)
+      bytes = 8.0_wp*(size(snapshot%position) + size(snapshot%id))
+      largest = 0.0_wp
+      do f = 1, size(snapshot%fields)
+         bytes = bytes + 8.0_wp*size(snapshot%fields(f)%values)
+         largest = max(largest, 8.0_wp*size(snapshot%fields(f)%values)) ! each is copied into the order of the file
+      end do
+      if (scene%output%tecplot) found%rates%snapshot = found%rates%snapshot + model%communicator%maximum(value*bytes/8.0_wp)
+      found%snapshot_bytes = model%communicator%sum_real(bytes)
+      largest = largest + 12.0_wp*size(snapshot%id) ! their order
+      found%writing_bytes = model%communicator%sum_real(largest)
+      found%library_bytes = model%communicator%ranks*library
+   end subroutine time_output
+
+   !> Time (s) that one number takes to become text.
+   real(wp) function text_cost()
+      integer, parameter :: numbers = 20000
+      character(len=25) :: text
+      real(wp) :: began
+      integer :: n, length
+      began = wall_time()
+      length = 0
+      do n = 1, numbers
+         write (text, '(es24.16e3)') sqrt(real(n, wp))
+         length = length + len_trim(text)
+      end do
+      text_cost = (wall_time() - began)/max(numbers, min(length, numbers)) ! what is not looked at might be left out
+   end function text_cost
+
+   !> Collective: contact with the tools as far in as there are then as many contact points as the scene will have at most. The
+   !> material has not made way: as many as lie inside.
+   subroutine press(found, scene, model, points_before)
+      type(calibration_t), intent(inout) :: found
+      type(scene_t), intent(in) :: scene
+      type(model_t), intent(inout) :: model
+      real(wp), intent(in) :: points_before !< contact points in a step where the tools begin
+      type(error_t) :: error
+      type(timers_t) :: before
+      real(wp) :: total, closest, time, touches, took(pressed)
+      integer(i8) :: handled
+      integer :: n
+      associate (rates => found%rates)
+         if (found%prospect%most_touches <= more*points_before) then ! as much contact as there will be: each has its share of it
+            if (points_before > 0.0_wp) then
+               rates%contact_point = rates%contact/points_before
+               rates%contact = 0.0_wp
+            end if
+            return
+         end if
+         if (follows(model)) then
+            found%trouble = 'levels follow a tool, which is not pressed in then: what contact will cost is not in this'
+            return
+         end if
+         do n = 1, 40 ! until enough contact points are inside
+            time = scene%end_time*n/40
+            call contact_points(model, time, touches, closest, total)
+            if (total >= found%prospect%most_touches) exit
+         end do
+         model%time = time
+         found%pressed_time = time
+         handled = 0
+         do n = 1, 2 + pressed
+            if (n == 3) handled = model%contact%handled
+            before = model%timers
+            call advance(model, longest_step(scene, model, time), error)
+            if (error%happened()) exit
+            model%time = time
+            if (n > 2) took(n - 2) = model%timers%seconds(phase_contact) - before%seconds(phase_contact)
+         end do
+         if (error%happened()) then
+            found%trouble = 'contact could not be measured with the tools pressed in ('//error%message//')'
+            return
+         end if
+         found%pressed_steps = pressed
+         found%pressed_points = real(model%contact%handled - handled, wp)/(pressed*contact_steps(model))
+         total = model%communicator%sum_real(median(took))/model%communicator%ranks ! one step may wait for something else
+         if (found%pressed_points < few) then
+            rates%contact = max(rates%contact, total)
+         else if (found%pressed_points > more*points_before) then ! two points of a line, well apart
+            rates%contact_point = max(0.0_wp, (total - rates%contact)/(found%pressed_points - points_before))
+            rates%contact = max(0.0_wp, rates%contact - points_before*rates%contact_point)
+         end if
+      end associate
+   end subroutine press
+
+   !> The middle one of several values.
+   pure real(wp) function median(values)
+      real(wp), intent(in) :: values(:)
+      integer :: v
+      median = values(1)
+      do v = 1, size(values)
+         if (count(values <= values(v)) >= (size(values) + 1)/2 .and. count(values < values(v)) <= size(values)/2) &
+            median = values(v)
+      end do
+   end function median
+
+   !> True when levels go with a tool.
+   pure logical function follows(model)
+      type(model_t), intent(in) :: model
+      follows = .false.
+      if (allocated(model%level_specs)) follows = any(model%level_specs%follow > 0)
+   end function follows
+
+   !> Time (s) that goes with a particle in a step, in a block of 16 x 16 x 16 cells of the scene's first material, alone on each
+   !> rank; the largest of all ranks.
+   real(wp) function sample_cost(scene, communicator, particles_per_cell) result(each)
+      type(scene_t), intent(in) :: scene
+      type(communicator_t), intent(in) :: communicator
+      integer, intent(in) :: particles_per_cell
+      type(scene_t) :: sample
+      type(model_t) :: model
+      type(communicator_t) :: own
+      type(error_t) :: error
+      type(timers_t) :: before
+      integer :: n
+      integer, parameter :: cells = 16, steps = 8
+      sample%title = 'sample'
+      sample%end_time = huge(1.0_wp)
+      sample%time = scene%time
+      sample%time%time_step = 0.0_wp
+      sample%time%safety = min(scene%time%safety, 0.3_wp)
+      sample%grid%cell_size = scene%grid%cell_size
+      sample%grid%cells = cells + 8
+      sample%grid%upper = (cells + 8)*scene%grid%cell_size
+      sample%materials = scene%materials(1:1)
+      allocate (sample%bodies(1), sample%tools(0), sample%probes(0), sample%levels(0), sample%effects(0))
+      sample%bodies(1)%name = 'sample'
+      sample%bodies(1)%material = 1
+      sample%bodies(1)%lower = 4*scene%grid%cell_size
+      sample%bodies(1)%upper = (4 + cells)*scene%grid%cell_size
+      sample%bodies(1)%particles_per_cell = particles_per_cell
+      own%comm = MPI_COMM_SELF
+      call model%build(own, sample, error)
+      model%skip_at_rest = .false.
+      each = 0.0_wp
+      if (.not. error%happened()) then
+         call bound_speeds(model)
+         call warm_up(sample, model, error)
+         before = model%timers
+         do n = 1, steps
+            if (.not. error%happened()) call advance(model, longest_step(sample, model, model%time), error)
+         end do
+         each = sum(model%timers%seconds - before%seconds, mask=particle_rows(size(before%seconds), before%names)) &
+                /(steps*real(model%particle_count(), wp))
+      end if
+      each = communicator%maximum(each)
+      call model%release()
+   end function sample_cost
+
+end module m_calibration

@@ -1,0 +1,280 @@
+!> The last words of a run: what it cost, and what it is worth. The same stands in cost.dat.
+module m_closing_summary
+   use m_kinds, only: wp, i8
+   use m_errors, only: error_t
+   use m_communicator, only: communicator_t
+   use m_text, only: to_text, si, duration
+   use m_timers, only: phase_contact
+   use m_scene, only: scene_t, domain_fixed, boundary_free
+   use m_model, only: model_t
+   use m_energy, only: balance_t, sums_t, measure
+   use m_memory, only: peak_memory
+   use m_expectation, only: expectation_t
+   use m_indicators, only: stress_error_t, estimate_stress_error
+   use m_history, only: history_text_length
+   use m_console, only: console_t
+   use m_cost_report, only: cost_t, write_cost_report, cost_line_length
+   implicit none
+   private
+   public :: summarise, course_t
+
+   !> What a run remembers of its course for its last words.
+   type :: course_t
+      integer(i8) :: particles = 0       !< when the program began
+      integer(i8) :: steps = 0           !< that the program has taken, repeated ones too
+      real(wp) :: momentum(3) = 0.0_wp   !< when the program began, kg m/s
+      character(len=:), allocatable :: stop_reason !< why the run ends before the scene does; empty: it does not
+      real(wp) :: early_elapsed = 0.0_wp !< wall-clock time when the last tenth of the scene began, s; 0 before that
+      real(wp) :: early_contact = 0.0_wp !< of that, in contact, s
+   end type course_t
+
+   !> Lines for people, and the same as `name=value` for the head of cost.dat.
+   type :: facts_t
+      character(len=cost_line_length), allocatable :: lines(:)
+      character(len=history_text_length), allocatable :: notes(:)
+   contains
+      procedure :: say
+      procedure :: note
+   end type facts_t
+
+contains
+
+   !> Collective: the closing summary and cost.dat.
+   subroutine summarise(console, scene, model, balance, course, expectation, guarded, error)
+      type(console_t), intent(inout) :: console
+      type(scene_t), intent(in) :: scene
+      type(model_t), intent(inout) :: model
+      type(balance_t), intent(in) :: balance
+      type(course_t), intent(in) :: course
+      type(expectation_t), intent(in) :: expectation
+      character(len=*), intent(in) :: guarded !< what the guard says of the run
+      type(error_t), intent(inout) :: error
+      type(cost_t) :: cost
+      type(facts_t) :: facts
+      character(len=cost_line_length), allocatable :: table(:)
+      character(len=:), allocatable :: verdict, path
+      integer :: l
+      allocate (facts%lines(0), facts%notes(0))
+      cost%particle_steps = model%communicator%sum_count(model%particle_steps)
+      allocate (cost%level_steps(size(model%level_steps)))
+      do l = 1, size(cost%level_steps)
+         cost%level_steps(l) = model%communicator%sum_count(model%level_steps(l))
+      end do
+      call say_expectation(facts, console, model, expectation, model%time >= scene%end_time .and. .not. error%happened())
+      call say_work(facts, scene, model, course, cost%particle_steps)
+      call say_conservation(facts, scene, model, balance, course)
+      call say_contact(facts, console, model, course)
+      if (.not. error%happened()) call say_stress_error(facts, model)
+      call facts%say(guarded)
+      cost%timers = model%timers
+      cost%elapsed = console%elapsed()
+      cost%time = model%time
+      cost%notes = facts%notes
+      path = ''
+      if (scene%output%present) path = scene%output%directory//'/cost.dat'
+      call write_cost_report(model%communicator, cost, path, table, error)
+      verdict = 'finished: '//scene%title
+      if (course%stop_reason /= '') verdict = course%stop_reason
+      if (error%happened()) verdict = 'stopped: '//error%message
+      call console%summary(verdict, int(model%step), model%time, [facts%lines, table])
+   end subroutine summarise
+
+   !> A line of the summary.
+   subroutine say(self, text)
+      class(facts_t), intent(inout) :: self
+      character(len=*), intent(in) :: text
+      character(len=cost_line_length) :: line
+      line = text
+      self%lines = [self%lines, line]
+   end subroutine say
+
+   !> A line of the head of cost.dat.
+   subroutine note(self, name, text)
+      class(facts_t), intent(inout) :: self
+      character(len=*), intent(in) :: name, text
+      character(len=history_text_length) :: line
+      line = name//'='//text
+      self%notes = [self%notes, line]
+   end subroutine note
+
+   !> Collective: memory held, and what was expected of the run beside what it took. A run that ended early took less.
+   subroutine say_expectation(facts, console, model, expectation, whole)
+      type(facts_t), intent(inout) :: facts
+      type(console_t), intent(in) :: console
+      type(model_t), intent(in) :: model
+      type(expectation_t), intent(in) :: expectation
+      logical, intent(in) :: whole !< the scene has come to its end
+      real(wp) :: memory, took
+      memory = model%communicator%sum_real(real(peak_memory(), wp))
+      took = model%communicator%maximum(console%elapsed())
+      call facts%say('memory: '//si(memory, 'B')//' on all ranks together')
+      call facts%note('memory_B', to_text(memory))
+      if (.not. (expectation%made .and. whole)) return
+      call facts%say('expected at step '//to_text(expectation%step)//': '//duration(expectation%total)//' and '// &
+                     si(expectation%memory, 'B')//' in all; it took '//off_by(took, expectation%total)//' and '// &
+                     off_by(memory, expectation%memory)//' than that')
+      call facts%note('expected_at_step', to_text(expectation%step))
+      call facts%note('expected_elapsed_s', to_text(expectation%total))
+      call facts%note('expected_memory_B', to_text(expectation%memory))
+   end subroutine say_expectation
+
+   !> How much more or less something is than was expected.
+   function off_by(value, expected) result(text)
+      real(wp), intent(in) :: value, expected
+      character(len=:), allocatable :: text
+      text = to_text(100.0_wp*abs(value - expected)/expected, 2)//' % '//trim(merge('more', 'less', value > expected))
+   end function off_by
+
+   !> Collective: what the ranks did.
+   subroutine say_work(facts, scene, model, course, particle_steps)
+      type(facts_t), intent(inout) :: facts
+      type(scene_t), intent(in) :: scene
+      type(model_t), intent(in) :: model
+      type(course_t), intent(in) :: course
+      integer(i8), intent(in) :: particle_steps !< of all ranks
+      real(wp) :: bytes, messages
+      integer(i8) :: at_end, resting, splits
+      resting = model%communicator%sum_count(model%particle_steps_at_rest)
+      splits = model%communicator%sum_count(model%splits)
+      at_end = model%communicator%sum_count(model%particle_count())
+      messages = model%communicator%maximum(real(sum(model%exchange%messages) + sum(model%composite%messages), wp) &
+                                            /course%steps)
+      bytes = model%communicator%maximum(real(sum(model%exchange%bytes) + sum(model%composite%bytes), wp) &
+                                         /course%steps)
+      if (resting > 0) call facts%say('at rest: '//to_text(100.0_wp*resting/particle_steps, 3)// &
+                                      ' % of the particle-steps had nothing to do')
+      call facts%note('particle_steps_at_rest', to_text(resting))
+      if (scene%time%domain /= domain_fixed .or. size(model%levels) > 1) call facts%say('domains: '//to_text(splits)// &
+          ' particles made by splitting, '//to_text(at_end)//' at the end')
+      if (model%communicator%ranks > 1) call facts%say('node sums: at most '//to_text(messages, 4)//' messages and '// &
+                                                       to_text(bytes, 9)//' B sent by a rank in a step')
+   end subroutine say_work
+
+   !> Collective: energy, momentum, mass.
+   subroutine say_conservation(facts, scene, model, balance, course)
+      type(facts_t), intent(inout) :: facts
+      type(scene_t), intent(in) :: scene
+      type(model_t), intent(in) :: model
+      type(balance_t), intent(in) :: balance
+      type(course_t), intent(in) :: course
+      type(sums_t) :: sums
+      character(len=:), allocatable :: text
+      real(wp) :: change(3), impulse(3), mass, scale
+      integer :: t
+      sums = measure(model)
+      call facts%say('energy balance error: at most '//si(balance%worst, 'J')//' of '//si(balance%largest, 'J')// &
+                     percent(balance%worst, balance%largest))
+      call facts%note('energy_balance_error_J', to_text(balance%worst))
+      call facts%note('largest_energy_J', to_text(balance%largest))
+      change = sums%momentum - course%momentum
+      impulse = 0.0_wp
+      do t = 1, size(model%contact%states)
+         impulse = impulse + model%contact%states(t)%impulse
+      end do
+      text = 'momentum: changed by '//to_text(norm2(change), 3)//' kg m/s, tools gave '//to_text(norm2(impulse), 3)//' kg m/s'
+      if (all(scene%grid%boundary == boundary_free) .and. size(model%effects) == 0) then
+         scale = norm2(impulse)
+         if (scale <= 0.0_wp) scale = sqrt(2.0_wp*sums%mass*balance%largest)
+         text = text//', off by '//to_text(norm2(change - impulse), 3)//' kg m/s'//percent(norm2(change - impulse), scale)
+         if (norm2(impulse) > 0.0_wp) text = text//' of the impulse given'
+         if (.not. norm2(impulse) > 0.0_wp) text = text//' of sqrt(2 mass x largest energy)'
+         call facts%note('momentum_error_kg_m_s', to_text(norm2(change - impulse)))
+      else
+         text = text//'; held sides and effects account for the rest'
+      end if
+      call facts%say(text)
+      call facts%note('momentum_change_kg_m_s', to_text(norm2(change)))
+      call facts%note('tool_impulse_kg_m_s', to_text(norm2(impulse)))
+      mass = abs(sums%mass - balance%start%mass)
+      call facts%say('mass: changed by '//to_text(mass, 3)//' of '//to_text(sums%mass, 3)//' kg')
+      call facts%note('mass_error_kg', to_text(mass))
+   end subroutine say_conservation
+
+   !> A share in words; nothing where there is nothing to share.
+   function percent(part, whole) result(text)
+      real(wp), intent(in) :: part, whole
+      character(len=:), allocatable :: text
+      text = ''
+      if (whole > 0.0_wp) text = ', '//to_text(100.0_wp*part/whole, 3)//' %'
+   end function percent
+
+   !> Collective: how well contact was solved, and its time.
+   subroutine say_contact(facts, console, model, course)
+      type(facts_t), intent(inout) :: facts
+      type(console_t), intent(in) :: console
+      type(model_t), intent(in) :: model
+      type(course_t), intent(in) :: course
+      real(wp) :: bridge, late(2)
+      character(len=:), allocatable :: text
+      bridge = model%communicator%maximum(model%contact%worst_bridge)
+      late = contact_share(console, model, course)
+      associate (contact => model%contact, cell => model%levels(size(model%levels))%grid%cell)
+         if (.not. (contact%active() .and. contact%solves > 0)) return
+         call facts%say('contact: '//to_text(contact%solves)//' solves, '// &
+                        to_text(real(contact%iterations, wp)/contact%solves, 3)//' iterations and '// &
+                        to_text(real(contact%system%products, wp)/contact%solves, 3)//' products each, at most '// &
+                        to_text(contact%largest)//' candidates')
+         call facts%say('contact: largest residual '//to_text(contact%worst_residual, 3)//' (relative), '// &
+                        to_text(contact%unsolved)//' steps above the tolerance')
+         call facts%say('contact: largest overlap '//si(contact%worst_overlap, 'm')//', '// &
+                        to_text(contact%worst_overlap/cell, 3)//' cells')
+         call facts%note('largest_overlap_m', to_text(contact%worst_overlap))
+         call facts%note('largest_overlap_cells', to_text(contact%worst_overlap/cell))
+         call facts%say('contact: no tension; force times gap at most '//to_text(bridge, 3)//' of largest force times cell')
+         call facts%note('complementarity', to_text(bridge))
+         text = 'contact: '//to_text(late(1), 3)//' % of the elapsed time'
+         if (course%early_elapsed > 0.0_wp) text = text//', '//to_text(late(2), 3)//' % over the last tenth of the scene'
+         call facts%say(text)
+         if (contact%friction%present) call facts%say('friction: '// &
+             to_text(real(contact%friction%sweeps, wp)/contact%solves, 3)//' sweeps and '// &
+             to_text(real(contact%friction%iterations, wp)/contact%solves, 3)//' iterations a solve, heat '// &
+             si(sum(contact%states%heat), 'J'))
+      end associate
+   end subroutine say_contact
+
+   !> Collective: what share of the time contact took, per cent: over the run, and over the last tenth of the scene.
+   function contact_share(console, model, course) result(share)
+      type(console_t), intent(in) :: console
+      type(model_t), intent(in) :: model
+      type(course_t), intent(in) :: course
+      real(wp) :: share(2)
+      real(wp) :: elapsed, seconds
+      integer :: i
+      elapsed = console%elapsed()
+      seconds = model%timers%seconds(phase_contact)
+      share(1) = seconds/elapsed
+      share(2) = (seconds - course%early_contact)/(elapsed - course%early_elapsed)
+      do i = 1, 2
+         share(i) = 100.0_wp*model%communicator%maximum(share(i))
+      end do
+   end function contact_share
+
+   !> Collective: the estimate of the discretisation error of the stress at the end, in a row of the timers of its own.
+   subroutine say_stress_error(facts, model)
+      type(facts_t), intent(inout) :: facts
+      type(model_t), intent(inout) :: model
+      type(stress_error_t) :: error
+      character(len=:), allocatable :: text
+      call model%timers%enter(model%timers%row_of('indicators'))
+      call estimate_stress_error(model, error)
+      call model%timers%leave()
+      if (.not. error%energy > 0.0_wp) return
+      text = 'stress: estimated error '//to_text(100.0_wp*error%share(), 3)//' % of its energy norm, sqrt('// &
+             si(error%squares, 'J')//' of '//si(error%energy, 'J')//')'
+      if (error%left_out > 0.0_wp) text = text//', without the '//si(error%left_out, 'J')//' beside edges of levels'
+      call facts%say(text)
+      call facts%say('stress: largest estimated error '//si(error%largest, 'Pa')//' of '//si(error%stress, 'Pa')//', particle '// &
+                     to_text(error%id)//' at ('//to_text(error%place(1))//', '//to_text(error%place(2))//', '// &
+                     to_text(error%place(3))//') m, level '//to_text(error%level))
+      call facts%note('stress_error_share', to_text(error%share()))
+      call facts%note('stress_error_energy_J', to_text(error%squares))
+      call facts%note('strain_energy_J', to_text(error%energy))
+      call facts%note('strain_energy_left_out_J', to_text(error%left_out))
+      call facts%note('largest_stress_error_Pa', to_text(error%largest))
+      call facts%note('largest_stress_Pa', to_text(error%stress))
+      call facts%note('largest_stress_error_particle', to_text(error%id))
+      call facts%note('largest_stress_error_at_m', to_text(error%place(1))//' '//to_text(error%place(2))//' '// &
+                      to_text(error%place(3)))
+   end subroutine say_stress_error
+
+end module m_closing_summary

@@ -1,0 +1,122 @@
+!> What a run expects of itself: time and memory to its end, told from its first steps. The closing summary says how far off it was.
+module m_expectation
+   use m_kinds, only: wp, i8
+   use m_memory, only: peak_memory
+   use m_timers, only: timers_t, phase_output
+   use m_scene, only: scene_t
+   use m_model, only: model_t
+   use m_particle_store, only: spare_room
+   use m_forecast, only: rates_t, prospect_t, rates_of, look_ahead, contact_steps
+   implicit none
+   private
+
+   real(wp), parameter :: enough_share = 0.05_wp   !< of the scene, or
+   real(wp), parameter :: enough_seconds = 5.0_wp  !< of steps in which
+   real(wp), parameter :: enough_awake = 0.7_wp    !< of the particle-steps had something to do; or, with however few of them,
+   real(wp), parameter :: late_share = 0.2_wp      !< of the scene
+   integer, parameter :: fewest_steps = 10
+   integer, parameter :: enough_points = 50        !< contact points in a step on average, for their cost to be told from that
+
+   type, public :: expectation_t
+      logical :: made = .false.
+      integer(i8) :: step = 0                !< when it was made
+      real(wp) :: elapsed = 0.0_wp           !< wall-clock time then, s
+      real(wp) :: total = 0.0_wp             !< expected to the end of the run, s
+      real(wp) :: memory = 0.0_wp            !< expected, of all ranks, B
+      type(timers_t), private :: before
+      integer(i8), private :: window_step = 0, particle_steps = 0, at_rest = 0, handled = 0, first_step = 0, next_look = 0
+      real(wp), private :: began = 0.0_wp, first_time = 0.0_wp, first_output = 0.0_wp
+   contains
+      procedure :: start
+      procedure :: look
+      procedure, private :: open_window
+   end type expectation_t
+
+contains
+
+   !> Before the first step.
+   subroutine start(self, model, elapsed)
+      class(expectation_t), intent(inout) :: self
+      type(model_t), intent(in) :: model
+      real(wp), intent(in) :: elapsed !< s since the program began
+      self%first_step = model%step
+      self%first_time = model%time
+      self%first_output = model%timers%seconds(phase_output)
+      self%next_look = self%first_step + fewest_steps
+      call self%open_window(model, elapsed)
+   end subroutine start
+
+   !> From here on is measured.
+   subroutine open_window(self, model, elapsed)
+      class(expectation_t), intent(inout) :: self
+      type(model_t), intent(in) :: model
+      real(wp), intent(in) :: elapsed
+      self%before = model%timers
+      self%window_step = model%step
+      self%particle_steps = model%particle_steps
+      self%at_rest = model%particle_steps_at_rest
+      self%handled = model%contact%handled
+      self%began = elapsed
+   end subroutine open_window
+
+   !> Collective, after a step: when enough has been seen, tell the rest from it. Steps in which most of the material is still at
+   !> rest tell little of those to come, and are forgotten.
+   subroutine look(self, scene, model, elapsed)
+      class(expectation_t), intent(inout) :: self
+      type(scene_t), intent(in) :: scene
+      type(model_t), intent(in) :: model
+      real(wp), intent(in) :: elapsed !< s since the program began
+      real(wp) :: share, seen, resting, awake
+      if (self%made) return
+      if (model%step < self%window_step) call self%open_window(model, elapsed) ! the guard has gone back
+      if (model%step < self%next_look .or. model%step == self%window_step) return
+      self%next_look = max(model%step + fewest_steps, self%first_step + 3*(model%step - self%first_step)/2)
+      seen = real(model%communicator%sum_count(model%particle_steps - self%particle_steps), wp)
+      resting = real(model%communicator%sum_count(model%particle_steps_at_rest - self%at_rest), wp)
+      awake = 1.0_wp - resting/max(seen, 1.0_wp)
+      share = (model%time - self%first_time)/(scene%end_time - self%first_time)
+      if (share < late_share .and. awake < enough_awake) then
+         call self%open_window(model, elapsed)
+      else if (share >= enough_share .or. model%communicator%maximum(elapsed - self%began) >= enough_seconds) then
+         call make(self, scene, model, elapsed, awake)
+      end if
+   end subroutine look
+
+   !> Collective: the steps so far go on, with blocks that wake and, where contact has begun, more of it.
+   subroutine make(self, scene, model, elapsed, awake)
+      type(expectation_t), intent(inout) :: self
+      type(scene_t), intent(in) :: scene
+      type(model_t), intent(in) :: model
+      real(wp), intent(in) :: elapsed
+      real(wp), intent(in) :: awake !< share of the particle-steps
+      type(rates_t) :: rates
+      type(prospect_t) :: prospect
+      real(wp) :: points, seconds(5), spent, done, written, held
+      integer :: b, l
+      spent = model%communicator%maximum(elapsed - self%began)
+      done = real(model%step - self%window_step, wp)
+      written = model%communicator%maximum(model%timers%seconds(phase_output) - self%before%seconds(phase_output))
+      call rates_of(rates, model, self%before, done, spent, awake)
+      rates%step = rates%step + written/done
+      rates%snapshot = model%communicator%maximum(self%first_output)
+      points = (model%contact%handled - self%handled)/(done*contact_steps(model))
+      if (points >= enough_points) then
+         rates%contact_point = rates%contact/points
+         rates%contact = 0.0_wp
+      end if
+      call look_ahead(prospect, scene, model)
+      seconds = prospect%seconds(rates, model%timers%names)
+      self%made = .true.
+      self%step = model%step
+      self%elapsed = model%communicator%maximum(elapsed)
+      self%total = self%elapsed + seconds(1)
+      held = 0.0_wp
+      do l = 1, size(model%levels)
+         do b = 1, size(model%levels(l)%blocks)
+            held = held + real(model%levels(l)%blocks(b)%bytes(), wp)
+         end do
+      end do
+      self%memory = model%communicator%sum_real(real(peak_memory(), wp) + spare_room*held)
+   end subroutine make
+
+end module m_expectation

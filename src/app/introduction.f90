@@ -1,0 +1,160 @@
+!> The first words of a run or a plan: what the scene has become.
+module m_introduction
+   use m_kinds, only: wp, i8
+   use m_text, only: to_text, si
+   use m_scene, only: scene_t, domain_fixed
+   use m_offer, only: catalogue_t
+   use m_field_table, only: field_table_t, bytes_per_column
+   use m_level, only: level_t
+   use m_model, only: model_t
+   use m_time_step, only: next_time_step
+   use m_console, only: console_t
+   implicit none
+   private
+   public :: introduce, own_bytes, own_blocks
+
+contains
+
+   !> Memory (bytes) and blocks of a level on this rank.
+   elemental integer(i8) function own_bytes(level)
+      type(level_t), intent(in) :: level
+      own_bytes = level%bytes()
+   end function own_bytes
+
+   elemental integer function own_blocks(level)
+      type(level_t), intent(in) :: level
+      own_blocks = size(level%blocks)
+   end function own_blocks
+
+   !> Collective: say what will be run.
+   subroutine introduce(console, scene, catalogue, model, particles)
+      type(console_t), intent(inout) :: console
+      type(scene_t), intent(in) :: scene
+      type(catalogue_t), intent(in) :: catalogue
+      type(model_t), intent(in) :: model
+      integer(i8), intent(in) :: particles !< of all ranks
+      integer(i8) :: bytes, blocks
+      real(wp) :: time_step
+      bytes = model%communicator%sum_count(sum(own_bytes(model%levels)))
+      blocks = model%communicator%sum_count(int(sum(own_blocks(model%levels)), i8))
+      time_step = next_time_step(scene, model)
+      associate (grid => model%levels(1)%grid)
+         call console%line('gimp3d: '//scene%title)
+         call console%line('grid       '//to_text(grid%cells(1))//' x '//to_text(grid%cells(2))//' x '// &
+                                to_text(grid%cells(3))//' cells of '//si(grid%cell, 'm')//', '// &
+                                to_text(blocks)//' blocks with material')
+         if (size(model%levels) > 1) call introduce_levels(console, model, time_step)
+         call console%line('particles  '//to_text(particles)//' on '//to_text(model%communicator%ranks)//' rank(s), '// &
+                                si(real(bytes, wp), 'B')//' in all, '//to_text(real(bytes, wp)/particles, 3)//' B a particle')
+         call console%line('time       '//si(scene%end_time, 's')//' in steps of '//si(time_step, 's')//', about '// &
+                                to_text(ceiling(scene%end_time/time_step, i8))//' steps')
+         call console%line('fields     '//fields_text(model%levels(1)%table))
+         call console%line('effects    '//effects_text(scene, catalogue, model))
+      end associate
+   end subroutine introduce
+
+   !> Collective: a line a level, and the cells of all of them beside those of a grid as fine everywhere.
+   subroutine introduce_levels(console, model, time_step)
+      type(console_t), intent(inout) :: console
+      type(model_t), intent(in) :: model
+      real(wp), intent(in) :: time_step !< of the coarsest level, s
+      real(wp) :: lower(3), upper(3), step
+      integer(i8) :: blocks, cells, finest, own(size(model%levels)), particles
+      integer :: l, n
+      n = size(model%levels)
+      step = time_step
+      do l = 1, n
+         associate (level => model%levels(l), grid => model%levels(l)%grid)
+            lower = grid%lower
+            upper = grid%upper
+            if (l > 1) then
+               lower = grid%lower + level%region%low*grid%cell
+               upper = grid%lower + level%region%high*grid%cell
+               if (model%method%subcycle) step = 0.5_wp*step
+            end if
+            own(l) = cells_in_box(level)
+            if (l < n) own(l) = own(l) - cells_in_box(model%levels(l + 1))/8
+            blocks = model%communicator%sum_count(int(size(level%blocks), i8))
+            particles = model%communicator%sum_count(level%particle_count())
+            call console%line('level '//to_text(l)//'    '//place_text(lower)//' to '//place_text(upper)//', '// &
+                                   to_text(cells_in_box(level))//' cells of '//si(grid%cell, 'm')//', '//to_text(blocks)// &
+                                   ' blocks, '//to_text(particles)//' particles, steps of '//si(step, 's'))
+         end associate
+      end do
+      cells = sum(own)
+      finest = product(int(model%levels(n)%grid%cells, i8))
+      call console%line('cells      '//to_text(cells)//' on all levels, '//to_text(100.0_wp*cells/finest, 3)//' % of the '// &
+                             to_text(finest)//' of a grid as fine as level '//to_text(n)//' everywhere')
+   end subroutine introduce_levels
+
+   !> Cells in the box of a level, those that a finer one covers too.
+   pure integer(i8) function cells_in_box(level) result(cells)
+      type(level_t), intent(in) :: level
+      if (level%number == 1) then
+         cells = product(int(level%grid%cells, i8))
+      else
+         cells = product(int(level%region%high - level%region%low, i8))
+      end if
+   end function cells_in_box
+
+   function place_text(place) result(text)
+      real(wp), intent(in) :: place(3) !< m
+      character(len=:), allocatable :: text
+      text = '('//to_text(place(1))//', '//to_text(place(2))//', '//to_text(place(3))//')'
+   end function place_text
+
+   !> What a particle carries: each field with its number of columns.
+   function fields_text(table) result(text)
+      type(field_table_t), intent(in) :: table
+      character(len=:), allocatable :: text
+      integer :: f
+      text = ''
+      do f = 1, size(table%fields)
+         text = text//table%fields(f)%name//' '//to_text(table%fields(f)%components)//', '
+      end do
+      text = text//'together '//to_text(bytes_per_column*table%columns)//' B a particle'
+   end function fields_text
+
+   !> What the scene calls for, with the bytes a particle that it adds, and what it could have called for.
+   function effects_text(scene, catalogue, model) result(text)
+      type(scene_t), intent(in) :: scene
+      type(catalogue_t), intent(in) :: catalogue
+      type(model_t), intent(in) :: model
+      character(len=:), allocatable :: text, off
+      integer :: e, k
+      text = ''
+      off = ''
+      associate (table => model%levels(1)%table, effects => model%effects)
+         call add(scene%time%affine, 'affine transfer', table%bytes_of('velocity_gradient'))
+         call add(scene%time%domain /= domain_fixed, 'deforming domains', &
+                  table%bytes_of('domain') + table%bytes_of('half_size') + table%bytes_of('generation') - bytes_per_column)
+         call add(size(scene%tools) > 0, 'tool contact', table%bytes_of('contact_pressure'))
+         call add(model%contact%friction%present, 'friction', table%bytes_of('contact_friction'))
+         call add(size(scene%probes) > 0, 'probes', 0)
+         do k = 1, size(catalogue%effects)
+            associate (name => catalogue%effects(k)%it%name)
+               if (all([(effects(e)%effect%name /= name, e=1, size(effects))])) call add(.false., name, 0)
+               do e = 1, size(effects)
+                  if (effects(e)%effect%name == name) call add(.true., name, bytes_per_column*effects(e)%columns)
+               end do
+            end associate
+         end do
+      end associate
+      if (text == '') text = 'none'
+      if (off /= '') text = text//'; left out: '//off
+   contains
+      subroutine add(on, name, bytes)
+         logical, intent(in) :: on
+         character(len=*), intent(in) :: name
+         integer, intent(in) :: bytes !< a particle
+         if (on) then
+            if (text /= '') text = text//', '
+            text = text//name//' ('//to_text(bytes)//' B a particle)'
+         else
+            if (off /= '') off = off//', '
+            off = off//name
+         end if
+      end subroutine add
+   end function effects_text
+
+end module m_introduction

@@ -1,0 +1,265 @@
+!> What is still to come in a run: contact points as tools go in, blocks that wake, and the time that measured costs make of them
+!> (doc/theory.md, Forecast).
+module m_forecast
+   use mpi_f08
+   use m_kinds, only: wp, i8
+   use m_timers, only: phases, phase_lists, phase_to_nodes, phase_to_particles, phase_stress, phase_contact, phase_output, &
+                       timers_t
+   use m_scene, only: scene_t
+   use m_tool, only: tool_t
+   use m_model, only: model_t
+   use m_time_step, only: steps_between
+   implicit none
+   private
+   public :: rates_t, prospect_t, rates_of, look_ahead, contact_points, contact_steps, particle_rows
+
+   integer, parameter :: halvings = 6       !< of one of them, to find when tools touch
+   integer, parameter, public :: parts = 20 !< of the time to come, each with its own number of contact points
+
+   !> Wall-clock time that one step of the coarsest level takes, with all that it steps in it. The seconds of rows are means over
+   !> the ranks.
+   type :: rates_t
+      real(wp), allocatable :: rows(:, :)   !< of the timers, by level, s: (rows, levels); contact left out
+      real(wp) :: step = 0.0_wp             !< all of it without contact, waiting included, s
+      real(wp) :: contact = 0.0_wp          !< looking for contact, without any contact point, s
+      real(wp) :: contact_point = 0.0_wp    !< each contact point, in all the steps that the finest level takes meanwhile, s
+      real(wp) :: history = 0.0_wp          !< a row of the histories, s
+      real(wp) :: snapshot = 0.0_wp         !< a snapshot, s
+   contains
+      procedure :: particles
+      procedure :: blocks
+   end type rates_t
+
+   !> What is to come between two times of a scene.
+   type :: prospect_t
+      real(wp) :: steps = 0.0_wp            !< of the coarsest level
+      real(wp) :: touches = 0.0_wp          !< contact points, summed over those steps
+      real(wp) :: most_touches = 0.0_wp     !< at once
+      real(wp) :: rest = 0.0_wp             !< particle-steps of blocks at rest, over the particle-steps of all: at most 1
+      real(wp) :: rows = 0.0_wp             !< of histories
+      real(wp) :: snapshots = 0.0_wp
+   contains
+      procedure :: seconds
+   end type prospect_t
+
+contains
+
+   !> True for the rows whose work goes with the particles: four phases, and effects.
+   pure function particle_rows(rows, names) result(goes)
+      integer, intent(in) :: rows
+      character(len=*), intent(in) :: names(:)
+      logical :: goes(rows)
+      goes = .true.
+      goes(:phases) = .false.
+      goes([phase_lists, phase_to_nodes, phase_to_particles, phase_stress]) = .true.
+      where (names == 'levels' .or. names == 'checkpoint' .or. names == 'indicators' .or. names == 'guard') goes = .false.
+   end function particle_rows
+
+   !> Time a step of what goes with the particles, on each level, s.
+   pure function particles(self, names) result(seconds)
+      class(rates_t), intent(in) :: self
+      character(len=*), intent(in) :: names(:) !< of the rows
+      real(wp) :: seconds(size(self%rows, 2))
+      integer :: l
+      do l = 1, size(seconds)
+         seconds(l) = sum(self%rows(:, l), mask=particle_rows(size(names), names))
+      end do
+   end function particles
+
+   !> Time a step of everything else but contact, s: it goes with the blocks.
+   pure real(wp) function blocks(self, names)
+      class(rates_t), intent(in) :: self
+      character(len=*), intent(in) :: names(:)
+      blocks = max(0.0_wp, self%step - sum(self%particles(names)))
+   end function blocks
+
+   !> Collective: what `steps` steps have cost, from the timers before and after them and the time that went by. `awake` is the
+   !> share of the particle-steps that had anything to do: the rates are those of particles that all have.
+   subroutine rates_of(rates, model, before, steps, elapsed, awake)
+      type(rates_t), intent(inout) :: rates
+      type(model_t), intent(in) :: model
+      type(timers_t), intent(in) :: before
+      real(wp), intent(in) :: steps, elapsed, awake
+      real(wp) :: total(size(model%timers%seconds)), waiting
+      integer :: rows
+      rows = size(total)
+      if (allocated(rates%rows)) deallocate (rates%rows)
+      allocate (rates%rows(rows, size(model%levels)))
+      rates%rows = model%timers%on_levels
+      rates%rows(:size(before%seconds), :) = rates%rows(:size(before%seconds), :) - before%on_levels
+      total = model%timers%seconds
+      total(:size(before%seconds)) = total(:size(before%seconds)) - before%seconds
+      call MPI_Allreduce(MPI_IN_PLACE, rates%rows, size(rates%rows), MPI_DOUBLE_PRECISION, MPI_SUM, model%communicator%comm)
+      call MPI_Allreduce(MPI_IN_PLACE, total, rows, MPI_DOUBLE_PRECISION, MPI_SUM, model%communicator%comm)
+      rates%rows = rates%rows/(model%communicator%ranks*steps)
+      total = total/(model%communicator%ranks*steps)
+      waiting = elapsed/steps - total(phase_contact) - total(phase_output) - sum(rates%rows) + sum(rates%rows(phase_contact, :))
+      rates%contact = total(phase_contact)
+      rates%contact_point = 0.0_wp
+      rates%rows(phase_contact, :) = 0.0_wp
+      call scale_up(rates%rows, particle_rows(rows, model%timers%names), 1.0_wp/max(awake, 1.0e-3_wp))
+      rates%step = sum(rates%rows) + max(0.0_wp, waiting)
+   end subroutine rates_of
+
+   pure subroutine scale_up(rows, which, factor)
+      real(wp), intent(inout) :: rows(:, :)
+      logical, intent(in) :: which(:)
+      real(wp), intent(in) :: factor
+      integer :: l
+      do l = 1, size(rows, 2)
+         where (which) rows(:, l) = factor*rows(:, l)
+      end do
+   end subroutine scale_up
+
+   !> Collective: what is to come from the model's time to the end of the scene, its tools where they will be in the material as it
+   !> is. Tools that loads push stay where they are.
+   subroutine look_ahead(prospect, scene, model)
+      type(prospect_t), intent(out) :: prospect
+      type(scene_t), intent(in) :: scene
+      type(model_t), intent(in) :: model
+      real(wp) :: touches, closest, from, to, every
+      integer :: n
+      do n = 1, parts
+         from = model%time + (n - 1)*(scene%end_time - model%time)/parts
+         to = model%time + n*(scene%end_time - model%time)/parts
+         call contact_points(model, 0.5_wp*(from + to), touches, closest)
+         prospect%touches = prospect%touches + touches*steps_between(scene, model, from, to)
+         prospect%most_touches = max(prospect%most_touches, touches)
+      end do
+      prospect%steps = max(1.0_wp, real(ceiling(steps_between(scene, model, model%time, scene%end_time) - 1.0e-6_wp, i8), wp))
+      call find_rest(prospect, scene, model)
+      every = scene%output%history_every
+      if (every <= 0.0_wp) every = scene%end_time/1000
+      prospect%rows = min(prospect%steps, 1 + (scene%end_time - model%time)/every)
+      if (.not. scene%output%present .or. .not. (scene%output%hdf5 .or. scene%output%tecplot)) return
+      prospect%snapshots = 1.0_wp
+      if (scene%output%every > 0.0_wp) prospect%snapshots = real(ceiling(scene%end_time/scene%output%every*(1.0_wp - 1.0e-9_wp)) &
+                                                                 - int(model%time/scene%output%every), wp)
+   end subroutine look_ahead
+
+   !> Times that contact is solved in a step of the coarsest level.
+   pure real(wp) function contact_steps(model)
+      type(model_t), intent(in) :: model
+      contact_steps = 1.0_wp
+      if (model%method%subcycle) contact_steps = 2.0_wp**(size(model%levels) - 1)
+   end function contact_steps
+
+   !> Collective: how many particles of the finest level the tools touch at a time, the material being where it is: those whose
+   !> contact point is within half an edge of a tool's surface; and the distance (m) of the closest contact point from it.
+   subroutine contact_points(model, time, touches, closest, inside)
+      type(model_t), intent(in) :: model
+      real(wp), intent(in) :: time !< s
+      real(wp), intent(out) :: touches, closest
+      real(wp), intent(out), optional :: inside !< how many are further in too
+      type(tool_t) :: tool
+      real(wp) :: edge, gap, normal(3), reach
+      integer(i8) :: reached, beyond
+      integer :: b, p, t
+      reached = 0
+      beyond = 0
+      closest = huge(1.0_wp)
+      associate (level => model%levels(size(model%levels)))
+         do t = 1, size(model%contact%tools)
+            tool = model%contact%tools(t)
+            if (.not. tool%is_pushed()) tool%travel = tool%travel_between(0.0_wp, time)
+            do b = 1, size(level%blocks)
+               if (level%blocks(b)%particles%count == 0) cycle
+               call tool%gap_and_normal(0.5_wp*(level%blocks(b)%lowest + level%blocks(b)%highest), gap, normal)
+               reach = 0.5_wp*norm2(level%blocks(b)%highest - level%blocks(b)%lowest) + level%grid%cell
+               if (gap < -reach) then
+                  closest = min(closest, gap)
+                  beyond = beyond + level%blocks(b)%particles%count
+               end if
+               if (abs(gap) > reach) cycle
+               do p = 1, level%blocks(b)%particles%count
+                  associate (column => level%blocks(b)%particles%column, at => level%layout)
+                     edge = column(p, at%volume)**(1.0_wp/3.0_wp)
+                     call tool%gap_and_normal(column(p, at%position:at%position + 2), gap, normal)
+                  end associate
+                  gap = gap - tool%spec%penetration_factor*edge
+                  closest = min(closest, gap)
+                  if (abs(gap) <= 0.5_wp*edge) reached = reached + 1
+                  if (gap <= 0.0_wp) beyond = beyond + 1
+               end do
+            end do
+         end do
+      end associate
+      touches = real(model%communicator%sum_count(reached), wp)
+      closest = model%communicator%minimum(closest)
+      if (present(inside)) inside = real(model%communicator%sum_count(beyond), wp)
+   end subroutine contact_points
+
+   !> Collective: the share of the particle-steps to come that blocks spend at rest. Motion goes on by one cell a step, from the box
+   !> around the blocks that move now; where none does, from where the tools will touch.
+   subroutine find_rest(prospect, scene, model)
+      type(prospect_t), intent(inout) :: prospect
+      type(scene_t), intent(in) :: scene
+      type(model_t), intent(in) :: model
+      real(wp) :: low(3), high(3), start, away, sums(2), particle_steps, touches, closest, early, late
+      integer :: b, l, n
+      low = huge(1.0_wp)
+      high = -huge(1.0_wp)
+      do l = 1, size(model%levels)
+         do b = 1, size(model%levels(l)%blocks)
+            associate (block => model%levels(l)%blocks(b))
+               if (block%particles%count == 0 .or. block%at_rest) cycle
+               low = min(low, block%lowest)
+               high = max(high, block%highest)
+            end associate
+         end do
+      end do
+      call MPI_Allreduce(MPI_IN_PLACE, low, 3, MPI_DOUBLE_PRECISION, MPI_MIN, model%communicator%comm)
+      call MPI_Allreduce(MPI_IN_PLACE, high, 3, MPI_DOUBLE_PRECISION, MPI_MAX, model%communicator%comm)
+      start = 0.0_wp
+      if (any(low > high)) then
+         if (size(model%contact%tools) == 0) then
+            prospect%rest = merge(0.0_wp, 1.0_wp, size(model%effects) > 0)
+            return
+         end if
+         low = model%contact%tools(1)%spec%tip
+         high = low
+         do n = 0, parts ! until the tools touch
+            call contact_points(model, model%time + n*(scene%end_time - model%time)/parts, touches, closest)
+            if (closest <= 0.0_wp) exit
+         end do
+         late = model%time + n*(scene%end_time - model%time)/parts
+         early = max(model%time, late - (scene%end_time - model%time)/parts)
+         do n = 1, halvings
+            call contact_points(model, 0.5_wp*(early + late), touches, closest)
+            if (closest <= 0.0_wp) late = 0.5_wp*(early + late)
+            if (closest > 0.0_wp) early = 0.5_wp*(early + late)
+         end do
+         start = steps_between(scene, model, model%time, late)
+      end if
+      sums = 0.0_wp
+      do l = 1, size(model%levels)
+         particle_steps = 1.0_wp
+         if (model%method%subcycle) particle_steps = 2.0_wp**(l - 1)
+         do b = 1, size(model%levels(l)%blocks)
+            associate (block => model%levels(l)%blocks(b))
+               if (block%particles%count == 0) cycle
+               away = 0.0_wp
+               if (block%at_rest) away = start + maxval(max(0.0_wp, block%lowest - high, low - block%highest)) &
+                                         /model%levels(1)%grid%cell
+               sums = sums + particle_steps*block%particles%count*[min(away, prospect%steps), prospect%steps]
+            end associate
+         end do
+      end do
+      call MPI_Allreduce(MPI_IN_PLACE, sums, 2, MPI_DOUBLE_PRECISION, MPI_SUM, model%communicator%comm)
+      prospect%rest = sums(1)/sums(2)
+   end subroutine find_rest
+
+   !> Time of all that, by the rates: all, particles of all levels, blocks, contact, output (s).
+   pure function seconds(self, rates, names) result(spent)
+      class(prospect_t), intent(in) :: self
+      type(rates_t), intent(in) :: rates
+      character(len=*), intent(in) :: names(:) !< of the rows
+      real(wp) :: spent(5)
+      spent(2) = self%steps*(1.0_wp - self%rest)*sum(rates%particles(names))
+      spent(3) = self%steps*rates%blocks(names)
+      spent(4) = self%steps*rates%contact + self%touches*rates%contact_point
+      spent(5) = self%rows*rates%history + self%snapshots*rates%snapshot
+      spent(1) = sum(spent(2:5))
+   end function seconds
+
+end module m_forecast

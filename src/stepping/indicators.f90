@@ -1,0 +1,152 @@
+!> How far a state may be from the truth: the recovered-stress estimate of the discretisation error (theory.md, eq. recovered).
+module m_indicators
+   use mpi_f08
+   use m_kinds, only: wp, i8
+   use m_model, only: model_t
+   use m_material, only: material_t
+   use m_migration, only: frame_of
+   use m_node_exchange, only: sum_tiles
+   use m_boundary, only: fold_stress, mirror_stress
+   use m_stress_average, only: give_stress, take_stress
+   implicit none
+   private
+   public :: stress_error_t, estimate_stress_error, complementary
+
+   real(wp), parameter :: edge_width = 2.0_wp !< cells from an edge between levels within which particles are left out
+
+   !> The estimate, over all ranks.
+   type :: stress_error_t
+      real(wp) :: energy = 0.0_wp     !< half the sum of V sigma : C^-1 : sigma of the particles it is about, J
+      real(wp) :: squares = 0.0_wp    !< the same of what the recovered stress differs by, J
+      real(wp) :: left_out = 0.0_wp   !< energy of particles next to edges between levels, J: in neither of the two
+      real(wp) :: largest = 0.0_wp    !< largest difference: of the stress as the energy weighs it, as a pull along one axis, Pa
+      real(wp) :: stress = 0.0_wp     !< largest stress, weighed in the same way, Pa
+      real(wp) :: place(3) = 0.0_wp   !< of the particle with the largest difference, m
+      integer(i8) :: id = 0           !< of that particle
+      integer :: level = 0            !< that it lives on
+   contains
+      procedure :: share
+   end type stress_error_t
+
+contains
+
+   !> The estimate relative to the state's own norm of strain energy.
+   pure real(wp) function share(self)
+      class(stress_error_t), intent(in) :: self
+      share = 0.0_wp
+      if (self%energy > 0.0_wp) share = sqrt(self%squares/self%energy)
+   end function share
+
+   !> Collective: the estimate for the model as it stands, at the end of a step. Overwrites the node tiles, which the next step
+   !> sets anew.
+   subroutine estimate_stress_error(model, error)
+      type(model_t), intent(inout) :: model
+      type(stress_error_t), intent(out) :: error
+      real(wp) :: sums(3), largest(2), found(5)
+      integer :: b, l, owner
+      integer(i8) :: id
+      do l = 1, size(model%levels)
+         call average(model, l)
+         do b = 1, size(model%levels(l)%blocks)
+            if (model%levels(l)%blocks(b)%particles%count > 0) call compare(model, l, b, error)
+         end do
+      end do
+      sums = [error%energy, error%squares, error%left_out]
+      largest = [error%largest, error%stress]
+      call MPI_Allreduce(MPI_IN_PLACE, sums, 3, MPI_DOUBLE_PRECISION, MPI_SUM, model%communicator%comm)
+      call MPI_Allreduce(MPI_IN_PLACE, largest, 2, MPI_DOUBLE_PRECISION, MPI_MAX, model%communicator%comm)
+      owner = model%communicator%ranks
+      if (error%largest >= largest(1)) owner = model%communicator%rank
+      call MPI_Allreduce(MPI_IN_PLACE, owner, 1, MPI_INTEGER, MPI_MIN, model%communicator%comm)
+      found = [error%place, real(error%level, wp), 0.0_wp]
+      id = error%id
+      call MPI_Bcast(found, 5, MPI_DOUBLE_PRECISION, owner, model%communicator%comm)
+      call MPI_Bcast(id, 1, MPI_INTEGER8, owner, model%communicator%comm)
+      error = stress_error_t(sums(1), sums(2), sums(3), largest(1), largest(2), found(:3), id, nint(found(4)))
+   end subroutine estimate_stress_error
+
+   !> Collective: volume and volume times stress of the nodes of one level, in `solved`.
+   subroutine average(model, l)
+      type(model_t), intent(inout) :: model
+      integer, intent(in) :: l
+      integer :: b
+      associate (level => model%levels(l))
+         do b = 1, size(level%blocks)
+            associate (block => level%blocks(b))
+               call block%refresh_lists(level%work)
+               call give_stress(block%cells, block%particles%column, level%layout, frame_of(level, block), &
+                                level%gathered(:, :, :, :, b))
+               call fold_stress(level%grid, block%place, level%gathered(:, :, :, :, b))
+               block%tile_holds = .false.
+            end associate
+         end do
+         call model%exchange(l)%start(model%communicator, level%gathered)
+         call model%exchange(l)%wait(level%gathered)
+         do b = 1, size(level%blocks)
+            if (level%blocks(b)%particles%count == 0) cycle
+            call sum_tiles(level%blocks(b)%neighbour, level%gathered, level%solved(:, :, :, :, b))
+            call mirror_stress(level%grid, level%blocks(b)%place, level%solved(:, :, :, :, b))
+         end do
+      end associate
+   end subroutine average
+
+   !> Add one block's particles to the estimate.
+   subroutine compare(model, l, b, error)
+      type(model_t), intent(inout) :: model
+      integer, intent(in) :: l, b
+      type(stress_error_t), intent(inout) :: error
+      real(wp) :: recovered(6, model%levels(l)%blocks(b)%particles%count), own(6), difference, energy
+      integer :: p
+      associate (level => model%levels(l), block => model%levels(l)%blocks(b), at => model%levels(l)%layout)
+         call take_stress(block%cells, block%particles%column, at, frame_of(level, block), level%solved(:, :, :, :, b), recovered)
+         do p = 1, block%particles%count
+            associate (law => model%materials%slots(model%materials%of_body(block%particles%body(p)))%law, &
+                       volume => block%particles%column(p, at%volume), column => block%particles%column)
+               own = column(p, at%stress:at%stress + 5)
+               energy = complementary(law, own)
+               if (next_to_edge(model, l, column(p, at%position:at%position + 2))) then
+                  error%left_out = error%left_out + volume*energy
+                  cycle
+               end if
+               difference = complementary(law, recovered(:, p) - own)
+               error%energy = error%energy + volume*energy
+               error%squares = error%squares + volume*difference
+               error%stress = max(error%stress, as_pull(law, energy))
+               if (as_pull(law, difference) <= error%largest .and. error%id > 0) cycle
+               error%largest = as_pull(law, difference)
+               error%place = column(p, at%position:at%position + 2)
+               error%id = block%particles%id(p)
+               error%level = l
+            end associate
+         end do
+      end associate
+   end subroutine compare
+
+   !> sigma : C^-1 : sigma / 2 of a stress (Pa), J/m3: with the elastic constants of the material, whatever its law.
+   pure real(wp) function complementary(law, s) result(energy)
+      class(material_t), intent(in) :: law
+      real(wp), intent(in) :: s(6) !< xx yy zz yz xz xy
+      energy = (sum(s(1:3)**2) + 2.0_wp*sum(s(4:6)**2) - law%lame/(3.0_wp*law%lame + 2.0_wp*law%shear)*sum(s(1:3))**2) &
+               /(4.0_wp*law%shear)
+   end function complementary
+
+   !> The stress (Pa) that has this energy (J/m3) in a bar pulled along its axis.
+   pure real(wp) function as_pull(law, energy)
+      class(material_t), intent(in) :: law
+      real(wp), intent(in) :: energy
+      as_pull = sqrt(2.0_wp*energy*law%shear*(3.0_wp*law%lame + 2.0_wp*law%shear)/(law%lame + law%shear))
+   end function as_pull
+
+   !> True near an edge between levels, where the nodes of a level hear of one side only.
+   pure logical function next_to_edge(model, l, place) result(near)
+      type(model_t), intent(in) :: model
+      integer, intent(in) :: l
+      real(wp), intent(in) :: place(3) !< m
+      real(wp) :: width
+      width = edge_width*model%levels(l)%grid%cell
+      near = .false.
+      if (l > 1) near = .not. model%levels(l)%region%holds_box(place, place, width)
+      if (l < size(model%levels)) near = near .or. model%levels(l + 1)%region%overlaps(place - width, place + width)
+   end function next_to_edge
+
+end module m_indicators

@@ -1,0 +1,70 @@
+!> How long the next step is, and how many there will be.
+module m_time_step
+   use m_kinds, only: wp, i8
+   use m_constants, only: exit_input
+   use m_errors, only: error_t, fail
+   use m_text, only: to_text
+   use m_scene, only: scene_t
+   use m_scene_checks, only: safety_limit
+   use m_model, only: model_t
+   implicit none
+   private
+   public :: next_time_step, longest_step, steps_between, check_time_step
+
+contains
+
+   !> A given time step must be one with which the explicit scheme can be stable.
+   subroutine check_time_step(scene, model, error)
+      type(scene_t), intent(in) :: scene
+      type(model_t), intent(in) :: model
+      type(error_t), intent(inout) :: error
+      real(wp) :: limit
+      limit = safety_limit(scene)*model%stepped_cell()/(model%wave_speed() + model%bounds%particle_speed)
+      if (scene%time%time_step > limit) call fail(error, exit_input, '&time time_step='// &
+          to_text(scene%time%time_step)//': must be at most '//to_text(limit)//' s, '// &
+          to_text(safety_limit(scene))//' cells over the speed of sound')
+   end subroutine check_time_step
+
+   !> Time step (s) of the coarsest level: safety cell / (c + |v|), c and |v| as they are now; or the given one. Shortened a little,
+   !> so that a whole number of such steps ends at the end time: a short last step would show in the contact load.
+   pure real(wp) function next_time_step(scene, model, share) result(time_step)
+      type(scene_t), intent(in) :: scene
+      type(model_t), intent(in) :: model
+      real(wp), intent(in), optional :: share !< of that, after a fault; 1 where it is not given
+      real(wp) :: remaining
+      time_step = longest_step(scene, model, model%time)
+      if (present(share)) time_step = share*time_step
+      remaining = scene%end_time - model%time
+      time_step = remaining/max(1_i8, ceiling(remaining/time_step - 1.0e-6_wp, i8))
+   end function next_time_step
+
+   !> The same (s) before it is shortened, with the tools as they are at a time (s).
+   pure real(wp) function longest_step(scene, model, time) result(time_step)
+      type(scene_t), intent(in) :: scene
+      type(model_t), intent(in) :: model
+      real(wp), intent(in) :: time
+      real(wp) :: speed
+      integer :: t
+      time_step = scene%time%time_step
+      if (time_step > 0.0_wp) return
+      speed = model%bounds%particle_speed
+      do t = 1, size(model%contact%tools)
+         speed = max(speed, abs(model%contact%tools(t)%speed_at(time)))
+      end do
+      time_step = scene%time%safety*model%stepped_cell()/(model%wave_speed() + speed)
+   end function longest_step
+
+   !> Steps of the coarsest level between two times (s), with waves and particles as fast as they are now and tools as they will be.
+   pure real(wp) function steps_between(scene, model, from, to) result(steps)
+      type(scene_t), intent(in) :: scene
+      type(model_t), intent(in) :: model
+      real(wp), intent(in) :: from, to
+      integer, parameter :: parts = 20
+      integer :: n
+      steps = 0.0_wp
+      do n = 1, parts
+         steps = steps + (to - from)/parts/longest_step(scene, model, from + (n - 0.5_wp)*(to - from)/parts)
+      end do
+   end function steps_between
+
+end module m_time_step

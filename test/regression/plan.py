@@ -1,0 +1,70 @@
+#!/usr/bin/env python3
+"""A plan beside the run of the same scene: plan.py PLAN.log RUN.log DIRECTORY. The form and what does not depend on the clock: particles,
+blocks, fields and effects are the same lines, steps within 1 % (the same with a given time step), snapshots as many as there are
+files, memory within 10 % (15 where bodies fly through levels: the blocks that they will enter are not foreseen). Times are only asked to be there and to be
+right to a factor of 10: machines are noisy."""
+import re
+import sys
+from pathlib import Path
+
+FACTORS = {"B": 1.0, "kB": 1e3, "MB": 1e6, "GB": 1e9}
+
+
+def find(pattern, text, what):
+    found = re.search(pattern, text, re.M)
+    if found is None:
+        raise SystemExit(f"FAILED: no {what}: {text[-1500:]}")
+    return found
+
+
+def main():
+    plan, run = (Path(path).read_text() for path in sys.argv[1:3])
+    directory = Path(sys.argv[3])
+    wrong = []
+    for head in ("grid  ", "particles  ", "fields ", "effects ", "level 1 ", "level 2 "):
+        lines = [[line for line in text.splitlines() if line.startswith(head)] for text in (plan, run)]
+        if lines[0] != lines[1]:
+            wrong.append(f"{head}: {lines[0]} and {lines[1]}")
+    planned = int(find(r"^steps      (\d+) of", plan, "steps")[1])
+    done = int(find(r"^(\d+) steps to", run, "steps")[1])
+    allowed = 0 if "given step" in sys.argv else max(1, 0.01 * done)
+    if abs(planned - done) > allowed:
+        wrong.append(f"{planned} steps were planned, {done} done")
+    value, unit = find(r"^memory     ([0-9.]+) (\w+) on all", plan, "memory").groups()
+    memory = float(value) * FACTORS[unit]
+    taken = float(find(r'AUXDATA memory_B="(.*)"', (directory / "cost.dat").read_text(), "memory in cost.dat")[1])
+    if abs(memory / taken - 1) > (0.15 if "flying" in sys.argv else 0.1):
+        wrong.append(f"{memory} B were planned, {taken} B taken")
+    time = float(find(r"^time       .*\(([0-9.e+-]+) s\)", plan, "time")[1])
+    took = float(find(r'AUXDATA elapsed_s="(.*)"', (directory / "cost.dat").read_text(), "time in cost.dat")[1])
+    if not 0.1 < time / took < 10:
+        wrong.append(f"{time} s were planned, {took} s taken")
+    snapshots = int(find(r"^output     (\d+) snapshots", plan, "output")[1])
+    written = len(list(directory.glob("particles_*.h5")))
+    if snapshots != written:
+        wrong.append(f"{snapshots} snapshots were planned, {written} written")
+    rows = {name: [float(value) for value in values.split()] for name, values in
+            re.findall(r"^([a-z0-9].{50}) +((?:[0-9.]+ +){3}[0-9.]+)$", plan[plan.index("what if"):], re.M)}
+    rows = {name.strip(): values for name, values in rows.items()}
+    others = [name for name in rows if name.endswith("particles a cell")]
+    for name in ["as it is", "cells half as large", "half the safety"] + others:
+        if name not in rows or min(rows[name]) <= 0:
+            wrong.append(f"what if: {name}: {rows.get(name)}")
+    if len(others) < 2:
+        wrong.append(f"what if: particles a cell: {others}")
+    if not wrong:
+        if not rows["cells half as large"][1] > 3 or not 1.5 < rows["half the safety"][1] <= 2:
+            wrong.append(f"what if: {rows}")
+        times = [rows[name][0] for name in sorted(others, key=lambda name: int(name.split()[0]))]
+        if times != sorted(times):
+            wrong.append(f"particles a cell: {rows}")
+    find(r"^expected at step \d+: .* in all; it took .* % (more|less) and ", run, "comparison with what was expected")
+    find(r"^stress: estimated error [0-9.e-]+ % of its energy norm", run, "estimate of the error")
+    print(f"   {planned} steps planned, {done} done; {memory / 1e6:.1f} MB planned, {taken / 1e6:.1f} MB taken")
+    for sentence in wrong:
+        print(f"FAILED: {sentence}")
+    return len(wrong)
+
+
+if __name__ == "__main__":
+    sys.exit(main())

@@ -1,0 +1,39 @@
+#!/bin/sh
+# mode='plan': writes nothing, exits 0, and says what the run then has (plan.py): a scene with a tool, one with levels, one without
+# either. A plan of bad input, and one of a run that goes on, are refused.
+#test: limit 200
+. "$(dirname "$0")/../harness/env.sh"
+
+planned() { # planned NAME SCENE RANKS [given step]: plan and run
+   name=$1 scene=$2 ranks=$3
+   shift 3
+   mkdir -p "plan_$name"
+   sed "s/&scene /\&scene mode='plan', /" "$scene" >"plan_$name.nml"
+   (cd "plan_$name" && run_scene "$ranks" "../plan_$name.nml" "../plan_$name.log") || fail "plan of $name: status $?: $(tail -n 3 "plan_$name.log")"
+   [ -z "$(ls -A "plan_$name")" ] || fail "the plan of $name wrote $(ls -A "plan_$name")"
+   run_scene "$ranks" "$scene" "run_$name.log" || fail "$name: status $?"
+   echo "ok      $name on $ranks"
+   "$PYTHON" "$ROOT/test/regression/plan.py" "plan_$name.log" "run_$name.log" out "$@" || fail "plan of $name"
+   rm -rf out
+}
+
+sed "s:'out/cone':'out':; s/end_time=[0-9.e-]*/end_time=1e-10/; s/every=4e-10/every=4e-11/; s/speeds=0,150.8/speeds=150.8,150.8/" "$ROOT/input/cone.nml" >cone.nml
+planned cone cone.nml 2 'given step'
+sed "s:'out/two_spheres':'out':; s/,'tecplot'//" "$ROOT/input/two_spheres.nml" >spheres.nml
+planned spheres spheres.nml 1
+sed "s:'out/incline':'out':; s/end_time=0.3/end_time=0.03/" "$ROOT/input/incline.nml" >incline.nml
+planned incline incline.nml 1
+planned levels "$ROOT/test/io/levels.nml" 2 flying
+
+sed "s/cell_size=[0-9.e-]*/cell_size=-1/" plan_cone.nml >bad.nml
+status=0
+"$GIMP3D" <bad.nml >bad.log 2>&1 || status=$?
+[ $status -eq 2 ] || fail "a plan of bad input ended with status $status"
+sed "s/mode='plan'/mode='plan', restart='out'/" plan_cone.nml >both.nml
+status=0
+"$GIMP3D" <both.nml >both.log 2>&1 || status=$?
+[ $status -eq 2 ] && grep -q 'a plan is made of a whole run' both.log || fail "plan and restart: status $status, $(cat both.log)"
+sed "s/mode='plan'/mode='guess'/" plan_cone.nml >other.nml
+status=0
+"$GIMP3D" <other.nml >other.log 2>&1 || status=$?
+[ $status -eq 2 ] && grep -q "mode='guess'" other.log || fail "another mode: status $status, $(cat other.log)"
