@@ -13,7 +13,7 @@ module m_guard
    use m_scene, only: guard_spec_t
    use m_field_table, only: bytes_per_column
    use m_model, only: model_t
-   use m_energy, only: balance_t
+   use m_energy, only: balance_t, sums_t, measure
    use m_complaints, only: check_fields, fastest_text
    use m_saved_state, only: saved_state_t, bytes_besides
    implicit none
@@ -29,6 +29,7 @@ module m_guard
       logical :: saves = .false.          !< a copy is kept: there is room for it
       real(wp) :: free = 0.0_wp           !< memory of the machines when the program began, bytes
       integer :: row = 0                  !< of the timers
+      real(wp) :: quiet = 0.0_wp          !< energies below this are not judged, J
       real(wp) :: first_step = 0.0_wp     !< the first time step of the run, s
       integer(i8) :: looked = 0           !< step of the last look at all fields
       logical :: clean = .true.           !< no energy to speak of had come from nowhere at that look
@@ -57,6 +58,7 @@ module m_guard
 
    real(wp), parameter :: clean_share = 0.1_wp !< of the limit of energy
    real(wp), parameter :: largest_part = 0.5_wp !< of the free memory that the copies may take
+   real(wp), parameter :: quiet_share = 1.0e-10_wp !< of mass times squared wave speed: while loads only begin, work lags by half a step
    integer, parameter :: most_doublings = 10   !< of the way that smaller steps are taken past a fault
    integer, parameter :: longest_wait = 10     !< for a clean state, in save_every
 
@@ -68,6 +70,7 @@ contains
       type(guard_spec_t), intent(in) :: spec
       type(model_t), intent(inout) :: model
       real(wp), intent(in) :: time_step !< the first, s
+      type(sums_t) :: sums
       self%spec = spec
       self%row = model%timers%row_of('guard')
       self%first_step = time_step
@@ -75,6 +78,8 @@ contains
       self%free = free_memory(model%communicator)
       self%saves = fits(self, model)
       if (self%saves) self%saves = model%communicator%sum_real(real(copy_bytes(model), wp)) <= largest_part*self%free
+      sums = measure(model)
+      self%quiet = quiet_share*sums%mass*model%bounds%wave_speed**2
    end subroutine start
 
    !> Collective: whether the copies of all ranks fit into what the scene allows.
@@ -184,7 +189,7 @@ contains
       if (.not. error%happened() .and. self%spec%energy_limit > 0.0_wp) then
          call balance%glance(model, created, largest)
          call self%look_at_energy(model, created, largest, error)
-         self%clean = created <= clean_share*self%spec%energy_limit*largest
+         self%clean = created <= clean_share*self%spec%energy_limit*max(largest, self%quiet)
       end if
       call model%timers%leave()
    end subroutine look
@@ -197,7 +202,7 @@ contains
       real(wp), intent(in) :: largest !< largest energy or work seen, J
       type(error_t), intent(inout) :: error
       real(wp) :: limit
-      limit = self%spec%energy_limit*largest
+      limit = self%spec%energy_limit*max(largest, self%quiet)
       if (self%spec%energy_limit <= 0.0_wp) limit = huge(limit)
       if (created <= limit) return
       call fail(error, exit_numerical, fastest_text(model)//': '//to_text(created, 3)//' J of energy came from nowhere, '// &
