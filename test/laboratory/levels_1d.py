@@ -6,6 +6,7 @@ ring     a free bar rings, the fine level over its middle third: is its energy b
 move     bars that ring while they travel: through the fine level, and out of it with a free end; particles split and merge
 levels3  ring and move with three levels
 order    how fast displacements of the ringing bar converge to the exact ones
+modes    the fastest growth of any motion of a bar of 16 cells, fine over six of them, in steps of frozen weights (eigenvalues)
 still    a bar under uniform stress at rest: what moves far from its ends after 50 steps
 
 Level l has the cell 1/2^l and takes 2^l steps while level 0 takes one. Coupling:
@@ -394,6 +395,30 @@ def mode_errors(scheme, N, safety, affine):
     return np.sqrt((p["V"]*off**2).sum()/p["V"].sum())*np.sin(0.8*np.pi), *(abs(z).max()/np.sin(np.pi/3) for z in (v, stress))
 
 
+def modes(regions=((5, 11),), schemes=("coarse", "unlabelled", "lockstep", "composite", "lasting")):
+    print(f"bar of 16 cells, finer over {regions}, steps of frozen weights: fastest growth of an amplitude in a unit of time, and its frequency:")
+    fields = ("v", "L", "stress", "grown")
+    for affine in (0, 1):
+        for scheme in schemes:
+            found = []
+            for safety in (0.05, 0.15, 0.3, 0.4):
+                sim = build(scheme, bar(0, 16, 1.0), 24, list(regions), affine, 1.0)
+                at_rest = [level.p.copy() for level in sim.levels]
+                columns = []
+                for l, level in enumerate(sim.levels):
+                    for name in fields:
+                        for k in range(level.p.size):
+                            for other, p in zip(sim.levels, at_rest):
+                                other.p = p.copy()
+                            sim.levels[l].p[name][k] = 1e-12           # so that places and volumes stay
+                            sim.step(safety)
+                            columns.append(np.concatenate([other.p[f] for other in sim.levels for f in fields])/1e-12)
+                values = np.linalg.eigvals(np.array(columns).T)
+                largest = values[np.argmax(np.abs(values))]
+                found.append(f"{max(0.0, np.abs(largest) - 1)/safety:.4f} ({np.angle(largest)/safety:.2f})")
+            print(f"  affine {affine}  {scheme:10}  safety 0.05, 0.15, 0.3, 0.4:  {'  '.join(found)}", flush=True)
+
+
 def still():
     print("bar of 400 cells under a stress of 1e-3, finer over its middle; after 50 steps, 150 cells about the middle:")
     for regions in ([(190, 210)], [(190, 210), (195, 205)]):
@@ -412,7 +437,7 @@ def still():
 
 if __name__ == "__main__":
     runs = {"pulse": pulse, "ring": lambda: ring(args.steps), "move": move, "levels3": lambda: levels3(args.steps), "order": order,
-            "still": still}
+            "still": still, "modes": modes}
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("run", choices=tuple(runs))
     parser.add_argument("steps", nargs="?", type=int, default=10000)
