@@ -100,8 +100,8 @@ contains
          to(axis) = 1.0_wp
          if (any(to <= from)) cycle
          particles%column(p, self%area + axis - 1) = outward*product(to - from)
-         from(axis) = self%lower(axis)
-         to(axis) = self%lower(axis)
+         from(axis) = position(axis) + outward*half ! its own face, not the plane, which may be off by rounding
+         to(axis) = from(axis)
          particles%column(p, self%arm:self%arm + 2) = 0.5_wp*(from + to) - position
       end do
    end subroutine initialise
