@@ -20,6 +20,7 @@ module m_pressure
    private
    public :: pressure_t
 
+   real(wp), parameter :: hair = 1.0e-9_wp     !< cells: so near to a node a face is on it; a node beyond has no mass to speak of
    real(wp), parameter :: touching = 1.0e-6_wp !< a face lies on the patch's plane within this share of the particle's edge
    real(wp), parameter :: covered = 1.0e-6_wp  !< so much of the patch may find no face
 
@@ -152,7 +153,9 @@ contains
             force = -now*column(p, self%area:self%area + 2)
             if (.not. any(abs(force) > 0.0_wp)) cycle
             point = column(p, layout%position:layout%position + 2) + column(p, self%arm:self%arm + 2)
-            call hat_weights(bin_place(int(block%cells%bin(p))), (point - block%origin)*grid%per_cell, corner, weight)
+            point = (point - block%origin)*grid%per_cell
+            where (abs(point - nint(point)) < hair) point = nint(point)
+            call hat_weights(bin_place(int(block%cells%bin(p))), point, corner, weight)
             do k = 0, 1
                do j = 0, 1
                   do i = 0, 1
