@@ -342,7 +342,7 @@ contains
                                                   ', is allowed in '//to_text(most_unsolved)//' steps running'
       off = merge(abs(w - b), max(0.0_wp, b - w), x > 0.0_wp)
       worst = maxval([-1.0_wp, off])
-      if (self%step_residual < huge(1.0_wp) .and. worst >= self%system%communicator%maximum(worst)) &
+      if (worst >= self%system%communicator%maximum(worst)) &
          call fail(error, exit_numerical, &
                    candidate_text(self%candidates%list(maxloc(off, dim=1)), self%tools, level, self%time)// &
                    ': the contact problem was not solved, relative residual '//to_text(self%step_residual, 3)//' after '// &

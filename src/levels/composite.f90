@@ -13,7 +13,7 @@ module m_composite
    use m_grid_level, only: grid_level_t
    use m_region, only: region_t
    use m_level, only: level_t, tile_last, node_values
-   use m_boundary, only: constrain_nodes, fold_symmetry
+   use m_boundary, only: constrain_nodes, fold_symmetry, motion_parity
    use m_field_table, only: layout_t
    use m_particle_to_node, only: gather_to_nodes
    use m_corner_to_node, only: gather_corners_to_nodes
@@ -277,7 +277,7 @@ contains
          else
             call gather_to_nodes(block%cells, block%particles%column, layout, frame_of(fine, block), tile)
          end if
-         call fold_symmetry(fine%grid, block%place, tile)
+         call fold_symmetry(fine%grid, block%place, tile, motion_parity)
       end associate
       do s = 1, size(edge%slave, 2)
          at = edge%slave(:3, s)

@@ -11,20 +11,25 @@ module m_boundary
    use m_grid_level, only: grid_level_t
    implicit none
    private
-   public :: fold_symmetry, constrain_nodes, held_components, fold_stress, mirror_stress
+   public :: fold_symmetry, constrain_nodes, held_components, mirror_stress, motion_parity, stress_parity
 
    integer, parameter :: last = block_size + 1 ! tiles run from 0 to here
    integer, parameter :: first_vector = 2, second_vector = 5 !< places of the two vectors of a node (momentum, force)
-   real(wp), parameter :: parity(8, 3) = reshape([1, 1, 1, 1, 1, -1, -1, 1, 1, 1, 1, 1, -1, 1, -1, 1, 1, 1, 1, 1, -1, -1, 1, 1], &
-                                                 [8, 3]) !< of volume, the six components of stress, spare, across each axis
+   !> What a mirror image across each axis does to the values of a node: mass, momentum, force, spare; and volume, the six components
+   !> of volume times stress, spare.
+   real(wp), parameter :: motion_parity(8, 3) = &
+      reshape([1, -1, 1, 1, -1, 1, 1, 1, 1, 1, -1, 1, 1, -1, 1, 1, 1, 1, 1, -1, 1, 1, -1, 1], [8, 3])
+   real(wp), parameter :: stress_parity(8, 3) = &
+      reshape([1, 1, 1, 1, 1, -1, -1, 1, 1, 1, 1, 1, -1, 1, -1, 1, 1, 1, 1, 1, -1, -1, 1, 1], [8, 3])
 
 contains
 
    !> Before the sum over blocks: move what stands outside a symmetry plane to its mirror node inside.
-   pure subroutine fold_symmetry(grid, place, tile)
+   pure subroutine fold_symmetry(grid, place, tile, parity)
       type(grid_level_t), intent(in) :: grid
       integer, intent(in) :: place(3)
       real(wp), intent(inout), contiguous :: tile(:, 0:, 0:, 0:)
+      real(wp), intent(in) :: parity(:, :) !< motion_parity or stress_parity
       integer :: axis, side, plane, out(3), in(3), u, v
       do axis = 1, 3
          do side = 1, 2
@@ -35,7 +40,7 @@ contains
                do u = 0, last
                   out = row_node(axis, plane + outward(side), u, v)
                   in = row_node(axis, plane - outward(side), u, v)
-                  tile(:, in(1), in(2), in(3)) = tile(:, in(1), in(2), in(3)) + mirrored(axis, tile(:, out(1), out(2), out(3)))
+                  tile(:, in(1), in(2), in(3)) = tile(:, in(1), in(2), in(3)) + parity(:, axis)*tile(:, out(1), out(2), out(3))
                   tile(:, out(1), out(2), out(3)) = 0.0_wp
                end do
             end do
@@ -65,36 +70,13 @@ contains
                      call hold(grid%boundary(side, axis), axis, tile(:, out(1), out(2), out(3)))
                   else if (plane > 0 .and. plane < last) then
                      in = row_node(axis, plane - outward(side), u, v)
-                     tile(:, out(1), out(2), out(3)) = mirrored(axis, tile(:, in(1), in(2), in(3)))
+                     tile(:, out(1), out(2), out(3)) = motion_parity(:, axis)*tile(:, in(1), in(2), in(3))
                   end if
                end do
             end do
          end do
       end do
    end subroutine constrain_nodes
-
-   !> As fold_symmetry, for a tile of volume and volume times stress (stress_average.f90).
-   pure subroutine fold_stress(grid, place, tile)
-      type(grid_level_t), intent(in) :: grid
-      integer, intent(in) :: place(3)
-      real(wp), intent(inout), contiguous :: tile(:, 0:, 0:, 0:)
-      integer :: axis, side, plane, out(3), in(3), u, v
-      do axis = 1, 3
-         do side = 1, 2
-            if (grid%boundary(side, axis) /= boundary_symmetry) cycle
-            plane = grid%plane(place, side, axis)
-            if (plane < 1 .or. plane > last - 1) cycle
-            do v = 0, last
-               do u = 0, last
-                  out = row_node(axis, plane + outward(side), u, v)
-                  in = row_node(axis, plane - outward(side), u, v)
-                  tile(:, in(1), in(2), in(3)) = tile(:, in(1), in(2), in(3)) + parity(:, axis)*tile(:, out(1), out(2), out(3))
-                  tile(:, out(1), out(2), out(3)) = 0.0_wp
-               end do
-            end do
-         end do
-      end do
-   end subroutine fold_stress
 
    !> After the sum: shear across a symmetry plane vanishes on it, and the row outside is the mirror of the row inside.
    pure subroutine mirror_stress(grid, place, tile)
@@ -110,11 +92,11 @@ contains
             do v = 0, last
                do u = 0, last
                   on = row_node(axis, plane, u, v)
-                  tile(:, on(1), on(2), on(3)) = 0.5_wp*(1.0_wp + parity(:, axis))*tile(:, on(1), on(2), on(3))
+                  tile(:, on(1), on(2), on(3)) = 0.5_wp*(1.0_wp + stress_parity(:, axis))*tile(:, on(1), on(2), on(3))
                   if (plane < 1 .or. plane > last - 1) cycle
                   out = row_node(axis, plane + outward(side), u, v)
                   in = row_node(axis, plane - outward(side), u, v)
-                  tile(:, out(1), out(2), out(3)) = parity(:, axis)*tile(:, in(1), in(2), in(3))
+                  tile(:, out(1), out(2), out(3)) = stress_parity(:, axis)*tile(:, in(1), in(2), in(3))
                end do
             end do
          end do
@@ -137,16 +119,6 @@ contains
       case default; node = [u, v, row]
       end select
    end function row_node
-
-   !> The values of a node as its mirror image across an axis has them.
-   pure function mirrored(axis, values) result(image)
-      integer, intent(in) :: axis
-      real(wp), intent(in) :: values(:)
-      real(wp) :: image(size(values))
-      image = values
-      image(first_vector + axis - 1) = -values(first_vector + axis - 1)
-      image(second_vector + axis - 1) = -values(second_vector + axis - 1)
-   end function mirrored
 
    !> Hold one node: along the axis, or wholly where the side is fixed.
    pure subroutine hold(boundary, axis, values)

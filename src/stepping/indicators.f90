@@ -6,7 +6,7 @@ module m_indicators
    use m_material, only: material_t
    use m_migration, only: frame_of
    use m_node_exchange, only: sum_tiles
-   use m_boundary, only: fold_stress, mirror_stress
+   use m_boundary, only: fold_symmetry, stress_parity, mirror_stress
    use m_stress_average, only: give_stress, take_stress
    implicit none
    private
@@ -76,7 +76,7 @@ contains
                call block%refresh_lists(level%work)
                call give_stress(block%cells, block%particles%column, level%layout, frame_of(level, block), &
                                 level%gathered(:, :, :, :, b))
-               call fold_stress(level%grid, block%place, level%gathered(:, :, :, :, b))
+               call fold_symmetry(level%grid, block%place, level%gathered(:, :, :, :, b), stress_parity)
                block%tile_holds = .false.
             end associate
          end do

@@ -25,7 +25,7 @@ module m_level_step
    use m_split, only: split_long, most_generations
    use m_node_exchange, only: sum_tiles
    use m_node_solve, only: solve_nodes
-   use m_boundary, only: fold_symmetry, constrain_nodes
+   use m_boundary, only: fold_symmetry, constrain_nodes, motion_parity
    use m_deform, only: advance_volume, advance_half_sizes, advance_half_edges, fastest, finite_stress
    use m_locate, only: locate_particles
    implicit none
@@ -120,7 +120,7 @@ contains
                                  level%gathered(:, :, :, :, b))
          end if
          if (model%effect_step(l)%works) call model%effect_step(l)%give_forces(model%effects, level, b, time, model%timers)
-         call fold_symmetry(level%grid, block%place, level%gathered(:, :, :, :, b))
+         call fold_symmetry(level%grid, block%place, level%gathered(:, :, :, :, b), motion_parity)
          block%tile_holds = block%at_rest .and. .not. is_parent(model, l, b) ! to whose tile a finer level adds
       end associate
    end subroutine gather
@@ -144,7 +144,8 @@ contains
       end do
    end subroutine solve
 
-   !> Effects on the solved nodes of a block. What they add to the acceleration is kept where a finer level's two steps will ask for it.
+   !> Effects on the solved nodes of a block. What they add to the acceleration is kept where a finer level's two steps will ask for
+   !> it.
    subroutine push_nodes(model, l, b, clock)
       type(model_t), intent(inout) :: model
       integer, intent(in) :: l, b

@@ -7,6 +7,7 @@ program guard_planted
    use, intrinsic :: iso_fortran_env, only: error_unit
    use, intrinsic :: ieee_arithmetic, only: ieee_value, ieee_quiet_nan, ieee_set_underflow_mode
    use m_kinds, only: wp, i8
+   use m_leaving, only: leave
    use m_simulation, only: simulation_t
    implicit none
    type(simulation_t) :: simulation
@@ -104,18 +105,5 @@ contains
          end do
       end associate
    end subroutine crush
-
-   subroutine leave(status)
-      use, intrinsic :: iso_c_binding, only: c_int
-      integer, intent(in) :: status
-      interface
-         subroutine c_exit(status) bind(c, name='_exit')
-            import :: c_int
-            integer(c_int), value :: status
-         end subroutine c_exit
-      end interface
-      flush (error_unit)
-      call c_exit(int(status, c_int))
-   end subroutine leave
 
 end program guard_planted

@@ -9,7 +9,7 @@ module m_made_level
    use m_node_exchange, only: sum_tiles
    use m_particle_to_node, only: gather_to_nodes
    use m_node_solve, only: solve_nodes
-   use m_boundary, only: fold_symmetry, constrain_nodes
+   use m_boundary, only: fold_symmetry, constrain_nodes, motion_parity
    use m_migration, only: frame_of
    use m_locate, only: bin_of
    implicit none
@@ -89,7 +89,7 @@ contains
             call block%refresh_lists(level%work)
             call gather_to_nodes(block%cells, block%particles%column, level%layout, frame_of(level, block), &
                                  level%gathered(:, :, :, :, b))
-            call fold_symmetry(level%grid, block%place, level%gathered(:, :, :, :, b))
+            call fold_symmetry(level%grid, block%place, level%gathered(:, :, :, :, b), motion_parity)
          end associate
       end do
       do b = 1, size(level%blocks)
