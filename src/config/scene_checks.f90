@@ -11,7 +11,7 @@ module m_scene_checks
    use m_scene_shapes, only: body_extent, body_distance, bodies_overlap, tool_overlaps
    implicit none
    private
-   public :: check_scene, safety_limit
+   public :: check_scene, safety_limit, largest_safety
 
    real(wp), parameter :: whole = 1.0e-9_wp     !< a length is so near, relatively, to a whole number of cells
    real(wp), parameter :: touching = 1.0e-6_wp  !< what overlaps by less than this share of a cell only touches
@@ -21,7 +21,7 @@ module m_scene_checks
 
    !> The largest safety for particles_per_cell 1, 8 and 27.
    integer, parameter :: safety_particles(3) = [1, 8, 27]
-   real(wp), parameter :: largest_safety(3) = [0.4_wp, 0.4_wp, 0.35_wp]
+   real(wp), parameter :: safety_allowed(3) = [0.4_wp, 0.4_wp, 0.35_wp]
 
 contains
 
@@ -169,13 +169,19 @@ contains
       end do
    end subroutine check_whole_particles
 
+   !> The largest safety factor with so many particles a cell, 1, 8 or 27.
+   pure real(wp) function largest_safety(particles_per_cell)
+      integer, intent(in) :: particles_per_cell
+      largest_safety = safety_allowed(findloc(safety_particles, particles_per_cell, dim=1))
+   end function largest_safety
+
    !> The largest safety factor that all bodies of a scene allow (doc/accuracy.md, stability).
    pure real(wp) function safety_limit(scene)
       type(scene_t), intent(in) :: scene
       integer :: i
-      safety_limit = maxval(largest_safety)
+      safety_limit = maxval(safety_allowed)
       do i = 1, size(scene%bodies)
-         safety_limit = min(safety_limit, largest_safety(findloc(safety_particles, scene%bodies(i)%particles_per_cell, dim=1)))
+         safety_limit = min(safety_limit, largest_safety(scene%bodies(i)%particles_per_cell))
       end do
    end function safety_limit
 
@@ -186,7 +192,7 @@ contains
       integer, intent(in) :: i
       type(error_t), intent(inout) :: error
       real(wp) :: largest
-      largest = largest_safety(findloc(safety_particles, scene%bodies(i)%particles_per_cell, dim=1))
+      largest = largest_safety(scene%bodies(i)%particles_per_cell)
       if (scene%time%safety <= largest .or. text%count_groups('time') == 0) return
       call fail(error, exit_input, text%place('time', 1, 'safety')//': must be at most '//exact_text(largest)// &
                 ' with particles_per_cell='//to_text(scene%bodies(i)%particles_per_cell)//' of the &body on '// &
