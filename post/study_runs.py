@@ -119,7 +119,7 @@ class Run:
         return wall
 
     def measured(self, log):
-        """Seconds of the loop, from cost.dat: all but output and checkpoints. Facts of the run into the record."""
+        """Seconds of the loop, from cost.dat: all but output, checkpoints and the estimate of the error at the end. Facts of the run into the record."""
         text = (self.directory / "cost.dat").read_text()
         names = dict(re.findall(r'^AUXDATA phase_(\d+)="([^"]*)"', text, re.M))
         rows = {names.get(str(int(float(line.split()[0]))), ""): float(line.split()[2])
@@ -132,7 +132,7 @@ class Run:
         self.record["particles"] = int(particles[1]) if particles else None
         self.record["steps"] = int(steps[1]) if steps else None
         self.record["megabytes"] = float(memory[1]) * {"": 1e-6, "k": 1e-3, "M": 1.0, "G": 1e3}[memory[2]] if memory else None
-        return rows["all"] - rows.get("output", 0.0) - rows.get("checkpoint", 0.0)
+        return rows["all"] - sum(rows.get(name, 0.0) for name in ("output", "checkpoint", "indicators"))
 
     def printed(self, log):
         """The same of another program: lines `study: NAME VALUE`."""
