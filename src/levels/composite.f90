@@ -23,6 +23,7 @@ module m_composite
    public :: composite_t, has_slaves, clear_covered
 
    integer, parameter :: cube_last = 5         !< cubes run from 0 to here
+   integer, parameter :: lead_first = node_values + 1, lead_last = node_values + 3 !< values of a cube's node where there are labels
    real(wp), parameter :: barely = 1.0e-9_wp    !< a node with this share of the mass of the next has none
 
    !> A block of the finer level with slaves, seen from the rank of the block or of its parent.
@@ -44,12 +45,17 @@ module m_composite
       integer :: messages_each(2) = 0       !< sent by this rank in one exchange, up and down
       integer(i8) :: bytes_each(2) = 0
       integer(i8) :: messages = 0, bytes = 0 !< sent by this rank over the run
+      logical :: labelled = .false.         !< particles at the edge have been pushed to different times, and carry velocity gradients
+      integer, private :: values = node_values !< of a node of a cube; 3 more where there are labels
       integer, allocatable, private :: by_index(:) !< edges with their parent here, by rising index of the block: the order in which a
                                                    !< parent adds
-      real(wp), allocatable, private :: up(:, :, :, :, :), down(:, :, :, :, :) !< (node_values, 0:5, 0:5, 0:5, edges)
+      real(wp), allocatable, private :: up(:, :, :, :, :), down(:, :, :, :, :) !< (values, 0:5, 0:5, 0:5, edges)
       real(wp), allocatable, private :: first(:, :, :, :, :) !< what was handed up in the first of two steps, of the own edges
       real(wp), allocatable :: pushed(:, :, :, :, :) !< what effects on nodes add to the acceleration of the coarser ones, where there
                                                      !< are any: (3, 0:9, 0:9, 0:9, blocks), m/s2
+      real(wp), allocatable, private :: lead(:, :, :, :, :) !< of the nodes of blocks that receive, eq. lead: force of the finer level that
+                                                            !< has grown, N; after the first of two steps the velocity that its
+                                                            !< gradients are ahead by, m/s: (3, 0:9, 0:9, 0:9, blocks)
       real(wp), allocatable, private :: own_mass(:, :, :, :) !< of the nodes of parents, without what is handed up: (0:9, 0:9, 0:9, blocks)
       integer, allocatable, private :: ranks(:)
       type(MPI_Datatype), allocatable, private :: of_blocks(:), of_parents(:) !< cubes shared with each rank: of own blocks, own parents
@@ -60,6 +66,10 @@ module m_composite
       procedure :: restrict_change
       procedure :: add_to_parents
       procedure :: replace_in_parents
+      procedure :: add_leads
+      procedure :: keep_leads
+      procedure :: leads_in
+      procedure :: lead_of_nodes
       procedure :: hand_down
       procedure :: correct
       procedure :: send_down
@@ -84,6 +94,8 @@ contains
       type(level_t), intent(in) :: coarse, fine
       integer :: index, n, pass, place(3), parent(3), b
       call self%release()
+      self%labelled = fine%layout%edge_stress > 0 .and. fine%layout%gradient > 0
+      self%values = merge(lead_last, node_values, self%labelled)
       allocate (self%edge_of(size(fine%blocks)), source=0)
       associate (n => size(coarse%blocks))
          allocate (self%is_parent(n), self%receives(n), self%adds(n), source=.false.)
@@ -118,9 +130,11 @@ contains
       self%by_index = pack([(n, n=1, size(self%edges))], self%edges%parent > 0)
       self%by_index = self%by_index(sorted_order(int(self%edges(self%by_index)%index, i8), int(self%by_index, i8)))
       n = size(self%edges)
-      allocate (self%up(node_values, 0:cube_last, 0:cube_last, 0:cube_last, n), source=0.0_wp)
-      allocate (self%down(node_values, 0:cube_last, 0:cube_last, 0:cube_last, n), source=0.0_wp)
-      allocate (self%first(node_values, 0:cube_last, 0:cube_last, 0:cube_last, self%own), source=0.0_wp)
+      allocate (self%up(self%values, 0:cube_last, 0:cube_last, 0:cube_last, n), source=0.0_wp)
+      allocate (self%down(self%values, 0:cube_last, 0:cube_last, 0:cube_last, n), source=0.0_wp)
+      allocate (self%first(self%values, 0:cube_last, 0:cube_last, 0:cube_last, self%own), source=0.0_wp)
+      n = merge(size(coarse%blocks), 0, self%labelled)
+      allocate (self%lead(3, 0:tile_last, 0:tile_last, 0:tile_last, n), source=0.0_wp)
       allocate (self%own_mass(0:tile_last, 0:tile_last, 0:tile_last, size(coarse%blocks)))
       call make_messages(self, communicator, coarse, fine)
    contains
@@ -196,20 +210,23 @@ contains
       n = size(self%ranks)
       allocate (self%of_blocks(n), self%of_parents(n), self%cubes(2, n))
       do r = 1, n
-         call make_type(pack([(e - 1, e=1, self%own)], other(:self%own) == self%ranks(r)), self%of_blocks(r), self%cubes(1, r))
-         call make_type(pack([(e - 1, e=self%own + 1, size(other))], other(self%own + 1:) == self%ranks(r)), &
+         call make_type(pack([(e - 1, e=1, self%own)], other(:self%own) == self%ranks(r)), self%values, self%of_blocks(r), &
+                        self%cubes(1, r))
+         call make_type(pack([(e - 1, e=self%own + 1, size(other))], other(self%own + 1:) == self%ranks(r)), self%values, &
                         self%of_parents(r), self%cubes(2, r))
       end do
       self%messages_each = count(self%cubes > 0, dim=2)
-      self%bytes_each = 8_i8*node_values*(cube_last + 1)**3*sum(self%cubes, dim=2)
+      self%bytes_each = 8_i8*self%values*(cube_last + 1)**3*sum(self%cubes, dim=2)
    end subroutine make_messages
 
    !> The datatype of some cubes of a pool.
-   subroutine make_type(numbers, datatype, cubes)
+   subroutine make_type(numbers, values_of_node, datatype, cubes)
       integer, intent(in) :: numbers(:) !< of the cubes, from 0
+      integer, intent(in) :: values_of_node
       type(MPI_Datatype), intent(out) :: datatype
       integer, intent(out) :: cubes
-      integer, parameter :: values = node_values*(cube_last + 1)**3
+      integer :: values
+      values = values_of_node*(cube_last + 1)**3
       cubes = size(numbers)
       call MPI_Type_create_indexed_block(cubes, values, values*numbers, MPI_DOUBLE_PRECISION, datatype)
       call MPI_Type_commit(datatype)
@@ -257,12 +274,13 @@ contains
    end subroutine restrict
 
    !> What a block's particles have been given of the forces of the finer level before its time (theory.md, eq. labels): half a step of
-   !> the force of the stress that has grown while the edge was there. Every block takes that of its own particles out of its cube.
+   !> the force of the stress that has grown while the edge was there. Every block takes that of its own particles out of its cube, and
+   !> hands that force up for the gradients.
    subroutine take_lead(edge, fine, half, cube)
       type(edge_t), intent(in) :: edge
       type(level_t), intent(in) :: fine
       real(wp), intent(in) :: half
-      real(wp), intent(inout) :: cube(node_values, 0:cube_last, 0:cube_last, 0:cube_last)
+      real(wp), intent(inout) :: cube(:, 0:, 0:, 0:)
       real(wp) :: tile(node_values, 0:tile_last, 0:tile_last, 0:tile_last), share
       type(layout_t) :: layout
       integer :: s, at(3), low(3), high(3), i, j, k
@@ -287,6 +305,8 @@ contains
             do j = low(2), high(2)
                do i = low(1), high(1)
                   cube(2:4, i, j, k) = cube(2:4, i, j, k) - 0.5_wp*half*share*tile(5:7, at(1), at(2), at(3))
+                  if (size(cube, 1) > node_values) cube(lead_first:lead_last, i, j, k) = &
+                     cube(lead_first:lead_last, i, j, k) + share*tile(5:7, at(1), at(2), at(3))
                end do
             end do
          end do
@@ -318,7 +338,7 @@ contains
       integer, intent(in) :: place(3) !< of the block
       real(wp), intent(in) :: tile(node_values, 0:tile_last, 0:tile_last, 0:tile_last)
       logical, intent(in) :: affine
-      real(wp), intent(out) :: cube(node_values, 0:cube_last, 0:cube_last, 0:cube_last)
+      real(wp), intent(out) :: cube(:, 0:, 0:, 0:)
       real(wp) :: held(node_values, 0:tile_last, 0:tile_last, 0:tile_last)
       integer :: s, at(3), low(3), high(3), i, j, k
       real(wp) :: share, change(3, 3)
@@ -337,7 +357,7 @@ contains
          do k = low(3), high(3)
             do j = low(2), high(2)
                do i = low(1), high(1)
-                  cube(:, i, j, k) = cube(:, i, j, k) + share*tile(:, at(1), at(2), at(3))
+                  cube(:node_values, i, j, k) = cube(:node_values, i, j, k) + share*tile(:, at(1), at(2), at(3))
                   if (affine) cube(2:4, i, j, k) = cube(2:4, i, j, k) &
                                                    + share*matmul(change, real(2*[i, j, k] - low - high, wp))
                end do
@@ -405,7 +425,7 @@ contains
          e = self%by_index(c)
          associate (a => self%edges(e)%corner, z => self%edges(e)%corner + cube_last, b => self%edges(e)%parent)
             coarse%gathered(:, a(1):z(1), a(2):z(2), a(3):z(3), b) = coarse%gathered(:, a(1):z(1), a(2):z(2), a(3):z(3), b) &
-                                                                     + self%up(:, :, :, :, e)
+                                                                     + self%up(:node_values, :, :, :, e)
          end associate
       end do
    end subroutine add_cubes
@@ -425,23 +445,122 @@ contains
       call add_cubes(self, coarse)
    end subroutine replace_in_parents
 
+   !> Between the two sums of a coarser step a third, where there are labels: the forces that have grown, in place of momenta.
+   subroutine add_leads(self, coarse)
+      class(composite_t), intent(in) :: self
+      type(level_t), intent(inout) :: coarse
+      integer :: b, c, e
+      do b = 1, size(coarse%blocks)
+         if (self%adds(b)) coarse%gathered(2:, :, :, :, b) = 0.0_wp
+      end do
+      do c = 1, size(self%by_index)
+         e = self%by_index(c)
+         associate (a => self%edges(e)%corner, z => self%edges(e)%corner + cube_last, b => self%edges(e)%parent)
+            coarse%gathered(2:4, a(1):z(1), a(2):z(2), a(3):z(3), b) = coarse%gathered(2:4, a(1):z(1), a(2):z(2), a(3):z(3), b) &
+                                                                       + self%up(lead_first:lead_last, :, :, :, e)
+         end associate
+      end do
+   end subroutine add_leads
+
+   !> The sum of that over blocks and ranks, for block b.
+   subroutine keep_leads(self, b, sums)
+      class(composite_t), intent(inout) :: self
+      integer, intent(in) :: b
+      real(wp), intent(in) :: sums(node_values, 0:tile_last, 0:tile_last, 0:tile_last)
+      self%lead(:, :, :, :, b) = sums(2:4, :, :, :)
+   end subroutine keep_leads
+
+   !> What velocity gradients of slaves are to know of the forces on a node of the coarser level, as an acceleration (eq. lead): of the
+   !> finer level's force what has grown, and what effects push all nodes with. In the places of a velocity, inside the boundary conditions.
+   pure subroutine lead_of_forces(self, coarse, b, mass, later, tile)
+      class(composite_t), intent(in) :: self
+      type(level_t), intent(in) :: coarse
+      integer, intent(in) :: b
+      real(wp), intent(in) :: mass(0:tile_last, 0:tile_last, 0:tile_last)
+      real(wp), intent(in) :: later(3, 0:tile_last, 0:tile_last, 0:tile_last) !< what the force will be more, N
+      real(wp), intent(out) :: tile(node_values, 0:tile_last, 0:tile_last, 0:tile_last)
+      integer :: i, j, k
+      tile = 0.0_wp
+      do k = 0, tile_last
+         do j = 0, tile_last
+            do i = 0, tile_last
+               if (.not. mass(i, j, k) > 0.0_wp) cycle
+               tile(2:4, i, j, k) = (self%lead(:, i, j, k, b) + later(:, i, j, k))/mass(i, j, k)
+               if (allocated(self%pushed)) tile(2:4, i, j, k) = tile(2:4, i, j, k) + self%pushed(:, i, j, k, b)
+            end do
+         end do
+      end do
+      call constrain_nodes(coarse%grid, coarse%blocks(b)%place, tile)
+   end subroutine lead_of_forces
+
+   !> True when particles of block b of the finer (or else of the coarser) level carry gradients that are ahead.
+   pure logical function leads_in(self, b, finer)
+      class(composite_t), intent(in) :: self
+      integer, intent(in) :: b
+      logical, intent(in) :: finer
+      leads_in = self%labelled
+      if (.not. leads_in) return
+      if (finer) then
+         leads_in = self%edge_of(b) > 0
+      else
+         leads_in = self%receives(b)
+      end if
+   end function leads_in
+
+   !> Add to the nodes of a block the velocity by which gradients are ahead of the motion (eq. lead): of slaves on the finer level, of
+   !> the nodes that they depend on on the coarser one.
+   pure subroutine lead_of_nodes(self, b, finer, time_step, tile)
+      class(composite_t), intent(in) :: self
+      integer, intent(in) :: b          !< the block's number here
+      logical, intent(in) :: finer      !< it is one of the finer level
+      real(wp), intent(in) :: time_step !< of the block's level, s
+      real(wp), intent(inout) :: tile(node_values, 0:tile_last, 0:tile_last, 0:tile_last) !< in the places of the velocity
+      real(wp) :: lead(3), share
+      integer :: e, s, at(3), low(3), high(3), i, j, k
+      if (.not. finer) then
+         tile(2:4, :, :, :) = tile(2:4, :, :, :) + self%lead(:, :, :, :, b)
+         return
+      end if
+      e = self%edge_of(b)
+      do s = 1, size(self%edges(e)%slave, 2)
+         at = self%edges(e)%slave(:3, s)
+         call masters(at, low, high, share)
+         lead = 0.0_wp
+         do k = low(3), high(3)
+            do j = low(2), high(2)
+               do i = low(1), high(1)
+                  lead = lead + self%down(lead_first:lead_last, i, j, k, e) - self%down(5:7, i, j, k, e)
+               end do
+            end do
+         end do
+         tile(2:4, at(1), at(2), at(3)) = tile(2:4, at(1), at(2), at(3)) + 0.5_wp*time_step*share*lead
+      end do
+   end subroutine lead_of_nodes
+
    !> The motion of the coarser nodes to the cubes: velocity at the end of their step, acceleration.
    subroutine hand_down(self, coarse)
       class(composite_t), intent(inout) :: self
       type(level_t), intent(in) :: coarse
+      real(wp) :: lead(node_values, 0:tile_last, 0:tile_last, 0:tile_last), later(3, 0:tile_last, 0:tile_last, 0:tile_last)
       integer :: e
+      later = 0.0_wp
       do e = 1, size(self%edges)
-         if (self%edges(e)%parent > 0) call take_cube(self%edges(e), coarse%solved(:, :, :, :, self%edges(e)%parent), &
-                                                      self%down(:, :, :, :, e))
+         associate (b => self%edges(e)%parent)
+            if (b == 0) cycle
+            if (self%labelled) call lead_of_forces(self, coarse, b, coarse%solved(1, :, :, :, b), later, lead)
+            call take_cube(self%edges(e), coarse%solved(:, :, :, :, b), lead, self%down(:, :, :, :, e))
+         end associate
       end do
    end subroutine hand_down
 
-   pure subroutine take_cube(edge, tile, cube)
+   pure subroutine take_cube(edge, tile, lead, cube)
       type(edge_t), intent(in) :: edge
       real(wp), intent(in) :: tile(node_values, 0:tile_last, 0:tile_last, 0:tile_last)
-      real(wp), intent(out) :: cube(node_values, 0:cube_last, 0:cube_last, 0:cube_last)
+      real(wp), intent(in) :: lead(node_values, 0:tile_last, 0:tile_last, 0:tile_last) !< in the places of the velocity
+      real(wp), intent(out) :: cube(:, 0:, 0:, 0:)
       associate (a => edge%corner, z => edge%corner + cube_last)
-         cube = tile(:, a(1):z(1), a(2):z(2), a(3):z(3))
+         cube(:node_values, :, :, :) = tile(:, a(1):z(1), a(2):z(2), a(3):z(3))
+         if (size(cube, 1) > node_values) cube(lead_first:lead_last, :, :, :) = lead(2:4, a(1):z(1), a(2):z(2), a(3):z(3))
       end associate
    end subroutine take_cube
 
@@ -456,9 +575,12 @@ contains
       real(wp), intent(in) :: flip_fraction
       real(wp), intent(inout) :: change(node_values, 0:tile_last, 0:tile_last, 0:tile_last)
       real(wp) :: half, mixed, begun(3), start(3), later(3), carried(3), pushed(3)
+      real(wp) :: lead(node_values, 0:tile_last, 0:tile_last, 0:tile_last), growth(3, 0:tile_last, 0:tile_last, 0:tile_last)
       integer :: e, i, j, k
       half = 0.5_wp*time_step
       mixed = 1.0_wp - flip_fraction
+      growth = change(5:7, :, :, :)
+      if (self%labelled) call lead_of_forces(self, coarse, b, change(1, :, :, :), 2.0_wp*growth, lead)
       do k = 0, tile_last
          do j = 0, tile_last
             do i = 0, tile_last
@@ -487,9 +609,31 @@ contains
       coarse%solved(5:7, :, :, :, b) = coarse%solved(5:7, :, :, :, b) + change(5:7, :, :, :)/time_step
       change(5:7, :, :, :) = coarse%solved(5:7, :, :, :, b) + change(5:7, :, :, :)/time_step ! that of the second half
       do e = 1, size(self%edges)
-         if (self%edges(e)%parent == b) call take_cube(self%edges(e), change, self%down(:, :, :, :, e))
+         if (self%edges(e)%parent == b) call take_cube(self%edges(e), change, lead, self%down(:, :, :, :, e))
       end do
+      if (self%labelled) call put_ahead(self, b, growth, change(1, :, :, :), half)
    end subroutine correct
+
+   !> The gradients of the coarser particles of block b: half a finer step of what the finer level's force has grown to.
+   pure subroutine put_ahead(self, b, growth, mass, half)
+      class(composite_t), intent(inout) :: self
+      integer, intent(in) :: b
+      real(wp), intent(in) :: growth(3, 0:tile_last, 0:tile_last, 0:tile_last) !< of the force in the first of two steps, N
+      real(wp), intent(in) :: mass(0:tile_last, 0:tile_last, 0:tile_last)      !< kg
+      real(wp), intent(in) :: half                                             !< the finer step, s
+      integer :: i, j, k
+      do k = 0, tile_last
+         do j = 0, tile_last
+            do i = 0, tile_last
+               if (mass(i, j, k) > 0.0_wp) then
+                  self%lead(:, i, j, k, b) = 0.5_wp*half*(self%lead(:, i, j, k, b) + growth(:, i, j, k))/mass(i, j, k)
+               else
+                  self%lead(:, i, j, k, b) = 0.0_wp
+               end if
+            end do
+         end do
+      end do
+   end subroutine put_ahead
 
    !> The cubes from the ranks of the parents to those of the blocks.
    subroutine send_down(self, communicator)
@@ -549,7 +693,7 @@ contains
             n = n + 1
             call MPI_Isend(pool, 1, given, self%ranks(r), 3, communicator%comm, requests(n))
             self%messages = self%messages + 1
-            self%bytes = self%bytes + 8_i8*sends(r)*node_values*(cube_last + 1)**3
+            self%bytes = self%bytes + 8_i8*sends(r)*self%values*(cube_last + 1)**3
          end if
       end do
       call MPI_Waitall(n, requests, MPI_STATUSES_IGNORE)
@@ -567,7 +711,7 @@ contains
          call MPI_Type_free(self%of_parents(r))
       end do
       deallocate (self%edges, self%edge_of, self%is_parent, self%receives, self%adds, self%up, self%down, &
-                  self%first, self%own_mass, self%ranks, self%of_blocks, self%of_parents, self%cubes)
+                  self%first, self%lead, self%own_mass, self%ranks, self%of_blocks, self%of_parents, self%cubes)
    end subroutine release
 
 end module m_composite

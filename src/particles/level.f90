@@ -28,6 +28,7 @@ module m_level
       real(wp), allocatable :: gathered(:, :, :, :, :) !< (node_values, 0:9, 0:9, 0:9, slots)
       real(wp), allocatable :: solved(:, :, :, :, :)   !< (node_values, 0:9, 0:9, 0:9, own blocks)
       real(wp), allocatable :: gradient(:, :)          !< work: velocity gradients of one block, from nodes to stress; body forces before that
+      real(wp), allocatable :: lead(:, :)              !< work: what the gradients that particles keep are ahead by (levels: eq. lead)
       real(wp), allocatable :: work(:)                 !< work: one value a particle of one block
    contains
       procedure :: particle_count
@@ -77,9 +78,10 @@ contains
       end do
       if (allocated(self%work)) then
          if (size(self%work) >= largest) return
-         deallocate (self%work, self%gradient)
+         deallocate (self%work, self%gradient, self%lead)
       end if
       allocate (self%work(largest), self%gradient(largest, 9))
+      allocate (self%lead(merge(largest, 0, self%layout%edge_stress > 0 .and. self%layout%gradient > 0), 9))
    end subroutine size_work
 
    !> Memory held on this rank (bytes).
@@ -87,7 +89,7 @@ contains
       class(level_t), intent(in) :: self
       integer :: b
       held = 8_i8*(size(self%gathered, kind=i8) + size(self%solved, kind=i8))
-      held = held + 8_i8*(size(self%gradient, kind=i8) + size(self%work, kind=i8))
+      held = held + 8_i8*(size(self%gradient, kind=i8) + size(self%lead, kind=i8) + size(self%work, kind=i8))
       held = held + 4_i8*(size(self%owner, kind=i8) + size(self%slot, kind=i8))
       do b = 1, size(self%blocks)
          held = held + self%blocks(b)%bytes()

@@ -32,13 +32,15 @@ contains
       call group%get_choice('kind', self%kind, kind_words)
    end subroutine variables
 
-   !> The velocity gradients of all blocks wait for the sums over cells: in a field of their own, where affine transfer has none.
+   !> The velocity gradients of all blocks wait for the sums over cells: in a field of their own, where affine transfer has none or
+   !> what it keeps is ahead of the motion (levels, eq. lead).
    subroutine declare(self, table)
       class(anti_locking_t), intent(inout) :: self
       type(field_table_t), intent(inout) :: table
       associate (unused => self%kind); end associate
       call table%declare('pressure_shift', 1, 'Pa', written=.false.)
-      if (table%column('velocity_gradient') == 0) call table%declare('kept_gradient', 9, '1/s', written=.false.)
+      if (table%column('velocity_gradient') == 0 .or. table%column('edge_stress') > 0) &
+         call table%declare('kept_gradient', 9, '1/s', written=.false.)
    end subroutine declare
 
    !> Material at rest may share a cell with material that moves.

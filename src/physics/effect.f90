@@ -156,7 +156,8 @@ contains
    end subroutine on_nodes
 
    !> As on_gradient, and before it, with what the particles of all blocks give to the cells of the grid; costs an exchange a step.
-   !> The effect must declare the field kept_gradient (9) where there is no velocity_gradient: the step keeps the gradients there.
+   !> The effect must declare the field kept_gradient (9) where there is no velocity_gradient, or an
+   !> edge_stress: the step keeps the gradients there.
    pure subroutine on_cells(self, cells, particles, layout, frame, sums, gradient)
       class(effect_t), intent(in) :: self
       type(cell_list_t), intent(in) :: cells

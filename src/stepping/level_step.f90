@@ -11,7 +11,7 @@ module m_level_step
    use m_particle_store, only: particle_store_t
    use m_block, only: block_t
    use m_materials, only: materials_t
-   use m_level, only: tile_last
+   use m_level, only: tile_last, node_values
    use m_model, only: model_t, bounds_t
    use m_migration, only: frame_of
    use m_composite, only: clear_covered
@@ -264,8 +264,10 @@ contains
       type(motion_t), intent(in) :: motion
       type(error_t), intent(inout) :: error
       type(longest_t) :: longest
-      integer :: n
+      integer :: kept, n
+      logical :: leads
       call model%timers%enter(phase_to_particles)
+      call find_leads(model, l, b, motion%time_step, leads)
       longest%speed = huge(1.0_wp)
       if (motion%time_step > 0.0_wp) longest%speed = furthest_way*model%levels(l)%grid%cell/motion%time_step
       associate (level => model%levels(l), block => model%levels(l)%blocks(b), first => model%levels(l)%layout%gradient)
@@ -279,20 +281,56 @@ contains
          if (longest%particle > 0) call report_long_way(model, l, b, longest, motion%time_step, error)
          n = block%particles%count
          if (first > 0) block%particles%column(:n, first:first + 8) = level%gradient(:n, :)
+         if (leads) block%particles%column(:n, first:first + 8) = block%particles%column(:n, first:first + 8) + level%lead(:n, :)
          if (size(model%effect_step(l)%on_cells) == 0) return
          call give_to_cells(n, block%cells%bin, block%particles%column, level%layout, frame_of(level, block), level%gradient, &
                             level%gathered(:, :, :, :, b))
-         if (first == 0) block%particles%column(:n, level%layout%kept_gradient:level%layout%kept_gradient + 8) = &
-            level%gradient(:n, :)
+         kept = level%layout%kept_gradient
+         if (kept > 0) block%particles%column(:n, kept:kept + 8) = level%gradient(:n, :)
       end associate
    end subroutine scatter
+
+   !> At the edge of a level: how far the gradients that particles keep are to be ahead of the motion (theory.md, eq. lead), into the
+   !> work array, while particles are where the step began.
+   subroutine find_leads(model, l, b, time_step, leads)
+      type(model_t), intent(inout) :: model
+      integer, intent(in) :: l, b
+      real(wp), intent(in) :: time_step
+      logical, intent(out) :: leads
+      real(wp) :: tile(node_values, 0:tile_last, 0:tile_last, 0:tile_last)
+      type(motion_t) :: still
+      logical :: inside, outside
+      inside = l > 1
+      if (inside) inside = model%composite(l)%leads_in(b, finer=.true.)
+      outside = l < size(model%levels)
+      if (outside) outside = model%composite(l + 1)%leads_in(b, finer=.false.)
+      leads = (inside .or. outside) .and. model%levels(l)%blocks(b)%particles%count > 0
+      if (.not. leads) return
+      tile = 0.0_wp
+      if (outside) call model%composite(l + 1)%lead_of_nodes(b, .false., time_step, tile)
+      if (inside) call model%composite(l)%lead_of_nodes(b, .true., time_step, tile)
+      leads = any(abs(tile(2:4, :, :, :)) > 0.0_wp)
+      if (.not. leads) return
+      still = motion_t(0.0_wp, 1.0_wp, model%levels(l)%layout%position)
+      associate (level => model%levels(l), block => model%levels(l)%blocks(b))
+         call constrain_nodes(level%grid, block%place, tile)
+         if (level%layout%domain > 0) then
+            call scatter_to_corners(block%cells, tile, level%layout, frame_of(level, block), still, &
+                                    block%particles%column, level%lead)
+         else
+            call scatter_to_particles(block%cells, tile, level%layout, frame_of(level, block), still, &
+                                      block%particles%column, level%lead)
+         end if
+      end associate
+   end subroutine find_leads
 
    !> The velocity gradients of one block, which waited for the sums over cells, into the work array again.
    subroutine take_back(model, l, b)
       type(model_t), intent(inout) :: model
       integer, intent(in) :: l, b
       integer :: first, n
-      first = max(model%levels(l)%layout%gradient, model%levels(l)%layout%kept_gradient)
+      first = model%levels(l)%layout%kept_gradient
+      if (first == 0) first = model%levels(l)%layout%gradient
       n = model%levels(l)%blocks(b)%particles%count
       model%levels(l)%gradient(:n, :) = model%levels(l)%blocks(b)%particles%column(:n, first:first + 8)
    end subroutine take_back

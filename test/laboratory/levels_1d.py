@@ -18,6 +18,7 @@ thesis         coarse particles everywhere; those in the fine region and in a fr
 register       thesis, with the momentum that passes the edge counted on both levels and the difference given to the coarse particles there
 composite      a particle lives once; fine nodes at the edge follow the coarse ones and hand them what they get. Velocities stand in
                the middle of their steps (eq. labels) where flip is 1
+uneven         composite, the velocity gradients of affine transfer are those that particles moved with (eq. lead left out)
 unlabelled     composite, all velocities as if they stood at one time; the same where flip is not 1
 lasting        composite, what stress has grown by counts from the start, not from when a particle comes to the edge
 lockstep       composite, one time step for all levels
@@ -152,11 +153,12 @@ class Level(Grid):
 class Composite:
     """Any number of levels (one: the uniform grid), each region inside the last."""
 
-    def __init__(self, p, cells, regions, affine, flip, h=1.0, labels=True, lasting=False, lockstep=False, reach=1):
+    def __init__(self, p, cells, regions, affine, flip, h=1.0, labels=True, lasting=False, lockstep=False, reach=1, even=True):
         ends = [(-np.inf, np.inf)] + regions + [(np.inf, -np.inf)]
         self.levels = [Level(h/2**l, cells, *ends[l:l + 2]) for l in range(len(regions) + 1)]
         self.affine, self.flip, self.lockstep, self.reach = affine, flip, lockstep, reach
         self.lasting, self.labels = lasting, labels and flip == 1 and not lockstep
+        self.even = even and affine and self.labels
         self.splits, self.merges, self.lost = 0, 0, 0.0
         for level in self.levels:
             level.p = p[:0]
@@ -173,14 +175,15 @@ class Composite:
 
     def step(self, dt):
         self.gather(0, dt)
-        self.advance(0, dt, 0.0, 0.0)
+        self.advance(0, dt, 0.0, 0.0, 0.0)
 
     def gather(self, l, dt):
         """Particle-to-node pass of level l and all finer ones, the finest first. What the slaves of l hand up: mass, momentum, force,
         and the force of what stress has grown by since particles came to the edge."""
-        level, up = self.levels[l], np.zeros(3)[:, None]
+        level, up, level.up_grown = self.levels[l], np.zeros(3)[:, None], 0.0
         if l + 1 < len(self.levels):
             *up, grown = self.gather(l + 1, dt/2)
+            level.up_grown = grown
             if self.labels:
                 up[1] -= 0.5*(dt/2)*grown                              # so much finer particles are ahead
         level.own = level.to_nodes(level.p, self.affine)               # apart: these sums stay while finer ones change
@@ -191,20 +194,22 @@ class Composite:
         change = level.change_of_momentum(m, q) if self.affine else 0
         return np.array([level.hand_up(m), level.hand_up(q, change), level.hand_up(f), level.hand_up(level.force(level.p, "grown"))])
 
-    def advance(self, l, dt, slave_v, slave_a):
-        """One step of level l with all finer ones; slave_v at the end of the step."""
+    def advance(self, l, dt, slave_v, slave_a, slave_lead):
+        """One step of level l with all finer ones; slave_v at the end of the step; slave_lead: eq. lead."""
         level, beta, finer = self.levels[l], 1 - self.flip, l + 1 < len(self.levels)
         m, q, f = level.total
         a = np.where(level.inner, over(f, m), slave_a)
         v = np.where(level.inner, over(q, m) + dt*a, slave_v)
+        lead = np.where(level.inner, 0.0, slave_lead)
         if finer and self.lockstep:
             fine = self.levels[l + 1]
-            self.advance(l + 1, dt, fine.interpolate(v), fine.interpolate(a))
+            self.advance(l + 1, dt, fine.interpolate(v), fine.interpolate(a), 0.0)
         elif finer:
             fine, k = self.levels[l + 1], dt/2
             ahead = 0.5*k if self.labels else 0.0                      # fine velocities stand so much later
             half = v - k*a                                             # eq. half-steps, the first
-            self.advance(l + 1, k, fine.interpolate(half + ahead*a), fine.interpolate(a))
+            force, grown = f - level.own[2], level.up_grown            # of the finer level
+            self.advance(l + 1, k, fine.interpolate(half + ahead*a), fine.interpolate(a), fine.interpolate(ahead*(over(grown, m) - a)))
             m_up, q_up, f_up, _ = self.gather(l + 1, k)
             m2 = level.own[0] + m_up
             q2 = level.own[0]*half + q_up
@@ -212,11 +217,15 @@ class Composite:
             a2 = over(level.own[2] + f_up + beta*(q2 - m2*w)/k, m2)
             a2 = np.where(level.inner, a2, a)
             v = np.where(level.inner, w + k*a2 - ahead*(a2 - a), v)    # the second
-            self.advance(l + 1, k, fine.interpolate(v + ahead*a2), fine.interpolate(a2))
+            latest = over(grown + 2*(f_up - force), m2)                # as it will be when the next step begins
+            self.advance(l + 1, k, fine.interpolate(v + ahead*a2), fine.interpolate(a2), fine.interpolate(ahead*(latest - a2)))
+            lead = np.where(level.inner, ahead*over(grown + f_up - force, m2), lead)
             a = 0.5*(a + a2)
         level.to_particles(level.p, v, a, dt, self.flip)
         counts = self.lasting | ~level.inner[level.nodes].all(1)
         level.p["grown"] = np.where(counts, level.p["grown"] + dt*level.p["L"], 0)
+        if self.even:
+            level.p["L"] += (level.G*lead[level.nodes]).sum(1)
         if finer:
             self.change_levels(l)
 
@@ -292,9 +301,9 @@ class Thesis:
 
 
 def build(scheme, p, cells, regions, affine, flip):
-    if scheme in ("composite", "unlabelled", "lasting", "lockstep", "centre"):
+    if scheme in ("composite", "uneven", "unlabelled", "lasting", "lockstep", "centre"):
         return Composite(p, cells, regions, affine, flip, labels=scheme != "unlabelled", lasting=scheme == "lasting",
-                         lockstep=scheme == "lockstep", reach=int(scheme != "centre"))
+                         lockstep=scheme == "lockstep", reach=int(scheme != "centre"), even=scheme != "uneven")
     if scheme == "coarse":
         return Composite(p, cells, [], affine, flip)
     if scheme == "fine":
@@ -335,17 +344,17 @@ def pulse():
                       f"left behind {v[(p['x'] > 5) & (p['x'] < 85)].max():.4f}  energy {what}", flush=True)
 
 
-def ring(steps, regions=((20, 40),), schemes=("coarse", "thesis", "register", "composite", "unlabelled", "lasting", "centre")):
+def ring(steps, regions=((20, 40),), schemes=("coarse", "thesis", "register", "composite", "uneven", "unlabelled", "lasting", "centre")):
     print(f"free bar of 60 cells, first mode, finer over {regions}; energy over the first one at 1, 10, 50, 100 % of {steps}:")
     for safety in (0.25, 0.4, 0.5):
         for affine, flip in ((0, 1.0), (1, 1.0), (1, 0.99), (1, 0.95)):
-            for scheme in [x for x in schemes if flip == 1 or x not in ("unlabelled", "lasting", "centre")]:
+            for scheme in [x for x in schemes if flip == 1 or x not in ("uneven", "unlabelled", "lasting", "centre")]:
                 sim = build(scheme, bar(0, 60, 1.0), 68, list(regions), affine, flip)
                 sim.start(lambda x: 1e-3*np.cos(np.pi*x/60))
                 print(f"  safety {safety:4}  affine {affine}  flip {flip:4}  {scheme:10}  {watch(sim, steps, safety)}", flush=True)
 
 
-def move(regions=((20, 40),), schemes=("coarse", "composite", "unlabelled", "lasting")):
+def move(regions=((20, 40),), schemes=("coarse", "composite", "uneven", "unlabelled", "lasting")):
     print(f"bars that ring and travel, finer over {regions}; energy about the travelling, over the first one, at 10, 50, 100 %:")
     for left, length, speed, time in ((0, 60, 0.01, 800), (0, 60, 0.1, 500), (24, 10, 0.5, 100)):
         for safety in (0.25, 0.4, 0.5):
@@ -368,7 +377,7 @@ def order():
     print("free bar of N cells, first mode, finer over its middle third, at 0.8 N: L2 error of displacements over the largest one,")
     print("largest errors of particle velocity and stress over the exact stress at the edge (rho c = 1):")
     for affine in (0, 1):
-        for scheme in ("coarse", "fine", "composite", "unlabelled", "lasting", "lockstep"):
+        for scheme in ("coarse", "fine", "composite", "uneven", "unlabelled", "lasting", "lockstep"):
             for safety in (0.2, 0.4):
                 e = np.array([mode_errors(scheme, N, safety, affine) for N in (24, 48, 96)]).T
                 slope = np.polyfit(np.log([24, 48, 96]), -np.log(e[0]), 1)[0]
@@ -395,7 +404,7 @@ def mode_errors(scheme, N, safety, affine):
     return np.sqrt((p["V"]*off**2).sum()/p["V"].sum())*np.sin(0.8*np.pi), *(abs(z).max()/np.sin(np.pi/3) for z in (v, stress))
 
 
-def modes(regions=((5, 11),), schemes=("coarse", "unlabelled", "lockstep", "composite", "lasting")):
+def modes(regions=((5, 11),), schemes=("coarse", "unlabelled", "lockstep", "composite", "uneven", "lasting")):
     print(f"bar of 16 cells, finer over {regions}, steps of frozen weights: fastest growth of an amplitude in a unit of time, and its frequency:")
     fields = ("v", "L", "stress", "grown")
     for affine in (0, 1):
@@ -403,6 +412,7 @@ def modes(regions=((5, 11),), schemes=("coarse", "unlabelled", "lockstep", "comp
             found = []
             for safety in (0.05, 0.15, 0.3, 0.4):
                 sim = build(scheme, bar(0, 16, 1.0), 24, list(regions), affine, 1.0)
+                sim.change_levels = lambda l: None                     # frozen, this as well
                 at_rest = [level.p.copy() for level in sim.levels]
                 columns = []
                 for l, level in enumerate(sim.levels):
@@ -415,7 +425,7 @@ def modes(regions=((5, 11),), schemes=("coarse", "unlabelled", "lockstep", "comp
                             columns.append(np.concatenate([other.p[f] for other in sim.levels for f in fields])/1e-12)
                 values = np.linalg.eigvals(np.array(columns).T)
                 largest = values[np.argmax(np.abs(values))]
-                found.append(f"{max(0.0, np.abs(largest) - 1)/safety:.4f} ({np.angle(largest)/safety:.2f})")
+                found.append(f"{max(0.0, np.abs(largest) - 1)/safety:.5f} ({np.angle(largest)/safety:.2f})")
             print(f"  affine {affine}  {scheme:10}  safety 0.05, 0.15, 0.3, 0.4:  {'  '.join(found)}", flush=True)
 
 
