@@ -580,7 +580,8 @@ contains
       half = 0.5_wp*time_step
       mixed = 1.0_wp - flip_fraction
       growth = change(5:7, :, :, :)
-      if (self%labelled) call lead_of_forces(self, coarse, b, change(1, :, :, :), 2.0_wp*growth, lead)
+      if (self%labelled .and. self%is_parent(b)) &
+         call lead_of_forces(self, coarse, b, change(1, :, :, :), 2.0_wp*growth, lead)
       do k = 0, tile_last
          do j = 0, tile_last
             do i = 0, tile_last
