@@ -31,6 +31,8 @@ module m_field_table
       integer :: viscous_pressure = 0 !< adds to the pressure that makes forces, and is no part of the stress
       integer :: pressure_shift = 0   !< the same, from the pressure of the stress to the mean of the cell
       integer :: next_position = 0 !< position at the end of the step, while the step still needs the old one
+   contains
+      procedure :: labels_gradients
    end type layout_t
 
    type :: field_table_t
@@ -121,5 +123,12 @@ contains
       layout%pressure_shift = self%column('pressure_shift')
       layout%next_position = self%column('next_position')
    end function layout
+
+   !> True when, at edges of levels, momenta of particles stand at several times (theory.md, eq. labels) and they carry gradients, which are to
+   !> stand where the momenta do (eq. lead).
+   pure logical function labels_gradients(self)
+      class(layout_t), intent(in) :: self
+      labels_gradients = self%edge_stress > 0 .and. self%gradient > 0
+   end function labels_gradients
 
 end module m_field_table

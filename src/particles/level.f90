@@ -81,7 +81,7 @@ contains
          deallocate (self%work, self%gradient, self%lead)
       end if
       allocate (self%work(largest), self%gradient(largest, 9))
-      allocate (self%lead(merge(largest, 0, self%layout%edge_stress > 0 .and. self%layout%gradient > 0), 9))
+      allocate (self%lead(merge(largest, 0, self%layout%labels_gradients()), 9))
    end subroutine size_work
 
    !> Memory held on this rank (bytes).

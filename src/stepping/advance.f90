@@ -111,7 +111,7 @@ contains
       real(wp) :: half, ahead
       call model%timers%on_level(l + 1)
       call model%timers%enter(model%levels_row)
-      if (model%composite(l + 1)%labelled) call sum_leads(model, l)
+      if (model%composite(l + 1)%labelled) call sum_grown(model, l)
       call model%composite(l + 1)%hand_down(model%levels(l))
       call model%composite(l + 1)%send_down(model%communicator)
       if (.not. model%method%subcycle) then
@@ -129,25 +129,32 @@ contains
       call advance_level(model, l + 1, clock_t(clock%time + half, half, -ahead), error)
    end subroutine advance_finer
 
-   !> Collective: what finer particles have been pushed ahead by, summed over blocks and ranks (theory.md, eq. lead).
-   subroutine sum_leads(model, l)
+   !> Collective: the finer level's force that has grown, on the nodes of level l (theory.md, eq. lead).
+   subroutine sum_grown(model, l)
       type(model_t), intent(inout) :: model
       integer, intent(in) :: l
       real(wp) :: sums(node_values, 0:tile_last, 0:tile_last, 0:tile_last)
       integer :: b
       associate (level => model%levels(l), composite => model%composite(l + 1))
-         call composite%add_leads(level)
-         call model%timers%enter(phase_exchange)
-         call model%exchange(l)%start(model%communicator, level%gathered)
-         call model%exchange(l)%wait(level%gathered)
-         call model%timers%enter(model%levels_row)
+         call composite%add_grown(level)
+         call exchange_tiles(model, l)
          do b = 1, size(level%blocks)
             if (.not. composite%receives(b)) cycle
             call sum_tiles(level%blocks(b)%neighbour, level%gathered, sums)
-            call composite%keep_leads(b, sums)
+            call composite%keep_grown(b, sums)
          end do
       end associate
-   end subroutine sum_leads
+   end subroutine sum_grown
+
+   !> Collective: tiles of level l to the ranks that share them, at once.
+   subroutine exchange_tiles(model, l)
+      type(model_t), intent(inout) :: model
+      integer, intent(in) :: l
+      call model%timers%enter(phase_exchange)
+      call model%exchange(l)%start(model%communicator, model%levels(l)%gathered)
+      call model%exchange(l)%wait(model%levels(l)%gathered)
+      call model%timers%enter(model%levels_row)
+   end subroutine exchange_tiles
 
    !> Collective: the solved nodes of level l take what its own step does not know of the two steps of the finer level.
    subroutine correct(model, l, clock)
@@ -158,10 +165,7 @@ contains
       integer :: b
       associate (level => model%levels(l), composite => model%composite(l + 1))
          call composite%replace_in_parents(level)
-         call model%timers%enter(phase_exchange)
-         call model%exchange(l)%start(model%communicator, level%gathered)
-         call model%exchange(l)%wait(level%gathered)
-         call model%timers%enter(model%levels_row)
+         call exchange_tiles(model, l)
          do b = 1, size(level%blocks)
             if (.not. composite%receives(b)) cycle
             call sum_tiles(level%blocks(b)%neighbour, level%gathered, change)

@@ -299,16 +299,17 @@ contains
       logical, intent(out) :: leads
       real(wp) :: tile(node_values, 0:tile_last, 0:tile_last, 0:tile_last)
       type(motion_t) :: still
-      logical :: inside, outside
-      inside = l > 1
-      if (inside) inside = model%composite(l)%leads_in(b, finer=.true.)
-      outside = l < size(model%levels)
-      if (outside) outside = model%composite(l + 1)%leads_in(b, finer=.false.)
-      leads = (inside .or. outside) .and. model%levels(l)%blocks(b)%particles%count > 0
-      if (.not. leads) return
+      logical :: on_edge, beside_edge
+      leads = .false.
+      if (.not. model%levels(l)%layout%labels_gradients() .or. model%levels(l)%blocks(b)%particles%count == 0) return
+      on_edge = l > 1
+      if (on_edge) on_edge = model%composite(l)%edge_of(b) > 0
+      beside_edge = l < size(model%levels)
+      if (beside_edge) beside_edge = model%composite(l + 1)%receives(b)
+      if (.not. (on_edge .or. beside_edge)) return
       tile = 0.0_wp
-      if (outside) call model%composite(l + 1)%lead_of_nodes(b, .false., time_step, tile)
-      if (inside) call model%composite(l)%lead_of_nodes(b, .true., time_step, tile)
+      if (on_edge) call model%composite(l)%lead_slaves(b, time_step, tile)
+      if (beside_edge) call model%composite(l + 1)%lead_masters(b, tile)
       leads = any(abs(tile(2:4, :, :, :)) > 0.0_wp)
       if (.not. leads) return
       still = motion_t(0.0_wp, 1.0_wp, model%levels(l)%layout%position)

@@ -15,7 +15,8 @@ module m_model
    use m_body, only: fill_block, count_in_block, expected_count
    use m_decomposition, only: choose_owners, set_owners, all_owners, settle_blocks, blocks_before
    use m_region, only: make_region
-   use m_composite, only: composite_t, has_slaves
+   use m_composite, only: composite_t
+   use m_edge, only: has_slaves
    use m_node_exchange, only: node_exchange_t
    use m_block, only: block_t
    use m_locate, only: bin_of

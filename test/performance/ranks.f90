@@ -108,8 +108,7 @@ contains
             call exchange%build(one, levels(l))
             steps = 2_i8**merge(l - 1, 0, scene%time%subcycle)
             sums = 1 ! node sums of a step: one more where a finer level takes two steps, and one where their labels differ
-            if (l < size(levels) .and. scene%time%subcycle) sums = 2
-            if (sums == 2 .and. levels(l)%layout%edge_stress > 0 .and. levels(l)%layout%gradient > 0) sums = 3
+            if (l < size(levels) .and. scene%time%subcycle) sums = merge(3, 2, levels(l)%layout%labels_gradients())
             associate (before => blocks_before(levels, l))
                work = work + steps*sum(int(max(0, counts(before + levels(l)%blocks%index)), i8))
             end associate
