@@ -11,8 +11,8 @@ module m_composite
    use m_communicator, only: communicator_t
    use m_level, only: level_t, tile_last, node_values
    use m_boundary, only: constrain_nodes
-   use m_edge, only: edge_t, has_slaves, list_slaves, gather_slaves, take_lead, take_cube, take_leads, followed, cube_last, &
-                     lead_first, lead_last
+   use m_edge, only: edge_t, has_slaves, list_slaves, gather_slaves, take_lead, take_cube, take_leads, set_motion, set_leads, &
+                     cube_last, lead_first, lead_last
    implicit none
    private
    public :: composite_t, clear_covered
@@ -323,12 +323,7 @@ contains
       integer, intent(in) :: b
       real(wp), intent(in) :: time_step !< of the finer level, s
       real(wp), intent(inout) :: tile(node_values, 0:tile_last, 0:tile_last, 0:tile_last) !< in the places of the velocity
-      integer :: at(3), e, s
-      e = self%edge_of(b)
-      do s = 1, size(self%edges(e)%slave, 2)
-         at = self%edges(e)%slave(:3, s)
-         tile(2:4, at(1), at(2), at(3)) = 0.5_wp*time_step*followed(self%down(:, :, :, :, e), at, lead_first, lead_last)
-      end do
+      call set_leads(self%edges(self%edge_of(b)), self%down(:, :, :, :, self%edge_of(b)), time_step, tile)
    end subroutine lead_slaves
 
    !> Add the same on the nodes of block b of the coarser level, which receives.
@@ -451,15 +446,7 @@ contains
       integer, intent(in) :: b              !< the block's number here
       real(wp), intent(in) :: remaining     !< time from where velocities of this step stand to where those of the coarser one do, s
       real(wp), intent(inout) :: tile(node_values, 0:tile_last, 0:tile_last, 0:tile_last)
-      real(wp) :: motion(6)
-      integer :: at(3), e, s
-      e = self%edge_of(b)
-      do s = 1, size(self%edges(e)%slave, 2)
-         at = self%edges(e)%slave(:3, s)
-         motion = followed(self%down(:, :, :, :, e), at, 2, 7)
-         tile(2:4, at(1), at(2), at(3)) = motion(1:3) - remaining*motion(4:6)
-         tile(5:7, at(1), at(2), at(3)) = motion(4:6)
-      end do
+      call set_motion(self%edges(self%edge_of(b)), self%down(:, :, :, :, self%edge_of(b)), remaining, tile)
    end subroutine set_slaves
 
    !> One message to and from each rank that shares edges: cubes of own blocks and own parents.

@@ -16,7 +16,7 @@ module m_edge
    use m_migration, only: frame_of
    implicit none
    private
-   public :: edge_t, has_slaves, list_slaves, gather_slaves, take_lead, take_cube, take_leads, followed
+   public :: edge_t, has_slaves, list_slaves, gather_slaves, take_lead, take_cube, take_leads, set_motion, set_leads
 
    integer, parameter, public :: cube_last = 5 !< cubes run from 0 to here
    integer, parameter, public :: lead_first = node_values + 1, lead_last = node_values + 3 !< going up the force that has grown, going down
@@ -206,24 +206,56 @@ contains
       end associate
    end subroutine take_leads
 
-   !> Some values of a slave, from those of the nodes that it depends on (theory.md, eq. slaves).
-   pure function followed(cube, at, first, last) result(values)
+   !> The slaves move with the nodes that they depend on, linearly in time (theory.md, eq. half-steps).
+   pure subroutine set_motion(edge, cube, remaining, tile)
+      type(edge_t), intent(in) :: edge
       real(wp), intent(in), contiguous :: cube(:, 0:, 0:, 0:)
-      integer, intent(in) :: at(3)       !< the slave's place in the tile
-      integer, intent(in) :: first, last !< of the values
-      real(wp) :: values(first:last), share
+      real(wp), intent(in) :: remaining !< time from where velocities of this step stand to where those of the coarser one do, s
+      real(wp), intent(inout) :: tile(node_values, 0:tile_last, 0:tile_last, 0:tile_last)
+      real(wp) :: motion(6)
+      integer :: at(3), s
+      do s = 1, size(edge%slave, 2)
+         at = edge%slave(:3, s)
+         call follow(cube, at, 2, motion)
+         tile(2:4, at(1), at(2), at(3)) = motion(1:3) - remaining*motion(4:6)
+         tile(5:7, at(1), at(2), at(3)) = motion(4:6)
+      end do
+   end subroutine set_motion
+
+   !> In place of their motion the velocity by which gradients are ahead of it (theory.md, eq. lead).
+   pure subroutine set_leads(edge, cube, time_step, tile)
+      type(edge_t), intent(in) :: edge
+      real(wp), intent(in), contiguous :: cube(:, 0:, 0:, 0:)
+      real(wp), intent(in) :: time_step !< of the finer level, s
+      real(wp), intent(inout) :: tile(node_values, 0:tile_last, 0:tile_last, 0:tile_last)
+      real(wp) :: lead(3)
+      integer :: at(3), s
+      do s = 1, size(edge%slave, 2)
+         at = edge%slave(:3, s)
+         call follow(cube, at, lead_first, lead)
+         tile(2:4, at(1), at(2), at(3)) = 0.5_wp*time_step*lead
+      end do
+   end subroutine set_leads
+
+   !> Some values of a slave, from those of the nodes that it depends on (theory.md, eq. slaves).
+   pure subroutine follow(cube, at, first, values)
+      real(wp), intent(in), contiguous :: cube(:, 0:, 0:, 0:)
+      integer, intent(in) :: at(3) !< the slave's place in the tile
+      integer, intent(in) :: first !< of the values in the cube
+      real(wp), intent(out) :: values(:)
+      real(wp) :: share
       integer :: low(3), high(3), i, j, k
       call masters(at, low, high, share)
       values = 0.0_wp
       do k = low(3), high(3)
          do j = low(2), high(2)
             do i = low(1), high(1)
-               values = values + cube(first:last, i, j, k)
+               values = values + cube(first:first + size(values) - 1, i, j, k)
             end do
          end do
       end do
       values = share*values
-   end function followed
+   end subroutine follow
 
    !> The nodes of a cube that a node of the block's tile depends on: low to high, all with one weight, 1, 1/2, 1/4 or 1/8.
    pure subroutine masters(at, low, high, share)
