@@ -25,8 +25,7 @@ contains
       changes = 0
       outside = 0
       do axis = 1, 3
-         lowest(axis) = minval(position(:count, axis))
-         highest(axis) = maxval(position(:count, axis))
+         call find_bounds(count, position(:, axis), lowest(axis), highest(axis))
       end do
       !$omp simd reduction(+: changes, outside) private(i, j, k, now)
       do p = 1, count
@@ -52,6 +51,21 @@ contains
          leavers(outside) = p
       end do
    end subroutine locate_particles
+
+   !> Smallest and largest of the first `count` values; as vectors, which minval and maxval are not.
+   pure subroutine find_bounds(count, values, lowest, highest)
+      integer, intent(in) :: count
+      real(wp), intent(in), contiguous :: values(:)
+      real(wp), intent(out) :: lowest, highest
+      integer :: p
+      lowest = huge(lowest)
+      highest = -huge(highest)
+      !$omp simd reduction(min: lowest) reduction(max: highest)
+      do p = 1, count
+         lowest = min(lowest, values(p))
+         highest = max(highest, values(p))
+      end do
+   end subroutine find_bounds
 
    !> Bin of one place in a block that it is known to belong to; round-off at the block's faces does no harm.
    pure integer(i4) function bin_of(position, frame)

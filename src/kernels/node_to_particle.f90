@@ -73,13 +73,11 @@ contains
       type(taken_t), intent(in) :: taken
       type(longest_t), intent(inout) :: longest
       real(wp) :: speed
-      integer :: axis, m
+      integer :: m
       speed = 0.0_wp
-      do axis = 1, 3
-         !$omp simd reduction(max: speed)
-         do m = 1, stencil%count
-            speed = max(speed, abs(taken%motion(m, axis)))
-         end do
+      !$omp simd reduction(max: speed)
+      do m = 1, stencil%count
+         speed = max(speed, abs(taken%motion(m, 1)), abs(taken%motion(m, 2)), abs(taken%motion(m, 3)))
       end do
       if (.not. speed > longest%speed) return
       do m = 1, stencil%count
