@@ -18,17 +18,24 @@ module m_corner_to_node
 contains
 
    !> Set a block's node tile to what its own particles give; as gather_to_nodes.
-   pure subroutine gather_corners_to_nodes(cells, column, layout, frame, tile)
+   pure subroutine gather_corners_to_nodes(cells, column, layout, frame, tile, reach)
       type(cell_list_t), intent(in) :: cells
       real(wp), intent(in), contiguous :: column(:, :)
       type(layout_t), intent(in) :: layout
       type(frame_t), intent(in) :: frame
-      real(wp), intent(out) :: tile(lanes, 0:block_size + 1, 0:block_size + 1, 0:block_size + 1)
+      real(wp), intent(inout) :: tile(lanes, 0:block_size + 1, 0:block_size + 1, 0:block_size + 1)
+      integer, intent(in), optional :: reach(2, 3) !< first and last index along each axis of what can be other than 0
       type(corner_stencil_t) :: corners
       type(corner_weights_t) :: weights
       type(load_t) :: load
       integer :: first, m, p
-      tile = 0.0_wp
+      if (present(reach)) then
+         tile(:, reach(1, 1):reach(2, 1), reach(1, 2):reach(2, 2), reach(1, 3):reach(2, 3)) = 0.0_wp
+      else
+         tile = 0.0_wp
+      end if
+      load%fixed = 0.0_wp
+      load%along = 0.0_wp
       do first = 1, cells%first(size(cells%first)) - 1, chunk
          call prefetch_columns(column, first, min(first + chunk, cells%first(size(cells%first))) - 1, corners%list%warmth)
          call set_corners(corners, cells, first, column, layout, frame)

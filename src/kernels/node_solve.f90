@@ -12,14 +12,19 @@ contains
 
    !> In place: mass, momentum p, force f become mass, velocity p/m + dt f/m, acceleration f/m. Nodes without mass become zero.
    !> There is no mass threshold: weights and their slopes vanish together, so what a particle takes back stays bounded.
-   pure subroutine solve_nodes(tile, time_step)
+   pure subroutine solve_nodes(tile, time_step, reach)
       real(wp), intent(inout) :: tile(lanes, 0:block_size + 1, 0:block_size + 1, 0:block_size + 1)
       real(wp), intent(in) :: time_step !< s
+      integer, intent(in), optional :: reach(2, 3) !< first and last index along each axis of the nodes with mass
       real(wp) :: per_mass
-      integer :: i, j, k
-      do k = 0, block_size + 1
-         do j = 0, block_size + 1
-            do i = 0, block_size + 1
+      integer :: i, j, k, low(3), high(3)
+      low = 0
+      high = block_size + 1
+      if (present(reach)) low = reach(1, :)
+      if (present(reach)) high = reach(2, :)
+      do k = low(3), high(3)
+         do j = low(2), high(2)
+            do i = low(1), high(1)
                if (tile(1, i, j, k) > 0.0_wp) then
                   per_mass = 1.0_wp/tile(1, i, j, k)
                else

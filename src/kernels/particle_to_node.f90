@@ -12,27 +12,34 @@ module m_particle_to_node
 
    integer, parameter :: lanes = 8 !< values a node: mass, momentum (3), force (3), spare
 
-   !> What the particles of a chunk give, one lane a node quantity. Lanes that carry nothing stay 0.
+   !> What the particles of a chunk give, one lane a node quantity. Lanes of `fixed` and `along` that carry nothing are to be 0.
    type :: load_t
-      real(wp) :: fixed(lanes, chunk) = 0.0_wp          !< what goes with the weight
-      real(wp) :: along(lanes, 3, chunk) = 0.0_wp       !< what goes with each axis: momentum m L, force -V sigma
-      real(wp) :: arm(lanes, -1:1, 3, chunk) = 0.0_wp   !< what multiplies it on nodes -1, 0, 1 along each axis
+      real(wp) :: fixed(lanes, chunk)        !< what goes with the weight
+      real(wp) :: along(lanes, 3, chunk)     !< what goes with each axis: momentum m L, force -V sigma
+      real(wp) :: arm(lanes, -1:1, 3, chunk) !< what multiplies it on nodes -1, 0, 1 along each axis
    end type load_t
 
 contains
 
    !> Set a block's node tile to what its own particles give.
    !> Where the layout has a velocity gradient, it is carried along (affine transfer): m S (v + L (x_i - x_p)).
-   pure subroutine gather_to_nodes(cells, column, layout, frame, tile)
+   pure subroutine gather_to_nodes(cells, column, layout, frame, tile, reach)
       type(cell_list_t), intent(in) :: cells
       real(wp), intent(in), contiguous :: column(:, :)
       type(layout_t), intent(in) :: layout
       type(frame_t), intent(in) :: frame
-      real(wp), intent(out) :: tile(lanes, 0:block_size + 1, 0:block_size + 1, 0:block_size + 1)
+      real(wp), intent(inout) :: tile(lanes, 0:block_size + 1, 0:block_size + 1, 0:block_size + 1)
+      integer, intent(in), optional :: reach(2, 3) !< first and last index along each axis of what can be other than 0
       type(stencil_t) :: stencil
       type(load_t) :: load
       integer :: first, r
-      tile = 0.0_wp
+      if (present(reach)) then
+         tile(:, reach(1, 1):reach(2, 1), reach(1, 2):reach(2, 2), reach(1, 3):reach(2, 3)) = 0.0_wp
+      else
+         tile = 0.0_wp
+      end if
+      load%fixed = 0.0_wp
+      load%along = 0.0_wp
       do first = 1, cells%first(size(cells%first)) - 1, chunk
          call prefetch_columns(column, first, min(first + chunk, cells%first(size(cells%first))) - 1, stencil%warmth)
          call set_stencil(stencil, cells, first, column, layout, frame)

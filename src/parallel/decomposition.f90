@@ -160,9 +160,12 @@ contains
       call move_alloc(blocks, level%blocks)
       call find_mirrors(level, rank)
       slots = size(level%blocks) + size(level%mirror_index)
-      if (allocated(level%gathered)) deallocate (level%gathered, level%solved)
+      if (allocated(level%gathered)) deallocate (level%gathered, level%solved, level%reach)
       allocate (level%gathered(node_values, 0:tile_last, 0:tile_last, 0:tile_last, slots), source=0.0_wp)
       allocate (level%solved(node_values, 0:tile_last, 0:tile_last, 0:tile_last, size(level%blocks)), source=0.0_wp)
+      allocate (level%reach(2, 3, slots))
+      level%reach(1, :, :) = 0
+      level%reach(2, :, :) = tile_last
       do b = 1, size(level%blocks)
          call level%blocks(b)%reserve(1, level%table%columns)
       end do
@@ -197,6 +200,8 @@ contains
       new%cells%first = old%cells%first
       call move_alloc(old%cells%order, new%cells%order)
       call move_alloc(old%cells%bin, new%cells%bin)
+      new%cells%low = old%cells%low
+      new%cells%high = old%cells%high
       new%cells%current = old%cells%current
       new%cells%jumps = old%cells%jumps
       call move_alloc(old%leavers, new%leavers)

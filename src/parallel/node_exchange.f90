@@ -162,19 +162,27 @@ contains
       deallocate (self%ranks, self%give, self%take, self%requests)
    end subroutine release
 
-   !> Sum over all tiles that hold the nodes of block b, in the order of their block indices.
-   pure subroutine sum_tiles(neighbour, gathered, total)
+   !> Sum over all tiles that hold the nodes of a block, in the order of their block indices; with `reach`, only what the tiles reach,
+   !> and only where the block's own does: the rest of `total` is left as it is.
+   pure subroutine sum_tiles(neighbour, gathered, total, reach)
       integer, intent(in) :: neighbour(27) !< slots around the block, 0 where there is none to be added
       real(wp), intent(in) :: gathered(node_values, 0:tile_last, 0:tile_last, 0:tile_last, *)
-      real(wp), intent(out) :: total(node_values, 0:tile_last, 0:tile_last, 0:tile_last)
-      integer :: a(3), b(3), c(3), direction(3), n, i, j, k, q
-      total = 0.0_wp
+      real(wp), intent(inout) :: total(node_values, 0:tile_last, 0:tile_last, 0:tile_last)
+      integer, intent(in), optional :: reach(2, 3, *) !< by slots, as in the level
+      integer :: a(3), b(3), c(3), low(3), high(3), direction(3), n, i, j, k, q
+      low = 0
+      high = tile_last
+      if (present(reach)) low = reach(1, :, neighbour(14))
+      if (present(reach)) high = reach(2, :, neighbour(14))
+      total(:, low(1):high(1), low(2):high(2), low(3):high(3)) = 0.0_wp
       do n = 1, 27
          if (neighbour(n) == 0) cycle
          direction = direction_of(n)
-         a = overlap_first(direction)
-         b = overlap_last(direction)
-         c = overlap_first(-direction) - a
+         c = overlap_first(-direction) - overlap_first(direction)
+         a = max(low, overlap_first(direction))
+         b = min(high, overlap_last(direction))
+         if (present(reach)) a = max(a, reach(1, :, neighbour(n)) - c)
+         if (present(reach)) b = min(b, reach(2, :, neighbour(n)) - c)
          do k = a(3), b(3)
             do j = a(2), b(2)
                do i = a(1), b(1)

@@ -14,6 +14,7 @@ module m_cell_list
       integer(i4), allocatable :: order(:)
       integer(i4), allocatable :: bin(:) !< bin of each particle; set by whoever locates the particles
       logical :: current = .false.       !< the lists match `bin`
+      integer :: low(3) = block_size, high(3) = -1 !< the first and the last place along each axis, from 0, that has particles
       integer :: jumps = 0               !< places where the next particle in order is not the next one in memory
    contains
       procedure :: reserve
@@ -56,6 +57,7 @@ contains
       do p = 1, count
          next(self%bin(p)) = next(self%bin(p)) + 1
       end do
+      call find_extent(next, self%low, self%high)
       self%first(1) = 1
       do b = 1, bins
          self%first(b + 1) = self%first(b) + next(b)
@@ -72,6 +74,41 @@ contains
       end do
       self%current = .true.
    end subroutine build
+
+   !> The first and the last place along each axis, from 0, that has particles; none: the first behind the last.
+   pure subroutine find_extent(held, low, high)
+      integer(i4), intent(in) :: held(0:block_size - 1, 0:block_size - 1, 0:block_size - 1) !< particles of each bin
+      integer, intent(out) :: low(3), high(3)
+      integer :: along_x(0:block_size - 1), along_y(0:block_size - 1), along_z(0:block_size - 1), j, k
+      along_x = 0
+      along_y = 0
+      along_z = 0
+      do k = 0, block_size - 1
+         do j = 0, block_size - 1
+            along_x = along_x + held(:, j, k)
+            along_y(j) = along_y(j) + sum(held(:, j, k))
+         end do
+         along_z(k) = sum(held(:, :, k))
+      end do
+      call ends(along_x, low(1), high(1))
+      call ends(along_y, low(2), high(2))
+      call ends(along_z, low(3), high(3))
+   contains
+      pure subroutine ends(along, low, high)
+         integer, intent(in) :: along(0:block_size - 1)
+         integer, intent(out) :: low, high
+         low = 0
+         do while (low < block_size)
+            if (along(low) > 0) exit
+            low = low + 1
+         end do
+         high = block_size - 1
+         do while (high >= 0)
+            if (along(high) > 0) exit
+            high = high - 1
+         end do
+      end subroutine ends
+   end subroutine find_extent
 
    !> After the particles were put into list order: the lists are runs.
    pure subroutine set_in_order(self, count)

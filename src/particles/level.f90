@@ -27,12 +27,16 @@ module m_level
       integer, allocatable :: mirror_index(:) !< block indices of the neighbours on other ranks; mirror m has slot size(blocks) + m
       real(wp), allocatable :: gathered(:, :, :, :, :) !< (node_values, 0:9, 0:9, 0:9, slots)
       real(wp), allocatable :: solved(:, :, :, :, :)   !< (node_values, 0:9, 0:9, 0:9, own blocks)
+      integer, allocatable :: reach(:, :, :)           !< (2, 3, slots): first and last index along each axis of the part of a tile
+                                                       !< that can be other than 0: what its particles reach; of mirrors, all
       real(wp), allocatable :: gradient(:, :)          !< work: velocity gradients of one block, from nodes to stress; body forces before that
       real(wp), allocatable :: lead(:, :)              !< work: what the gradients that particles keep are ahead by (levels: eq. lead)
       real(wp), allocatable :: work(:)                 !< work: one value a particle of one block
    contains
       procedure :: particle_count
       procedure :: size_work
+      procedure :: refresh_lists
+      procedure :: holds_whole
       procedure :: bytes
       procedure :: owner_at
       procedure :: thickness
@@ -67,6 +71,32 @@ contains
       real(wp), intent(in) :: normal(3) !< unit vector
       thickness = 2.0_wp*norm2(matmul(normal, half_edges(values, self%layout)))
    end function thickness
+
+   !> Bring the lists of a block up to date, and its tiles to what its particles reach: the nodes around their bins, or all where
+   !> others give to the block's nodes or ask of them.
+   subroutine refresh_lists(self, b, whole)
+      class(level_t), intent(inout) :: self
+      integer, intent(in) :: b
+      logical, intent(in) :: whole
+      integer :: reach(2, 3)
+      call self%blocks(b)%refresh_lists(self%work)
+      reach(1, :) = merge(0, self%blocks(b)%cells%low, whole)
+      reach(2, :) = merge(tile_last, self%blocks(b)%cells%high + 2, whole)
+      associate (old => self%reach(:, :, b))
+         if (any(old(1, :) < reach(1, :)) .or. any(old(2, :) > reach(2, :))) then
+            self%gathered(:, old(1, 1):old(2, 1), old(1, 2):old(2, 2), old(1, 3):old(2, 3), b) = 0.0_wp
+            self%solved(:, old(1, 1):old(2, 1), old(1, 2):old(2, 2), old(1, 3):old(2, 3), b) = 0.0_wp
+         end if
+         old = reach
+      end associate
+   end subroutine refresh_lists
+
+   !> True when all of a block's tile can be other than 0.
+   pure logical function holds_whole(self, b)
+      class(level_t), intent(in) :: self
+      integer, intent(in) :: b
+      holds_whole = all(self%reach(1, :, b) == 0) .and. all(self%reach(2, :, b) == tile_last)
+   end function holds_whole
 
    !> Fit the work arrays to the largest block.
    subroutine size_work(self)

@@ -73,7 +73,7 @@ contains
       associate (level => model%levels(l))
          do b = 1, size(level%blocks)
             associate (block => level%blocks(b))
-               call block%refresh_lists(level%work)
+               call level%refresh_lists(b, whole=.true.)
                call give_stress(block%cells, block%particles%column, level%layout, frame_of(level, block), &
                                 level%gathered(:, :, :, :, b))
                call fold_symmetry(level%grid, block%place, level%gathered(:, :, :, :, b), stress_parity)

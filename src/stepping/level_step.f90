@@ -80,7 +80,7 @@ contains
          call model%exchange(l)%wait(level%gathered)
          do b = 1, size(level%blocks)
             if (is_idle(model, l, b)) cycle
-            call sum_tiles(level%blocks(b)%neighbour, level%gathered, level%solved(:, :, :, :, b))
+            call sum_tiles(level%blocks(b)%neighbour, level%gathered, level%solved(:, :, :, :, b), level%reach)
          end do
       end associate
    end subroutine finish_sums
@@ -102,22 +102,35 @@ contains
       if (is_idle .and. l > 1) is_idle = model%composite(l)%edge_of(b) == 0
    end function is_idle
 
+   !> True when the nodes of a block matter where its particles do not reach: effects and other levels give to them or ask of them.
+   pure logical function takes_more(model, l, b)
+      type(model_t), intent(in) :: model
+      integer, intent(in) :: l, b
+      takes_more = model%effect_step(l)%works
+      if (l < size(model%levels)) takes_more = takes_more .or. model%composite(l + 1)%receives(b)
+      if (l > 1) takes_more = takes_more .or. model%composite(l)%edge_of(b) > 0
+   end function takes_more
+
    !> Particles of one block to its tile; before that its lists, where particles have changed bin.
    subroutine gather(model, l, b, time)
       type(model_t), intent(inout) :: model
       integer, intent(in) :: l, b
       real(wp), intent(in) :: time
-      if (model%levels(l)%blocks(b)%tile_holds .and. .not. model%effect_step(l)%works) return
+      logical :: whole
+      whole = takes_more(model, l, b)
+      if (model%levels(l)%blocks(b)%tile_holds .and. .not. model%effect_step(l)%works) then
+         if (.not. whole .or. model%levels(l)%holds_whole(b)) return
+      end if
       call model%timers%enter(phase_lists)
-      call model%levels(l)%blocks(b)%refresh_lists(model%levels(l)%work)
+      call model%levels(l)%refresh_lists(b, whole)
       call model%timers%enter(phase_to_nodes)
       associate (level => model%levels(l), block => model%levels(l)%blocks(b))
          if (level%layout%domain > 0) then
             call gather_corners_to_nodes(block%cells, block%particles%column, level%layout, frame_of(level, block), &
-                                         level%gathered(:, :, :, :, b))
+                                         level%gathered(:, :, :, :, b), level%reach(:, :, b))
          else
             call gather_to_nodes(block%cells, block%particles%column, level%layout, frame_of(level, block), &
-                                 level%gathered(:, :, :, :, b))
+                                 level%gathered(:, :, :, :, b), level%reach(:, :, b))
          end if
          if (model%effect_step(l)%works) call model%effect_step(l)%give_forces(model%effects, level, b, time, model%timers)
          call fold_symmetry(level%grid, block%place, level%gathered(:, :, :, :, b), motion_parity)
@@ -137,7 +150,7 @@ contains
          if (is_idle(model, l, b)) cycle
          e = 0
          if (l > 1) e = model%composite(l)%edge_of(b)
-         call solve_nodes(model%levels(l)%solved(:, :, :, :, b), clock%step)
+         call solve_nodes(model%levels(l)%solved(:, :, :, :, b), clock%step, model%levels(l)%reach(:, :, b))
          if (e > 0) call model%composite(l)%set_slaves(b, clock%remaining, model%levels(l)%solved(:, :, :, :, b))
          if (size(model%effect_step(l)%on_nodes) > 0 .and. clock%step > 0.0_wp) call push_nodes(model, l, b, clock)
          call constrain_nodes(model%levels(l)%grid, model%levels(l)%blocks(b)%place, model%levels(l)%solved(:, :, :, :, b))
