@@ -105,6 +105,14 @@ class Bench:
         self.probe()
         return median_costs(costs)
 
+    def in_turn(self, ranks, makers):
+        """Runs of several scenes one after the other, round after round: the costs of each, rounds first. Ratios within a round mean
+        something on a machine that others slow now and then."""
+        self.probe()
+        rounds = [[self.run(ranks, make(self.out())) for make in makers] for _ in range(self.repeats)]
+        self.probe()
+        return rounds
+
     def side_by_side(self, copies, make_scene):
         """Seconds that the slowest of several 1-rank copies needs, median."""
         seconds = []
@@ -162,19 +170,24 @@ def head(titles):
 
 
 def table_block(bench):
+    """Affine and plain transfer in turn; the last column is the median of their ratios."""
     head(['particles a cell', 'motion', 'transfer', 'ranks', 'million updates/s and core', 'share of flop floor [%]',
           'share of byte floor [%]', *(f'{p} [ns]' for p in PHASES if p not in ('contact', 'balance', 'output', 'guard')), 'all [ns]',
-          'not kernels [%]', 'B/particle'])
+          'not kernels [%]', 'B/particle', 'over plain'])
     for per_cell in 8, 1:
         for motion in ('ordered', 'impact', 'disordered') if per_cell == 8 else ('ordered', 'disordered'):
-            for transfer in 'affine', 'plain':
-                for ranks in 1, 2:
-                    c = bench.several(ranks, lambda out: block_scene(32, per_cell, motion, transfer, 200 if motion == 'impact' else 120, out))
+            for ranks in 1, 2:
+                steps = 200 if motion == 'impact' else 120
+                rounds = bench.in_turn(ranks, [lambda out, t=t: block_scene(32, per_cell, motion, t, steps, out)
+                                               for t in ('affine', 'plain')])
+                for transfer, costs in zip(('affine', 'plain'), zip(*rounds)):
+                    c = median_costs(costs)
                     rest = 100*(1 - sum(c[k] for k in KERNELS)/c['all'])
                     row([str(per_cell), motion, transfer, str(ranks), f'{1e3/c["all"]:.2f}',
                          f'{100*FLOPS/bench.gflops[-1]/c["all"]:.0f}', f'{100*BYTES/bench.gbytes[-1]/c["all"]:.0f}',
                          *(f'{c.get(p, 0):.1f}' for p in PHASES if p not in ('contact', 'balance', 'output', 'guard')), f'{c["all"]:.1f}',
-                         f'{rest:.0f}', f'{c["bytes"]:.0f}'])
+                         f'{rest:.0f}', f'{c["bytes"]:.0f}',
+                         f'{statistics.median(a["all"]/b["all"] for a, b in rounds):.2f}' if transfer == 'affine' else ''])
 
 
 def table_contact(bench):
@@ -200,14 +213,13 @@ def table_pairs(bench):
 
 def table_growth(bench):
     head(['particles', 'steps', 'ns an update', 'of the smallest', 'B/particle'])
-    first = None
     steps = 60 # of all: a body that tumbles longer is in greater disorder
-    for cells in 24, 32, 50, 79:
-        c = bench.several(1, lambda out: block_scene(cells, 8, 'disordered', 'affine', steps, out))
-        stepping = c['all'] - c['the rest']
-        first = first or stepping
-        row([f'{c["particles"]:.0f}', str(steps), f'{stepping:.1f}', f'{stepping/first:.2f}', f'{c["bytes"]:.0f}'])
-    print('\nWithout start and end of the run, which few steps do not repay.')
+    rounds = bench.in_turn(1, [lambda out, n=n: block_scene(n, 8, 'disordered', 'affine', steps, out) for n in (24, 32, 50, 79)])
+    stepping = [[c['all'] - c['the rest'] for c in costs] for costs in rounds]
+    for i, c in enumerate(rounds[0]):
+        row([f'{c["particles"]:.0f}', str(steps), f'{statistics.median(s[i] for s in stepping):.1f}',
+             f'{statistics.median(s[i]/s[0] for s in stepping):.2f}', f'{c["bytes"]:.0f}'])
+    print('\nIn turn; ratios are medians of those of each round. Without start and end of the run, which few steps do not repay.')
 
 
 def table_large(bench):
