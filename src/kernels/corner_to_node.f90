@@ -8,7 +8,7 @@ module m_corner_to_node
    use m_prefetch, only: prefetch_columns
    use m_stencil, only: frame_t, batch, chunk
    use m_corner_stencil, only: corner_stencil_t, corner_weights_t, set_corners, set_corner_weights
-   use m_particle_to_node, only: load_t, set_load
+   use m_particle_to_node, only: load_t, clear, set_load
    implicit none
    private
    public :: gather_corners_to_nodes, gather_corners_body_force
@@ -29,13 +29,7 @@ contains
       type(corner_weights_t) :: weights
       type(load_t) :: load
       integer :: first, m, p
-      if (present(reach)) then
-         tile(:, reach(1, 1):reach(2, 1), reach(1, 2):reach(2, 2), reach(1, 3):reach(2, 3)) = 0.0_wp
-      else
-         tile = 0.0_wp
-      end if
-      load%fixed = 0.0_wp
-      load%along = 0.0_wp
+      call clear(load, tile, reach)
       do first = 1, cells%first(size(cells%first)) - 1, chunk
          call prefetch_columns(column, first, min(first + chunk, cells%first(size(cells%first))) - 1, corners%list%warmth)
          call set_corners(corners, cells, first, column, layout, frame)

@@ -8,7 +8,7 @@ module m_particle_to_node
    use m_stencil, only: stencil_t, frame_t, chunk, set_stencil, fetch
    implicit none
    private
-   public :: gather_to_nodes, gather_body_force, load_t, set_load
+   public :: gather_to_nodes, gather_body_force, load_t, clear, set_load
 
    integer, parameter :: lanes = 8 !< values a node: mass, momentum (3), force (3), spare
 
@@ -33,13 +33,7 @@ contains
       type(stencil_t) :: stencil
       type(load_t) :: load
       integer :: first, r
-      if (present(reach)) then
-         tile(:, reach(1, 1):reach(2, 1), reach(1, 2):reach(2, 2), reach(1, 3):reach(2, 3)) = 0.0_wp
-      else
-         tile = 0.0_wp
-      end if
-      load%fixed = 0.0_wp
-      load%along = 0.0_wp
+      call clear(load, tile, reach)
       do first = 1, cells%first(size(cells%first)) - 1, chunk
          call prefetch_columns(column, first, min(first + chunk, cells%first(size(cells%first))) - 1, stencil%warmth)
          call set_stencil(stencil, cells, first, column, layout, frame)
@@ -51,6 +45,20 @@ contains
          end do
       end do
    end subroutine gather_to_nodes
+
+   !> Before a block's first chunk: nothing on its nodes, and nothing in the lanes that carry nothing.
+   pure subroutine clear(load, tile, reach)
+      type(load_t), intent(inout) :: load
+      real(wp), intent(inout) :: tile(lanes, 0:block_size + 1, 0:block_size + 1, 0:block_size + 1)
+      integer, intent(in), optional :: reach(2, 3) !< first and last index along each axis of what can be other than 0
+      load%fixed = 0.0_wp
+      load%along = 0.0_wp
+      if (present(reach)) then
+         tile(:, reach(1, 1):reach(2, 1), reach(1, 2):reach(2, 2), reach(1, 3):reach(2, 3)) = 0.0_wp
+      else
+         tile = 0.0_wp
+      end if
+   end subroutine clear
 
    !> What the particles of a chunk carry, from columns to lanes. Affine transfer is written about the nearest node, so that what
    !> goes with an axis is 0 there: m S (v - L offset) + m S L (x_i - x_nearest).

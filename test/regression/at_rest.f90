@@ -44,7 +44,7 @@ contains
       share = real(comm%sum_count(skipping%particle_steps_at_rest), wp)/comm%sum_count(skipping%particle_steps)
       if (comm%is_root()) print '(a,f5.1,a)', '  left out: ', 100.0_wp*share, ' % of the particle-steps'
       call test%check(share > 0.2_wp, 'some blocks rest')
-      call test%check(share < 1.0_wp - 1.2_wp*box_share, 'more moves than the box: it wakes the bar')
+      call test%check(share < 1.0_wp - 1.2_wp*box_share, 'a fifth more moves than the box: it wakes the bar')
       call test%check_equal(plain%particle_steps_at_rest, 0_i8, 'none is left out when told so')
       call skipping%release()
       call plain%release()

@@ -1,6 +1,6 @@
 !test: ranks 1 2 4
-!> Sums over blocks and ranks: the same bits as on one rank, the same bits in all tiles that hold a node, and what a plain sum over
-!> all particles gives.
+!> Sums over blocks and ranks: the same bits as on one rank, the same bits in all tiles that hold a node, the same where tiles are
+!> summed only as far as particles reach, and what a plain sum over all particles gives.
 program exchange
    use mpi_f08
    use m_kinds, only: wp
@@ -19,28 +19,36 @@ program exchange
    implicit none
    type(communicator_t) :: comm
    type(assertions_t) :: test
-   type(model_t) :: model, single
+   type(model_t) :: model, single, reached
    type(error_t) :: error
    integer :: messages, step
+   real(wp) :: smallest_part = 1.0_wp
    call comm%start()
    call test%start(comm, 'exchange')
    call build_wandering(model, comm, error)
    call build_wandering(single, alone(), error)
+   call build_wandering(reached, comm, error)
    messages = 0
    do step = 1, 12
       call wander(model, step)
       call wander(single, step)
+      call wander(reached, step)
       call sums(model)
       call sums(single)
+      call reached_sums()
       messages = messages + size(model%exchange(1)%ranks)
       call test%check_equal(different_bits(), 0, 'the bits of one rank')
       call test%check_equal(disagreements(), 0, 'tiles that hold a node agree to the bit')
+      call test%check_equal(different_in_reach(), 0, 'the same bits where particles reach')
+      call test%check_equal(beyond_reach(), 0, 'nothing stands where none reach')
    end do
    call test%check(model%exchange(1)%messages == messages, 'one message a neighbour rank and sum')
    if (comm%ranks > 1) call test%check(model%exchange(1)%bytes_each > 0 .eqv. size(model%exchange(1)%ranks) > 0, &
                                         'bytes are counted')
    call against_plain_sum()
+   call test%check(-comm%maximum(-smallest_part) < 0.5_wp, 'some tiles are reached in part')
    call single%release()
+   call reached%release()
    call model%release()
    call test%finish()
 
@@ -63,6 +71,54 @@ contains
          end do
       end associate
    end subroutine sums
+
+   !> The same, each tile only as far as its particles reach, as a step does it.
+   subroutine reached_sums()
+      integer :: b
+      associate (level => reached%levels(1))
+         do b = 1, size(level%blocks)
+            call level%refresh_lists(b, whole=.false.)
+            call gather_to_nodes(level%blocks(b)%cells, level%blocks(b)%particles%column, level%layout, &
+                                 frame_of(level, level%blocks(b)), level%gathered(:, :, :, :, b), level%reach(:, :, b))
+         end do
+         call reached%exchange(1)%start(reached%communicator, level%gathered)
+         call reached%exchange(1)%wait(level%gathered)
+         do b = 1, size(level%blocks)
+            call sum_tiles(level%blocks(b)%neighbour, level%gathered, level%solved(:, :, :, :, b), level%reach)
+         end do
+      end associate
+   end subroutine reached_sums
+
+   integer function different_in_reach() result(wrong)
+      integer :: b
+      wrong = 0
+      do b = 1, size(reached%levels(1)%blocks)
+         associate (low => reached%levels(1)%reach(1, :, b), high => reached%levels(1)%reach(2, :, b), &
+                    part => reached%levels(1)%solved(:, :, :, :, b), all => model%levels(1)%solved(:, :, :, :, b))
+            wrong = wrong + count(abs(part(:, low(1) + 1:high(1) + 1, low(2) + 1:high(2) + 1, low(3) + 1:high(3) + 1) &
+                                      - all(:, low(1) + 1:high(1) + 1, low(2) + 1:high(2) + 1, low(3) + 1:high(3) + 1)) > 0.0_wp)
+            if (high(1) >= low(1)) smallest_part = min(smallest_part, product(high - low + 1)/real((tile_last + 1)**3, wp))
+         end associate
+      end do
+   end function different_in_reach
+
+   !> Values other than 0 in both pools, outside of what own tiles reach.
+   integer function beyond_reach() result(wrong)
+      integer :: b, i, j, k
+      wrong = 0
+      associate (level => reached%levels(1))
+         do b = 1, size(level%blocks)
+            do k = 0, tile_last
+               do j = 0, tile_last
+                  do i = 0, tile_last
+                     if (all([i, j, k] >= level%reach(1, :, b)) .and. all([i, j, k] <= level%reach(2, :, b))) cycle
+                     wrong = wrong + count(abs(level%gathered(:, i, j, k, b)) + abs(level%solved(:, i, j, k, b)) > 0.0_wp)
+                  end do
+               end do
+            end do
+         end do
+      end associate
+   end function beyond_reach
 
    integer function different_bits() result(wrong)
       integer :: b, s
