@@ -40,9 +40,11 @@ module m_candidates
       integer :: count = 0
       integer :: rubbing = 0   !< of them with friction
       integer :: pressure = 0  !< column of the contact pressure
+      integer :: earlier = 0   !< column of what it was a step before
       integer :: traction = 0  !< first column of the friction; 0 where no tool has any
    contains
       procedure :: find
+      procedure :: pressed
       procedure, private :: consider
    end type candidates_t
 
@@ -53,7 +55,7 @@ module m_candidates
 contains
 
    !> The candidates of a step: contact points (centres moved towards the tool by penetration_factor of the present thickness
-   !> along the normal) that the free motion would carry into a tool, or almost. Their last pressures become the start of the solve.
+   !> along the normal) that the free motion would carry into a tool, or almost. Their last two pressures become the start of the solve.
    subroutine find(self, tools, level, materials, time_step, overlap)
       class(candidates_t), intent(inout) :: self
       type(tool_t), intent(in) :: tools(:)
@@ -61,34 +63,64 @@ contains
       type(materials_t), intent(in) :: materials
       real(wp), intent(in) :: time_step
       real(wp), intent(out) :: overlap(:) !< (tools): deepest place of a contact point inside, m
-      real(wp) :: middle(3), gap, normal(3), reach, edge
+      real(wp) :: middle(3), gap, normal(3), edge, speed, way
       integer :: b, bin, l, n, t
       self%count = 0
       overlap = 0.0_wp
       self%rubbing = 0
-      reach = (0.5_wp*sqrt(3.0_wp) + fastest)*level%grid%cell
       do b = 1, size(level%blocks)
          if (level%blocks(b)%particles%count == 0) cycle
          if (.not. near_tool(tools, level, level%blocks(b)%place)) cycle
          associate (block => level%blocks(b))
             edge = thickest(level, block)
+            speed = fastest_node(level, b)
             do t = 1, size(tools)
+               way = min(fastest*level%grid%cell, time_step*(speed + norm2(tools(t)%velocity())) + 2.0_wp*margin*edge)
                do bin = 1, size(block%cells%first) - 1
                   if (block%cells%first(bin) == block%cells%first(bin + 1)) cycle
                   middle = block%origin + bin_place(bin)*level%grid%cell
                   call tools(t)%gap_and_normal(middle, gap, normal)
-                  if (gap > reach + edge) cycle
+                  if (gap > 0.5_wp*sqrt(3.0_wp)*level%grid%cell + edge + way) cycle
                   do l = block%cells%first(bin), block%cells%first(bin + 1) - 1
-                     call self%consider(tools(t), level, materials, time_step, [b, int(block%cells%order(l)), bin, t], overlap(t))
+                     call self%consider(tools(t), level, materials, time_step, way, [b, int(block%cells%order(l)), bin, t], &
+                                        overlap(t))
                   end do
                end do
             end do
             n = block%particles%count
+            block%particles%column(:n, self%earlier) = block%particles%column(:n, self%pressure)
             block%particles%column(:n, self%pressure) = 0.0_wp
             if (self%traction > 0) block%particles%column(:n, self%traction:self%traction + 2) = 0.0_wp
          end associate
       end do
    end subroutine find
+
+   !> Number of particles of a block that a tool pressed in the last step.
+   pure integer function pressed(self, block)
+      class(candidates_t), intent(in) :: self
+      type(block_t), intent(in) :: block
+      pressed = 0
+      if (block%particles%count > 0) pressed = count(block%particles%column(:block%particles%count, self%pressure) > 0.0_wp)
+   end function pressed
+
+   !> No contact point of a block is carried faster than this by its nodes, m/s.
+   pure real(wp) function fastest_node(level, b) result(speed)
+      type(level_t), intent(in) :: level
+      integer, intent(in) :: b
+      real(wp) :: squared
+      integer :: i, j, k
+      squared = 0.0_wp
+      associate (reach => level%reach(:, :, b))
+         do k = reach(1, 3), reach(2, 3)
+            do j = reach(1, 2), reach(2, 2)
+               do i = reach(1, 1), reach(2, 1)
+                  squared = max(squared, sum(level%solved(2:4, i, j, k, b)**2))
+               end do
+            end do
+         end do
+      end associate
+      speed = sqrt(squared)
+   end function fastest_node
 
    !> No particle of a block is thicker than this in any direction, m: with domains that deform, the length at which they are split.
    pure real(wp) function thickest(level, block)
@@ -102,12 +134,13 @@ contains
    end function thickest
 
    !> Keep a particle of a bin as a candidate if the free motion would carry it into the tool, or almost.
-   subroutine consider(self, tool, level, materials, time_step, number, overlap)
+   subroutine consider(self, tool, level, materials, time_step, way, number, overlap)
       class(candidates_t), intent(inout) :: self
       type(tool_t), intent(in) :: tool
       type(level_t), intent(in) :: level
       type(materials_t), intent(in) :: materials
       real(wp), intent(in) :: time_step
+      real(wp), intent(in) :: way      !< a larger gap of a contact point is not closed in the step, m
       integer, intent(in) :: number(4) !< of the block, the particle, the bin and the tool
       real(wp), intent(inout) :: overlap
       type(candidate_t) :: c
@@ -123,13 +156,13 @@ contains
             area = column(p, at%volume)/thickness
          else
             edge = 2.0_wp*column(p, at%half_size)
-            if (c%gap > edge + fastest*level%grid%cell) return
+            if (c%gap > edge + way) return
             m = materials%of_body(block%particles%body(p))
             thickness = edge*materials%slots(m)%law%stretch(column(p, :), at, c%normal)
             area = edge**2
          end if
          c%gap = c%gap - tool%spec%penetration_factor*thickness
-         if (c%gap > fastest*level%grid%cell) return
+         if (c%gap > way) return
          overlap = max(overlap, -c%gap)
          c%block = number(1)
          c%particle = p
@@ -139,7 +172,7 @@ contains
          if (c%gap + time_step*(normal_speed(level, c) - dot_product(c%normal, tool%velocity())) > margin*edge) return
          c%area = area
          c%mass = column(p, at%mass)
-         c%force = column(p, self%pressure)*c%area
+         c%force = expected(column(p, self%pressure), column(p, self%earlier))*c%area
          if (tool%spec%friction > 0.0_wp) then
             self%rubbing = self%rubbing + 1
             c%rubbing = self%rubbing
@@ -149,6 +182,13 @@ contains
          call keep(self, c)
       end associate
    end subroutine consider
+
+   !> The pressure that follows two others: what has begun goes on.
+   pure real(wp) function expected(last, earlier)
+      real(wp), intent(in) :: last, earlier !< Pa, of the last step and the one before
+      expected = last
+      if (last > 0.0_wp .and. earlier > 0.0_wp) expected = max(0.0_wp, last + (last - earlier))
+   end function expected
 
    !> The first particle of a block whose contact point lies inside a tool, and the tool; 0 where there is none.
    pure subroutine first_inside(tools, level, b, particle, tool)

@@ -93,6 +93,8 @@ contains
       type(field_table_t), intent(inout) :: table
       call table%declare('contact_pressure', 1, 'Pa', written=.true.)
       self%candidates%pressure = table%column('contact_pressure')
+      call table%declare('last_contact_pressure', 1, 'Pa', written=.false.)
+      self%candidates%earlier = table%column('last_contact_pressure')
       if (.not. self%friction%present) return
       call table%declare('contact_friction', 3, 'Pa', written=.true.)
       self%candidates%traction = table%column('contact_friction')

@@ -1,5 +1,6 @@
-!> Which rank owns which block: METIS on the graph of the blocks of all levels, weighted by particles, one constraint a level, and
-!> by the nodes that neighbours, parents and children share.
+!> Which rank owns which block: METIS on the graph of the blocks of all levels, weighted by particles and contact points, one
+!> constraint a level and one for contact, for ranks wait for each other after each of them; and by the nodes that neighbours, parents
+!> and children share.
 module m_decomposition
    use mpi_f08
    use m_kinds, only: wp
@@ -11,9 +12,11 @@ module m_decomposition
    use m_metis, only: partition_graph
    implicit none
    private
-   public :: choose_owners, set_owners, all_owners, settle_blocks, blocks_before
+   public :: choose_owners, slowest, shared_out, set_owners, all_owners, settle_blocks, blocks_before
 
    integer, parameter :: block_cost = 64 !< cost of a block's node tile, in particles
+   integer, parameter :: point_cost = 16 !< of a contact point in a step, in particles
+   real(wp), parameter :: shared_cost = 0.1_wp !< of a node shared with another rank
    integer, parameter :: shared_with_parent = 6**3 !< nodes of the level above that a block exchanges with its parent
 
 contains
@@ -30,12 +33,13 @@ contains
    end function blocks_before
 
    !> Collective: an owner for every block that exists (counts >= 0), the same on every rank; -1 elsewhere.
-   subroutine choose_owners(communicator, levels, counts, owner, error)
+   subroutine choose_owners(communicator, levels, counts, owner, error, points)
       type(communicator_t), intent(in) :: communicator
       type(level_t), intent(in) :: levels(:) !< only their grids matter
       integer, intent(in) :: counts(:)       !< particles of each block of each level, by index; -1 where there is no block
       integer, intent(out) :: owner(:)       !< in the same order
       type(error_t), intent(inout) :: error
+      integer, intent(in), optional :: points(:) !< contact points of each block; none where not given
       integer, allocatable :: vertex(:), part(:)
       integer :: index, n
       logical :: failed
@@ -48,7 +52,7 @@ contains
       end do
       allocate (part(n))
       failed = .false.
-      if (communicator%is_root()) call partition(levels, counts, vertex, communicator%ranks, part, failed)
+      if (communicator%is_root()) call partition(levels, counts, vertex, communicator%ranks, part, failed, points)
       call MPI_Bcast(failed, 1, MPI_LOGICAL, 0, communicator%comm)
       if (failed) then
          call fail(error, exit_numerical, 'METIS could not place the blocks on the ranks; try another number of ranks')
@@ -84,13 +88,71 @@ contains
       end do
    end function all_owners
 
-   !> Part of every block, each level balanced in itself. With no more blocks than ranks, one block a rank.
-   subroutine partition(levels, counts, vertex, ranks, part, failed)
+   !> Time of a step by an owner of each block, in particles: of each level and of contact, that of the slowest rank.
+   pure real(wp) function slowest(levels, counts, owner, ranks, points)
+      type(level_t), intent(in) :: levels(:)
+      integer, intent(in) :: counts(:), owner(:), ranks !< as for choose_owners
+      integer, intent(in), optional :: points(:)
+      integer, allocatable :: weights(:, :), there(:)
+      integer :: index
+      there = pack([(index, index=1, size(counts))], counts >= 0)
+      weights = work(levels, counts, there, points)
+      slowest = heaviest_parts(weights, owner(there), ranks)
+   end function slowest
+
+   !> Time of a step if all ranks had the same share of everything, in particles.
+   pure real(wp) function shared_out(levels, counts, ranks, points)
+      type(level_t), intent(in) :: levels(:)
+      integer, intent(in) :: counts(:), ranks !< as for choose_owners
+      integer, intent(in), optional :: points(:)
+      integer :: index
+      shared_out = sum(real(work(levels, counts, pack([(index, index=1, size(counts))], counts >= 0), points), wp))/ranks
+   end function shared_out
+
+   !> Work of blocks, in particles, by level, and of contact where there is any.
+   pure function work(levels, counts, blocks, points) result(weights)
+      type(level_t), intent(in) :: levels(:)
+      integer, intent(in) :: counts(:), blocks(:) !< particles of each block of each level; the blocks that are asked for, rising
+      integer, intent(in), optional :: points(:)
+      integer, allocatable :: weights(:, :)       !< (levels or one more, blocks)
+      integer :: l, v
+      logical :: touched
+      touched = .false.
+      if (present(points)) touched = any(points > 0)
+      allocate (weights(size(levels) + merge(1, 0, touched), size(blocks)), source=0)
+      l = 1
+      do v = 1, size(blocks)
+         do while (blocks(v) > blocks_before(levels, l + 1))
+            l = l + 1
+         end do
+         weights(l, v) = counts(blocks(v)) + block_cost
+      end do
+      if (touched) weights(size(levels) + 1, :) = point_cost*points(blocks)
+   end function work
+
+   !> The sum, over the constraints, of the heaviest part's weight.
+   pure real(wp) function heaviest_parts(weights, part, parts) result(heaviest)
+      integer, intent(in) :: weights(:, :), part(:), parts !< parts from 0
+      real(wp) :: load(size(weights, 1), 0:parts - 1)
+      integer :: v
+      load = 0.0_wp
+      do v = 1, size(part)
+         load(:, part(v)) = load(:, part(v)) + weights(:, v)
+      end do
+      heaviest = sum(maxval(load, dim=2))
+   end function heaviest_parts
+
+   !> Part of every block, each level and contact balanced in themselves: of what METIS offers for several ways and tolerances, what
+   !> makes the shortest step. With no more blocks than ranks, one block a rank.
+   subroutine partition(levels, counts, vertex, ranks, part, failed, points)
       type(level_t), intent(in) :: levels(:)
       integer, intent(in) :: counts(:), vertex(:), ranks
       integer, intent(out) :: part(:)
       logical, intent(out) :: failed
+      integer, intent(in), optional :: points(:)
+      real, parameter :: tight = 1.01, usual = 1.03, loose = 1.2 !< heaviest part over the mean
       integer, allocatable :: offsets(:), adjacent(:), edge_weights(:), weights(:, :)
+      real(wp) :: shortest
       integer :: before, index, l, n, v, edges, place(3), d(3)
       failed = .false.
       part = 0
@@ -100,7 +162,7 @@ contains
          return
       end if
       allocate (offsets(size(part) + 1), adjacent(35*size(part)), edge_weights(35*size(part)))
-      allocate (weights(size(levels), size(part)), source=0)
+      weights = work(levels, counts, pack([(index, index=1, size(counts))], vertex > 0), points)
       edges = 0
       offsets(1) = 0
       do l = 1, size(levels)
@@ -108,7 +170,6 @@ contains
          do index = 1, product(levels(l)%grid%blocks)
             v = vertex(before + index)
             if (v == 0) cycle
-            weights(l, v) = counts(before + index) + block_cost
             place = levels(l)%grid%block_place(index)
             do n = 1, 27
                if (n == 14) cycle
@@ -123,8 +184,29 @@ contains
             offsets(v + 1) = edges
          end do
       end do
-      call partition_graph(offsets, adjacent(:edges), weights, edge_weights(:edges), ranks, part, failed)
+      shortest = huge(shortest)
+      do n = 1, 2
+         call try(n == 1, [spread(tight, 1, size(levels)), loose])
+         call try(n == 1, [spread(usual, 1, size(levels)), loose])
+         call try(n == 1, [spread(loose, 1, size(levels)), usual])
+      end do
+      failed = shortest >= huge(shortest)
    contains
+      !> Keep what METIS offers if it makes a shorter step.
+      subroutine try(by_halves, imbalance)
+         logical, intent(in) :: by_halves
+         real, intent(in) :: imbalance(:)
+         integer :: cut, offered(size(part))
+         logical :: refused
+         real(wp) :: length
+         call partition_graph(offsets, adjacent(:edges), weights, edge_weights(:edges), ranks, by_halves, &
+                              imbalance(:size(weights, 1)), offered, cut, refused)
+         if (refused) return
+         length = heaviest_parts(weights, offered, ranks) + shared_cost*2.0_wp*cut/ranks
+         if (length >= shortest) return
+         shortest = length
+         part = offered
+      end subroutine try
       !> An edge from block v to a block of a level, if that exists.
       subroutine connect(to_level, to, weight)
          integer, intent(in) :: to_level, to(3), weight

@@ -1,34 +1,48 @@
-!> The one routine of METIS that is used, through C binding.
+!> The two routines of METIS that are used, through C binding.
 module m_metis
-   use, intrinsic :: iso_c_binding, only: c_int, c_ptr, c_null_ptr
+   use, intrinsic :: iso_c_binding, only: c_int, c_float, c_ptr, c_null_ptr
    implicit none
    private
    public :: partition_graph
 
-   interface
-      integer(c_int) function metis_part_graph_kway(vertices, constraints, offsets, adjacent, vertex_weights, vertex_sizes, &
-                              edge_weights, parts, shares, imbalance, options, cut, part) bind(c, name='METIS_PartGraphKway')
-         import :: c_int, c_ptr
+   abstract interface
+      integer(c_int) function metis_routine(vertices, constraints, offsets, adjacent, vertex_weights, vertex_sizes, &
+                                            edge_weights, parts, shares, imbalance, options, cut, part) bind(c)
+         import :: c_int, c_float, c_ptr
          integer(c_int), intent(in) :: vertices, constraints, offsets(*), adjacent(*), vertex_weights(*), edge_weights(*), parts
-         type(c_ptr), value :: vertex_sizes, shares, imbalance, options
+         real(c_float), intent(in) :: imbalance(*)
+         type(c_ptr), value :: vertex_sizes, shares, options
          integer(c_int), intent(out) :: cut, part(*)
-      end function metis_part_graph_kway
+      end function metis_routine
    end interface
+
+   procedure(metis_routine), bind(c, name='METIS_PartGraphKway') :: metis_part_graph_kway
+   procedure(metis_routine), bind(c, name='METIS_PartGraphRecursive') :: metis_part_graph_recursive
 
 contains
 
-   !> Part (from 0) of every vertex of a graph; `offsets` and `adjacent` count from 0 (METIS manual, CSR).
-   !> `failed` when METIS refuses.
-   subroutine partition_graph(offsets, adjacent, vertex_weights, edge_weights, parts, part, failed)
+   !> Part (from 0) of every vertex of a graph; `offsets` and `adjacent` count from 0 (METIS manual, CSR). By halves of halves, or
+   !> all parts at once. `failed` when METIS refuses.
+   subroutine partition_graph(offsets, adjacent, vertex_weights, edge_weights, parts, by_halves, imbalance, part, cut, failed)
       integer(c_int), intent(in) :: offsets(:), adjacent(:), edge_weights(:), parts
       integer(c_int), intent(in), contiguous :: vertex_weights(:, :) !< (constraints, vertices): each is balanced in itself
+      logical, intent(in) :: by_halves
+      real, intent(in) :: imbalance(:)  !< (constraints): the heaviest part over the mean that is allowed, if it can be had
       integer(c_int), intent(out) :: part(:)
+      integer, intent(out) :: cut       !< weight of the edges between parts
       logical, intent(out) :: failed
-      integer(c_int) :: cut
+      integer(c_int) :: status
       integer(c_int), parameter :: okay = 1
-      failed = okay /= metis_part_graph_kway(size(part, kind=c_int), size(vertex_weights, 1, kind=c_int), offsets, adjacent, &
-                                             vertex_weights, c_null_ptr, edge_weights, parts, c_null_ptr, c_null_ptr, &
-                                             c_null_ptr, cut, part)
+      if (by_halves) then
+         status = metis_part_graph_recursive(size(part, kind=c_int), size(vertex_weights, 1, kind=c_int), offsets, adjacent, &
+                                             vertex_weights, c_null_ptr, edge_weights, parts, c_null_ptr, &
+                                             real(imbalance, c_float), c_null_ptr, cut, part)
+      else
+         status = metis_part_graph_kway(size(part, kind=c_int), size(vertex_weights, 1, kind=c_int), offsets, adjacent, &
+                                        vertex_weights, c_null_ptr, edge_weights, parts, c_null_ptr, &
+                                        real(imbalance, c_float), c_null_ptr, cut, part)
+      end if
+      failed = status /= okay
    end subroutine partition_graph
 
 end module m_metis

@@ -13,7 +13,7 @@ module m_model
    use m_grid_level, only: make_grid_level
    use m_level, only: level_t, tile_last, node_values
    use m_body, only: fill_block, count_in_block, expected_count
-   use m_decomposition, only: choose_owners, set_owners, all_owners, settle_blocks, blocks_before
+   use m_decomposition, only: choose_owners, slowest, shared_out, set_owners, all_owners, settle_blocks, blocks_before
    use m_region, only: make_region
    use m_composite, only: composite_t
    use m_edge, only: has_slaves
@@ -71,6 +71,8 @@ module m_model
       procedure :: create_blocks
       procedure :: prepare_blocks
       procedure :: rebalance
+      procedure, private :: place_better
+      procedure, private :: count_work
       procedure :: particle_count
       procedure :: fold
       procedure :: stepped_cell
@@ -82,7 +84,7 @@ module m_model
    end type model_t
 
    real(wp), parameter :: furthest = 0.45_wp            !< way of a particle in a step of the coarsest level, in its cells: above safety
-   real(wp), parameter :: tolerated_imbalance = 1.15_wp !< most loaded rank over the mean
+   real(wp), parameter :: worth_moving = 0.97_wp !< time of a step over that with the blocks as they are placed
 
 contains
 
@@ -134,7 +136,7 @@ contains
          call fill(l)
       end do
       call self%prepare_blocks()
-      if (size(self%levels) > 1 .and. communicator%ranks > 1) call self%place_anew(error)
+      if (size(self%levels) > 1 .and. communicator%ranks > 1) call self%place_better(error)
       do e = 1, size(self%effects)
          call self%effects(e)%effect%verify(communicator, self%levels, size(scene%tools), error)
       end do
@@ -415,40 +417,55 @@ contains
    subroutine rebalance(self, error)
       class(model_t), intent(inout) :: self
       type(error_t), intent(inout) :: error
-      integer(i8) :: own(size(self%levels)), total(size(self%levels)), heaviest(size(self%levels))
-      integer :: l
       if (self%communicator%ranks == 1) return
       call self%timers%enter(phase_balance)
-      do l = 1, size(self%levels)
-         own(l) = 2_i8**merge(l - 1, 0, self%method%subcycle)*self%levels(l)%particle_count()
-      end do
-      call MPI_Allreduce(own, total, size(own), MPI_INTEGER8, MPI_SUM, self%communicator%comm)
-      call MPI_Allreduce(own, heaviest, size(own), MPI_INTEGER8, MPI_MAX, self%communicator%comm)
-      if (sum(heaviest)*self%communicator%ranks > tolerated_imbalance*sum(total)) call self%place_anew(error)
+      call self%place_better(error)
       call self%timers%leave()
    end subroutine rebalance
 
-   !> Collective: owners by what blocks hold now; blocks move. A level alone loses its empty blocks by that; of several levels all
-   !> stay: which blocks are there decides in which order slaves are handed up, and must not depend on the ranks.
-   subroutine place_anew(self, error)
+   !> Collective: place the blocks anew where that makes a step shorter by what blocks hold now. A level alone loses its empty blocks by that; of several levels all stay: which blocks are there decides in which order
+   !> slaves are handed up, and must not depend on the ranks.
+   subroutine place_better(self, error)
       class(model_t), intent(inout) :: self
       type(error_t), intent(inout) :: error
-      integer, allocatable :: counts(:), owner(:)
-      integer :: b, before, l, n(3)
+      integer, allocatable :: counts(:), points(:), owner(:), now(:)
+      real(wp) :: at_best
+      call self%count_work(counts, points)
+      now = all_owners(self%levels)
+      at_best = worth_moving*slowest(self%levels, counts, now, self%communicator%ranks, points)
+      if (shared_out(self%levels, counts, self%communicator%ranks, points) > at_best) return
+      if (size(self%levels) == 1) where (counts == 0) counts = -1
+      allocate (owner(size(counts)))
+      call choose_owners(self%communicator, self%levels, counts, owner, error, points)
+      if (error%happened()) return
+      if (slowest(self%levels, counts, owner, self%communicator%ranks, points) <= at_best) call self%place_anew(owner)
+   end subroutine place_better
+
+   !> Collective: particles of every block of each level, -1 where there is no block, and those of them that touch a tool.
+   subroutine count_work(self, counts, points)
+      class(model_t), intent(in) :: self
+      integer, allocatable, intent(out) :: counts(:), points(:)
+      integer :: b, before, l
       counts = merge(0, -1, all_owners(self%levels) >= 0)
+      allocate (points(size(counts)), source=0)
       do l = 1, size(self%levels)
          before = blocks_before(self%levels, l)
          do b = 1, size(self%levels(l)%blocks)
             associate (block => self%levels(l)%blocks(b))
-               if (block%particles%count > 0) counts(before + block%index) = block%particles%count
+               counts(before + block%index) = block%particles%count
+               if (self%contact%active()) points(before + block%index) = self%contact%candidates%pressed(block)
             end associate
          end do
       end do
       call MPI_Allreduce(MPI_IN_PLACE, counts, size(counts), MPI_INTEGER, MPI_MAX, self%communicator%comm)
-      if (size(self%levels) == 1) where (counts == 0) counts = -1
-      allocate (owner(size(counts)))
-      call choose_owners(self%communicator, self%levels, counts, owner, error)
-      if (error%happened()) return
+      call MPI_Allreduce(MPI_IN_PLACE, points, size(points), MPI_INTEGER, MPI_MAX, self%communicator%comm)
+   end subroutine count_work
+
+   !> Collective: blocks go to other owners.
+   subroutine place_anew(self, owner)
+      class(model_t), intent(inout) :: self
+      integer, intent(in) :: owner(:) !< as from choose_owners
+      integer :: before, l, n(3)
       do l = 1, size(self%levels)
          before = blocks_before(self%levels, l)
          n = self%levels(l)%grid%blocks

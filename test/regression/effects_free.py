@@ -40,6 +40,7 @@ ON_NODES = {"nodes": 2 * EACH}           # nodes go on after the effect; its wor
 ON_FORCES = {"to nodes": EACH, "nodes": EACH} # so does to nodes; its work is measured
 PATCH = ({"pressure_area_1": 3, "pressure_arm_1": 3}, ON_FORCES | {"pressure": 2 * EACH}, {"pressure": 48})
 LOCKING_FIELDS = {"pressure_shift": 1, "kept_gradient": 9} # the gradient only where transfer does not keep it anyway
+TOUCH = {"contact_pressure": 1, "last_contact_pressure": 1}
 FLOW = {"plastic_strain": 1, "plastic_work": 1}
 
 # name, what is said differently, fields, calls and effects (bytes a particle) other than those above, other files
@@ -67,11 +68,11 @@ CASES = [
       "anti_locking": EACH, "exchange": STEPS},
      {"gravity": 0, "damping": 0, "pressure": 48, "bulk_viscosity": 16, "anti_locking": 80}),
     ("probe", {"groups": PROBE}, {}, {}, {"probes": 0}, {"probe_one.dat"}),
-    ("tool", {"groups": TOOL}, {"contact_pressure": 1}, {"contact": STEPS}, {"tool contact": 8}, {"tool_ball.dat"}),
-    ("tool_with_friction", {"groups": TOOL.replace(" /", ", friction=0.2 /")}, {"contact_pressure": 1, "contact_friction": 3},
-     {"contact": STEPS}, {"tool contact": 8, "friction": 24}, {"tool_ball.dat"}),
-    ("tool_and_flow", {"groups": TOOL, "law": J2}, FLOW | {"contact_pressure": 1, "left_cauchy_green": 6}, {"contact": STEPS},
-     {"tool contact": 8}, {"tool_ball.dat"}),
+    ("tool", {"groups": TOOL}, TOUCH, {"contact": STEPS}, {"tool contact": 16}, {"tool_ball.dat"}),
+    ("tool_with_friction", {"groups": TOOL.replace(" /", ", friction=0.2 /")}, TOUCH | {"contact_friction": 3},
+     {"contact": STEPS}, {"tool contact": 16, "friction": 24}, {"tool_ball.dat"}),
+    ("tool_and_flow", {"groups": TOOL, "law": J2}, FLOW | TOUCH | {"left_cauchy_green": 6}, {"contact": STEPS},
+     {"tool contact": 16}, {"tool_ball.dat"}),
 ]
 
 

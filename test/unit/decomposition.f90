@@ -8,7 +8,7 @@ program decomposition
    use m_scene, only: scene_t, grid_spec_t, body_spec_t
    use m_grid_level, only: make_grid_level
    use m_level, only: level_t
-   use m_decomposition, only: choose_owners
+   use m_decomposition, only: choose_owners, slowest, shared_out
    use m_materials, only: material_of
    use m_model, only: model_t
    use m_advance, only: advance
@@ -24,6 +24,7 @@ program decomposition
       call large_body(parts)
       call few_blocks(parts)
    end do
+   call pressed_corner()
    call one_block()
    call holes()
    call test%finish()
@@ -83,6 +84,45 @@ contains
       call test%check(share <= 1.15_wp, 'a large body is balanced within 15 %')
       call test%check(minval(load) > 0, 'no part of a large body is empty')
    end subroutine large_body
+
+   !> A tool in the corner of a body of 4 x 4 x 2 blocks (E2): two ranks share particles and contact points; without a word about the
+   !> points, one of them has most.
+   subroutine pressed_corner()
+      type(level_t) :: levels(1)
+      type(error_t) :: error
+      integer, allocatable :: counts(:), points(:), owner(:), load(:)
+      real(wp) :: idle, told, untold
+      integer :: i, index, j, place(3), wide(3)
+      levels = levels_of([32, 32, 16])
+      allocate (counts(product(levels(1)%grid%blocks)), source=-1)
+      allocate (points(size(counts)), owner(size(counts)))
+      points = 0
+      do index = 1, size(counts)
+         place = levels(1)%grid%block_place(index)
+         if (any(place > [3, 3, 1])) cycle
+         wide = min(8, [30, 30, 15] - 8*place)
+         counts(index) = 8*product(wide)
+         if (place(3) /= 1) cycle
+         do j = 8*place(2), 8*place(2) + wide(2) - 1
+            do i = 8*place(1), 8*place(1) + wide(1) - 1
+               if (norm2([i, j] + 0.5_wp) < 25.0_wp) points(index) = points(index) + 3
+            end do
+         end do
+      end do
+      call choose_owners(as_of(2), levels, counts, owner, error)
+      untold = slowest(levels, counts, owner, 2, points)
+      call choose_owners(as_of(2), levels, counts, owner, error, points)
+      call test%check(.not. error%happened(), 'METIS places the blocks under a tool')
+      told = slowest(levels, counts, owner, 2, points)
+      idle = told/shared_out(levels, counts, 2, points)
+      load = loads(counts, owner, 2)
+      if (comm%is_root()) print '(3x,a,3f7.3)', 'under a tool: particles, contact points, step over the mean:', &
+         2.0_wp*maxval(load)/sum(load), 2.0_wp*maxval(loads(merge(points, -1, counts >= 0), owner, 2))/sum(points), idle
+      call test%check(2.0_wp*maxval(load) <= 1.06_wp*sum(load), 'two ranks share the particles within 6 %')
+      call test%check(2.0_wp*maxval(loads(merge(points, -1, counts >= 0), owner, 2)) <= 1.15_wp*sum(points), &
+                      'two ranks share the contact points within 15 %')
+      call test%check(told <= 0.97_wp*untold, 'a step is shorter than with particles alone shared')
+   end subroutine pressed_corner
 
    !> Up to five blocks, for more ranks than blocks or fewer.
    subroutine few_blocks(parts)
