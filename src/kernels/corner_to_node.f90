@@ -5,7 +5,6 @@ module m_corner_to_node
    use m_constants, only: block_size
    use m_field_table, only: layout_t
    use m_cell_list, only: cell_list_t
-   use m_prefetch, only: prefetch_columns
    use m_stencil, only: frame_t, batch, chunk
    use m_corner_stencil, only: corner_stencil_t, corner_weights_t, set_corners, set_corner_weights
    use m_particle_to_node, only: load_t, clear, set_load
@@ -29,9 +28,8 @@ contains
       type(corner_weights_t) :: weights
       type(load_t) :: load
       integer :: first, m, p
-      call clear(load, tile, reach)
+      call clear(tile, reach)
       do first = 1, cells%first(size(cells%first)) - 1, chunk
-         call prefetch_columns(column, first, min(first + chunk, cells%first(size(cells%first))) - 1, corners%list%warmth)
          call set_corners(corners, cells, first, column, layout, frame)
          call set_load(load, corners%list, column, layout)
          do m = 1, corners%list%count

@@ -4,15 +4,14 @@ module m_particle_to_node
    use m_constants, only: block_size
    use m_field_table, only: layout_t
    use m_cell_list, only: cell_list_t
-   use m_prefetch, only: prefetch_columns
-   use m_stencil, only: stencil_t, frame_t, chunk, set_stencil, fetch
+   use m_stencil, only: stencil_t, frame_t, chunk, set_stencil
    implicit none
    private
    public :: gather_to_nodes, gather_body_force, load_t, clear, set_load
 
    integer, parameter :: lanes = 8 !< values a node: mass, momentum (3), force (3), spare
 
-   !> What the particles of a chunk give, one lane a node quantity. Lanes of `fixed` and `along` that carry nothing are to be 0.
+   !> What the particles of a chunk give, one lane a node quantity; lanes that carry nothing are 0.
    type :: load_t
       real(wp) :: fixed(lanes, chunk)        !< what goes with the weight
       real(wp) :: along(lanes, 3, chunk)     !< what goes with each axis: momentum m L, force -V sigma
@@ -33,9 +32,8 @@ contains
       type(stencil_t) :: stencil
       type(load_t) :: load
       integer :: first, r
-      call clear(load, tile, reach)
+      call clear(tile, reach)
       do first = 1, cells%first(size(cells%first)) - 1, chunk
-         call prefetch_columns(column, first, min(first + chunk, cells%first(size(cells%first))) - 1, stencil%warmth)
          call set_stencil(stencil, cells, first, column, layout, frame)
          call set_load(load, stencil, column, layout)
          call set_arms(load, stencil, frame%cell)
@@ -46,13 +44,10 @@ contains
       end do
    end subroutine gather_to_nodes
 
-   !> Before a block's first chunk: nothing on its nodes, and nothing in the lanes that carry nothing.
-   pure subroutine clear(load, tile, reach)
-      type(load_t), intent(inout) :: load
+   !> Before a block's first chunk: nothing on its nodes.
+   pure subroutine clear(tile, reach)
       real(wp), intent(inout) :: tile(lanes, 0:block_size + 1, 0:block_size + 1, 0:block_size + 1)
       integer, intent(in), optional :: reach(2, 3) !< first and last index along each axis of what can be other than 0
-      load%fixed = 0.0_wp
-      load%along = 0.0_wp
       if (present(reach)) then
          tile(:, reach(1, 1):reach(2, 1), reach(1, 2):reach(2, 2), reach(1, 3):reach(2, 3)) = 0.0_wp
       else
@@ -60,73 +55,61 @@ contains
       end if
    end subroutine clear
 
-   !> What the particles of a chunk carry, from columns to lanes. Affine transfer is written about the nearest node, so that what
-   !> goes with an axis is 0 there: m S (v - L offset) + m S L (x_i - x_nearest).
+   !> What the particles of a chunk carry, from columns to lanes, one particle after the other. Affine transfer is written about
+   !> the nearest node, so that what goes with an axis is 0 there: m S (v - L offset) + m S L (x_i - x_nearest).
    pure subroutine set_load(load, stencil, column, layout)
       type(load_t), intent(inout) :: load
       type(stencil_t), intent(in) :: stencil
       real(wp), intent(in), contiguous :: column(:, :)
       type(layout_t), intent(in) :: layout
-      integer, parameter :: voigt(3, 3) = reshape([0, 5, 4, 5, 1, 3, 4, 3, 2], [3, 3]) ! stress component, from 0
-      real(wp), dimension(chunk) :: mass, volume, added, own
-      real(wp) :: momentum(chunk, 3)
-      integer :: axis, i, n, p
-      logical :: adds
-      n = stencil%count
-      adds = layout%viscous_pressure > 0 .or. layout%pressure_shift > 0
-      call fetch(stencil, column(:, layout%volume), volume)
-      if (adds) call fetch_added_pressure(stencil, column, layout, added)
-      do axis = 1, 3
-         do i = axis, 3
-            call fetch(stencil, column(:, layout%stress + voigt(i, axis)), own)
-            if (adds .and. i == axis) own(:n) = own(:n) - added(:n)
-            !GCC$ novector
-            do p = 1, n
-               load%along(4 + i, axis, p) = -volume(p)*own(p)
-               load%along(4 + axis, i, p) = -volume(p)*own(p)
-            end do
+      integer :: g, i, p, q, s, v
+      real(wp) :: mass, volume, momentum(3), carried(3, 3), force(6)
+      v = layout%velocity - 1
+      s = layout%stress - 1
+      g = layout%gradient
+      do p = 1, stencil%count
+         q = stencil%member(p)
+         mass = column(q, layout%mass)
+         volume = column(q, layout%volume)
+         do i = 1, 6
+            force(i) = -volume*column(q, s + i)
          end do
-      end do
-      call fetch(stencil, column(:, layout%mass), mass)
-      do i = 1, 3
-         call fetch(stencil, column(:, layout%velocity + i - 1), momentum(:, i))
-         momentum(:n, i) = mass(:n)*momentum(:n, i)
-      end do
-      if (layout%gradient > 0) then
-         do axis = 1, 3
+         do i = 1, 3
+            momentum(i) = mass*column(q, v + i)
+         end do
+         carried = 0.0_wp
+         if (g > 0) then
             do i = 1, 3
-               call fetch(stencil, column(:, layout%gradient + 3*(axis - 1) + i - 1), own)
-               own(:n) = mass(:n)*own(:n)
-               momentum(:n, i) = momentum(:n, i) - stencil%offset(:n, axis)*own(:n)
-               !GCC$ novector
-               do p = 1, n
-                  load%along(1 + i, axis, p) = own(p)
-               end do
+               carried(i, 1) = mass*column(q, g + i - 1)
+               carried(i, 2) = mass*column(q, g + i + 2)
+               carried(i, 3) = mass*column(q, g + i + 5)
             end do
-         end do
-      end if
-      !GCC$ novector
-      do p = 1, n
-         load%fixed(1, p) = mass(p)
-         load%fixed(2, p) = momentum(p, 1)
-         load%fixed(3, p) = momentum(p, 2)
-         load%fixed(4, p) = momentum(p, 3)
+            momentum = momentum - stencil%offset(p, 1)*carried(:, 1) - stencil%offset(p, 2)*carried(:, 2) &
+                       - stencil%offset(p, 3)*carried(:, 3)
+         end if
+         load%fixed(:, p) = [mass, momentum(1), momentum(2), momentum(3), 0.0_wp, 0.0_wp, 0.0_wp, 0.0_wp]
+         load%along(:, 1, p) = [0.0_wp, carried(1, 1), carried(2, 1), carried(3, 1), force(1), force(6), force(5), 0.0_wp]
+         load%along(:, 2, p) = [0.0_wp, carried(1, 2), carried(2, 2), carried(3, 2), force(6), force(2), force(4), 0.0_wp]
+         load%along(:, 3, p) = [0.0_wp, carried(1, 3), carried(2, 3), carried(3, 3), force(5), force(4), force(3), 0.0_wp]
       end do
+      if (layout%viscous_pressure > 0) &
+         call add_pressure(load, stencil, column(:, layout%volume), column(:, layout%viscous_pressure))
+      if (layout%pressure_shift > 0) call add_pressure(load, stencil, column(:, layout%volume), column(:, layout%pressure_shift))
    end subroutine set_load
 
    !> What adds to the pressure and is no part of the stress.
-   pure subroutine fetch_added_pressure(stencil, column, layout, added)
+   pure subroutine add_pressure(load, stencil, volume, pressure)
+      type(load_t), intent(inout) :: load
       type(stencil_t), intent(in) :: stencil
-      real(wp), intent(in), contiguous :: column(:, :)
-      type(layout_t), intent(in) :: layout
-      real(wp), intent(out) :: added(chunk)
-      real(wp) :: shift(chunk)
-      added = 0.0_wp
-      if (layout%viscous_pressure > 0) call fetch(stencil, column(:, layout%viscous_pressure), added)
-      if (layout%pressure_shift == 0) return
-      call fetch(stencil, column(:, layout%pressure_shift), shift)
-      added(:stencil%count) = added(:stencil%count) + shift(:stencil%count)
-   end subroutine fetch_added_pressure
+      real(wp), intent(in), contiguous :: volume(:), pressure(:) !< of the block's particles, m3 and Pa
+      integer :: axis, p, q
+      do p = 1, stencil%count
+         q = stencil%member(p)
+         do axis = 1, 3
+            load%along(4 + axis, axis, p) = load%along(4 + axis, axis, p) + volume(q)*pressure(q)
+         end do
+      end do
+   end subroutine add_pressure
 
    !> What multiplies `along` at a node: the slope for forces, weight times distance from the nearest node for momenta.
    pure subroutine set_arms(load, stencil, cell)

@@ -24,7 +24,6 @@ module m_stencil
       real(wp) :: weight(chunk + batch, -1:1, 3) = 0.0_wp
       real(wp) :: slope(chunk + batch, -1:1, 3) = 0.0_wp
       real(wp) :: offset(chunk + batch, 3) = 0.0_wp
-      real(wp) :: warmth = 0.0_wp !< what prefetching read
       integer :: count = 0
       integer(i4) :: member(chunk) = 0        !< number of the particle in the block
       logical :: in_order = .false.           !< the particles follow each other in memory too
