@@ -63,11 +63,12 @@ contains
       type(materials_t), intent(in) :: materials
       real(wp), intent(in) :: time_step
       real(wp), intent(out) :: overlap(:) !< (tools): deepest place of a contact point inside, m
-      real(wp) :: middle(3), gap, normal(3), edge, speed, way
+      real(wp) :: middle(3), gap, normal(3), reach, edge, speed, way
       integer :: b, bin, l, n, t
       self%count = 0
       overlap = 0.0_wp
       self%rubbing = 0
+      reach = (0.5_wp*sqrt(3.0_wp) + fastest)*level%grid%cell
       do b = 1, size(level%blocks)
          if (level%blocks(b)%particles%count == 0) cycle
          if (.not. near_tool(tools, level, level%blocks(b)%place)) cycle
@@ -80,7 +81,7 @@ contains
                   if (block%cells%first(bin) == block%cells%first(bin + 1)) cycle
                   middle = block%origin + bin_place(bin)*level%grid%cell
                   call tools(t)%gap_and_normal(middle, gap, normal)
-                  if (gap > 0.5_wp*sqrt(3.0_wp)*level%grid%cell + edge + way) cycle
+                  if (gap > reach + edge) cycle
                   do l = block%cells%first(bin), block%cells%first(bin + 1) - 1
                      call self%consider(tools(t), level, materials, time_step, way, [b, int(block%cells%order(l)), bin, t], &
                                         overlap(t))
@@ -156,7 +157,7 @@ contains
             area = column(p, at%volume)/thickness
          else
             edge = 2.0_wp*column(p, at%half_size)
-            if (c%gap > edge + way) return
+            if (c%gap > edge + fastest*level%grid%cell) return ! its point may be further ahead, where it has been stretched
             m = materials%of_body(block%particles%body(p))
             thickness = edge*materials%slots(m)%law%stretch(column(p, :), at, c%normal)
             area = edge**2

@@ -20,6 +20,7 @@ module m_stencil
 
    !> Up to `chunk` particles that follow each other in a block's list, whatever their bins: weights (1) and slopes (1/m), by
    !> particle, node (-1, 0, 1) and axis; and the offset from the nearest node (m). Vectors may read `batch` - 1 beyond the last.
+   !> Kernels keep theirs from call to call (Makefile): defaults are not set again.
    type :: stencil_t
       real(wp) :: weight(chunk + batch, -1:1, 3) = 0.0_wp
       real(wp) :: slope(chunk + batch, -1:1, 3) = 0.0_wp

@@ -33,12 +33,13 @@ contains
    end function blocks_before
 
    !> Collective: an owner for every block that exists (counts >= 0), the same on every rank; -1 elsewhere.
-   subroutine choose_owners(communicator, levels, counts, owner, error, points)
+   subroutine choose_owners(communicator, levels, counts, owner, error, steps, points)
       type(communicator_t), intent(in) :: communicator
       type(level_t), intent(in) :: levels(:) !< only their grids matter
       integer, intent(in) :: counts(:)       !< particles of each block of each level, by index; -1 where there is no block
       integer, intent(out) :: owner(:)       !< in the same order
       type(error_t), intent(inout) :: error
+      integer, intent(in), optional :: steps(:)  !< of each level in one of the coarsest; 1 where not given
       integer, intent(in), optional :: points(:) !< contact points of each block; none where not given
       integer, allocatable :: vertex(:), part(:)
       integer :: index, n
@@ -52,7 +53,7 @@ contains
       end do
       allocate (part(n))
       failed = .false.
-      if (communicator%is_root()) call partition(levels, counts, vertex, communicator%ranks, part, failed, points)
+      if (communicator%is_root()) call partition(levels, counts, vertex, communicator%ranks, part, failed, steps, points)
       call MPI_Bcast(failed, 1, MPI_LOGICAL, 0, communicator%comm)
       if (failed) then
          call fail(error, exit_numerical, 'METIS could not place the blocks on the ranks; try another number of ranks')
@@ -89,27 +90,31 @@ contains
    end function all_owners
 
    !> Time of a step by an owner of each block, in particles: of each level and of contact, that of the slowest rank.
-   pure real(wp) function slowest(levels, counts, owner, ranks, points)
+   pure real(wp) function slowest(levels, counts, owner, ranks, steps, points)
       type(level_t), intent(in) :: levels(:)
       integer, intent(in) :: counts(:), owner(:), ranks !< as for choose_owners
-      integer, intent(in), optional :: points(:)
+      integer, intent(in), optional :: steps(:), points(:)
       integer, allocatable :: weights(:, :), there(:)
       integer :: index
       there = pack([(index, index=1, size(counts))], counts >= 0)
       weights = work(levels, counts, there, points)
-      slowest = heaviest_parts(weights, owner(there), ranks)
+      slowest = heaviest_parts(weights, times(size(levels), steps), owner(there), ranks)
    end function slowest
 
    !> Time of a step if all ranks had the same share of everything, in particles.
-   pure real(wp) function shared_out(levels, counts, ranks, points)
+   pure real(wp) function shared_out(levels, counts, ranks, steps, points)
       type(level_t), intent(in) :: levels(:)
       integer, intent(in) :: counts(:), ranks !< as for choose_owners
-      integer, intent(in), optional :: points(:)
+      integer, intent(in), optional :: steps(:), points(:)
+      integer, allocatable :: weights(:, :)
+      real(wp) :: often(size(levels) + 1)
       integer :: index
-      shared_out = sum(real(work(levels, counts, pack([(index, index=1, size(counts))], counts >= 0), points), wp))/ranks
+      weights = work(levels, counts, pack([(index, index=1, size(counts))], counts >= 0), points)
+      often = times(size(levels), steps)
+      shared_out = dot_product(often(:size(weights, 1)), sum(real(weights, wp), dim=2))/ranks
    end function shared_out
 
-   !> Work of blocks, in particles, by level, and of contact where there is any.
+   !> Work of blocks in one step, in particles, by level, and of contact where there is any.
    pure function work(levels, counts, blocks, points) result(weights)
       type(level_t), intent(in) :: levels(:)
       integer, intent(in) :: counts(:), blocks(:) !< particles of each block of each level; the blocks that are asked for, rising
@@ -130,26 +135,36 @@ contains
       if (touched) weights(size(levels) + 1, :) = point_cost*points(blocks)
    end function work
 
-   !> The sum, over the constraints, of the heaviest part's weight.
-   pure real(wp) function heaviest_parts(weights, part, parts) result(heaviest)
+   !> How often the work of each constraint is done in a step of the coarsest level: of the levels, and of contact, on the finest.
+   pure function times(levels, steps)
+      integer, intent(in) :: levels
+      integer, intent(in), optional :: steps(:)
+      real(wp) :: times(levels + 1)
+      times = 1.0_wp
+      if (present(steps)) times = [steps, steps(levels)]
+   end function times
+
+   !> The sum, over the constraints, of the heaviest part's weight, each so many times.
+   pure real(wp) function heaviest_parts(weights, times, part, parts) result(heaviest)
       integer, intent(in) :: weights(:, :), part(:), parts !< parts from 0
+      real(wp), intent(in) :: times(:) !< at least one a constraint
       real(wp) :: load(size(weights, 1), 0:parts - 1)
       integer :: v
       load = 0.0_wp
       do v = 1, size(part)
          load(:, part(v)) = load(:, part(v)) + weights(:, v)
       end do
-      heaviest = sum(maxval(load, dim=2))
+      heaviest = dot_product(times(:size(load, 1)), maxval(load, dim=2))
    end function heaviest_parts
 
    !> Part of every block, each level and contact balanced in themselves: of what METIS offers for several ways and tolerances, what
    !> makes the shortest step. With no more blocks than ranks, one block a rank.
-   subroutine partition(levels, counts, vertex, ranks, part, failed, points)
+   subroutine partition(levels, counts, vertex, ranks, part, failed, steps, points)
       type(level_t), intent(in) :: levels(:)
       integer, intent(in) :: counts(:), vertex(:), ranks
       integer, intent(out) :: part(:)
       logical, intent(out) :: failed
-      integer, intent(in), optional :: points(:)
+      integer, intent(in), optional :: steps(:), points(:)
       real, parameter :: tight = 1.01, usual = 1.03, loose = 1.2 !< heaviest part over the mean
       integer, allocatable :: offsets(:), adjacent(:), edge_weights(:), weights(:, :)
       real(wp) :: shortest
@@ -202,11 +217,12 @@ contains
          call partition_graph(offsets, adjacent(:edges), weights, edge_weights(:edges), ranks, by_halves, &
                               imbalance(:size(weights, 1)), offered, cut, refused)
          if (refused) return
-         length = heaviest_parts(weights, offered, ranks) + shared_cost*2.0_wp*cut/ranks
+         length = heaviest_parts(weights, times(size(levels), steps), offered, ranks) + shared_cost*2.0_wp*cut/ranks
          if (length >= shortest) return
          shortest = length
          part = offered
       end subroutine try
+
       !> An edge from block v to a block of a level, if that exists.
       subroutine connect(to_level, to, weight)
          integer, intent(in) :: to_level, to(3), weight

@@ -71,6 +71,7 @@ module m_model
       procedure :: create_blocks
       procedure :: prepare_blocks
       procedure :: rebalance
+      procedure :: steps
       procedure, private :: place_better
       procedure, private :: count_work
       procedure :: particle_count
@@ -128,7 +129,7 @@ contains
       call require_memory(self, sum(real(max(counts, 0), wp)), real(count(counts >= 0), wp), error)
       if (error%happened()) return
       allocate (owner(size(counts)))
-      call choose_owners(communicator, self%levels, counts, owner, error)
+      call choose_owners(communicator, self%levels, counts, owner, error, self%steps())
       if (error%happened()) return
       call set_owners(self%levels, owner)
       call self%connect()
@@ -423,8 +424,9 @@ contains
       call self%timers%leave()
    end subroutine rebalance
 
-   !> Collective: place the blocks anew where that makes a step shorter by what blocks hold now. A level alone loses its empty blocks by that; of several levels all stay: which blocks are there decides in which order
-   !> slaves are handed up, and must not depend on the ranks.
+   !> Collective: place the blocks anew where that makes a step shorter by what blocks hold now. A level alone loses its empty blocks
+   !> by that; of several levels all stay: which blocks are there decides in which order slaves are handed up, and must not depend on
+   !> the ranks.
    subroutine place_better(self, error)
       class(model_t), intent(inout) :: self
       type(error_t), intent(inout) :: error
@@ -432,14 +434,21 @@ contains
       real(wp) :: at_best
       call self%count_work(counts, points)
       now = all_owners(self%levels)
-      at_best = worth_moving*slowest(self%levels, counts, now, self%communicator%ranks, points)
-      if (shared_out(self%levels, counts, self%communicator%ranks, points) > at_best) return
+      at_best = worth_moving*slowest(self%levels, counts, now, self%communicator%ranks, self%steps(), points)
+      if (shared_out(self%levels, counts, self%communicator%ranks, self%steps(), points) > at_best) return
       if (size(self%levels) == 1) where (counts == 0) counts = -1
       allocate (owner(size(counts)))
-      call choose_owners(self%communicator, self%levels, counts, owner, error, points)
+      call choose_owners(self%communicator, self%levels, counts, owner, error, self%steps(), points)
       if (error%happened()) return
-      if (slowest(self%levels, counts, owner, self%communicator%ranks, points) <= at_best) call self%place_anew(owner)
+      if (slowest(self%levels, counts, owner, self%communicator%ranks, self%steps(), points) <= at_best) call self%place_anew(owner)
    end subroutine place_better
+
+   !> Steps that each level takes in one of the coarsest.
+   pure function steps(self)
+      class(model_t), intent(in) :: self
+      integer :: steps(size(self%levels)), l
+      steps = [(2**merge(l - 1, 0, self%method%subcycle), l=1, size(self%levels))]
+   end function steps
 
    !> Collective: particles of every block of each level, -1 where there is no block, and those of them that touch a tool.
    subroutine count_work(self, counts, points)

@@ -98,7 +98,7 @@ contains
          end associate
       end do
       if (ranks /= model%communicator%ranks) then
-         call choose_owners(model%communicator, model%levels, counts, owner, error)
+         call choose_owners(model%communicator, model%levels, counts, owner, error, model%steps())
          if (error%happened()) return
       end if
       call set_owners(model%levels, owner)

@@ -94,7 +94,8 @@ contains
       integer(i8) :: bytes, bytes_all, bytes_most, messages, messages_all, messages_most, steps, work, work_all, work_most
       one = communicator
       one%ranks = number
-      call choose_owners(one, levels, counts, owner, error)
+      call choose_owners(one, levels, counts, owner, error, &
+                         [(2**merge(l - 1, 0, scene%time%subcycle), l=1, size(levels))])
       if (error%happened()) error stop 'METIS could not place the blocks'
       call set_owners(levels, owner)
       blocks_most = 0; neighbours = 0; work_most = 0; work_all = 0

@@ -110,11 +110,11 @@ contains
          end do
       end do
       call choose_owners(as_of(2), levels, counts, owner, error)
-      untold = slowest(levels, counts, owner, 2, points)
-      call choose_owners(as_of(2), levels, counts, owner, error, points)
+      untold = slowest(levels, counts, owner, 2, points=points)
+      call choose_owners(as_of(2), levels, counts, owner, error, points=points)
       call test%check(.not. error%happened(), 'METIS places the blocks under a tool')
-      told = slowest(levels, counts, owner, 2, points)
-      idle = told/shared_out(levels, counts, 2, points)
+      told = slowest(levels, counts, owner, 2, points=points)
+      idle = told/shared_out(levels, counts, 2, points=points)
       load = loads(counts, owner, 2)
       if (comm%is_root()) print '(3x,a,3f7.3)', 'under a tool: particles, contact points, step over the mean:', &
          2.0_wp*maxval(load)/sum(load), 2.0_wp*maxval(loads(merge(points, -1, counts >= 0), owner, 2))/sum(points), idle
