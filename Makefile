@@ -26,7 +26,7 @@ FLAGS_EXTRA ?=
 ifndef FLAGS_$(BUILD)
 $(error BUILD=$(BUILD): the builds are opt, debug, profile, avx2, fuzz)
 endif
-flags = $(strip $(FLAGS_$(BUILD)) $(FLAGS_EXTRA))
+flags = $(strip $(FLAGS_$(BUILD)) $(FLAGS_EXTRA) $(flags_here))
 
 # ---- libraries: asked for once, and only when something is compiled -------------------------------------------------------------
 
@@ -112,7 +112,7 @@ $(build)/obj/%.o: %.F90 $(build)/flags
 
 # Work arrays of the kernels in static memory, where they begin at a cache line: on the stack that is luck, and costs a tenth of a step
 # where it fails (gfortran; no procedure there is entered twice).
-$(build)/obj/src/kernels/%.o: private FLAGS_EXTRA += $(if $(filter gfortran%,$(notdir $(firstword $(FC))))$(filter \
+$(build)/obj/src/kernels/%.o: private flags_here := $(if $(filter gfortran%,$(notdir $(firstword $(FC))))$(filter \
    mpifort,$(FC)),-fmax-stack-var-size=4096 -Wno-surprising)
 
 # A module file that the compiler left alone (its interface is as it was) is older than its object; then nothing that uses it is
