@@ -137,7 +137,7 @@ contains
          call fill(l)
       end do
       call self%prepare_blocks()
-      if (size(self%levels) > 1 .and. communicator%ranks > 1) call self%place_better(error)
+      if (size(self%levels) > 1 .and. communicator%ranks > 1) call self%place_better(error, anyway=.true.)
       do e = 1, size(self%effects)
          call self%effects(e)%effect%verify(communicator, self%levels, size(scene%tools), error)
       end do
@@ -427,20 +427,25 @@ contains
    !> Collective: place the blocks anew where that makes a step shorter by what blocks hold now. A level alone loses its empty blocks
    !> by that; of several levels all stay: which blocks are there decides in which order slaves are handed up, and must not depend on
    !> the ranks.
-   subroutine place_better(self, error)
+   subroutine place_better(self, error, anyway)
       class(model_t), intent(inout) :: self
       type(error_t), intent(inout) :: error
+      logical, intent(in), optional :: anyway !< place them by what they hold, better or not
       integer, allocatable :: counts(:), points(:), owner(:), now(:)
       real(wp) :: at_best
+      logical :: forced
+      forced = .false.
+      if (present(anyway)) forced = anyway
       call self%count_work(counts, points)
       now = all_owners(self%levels)
       at_best = worth_moving*slowest(self%levels, counts, now, self%communicator%ranks, self%steps(), points)
-      if (shared_out(self%levels, counts, self%communicator%ranks, self%steps(), points) > at_best) return
+      if (.not. forced .and. shared_out(self%levels, counts, self%communicator%ranks, self%steps(), points) > at_best) return
       if (size(self%levels) == 1) where (counts == 0) counts = -1
       allocate (owner(size(counts)))
       call choose_owners(self%communicator, self%levels, counts, owner, error, self%steps(), points)
       if (error%happened()) return
-      if (slowest(self%levels, counts, owner, self%communicator%ranks, self%steps(), points) <= at_best) call self%place_anew(owner)
+      if (forced .or. slowest(self%levels, counts, owner, self%communicator%ranks, self%steps(), points) <= at_best) &
+         call self%place_anew(owner)
    end subroutine place_better
 
    !> Steps that each level takes in one of the coarsest.
