@@ -1,23 +1,11 @@
-!> Which rank owns which block: METIS on the graph of the blocks of all levels, weighted by particles and contact points, one
-!> constraint a level and one for contact, for ranks wait for each other after each of them; and by the nodes that neighbours, parents
-!> and children share.
+!> The blocks of a rank: those it owns, mirrors of its neighbours' next to them, and how all of them are numbered.
 module m_decomposition
-   use mpi_f08
    use m_kinds, only: wp
-   use m_constants, only: exit_numerical
-   use m_errors, only: error_t, fail
-   use m_communicator, only: communicator_t
    use m_level, only: level_t, tile_last, node_values
    use m_block, only: block_t
-   use m_metis, only: partition_graph
    implicit none
    private
-   public :: choose_owners, slowest, shared_out, set_owners, all_owners, settle_blocks, blocks_before
-
-   integer, parameter :: block_cost = 64 !< cost of a block's node tile, in particles
-   integer, parameter :: point_cost = 16 !< of a contact point in a step, in particles
-   real(wp), parameter :: shared_cost = 0.1_wp !< of a node shared with another rank
-   integer, parameter :: shared_with_parent = 6**3 !< nodes of the level above that a block exchanges with its parent
+   public :: set_owners, all_owners, settle_blocks, blocks_before
 
 contains
 
@@ -32,44 +20,10 @@ contains
       end do
    end function blocks_before
 
-   !> Collective: an owner for every block that exists (counts >= 0), the same on every rank; -1 elsewhere.
-   subroutine choose_owners(communicator, levels, counts, owner, error, steps, points)
-      type(communicator_t), intent(in) :: communicator
-      type(level_t), intent(in) :: levels(:) !< only their grids matter
-      integer, intent(in) :: counts(:)       !< particles of each block of each level, by index; -1 where there is no block
-      integer, intent(out) :: owner(:)       !< in the same order
-      type(error_t), intent(inout) :: error
-      integer, intent(in), optional :: steps(:)  !< of each level in one of the coarsest; 1 where not given
-      integer, intent(in), optional :: points(:) !< contact points of each block; none where not given
-      integer, allocatable :: vertex(:), part(:)
-      integer :: index, n
-      logical :: failed
-      allocate (vertex(size(counts)), source=0)
-      n = 0
-      do index = 1, size(counts)
-         if (counts(index) < 0) cycle
-         n = n + 1
-         vertex(index) = n
-      end do
-      allocate (part(n))
-      failed = .false.
-      if (communicator%is_root()) call partition(levels, counts, vertex, communicator%ranks, part, failed, steps, points)
-      call MPI_Bcast(failed, 1, MPI_LOGICAL, 0, communicator%comm)
-      if (failed) then
-         call fail(error, exit_numerical, 'METIS could not place the blocks on the ranks; try another number of ranks')
-         return
-      end if
-      call MPI_Bcast(part, n, MPI_INTEGER, 0, communicator%comm)
-      owner = -1
-      do index = 1, size(counts)
-         if (vertex(index) > 0) owner(index) = part(vertex(index))
-      end do
-   end subroutine choose_owners
-
    !> The owners of the blocks of every level from those of all.
    subroutine set_owners(levels, owner)
       type(level_t), intent(inout) :: levels(:)
-      integer, intent(in) :: owner(:) !< as from choose_owners
+      integer, intent(in) :: owner(:) !< by the numbers of the blocks; -1 where there is none
       integer :: before, l, n(3)
       do l = 1, size(levels)
          before = blocks_before(levels, l)
@@ -88,153 +42,6 @@ contains
          owner(before + 1:before + size(levels(l)%owner)) = reshape(levels(l)%owner, [size(levels(l)%owner)])
       end do
    end function all_owners
-
-   !> Time of a step by an owner of each block, in particles: of each level and of contact, that of the slowest rank.
-   pure real(wp) function slowest(levels, counts, owner, ranks, steps, points)
-      type(level_t), intent(in) :: levels(:)
-      integer, intent(in) :: counts(:), owner(:), ranks !< as for choose_owners
-      integer, intent(in), optional :: steps(:), points(:)
-      integer, allocatable :: weights(:, :), there(:)
-      integer :: index
-      there = pack([(index, index=1, size(counts))], counts >= 0)
-      weights = work(levels, counts, there, points)
-      slowest = heaviest_parts(weights, times(size(levels), steps), owner(there), ranks)
-   end function slowest
-
-   !> Time of a step if all ranks had the same share of everything, in particles.
-   pure real(wp) function shared_out(levels, counts, ranks, steps, points)
-      type(level_t), intent(in) :: levels(:)
-      integer, intent(in) :: counts(:), ranks !< as for choose_owners
-      integer, intent(in), optional :: steps(:), points(:)
-      integer, allocatable :: weights(:, :)
-      real(wp) :: often(size(levels) + 1)
-      integer :: index
-      weights = work(levels, counts, pack([(index, index=1, size(counts))], counts >= 0), points)
-      often = times(size(levels), steps)
-      shared_out = dot_product(often(:size(weights, 1)), sum(real(weights, wp), dim=2))/ranks
-   end function shared_out
-
-   !> Work of blocks in one step, in particles, by level, and of contact where there is any.
-   pure function work(levels, counts, blocks, points) result(weights)
-      type(level_t), intent(in) :: levels(:)
-      integer, intent(in) :: counts(:), blocks(:) !< particles of each block of each level; the blocks that are asked for, rising
-      integer, intent(in), optional :: points(:)
-      integer, allocatable :: weights(:, :)       !< (levels or one more, blocks)
-      integer :: l, v
-      logical :: touched
-      touched = .false.
-      if (present(points)) touched = any(points > 0)
-      allocate (weights(size(levels) + merge(1, 0, touched), size(blocks)), source=0)
-      l = 1
-      do v = 1, size(blocks)
-         do while (blocks(v) > blocks_before(levels, l + 1))
-            l = l + 1
-         end do
-         weights(l, v) = counts(blocks(v)) + block_cost
-      end do
-      if (touched) weights(size(levels) + 1, :) = point_cost*points(blocks)
-   end function work
-
-   !> How often the work of each constraint is done in a step of the coarsest level: of the levels, and of contact, on the finest.
-   pure function times(levels, steps)
-      integer, intent(in) :: levels
-      integer, intent(in), optional :: steps(:)
-      real(wp) :: times(levels + 1)
-      times = 1.0_wp
-      if (present(steps)) times = [steps, steps(levels)]
-   end function times
-
-   !> The sum, over the constraints, of the heaviest part's weight, each so many times.
-   pure real(wp) function heaviest_parts(weights, times, part, parts) result(heaviest)
-      integer, intent(in) :: weights(:, :), part(:), parts !< parts from 0
-      real(wp), intent(in) :: times(:) !< at least one a constraint
-      real(wp) :: load(size(weights, 1), 0:parts - 1)
-      integer :: v
-      load = 0.0_wp
-      do v = 1, size(part)
-         load(:, part(v)) = load(:, part(v)) + weights(:, v)
-      end do
-      heaviest = dot_product(times(:size(load, 1)), maxval(load, dim=2))
-   end function heaviest_parts
-
-   !> Part of every block, each level and contact balanced in themselves: of what METIS offers for several ways and tolerances, what
-   !> makes the shortest step. With no more blocks than ranks, one block a rank.
-   subroutine partition(levels, counts, vertex, ranks, part, failed, steps, points)
-      type(level_t), intent(in) :: levels(:)
-      integer, intent(in) :: counts(:), vertex(:), ranks
-      integer, intent(out) :: part(:)
-      logical, intent(out) :: failed
-      integer, intent(in), optional :: steps(:), points(:)
-      real, parameter :: tight = 1.01, usual = 1.03, loose = 1.2 !< heaviest part over the mean
-      integer, allocatable :: offsets(:), adjacent(:), edge_weights(:), weights(:, :)
-      real(wp) :: shortest
-      integer :: before, index, l, n, v, edges, place(3), d(3)
-      failed = .false.
-      part = 0
-      if (ranks == 1) return
-      if (size(part) <= ranks) then
-         part = [(v - 1, v=1, size(part))]
-         return
-      end if
-      allocate (offsets(size(part) + 1), adjacent(35*size(part)), edge_weights(35*size(part)))
-      weights = work(levels, counts, pack([(index, index=1, size(counts))], vertex > 0), points)
-      edges = 0
-      offsets(1) = 0
-      do l = 1, size(levels)
-         before = blocks_before(levels, l)
-         do index = 1, product(levels(l)%grid%blocks)
-            v = vertex(before + index)
-            if (v == 0) cycle
-            place = levels(l)%grid%block_place(index)
-            do n = 1, 27
-               if (n == 14) cycle
-               d = [mod(n - 1, 3), mod((n - 1)/3, 3), (n - 1)/9] - 1
-               call connect(l, place + d, product(merge(2, tile_last + 1, d /= 0)))
-            end do
-            if (l > 1) call connect(l - 1, place/2, shared_with_parent)
-            do n = 0, 7
-               if (l < size(levels)) call connect(l + 1, 2*place + [ibits(n, 0, 1), ibits(n, 1, 1), ibits(n, 2, 1)], &
-                                                  shared_with_parent)
-            end do
-            offsets(v + 1) = edges
-         end do
-      end do
-      shortest = huge(shortest)
-      do n = 1, 2
-         call try(n == 1, [spread(tight, 1, size(levels)), loose])
-         call try(n == 1, [spread(usual, 1, size(levels)), loose])
-         call try(n == 1, [spread(loose, 1, size(levels)), usual])
-      end do
-      failed = shortest >= huge(shortest)
-   contains
-      !> Keep what METIS offers if it makes a shorter step.
-      subroutine try(by_halves, imbalance)
-         logical, intent(in) :: by_halves
-         real, intent(in) :: imbalance(:)
-         integer :: cut, offered(size(part))
-         logical :: refused
-         real(wp) :: length
-         call partition_graph(offsets, adjacent(:edges), weights, edge_weights(:edges), ranks, by_halves, &
-                              imbalance(:size(weights, 1)), offered, cut, refused)
-         if (refused) return
-         length = heaviest_parts(weights, times(size(levels), steps), offered, ranks) + shared_cost*2.0_wp*cut/ranks
-         if (length >= shortest) return
-         shortest = length
-         part = offered
-      end subroutine try
-
-      !> An edge from block v to a block of a level, if that exists.
-      subroutine connect(to_level, to, weight)
-         integer, intent(in) :: to_level, to(3), weight
-         integer :: other
-         if (any(to < 0) .or. any(to >= levels(to_level)%grid%blocks)) return
-         other = vertex(blocks_before(levels, to_level) + levels(to_level)%grid%block_index(to))
-         if (other == 0) return
-         edges = edges + 1
-         adjacent(edges) = other - 1
-         edge_weights(edges) = weight
-      end subroutine connect
-   end subroutine partition
 
    !> Make this rank's blocks, mirrors, slots and pools fit the owners. Blocks that stay keep their particles; blocks that
    !> are new here are empty; the particles of blocks that went elsewhere must have been taken out before.

@@ -1,5 +1,6 @@
 !> The two routines of METIS that are used, through C binding.
 module m_metis
+   use m_kinds, only: wp
    use, intrinsic :: iso_c_binding, only: c_int, c_float, c_ptr, c_null_ptr
    implicit none
    private
@@ -27,7 +28,7 @@ contains
       integer(c_int), intent(in) :: offsets(:), adjacent(:), edge_weights(:), parts
       integer(c_int), intent(in), contiguous :: vertex_weights(:, :) !< (constraints, vertices): each is balanced in itself
       logical, intent(in) :: by_halves
-      real, intent(in) :: imbalance(:)  !< (constraints): the heaviest part over the mean that is allowed, if it can be had
+      real(wp), intent(in) :: imbalance(:)  !< (constraints or more): the heaviest part over the mean that is allowed, if it can be had
       integer(c_int), intent(out) :: part(:)
       integer, intent(out) :: cut       !< weight of the edges between parts
       logical, intent(out) :: failed

@@ -13,7 +13,8 @@ module m_model
    use m_grid_level, only: make_grid_level
    use m_level, only: level_t, tile_last, node_values
    use m_body, only: fill_block, count_in_block, expected_count
-   use m_decomposition, only: choose_owners, slowest, shared_out, set_owners, all_owners, settle_blocks, blocks_before
+   use m_placement, only: work_t, work_of, choose_owners, slowest, shared_out
+   use m_decomposition, only: set_owners, all_owners, settle_blocks, blocks_before
    use m_region, only: make_region
    use m_composite, only: composite_t
    use m_edge, only: has_slaves
@@ -71,7 +72,7 @@ module m_model
       procedure :: create_blocks
       procedure :: prepare_blocks
       procedure :: rebalance
-      procedure :: steps
+      procedure :: steps_of_levels
       procedure, private :: place_better
       procedure, private :: count_work
       procedure :: particle_count
@@ -85,7 +86,8 @@ module m_model
    end type model_t
 
    real(wp), parameter :: furthest = 0.45_wp            !< way of a particle in a step of the coarsest level, in its cells: above safety
-   real(wp), parameter :: worth_moving = 0.97_wp !< time of a step over that with the blocks as they are placed
+   real(wp), parameter :: worth_moving = 0.97_wp        !< blocks move for a step that takes so much of its time
+   real(wp), parameter :: at_any_price = 1.0e9_wp       !< they move for any
 
 contains
 
@@ -129,7 +131,7 @@ contains
       call require_memory(self, sum(real(max(counts, 0), wp)), real(count(counts >= 0), wp), error)
       if (error%happened()) return
       allocate (owner(size(counts)))
-      call choose_owners(communicator, self%levels, counts, owner, error, self%steps())
+      call choose_owners(communicator, self%levels, work_of(self%levels, counts, self%steps_of_levels()), owner, error)
       if (error%happened()) return
       call set_owners(self%levels, owner)
       call self%connect()
@@ -137,7 +139,7 @@ contains
          call fill(l)
       end do
       call self%prepare_blocks()
-      if (size(self%levels) > 1 .and. communicator%ranks > 1) call self%place_better(error, anyway=.true.)
+      if (size(self%levels) > 1 .and. communicator%ranks > 1) call self%place_better(at_any_price, error)
       do e = 1, size(self%effects)
          call self%effects(e)%effect%verify(communicator, self%levels, size(scene%tools), error)
       end do
@@ -420,45 +422,40 @@ contains
       type(error_t), intent(inout) :: error
       if (self%communicator%ranks == 1) return
       call self%timers%enter(phase_balance)
-      call self%place_better(error)
+      call self%place_better(worth_moving, error)
       call self%timers%leave()
    end subroutine rebalance
 
-   !> Collective: place the blocks anew where that makes a step shorter by what blocks hold now. A level alone loses its empty blocks
-   !> by that; of several levels all stay: which blocks are there decides in which order slaves are handed up, and must not depend on
-   !> the ranks.
-   subroutine place_better(self, error, anyway)
+   !> Collective: place the blocks anew by what they hold now, where a step then takes at most a given part of its time. A level alone
+   !> loses its empty blocks by that; of several levels all stay: which blocks are there decides in which order slaves are handed up,
+   !> and must not depend on the ranks.
+   subroutine place_better(self, at_most, error)
       class(model_t), intent(inout) :: self
+      real(wp), intent(in) :: at_most
       type(error_t), intent(inout) :: error
-      logical, intent(in), optional :: anyway !< place them by what they hold, better or not
-      integer, allocatable :: counts(:), points(:), owner(:), now(:)
-      real(wp) :: at_best
-      logical :: forced
-      forced = .false.
-      if (present(anyway)) forced = anyway
-      call self%count_work(counts, points)
-      now = all_owners(self%levels)
-      at_best = worth_moving*slowest(self%levels, counts, now, self%communicator%ranks, self%steps(), points)
-      if (.not. forced .and. shared_out(self%levels, counts, self%communicator%ranks, self%steps(), points) > at_best) return
-      if (size(self%levels) == 1) where (counts == 0) counts = -1
-      allocate (owner(size(counts)))
-      call choose_owners(self%communicator, self%levels, counts, owner, error, self%steps(), points)
+      type(work_t) :: work
+      integer, allocatable :: owner(:)
+      real(wp) :: limit
+      work = self%count_work()
+      owner = all_owners(self%levels)
+      limit = at_most*slowest(work, owner, self%communicator%ranks)
+      if (shared_out(work, self%communicator%ranks) > limit) return ! METIS need not be asked
+      call choose_owners(self%communicator, self%levels, work, owner, error)
       if (error%happened()) return
-      if (forced .or. slowest(self%levels, counts, owner, self%communicator%ranks, self%steps(), points) <= at_best) &
-         call self%place_anew(owner)
+      if (slowest(work, owner, self%communicator%ranks) <= limit) call self%place_anew(owner)
    end subroutine place_better
 
    !> Steps that each level takes in one of the coarsest.
-   pure function steps(self)
+   pure function steps_of_levels(self) result(steps)
       class(model_t), intent(in) :: self
       integer :: steps(size(self%levels)), l
       steps = [(2**merge(l - 1, 0, self%method%subcycle), l=1, size(self%levels))]
-   end function steps
+   end function steps_of_levels
 
-   !> Collective: particles of every block of each level, -1 where there is no block, and those of them that touch a tool.
-   subroutine count_work(self, counts, points)
+   !> Collective: the work of all blocks: their particles, and those of them that a tool pressed.
+   type(work_t) function count_work(self) result(work)
       class(model_t), intent(in) :: self
-      integer, allocatable, intent(out) :: counts(:), points(:)
+      integer, allocatable :: counts(:), points(:)
       integer :: b, before, l
       counts = merge(0, -1, all_owners(self%levels) >= 0)
       allocate (points(size(counts)), source=0)
@@ -473,7 +470,9 @@ contains
       end do
       call MPI_Allreduce(MPI_IN_PLACE, counts, size(counts), MPI_INTEGER, MPI_MAX, self%communicator%comm)
       call MPI_Allreduce(MPI_IN_PLACE, points, size(points), MPI_INTEGER, MPI_MAX, self%communicator%comm)
-   end subroutine count_work
+      if (size(self%levels) == 1) where (counts == 0) counts = -1
+      work = work_of(self%levels, counts, self%steps_of_levels(), points)
+   end function count_work
 
    !> Collective: blocks go to other owners.
    subroutine place_anew(self, owner)

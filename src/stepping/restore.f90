@@ -6,7 +6,8 @@ module m_restore
    use m_constants, only: exit_files
    use m_errors, only: error_t, fail
    use m_cell_list, only: bins
-   use m_decomposition, only: choose_owners, set_owners, all_owners, blocks_before
+   use m_placement, only: work_of, choose_owners
+   use m_decomposition, only: set_owners, all_owners, blocks_before
    use m_region, only: make_region
    use m_model, only: model_t
    implicit none
@@ -98,7 +99,7 @@ contains
          end associate
       end do
       if (ranks /= model%communicator%ranks) then
-         call choose_owners(model%communicator, model%levels, counts, owner, error, model%steps())
+         call choose_owners(model%communicator, model%levels, work_of(model%levels, counts, model%steps_of_levels()), owner, error)
          if (error%happened()) return
       end if
       call set_owners(model%levels, owner)

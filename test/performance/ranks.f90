@@ -15,7 +15,8 @@ program ranks
    use m_grid_level, only: make_grid_level
    use m_level, only: level_t
    use m_body, only: count_in_block
-   use m_decomposition, only: choose_owners, set_owners, settle_blocks, blocks_before
+   use m_placement, only: work_of, choose_owners
+   use m_decomposition, only: set_owners, settle_blocks, blocks_before
    use m_node_exchange, only: node_exchange_t
    use m_composite, only: composite_t
    use mpi_f08, only: MPI_COMM_SELF
@@ -26,6 +27,7 @@ program ranks
    type(level_t), allocatable :: levels(:)
    type(error_t) :: error
    integer, allocatable :: counts(:), owner(:) !< of the blocks of all levels
+   integer, allocatable :: steps_of_levels(:)  !< in a step of the coarsest
    integer :: a, number
    character(len=12) :: word
    call communicator%start()
@@ -38,6 +40,7 @@ program ranks
    else
       call count_levels()
    end if
+   steps_of_levels = [(2**merge(a - 1, 0, scene%time%subcycle), a=1, size(levels))]
    allocate (owner(size(counts)))
    print '(a)', 'ranks blocks_most particles_mean work_mean work_most neighbours_most messages_most messages_all '// &
       'bytes_most bytes_all'
@@ -94,8 +97,7 @@ contains
       integer(i8) :: bytes, bytes_all, bytes_most, messages, messages_all, messages_most, steps, work, work_all, work_most
       one = communicator
       one%ranks = number
-      call choose_owners(one, levels, counts, owner, error, &
-                         [(2**merge(l - 1, 0, scene%time%subcycle), l=1, size(levels))])
+      call choose_owners(one, levels, work_of(levels, counts, steps_of_levels), owner, error)
       if (error%happened()) error stop 'METIS could not place the blocks'
       call set_owners(levels, owner)
       blocks_most = 0; neighbours = 0; work_most = 0; work_all = 0
@@ -107,7 +109,7 @@ contains
             if (allocated(levels(l)%blocks)) deallocate (levels(l)%blocks)
             call settle_blocks(levels(l), rank)
             call exchange%build(one, levels(l))
-            steps = 2_i8**merge(l - 1, 0, scene%time%subcycle)
+            steps = steps_of_levels(l)
             sums = 1 ! node sums of a step: one more where a finer level takes two steps, and one where their labels differ
             if (l < size(levels) .and. scene%time%subcycle) sums = merge(3, 2, levels(l)%layout%labels_gradients())
             associate (before => blocks_before(levels, l))
@@ -120,7 +122,7 @@ contains
          end do
          do l = 2, size(levels)
             call composite%build(one, levels(l - 1), levels(l))
-            steps = 2_i8**merge(l - 1, 0, scene%time%subcycle) ! up and down as often as the finer level steps
+            steps = steps_of_levels(l) ! up and down as often as the finer level steps
             messages = messages + steps*sum(composite%messages_each)
             bytes = bytes + steps*sum(composite%bytes_each)
          end do

@@ -5,10 +5,10 @@ program decomposition
    use m_kinds, only: wp, i8
    use m_errors, only: error_t
    use m_communicator, only: communicator_t
-   use m_scene, only: scene_t, grid_spec_t, body_spec_t
+   use m_scene, only: scene_t, grid_spec_t, body_spec_t, tool_spec_t, tool_sphere
    use m_grid_level, only: make_grid_level
    use m_level, only: level_t
-   use m_decomposition, only: choose_owners, slowest, shared_out
+   use m_placement, only: work_t, work_of, choose_owners, slowest, shared_out
    use m_materials, only: material_of
    use m_model, only: model_t
    use m_advance, only: advance
@@ -27,6 +27,7 @@ program decomposition
    call pressed_corner()
    call one_block()
    call holes()
+   call tool_on_a_corner()
    call test%finish()
 
 contains
@@ -76,7 +77,7 @@ contains
          if (all(place >= 1 .and. place <= [12, 11, 10])) counts(index) = 8*8**3
       end do
       allocate (owner(size(counts)))
-      call choose_owners(as_of(parts), levels, counts, owner, error)
+      call choose_owners(as_of(parts), levels, work_of(levels, counts), owner, error)
       call test%check(.not. error%happened(), 'METIS places the blocks')
       load = loads(counts, owner, parts)
       share = real(maxval(load), wp)*parts/sum(load)
@@ -91,7 +92,8 @@ contains
       type(level_t) :: levels(1)
       type(error_t) :: error
       integer, allocatable :: counts(:), points(:), owner(:), load(:)
-      real(wp) :: idle, told, untold
+      type(work_t) :: work
+      real(wp) :: told, untold
       integer :: i, index, j, place(3), wide(3)
       levels = levels_of([32, 32, 16])
       allocate (counts(product(levels(1)%grid%blocks)), source=-1)
@@ -109,15 +111,16 @@ contains
             end do
          end do
       end do
-      call choose_owners(as_of(2), levels, counts, owner, error)
-      untold = slowest(levels, counts, owner, 2, points=points)
-      call choose_owners(as_of(2), levels, counts, owner, error, points=points)
+      work = work_of(levels, counts, points=points)
+      call choose_owners(as_of(2), levels, work_of(levels, counts), owner, error)
+      untold = slowest(work, owner, 2)
+      call choose_owners(as_of(2), levels, work, owner, error)
       call test%check(.not. error%happened(), 'METIS places the blocks under a tool')
-      told = slowest(levels, counts, owner, 2, points=points)
-      idle = told/shared_out(levels, counts, 2, points=points)
+      told = slowest(work, owner, 2)
       load = loads(counts, owner, 2)
       if (comm%is_root()) print '(3x,a,3f7.3)', 'under a tool: particles, contact points, step over the mean:', &
-         2.0_wp*maxval(load)/sum(load), 2.0_wp*maxval(loads(merge(points, -1, counts >= 0), owner, 2))/sum(points), idle
+         2.0_wp*maxval(load)/sum(load), 2.0_wp*maxval(loads(merge(points, -1, counts >= 0), owner, 2))/sum(points), &
+         told/shared_out(work, 2)
       call test%check(2.0_wp*maxval(load) <= 1.06_wp*sum(load), 'two ranks share the particles within 6 %')
       call test%check(2.0_wp*maxval(loads(merge(points, -1, counts >= 0), owner, 2)) <= 1.15_wp*sum(points), &
                       'two ranks share the contact points within 15 %')
@@ -136,7 +139,7 @@ contains
          allocate (counts(product(levels(1)%grid%blocks)), source=-1)
          counts(:blocks) = 100
          allocate (owner(size(counts)))
-         call choose_owners(as_of(parts), levels, counts, owner, error)
+         call choose_owners(as_of(parts), levels, work_of(levels, counts), owner, error)
          call test%check(.not. error%happened(), 'few blocks are placed')
          load = loads(counts, owner, parts)
          if (parts >= blocks) call test%check_equal(maxval(load), 100, 'with no more blocks than ranks, one block a rank')
@@ -200,6 +203,61 @@ contains
       call test%check(particles == 8_i8*12*11*10, 'every particle is made once')
       call model%release()
    end subroutine holes
+
+   !> A tool presses a quarter of a body's upper side: rebalancing gives every rank its share of what is pressed.
+   subroutine tool_on_a_corner()
+      type(scene_t) :: scene
+      type(model_t) :: model
+      type(error_t) :: error
+      real(wp) :: before, after
+      scene = box_scene([0.0_wp, 0.0_wp, 0.0_wp], [64.0_wp, 64.0_wp, 16.0_wp], [0.0_wp, 0.0_wp, 0.0_wp])
+      scene%grid = grid_spec_t(upper=[64.0_wp, 64.0_wp, 32.0_wp], cell_size=1.0_wp, cells=[64, 64, 32])
+      scene%bodies(1)%particles_per_cell = 1
+      scene%tools = [tool_spec_t(name='tool', shape=tool_sphere, tip=[16.0_wp, 16.0_wp, 24.0_wp], &
+                                 radius=4.0_wp, times=[0.0_wp], speeds=[1.0_wp])]
+      call model%build(comm, scene, error)
+      call test%check(.not. error%happened(), 'a model with a tool is built')
+      call press(model, below=32.0_wp, above=15.0_wp)
+      before = most_over_mean(model)
+      call model%rebalance(error)
+      call test%check(.not. error%happened(), 'blocks are placed anew')
+      call owned_once(model)
+      after = most_over_mean(model)
+      if (comm%is_root()) print '(3x,a,2f7.3)', 'pressed particles, most over mean, before and after rebalancing:', before, after
+      if (comm%ranks > 1) call test%check(before > 1.5_wp, 'placed for the particles alone, some ranks have the contact')
+      call test%check(after < 1.3_wp, 'all ranks have their share of what is pressed')
+      call model%release()
+   end subroutine tool_on_a_corner
+
+   !> As if a tool had pressed the particles of an upper corner.
+   subroutine press(model, below, above)
+      type(model_t), intent(inout) :: model
+      real(wp), intent(in) :: below, above
+      integer :: b, p
+      do b = 1, size(model%levels(1)%blocks)
+         associate (particles => model%levels(1)%blocks(b)%particles, x => model%levels(1)%layout%position, &
+                    pressure => model%contact%candidates%pressure)
+            do p = 1, particles%count
+               if (all(particles%column(p, x:x + 1) < below) .and. particles%column(p, x + 2) > above) &
+                  particles%column(p, pressure) = 1.0_wp
+            end do
+         end associate
+      end do
+   end subroutine press
+
+   !> Pressed particles of the rank with most of them over the mean.
+   real(wp) function most_over_mean(model)
+      type(model_t), intent(in) :: model
+      integer :: all_of_them, b, most, own
+      own = 0
+      do b = 1, size(model%levels(1)%blocks)
+         own = own + model%contact%candidates%pressed(model%levels(1)%blocks(b))
+      end do
+      call MPI_Allreduce(own, most, 1, MPI_INTEGER, MPI_MAX, comm%comm)
+      call MPI_Allreduce(own, all_of_them, 1, MPI_INTEGER, MPI_SUM, comm%comm)
+      call test%check_equal(all_of_them, 32*32, 'what is pressed stays so')
+      most_over_mean = real(most, wp)*comm%ranks/all_of_them
+   end function most_over_mean
 
    !> All ranks know the same owners, and each block that is there lives on its owner alone.
    subroutine owned_once(model)
