@@ -75,7 +75,7 @@ contains
       real(wp) :: radial(3), height, radius
       height = -dot_product(from_tip, self%axis)
       radial = from_tip + height*self%axis
-      radius = sqrt(dot_product(radial, radial))
+      radius = norm2(radial)
       if (radius > 0.0_wp) radial = radial/radius
       select case (self%kind)
       case (tool_sphere)

@@ -63,7 +63,7 @@ contains
       type(materials_t), intent(in) :: materials
       real(wp), intent(in) :: time_step
       real(wp), intent(out) :: overlap(:) !< (tools): deepest place of a contact point inside, m
-      real(wp) :: middle(3), gap, normal(3), reach, edge, speed, way
+      real(wp) :: middle(3), gap, normal(3), reach, edge
       integer :: b, bin, l, n, t
       self%count = 0
       overlap = 0.0_wp
@@ -74,17 +74,14 @@ contains
          if (.not. near_tool(tools, level, level%blocks(b)%place)) cycle
          associate (block => level%blocks(b))
             edge = thickest(level, block)
-            speed = fastest_node(level, b)
             do t = 1, size(tools)
-               way = min(fastest*level%grid%cell, time_step*(speed + norm2(tools(t)%velocity())) + 2.0_wp*margin*edge)
                do bin = 1, size(block%cells%first) - 1
                   if (block%cells%first(bin) == block%cells%first(bin + 1)) cycle
                   middle = block%origin + bin_place(bin)*level%grid%cell
                   call tools(t)%gap_and_normal(middle, gap, normal)
                   if (gap > reach + edge) cycle
                   do l = block%cells%first(bin), block%cells%first(bin + 1) - 1
-                     call self%consider(tools(t), level, materials, time_step, way, [b, int(block%cells%order(l)), bin, t], &
-                                        overlap(t))
+                     call self%consider(tools(t), level, materials, time_step, [b, int(block%cells%order(l)), bin, t], overlap(t))
                   end do
                end do
             end do
@@ -104,25 +101,6 @@ contains
       if (block%particles%count > 0) pressed = count(block%particles%column(:block%particles%count, self%pressure) > 0.0_wp)
    end function pressed
 
-   !> No contact point of a block is carried faster than this by its nodes, m/s.
-   pure real(wp) function fastest_node(level, b) result(speed)
-      type(level_t), intent(in) :: level
-      integer, intent(in) :: b
-      real(wp) :: squared
-      integer :: i, j, k
-      squared = 0.0_wp
-      associate (reach => level%reach(:, :, b))
-         do k = reach(1, 3), reach(2, 3)
-            do j = reach(1, 2), reach(2, 2)
-               do i = reach(1, 1), reach(2, 1)
-                  squared = max(squared, sum(level%solved(2:4, i, j, k, b)**2))
-               end do
-            end do
-         end do
-      end associate
-      speed = sqrt(squared)
-   end function fastest_node
-
    !> No particle of a block is thicker than this in any direction, m: with domains that deform, the length at which they are split.
    pure real(wp) function thickest(level, block)
       type(level_t), intent(in) :: level
@@ -135,13 +113,12 @@ contains
    end function thickest
 
    !> Keep a particle of a bin as a candidate if the free motion would carry it into the tool, or almost.
-   subroutine consider(self, tool, level, materials, time_step, way, number, overlap)
+   subroutine consider(self, tool, level, materials, time_step, number, overlap)
       class(candidates_t), intent(inout) :: self
       type(tool_t), intent(in) :: tool
       type(level_t), intent(in) :: level
       type(materials_t), intent(in) :: materials
       real(wp), intent(in) :: time_step
-      real(wp), intent(in) :: way      !< a larger gap of a contact point is not closed in the step, m
       integer, intent(in) :: number(4) !< of the block, the particle, the bin and the tool
       real(wp), intent(inout) :: overlap
       type(candidate_t) :: c
@@ -157,13 +134,13 @@ contains
             area = column(p, at%volume)/thickness
          else
             edge = 2.0_wp*column(p, at%half_size)
-            if (c%gap > edge + fastest*level%grid%cell) return ! its point may be further ahead, where it has been stretched
+            if (c%gap > edge + fastest*level%grid%cell) return
             m = materials%of_body(block%particles%body(p))
             thickness = edge*materials%slots(m)%law%stretch(column(p, :), at, c%normal)
             area = edge**2
          end if
          c%gap = c%gap - tool%spec%penetration_factor*thickness
-         if (c%gap > way) return
+         if (c%gap > fastest*level%grid%cell) return
          overlap = max(overlap, -c%gap)
          c%block = number(1)
          c%particle = p

@@ -43,7 +43,6 @@ module m_contact_system
       real(wp), allocatable :: tool_push(:)      !< (tools): forces along the axes, work
       real(wp), allocatable :: mobility(:, :)    !< (4, nodes): dt/m, 0 for held components, s/kg
       real(wp), allocatable :: force(:, :)       !< (4, nodes): work
-      real(wp), allocatable :: row_force(:)      !< (rows): work
       real(wp), allocatable :: scale(:)          !< (rows): makes the diagonal 1
       real(wp), allocatable :: softness(:)       !< (rows): what the compliance adds to the diagonal
       integer, allocatable :: grid_node(:)       !< (nodes): node in the grid
@@ -216,8 +215,7 @@ contains
       integer :: n
       n = self%last - self%first + 1
       self%products = self%products + 1
-      self%row_force(:n) = from(:n)*self%scale(self%first:self%last)
-      call self%spread(self%row_force(:n))
+      call self%spread(from(:n)*self%scale(self%first:self%last))
       call self%exchange()
       call self%collect(to)
       to(:n) = to(:n) + self%softness(self%first:self%last)*from(:n)
@@ -242,61 +240,26 @@ contains
    subroutine spread(self, forces)
       class(contact_system_t), intent(inout) :: self
       real(wp), intent(in) :: forces(:) !< (active rows), N
-      integer :: c
+      real(wp) :: f(width)
+      integer :: c, i, n, s
       self%force(:, :self%nodes) = 0.0_wp
-      call give_to_nodes(self%last - self%first + 1, self%node(:, self%first:self%last), self%weight(:, self%first:self%last), &
-                         self%direction(:, self%first:self%last), forces, self%force)
+      do c = self%first, self%last
+         if (abs(forces(c - self%first + 1)) <= 0.0_wp) cycle
+         f = forces(c - self%first + 1)*self%direction(:, c)
+         do s = 1, cell_nodes
+            n = self%node(s, c)
+            !$omp simd
+            do i = 1, width
+               self%force(i, n) = self%force(i, n) + self%weight(s, c)*f(i)
+            end do
+         end do
+      end do
       if (.not. self%gives_way) return
       self%tool_push = 0.0_wp
       do c = self%first, self%last
          self%tool_push(self%tool(c)) = self%tool_push(self%tool(c)) + self%along(c)*forces(c - self%first + 1)
       end do
    end subroutine spread
-
-   !> What forces of rows give to their nodes: one vector a node.
-   pure subroutine give_to_nodes(rows, node, weight, direction, forces, nodal)
-      integer, intent(in) :: rows, node(cell_nodes, rows)
-      real(wp), intent(in) :: weight(cell_nodes, rows), direction(width, rows)
-      real(wp), intent(in) :: forces(rows)         !< N
-      real(wp), intent(inout) :: nodal(width, *)   !< N
-      integer :: c, i, n, s
-      real(wp) :: f(width)
-      do c = 1, rows
-         if (abs(forces(c)) <= 0.0_wp) cycle
-         f = forces(c)*direction(:, c)
-         do s = 1, cell_nodes
-            n = node(s, c)
-            !$omp simd
-            do i = 1, width
-               nodal(i, n) = nodal(i, n) + weight(s, c)*f(i)
-            end do
-         end do
-      end do
-   end subroutine give_to_nodes
-
-   !> Velocities of rows from those of their nodes: one vector a node, and components along the rows' directions last, one lane a row.
-   pure subroutine take_from_nodes(rows, node, weight, direction, nodal, velocities)
-      integer, intent(in) :: rows, node(cell_nodes, rows)
-      real(wp), intent(in) :: weight(cell_nodes, rows), direction(width, rows)
-      real(wp), intent(in) :: nodal(width, *)      !< m/s
-      real(wp), intent(out) :: velocities(rows)    !< m/s
-      real(wp) :: total(width, rows)
-      integer :: c, i, n1, n2, n3, n4, n5, n6, n7, n8
-      do c = 1, rows
-         n1 = node(1, c); n2 = node(2, c); n3 = node(3, c); n4 = node(4, c)
-         n5 = node(5, c); n6 = node(6, c); n7 = node(7, c); n8 = node(8, c)
-         !$omp simd
-         do i = 1, width
-            total(i, c) = (weight(1, c)*nodal(i, n1) + weight(2, c)*nodal(i, n2) + weight(3, c)*nodal(i, n3) &
-                           + weight(4, c)*nodal(i, n4)) + (weight(5, c)*nodal(i, n5) + weight(6, c)*nodal(i, n6) &
-                           + weight(7, c)*nodal(i, n7) + weight(8, c)*nodal(i, n8))
-         end do
-      end do
-      !$omp simd
-      do c = 1, rows
-         velocities(c) = total(1, c)*direction(1, c) + total(2, c)*direction(2, c) + total(3, c)*direction(3, c)
-      end do
-   end subroutine take_from_nodes
 
    !> Collective among neighbours: what the active rows' forces (N) give to nodes, a part for each neighbour rank and this one, by
    !> rising rank, so that all ranks that know a node add up its force in one order. Once after each `connect`: it takes its lists.
@@ -355,12 +318,20 @@ contains
    subroutine collect(self, y)
       class(contact_system_t), intent(inout) :: self
       real(wp), intent(out) :: y(:)
-      integer :: c, n
-      n = self%last - self%first + 1
+      real(wp) :: total(width)
+      integer :: c, i, n, s
       self%force(:, :self%nodes) = self%force(:, :self%nodes)*self%mobility(:, :self%nodes)
-      call take_from_nodes(n, self%node(:, self%first:self%last), self%weight(:, self%first:self%last), &
-                           self%direction(:, self%first:self%last), self%force, y)
-      y(:n) = y(:n)*self%scale(self%first:self%last)
+      do c = self%first, self%last
+         total = 0.0_wp
+         do s = 1, cell_nodes
+            n = self%node(s, c)
+            !$omp simd
+            do i = 1, width
+               total(i) = total(i) + self%weight(s, c)*self%force(i, n)
+            end do
+         end do
+         y(c - self%first + 1) = sum(total*self%direction(:, c))*self%scale(c)
+      end do
       if (.not. self%gives_way) return
       self%tool_push = self%tool_push*self%tool_mobility
       do c = self%first, self%last
@@ -375,10 +346,9 @@ contains
       real(wp) :: diagonal
       integer :: c, s
       if (allocated(self%scale)) then
-         if (size(self%scale) < self%rows) deallocate (self%scale, self%softness, self%row_force)
+         if (size(self%scale) < self%rows) deallocate (self%scale, self%softness)
       end if
-      if (.not. allocated(self%scale)) allocate (self%scale(2*self%rows + 8), self%softness(2*self%rows + 8), &
-                                                 self%row_force(2*self%rows + 8))
+      if (.not. allocated(self%scale)) allocate (self%scale(2*self%rows + 8), self%softness(2*self%rows + 8))
       do c = 1, self%rows
          diagonal = 0.0_wp
          do s = 1, cell_nodes

@@ -65,6 +65,7 @@ contains
       PetscCallA(TaoSetHessian(self%tao, self%hessian, self%hessian, keep_hessian, 0, ierr))
       PetscCallA(PetscOptionsSetValue(PETSC_NULL_OPTIONS, '-tao_subset_type', 'matrixfree', ierr))
       PetscCallA(PetscOptionsSetValue(PETSC_NULL_OPTIONS, '-pc_type', 'none', ierr))
+      ! without a preconditioner the natural norm is that of the residual, and at hand: one sum over the ranks a product less
       PetscCallA(PetscOptionsSetValue(PETSC_NULL_OPTIONS, '-ksp_norm_type', 'natural', ierr))
       PetscCallA(TaoSetFromOptions(self%tao, ierr))
       self%capacity = unknowns
