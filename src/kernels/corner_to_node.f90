@@ -7,7 +7,7 @@ module m_corner_to_node
    use m_cell_list, only: cell_list_t
    use m_stencil, only: frame_t, batch, chunk
    use m_corner_stencil, only: corner_stencil_t, corner_weights_t, set_corners, set_corner_weights
-   use m_particle_to_node, only: load_t, clear, set_load
+   use m_particle_to_node, only: load_t, half, clear, set_load
    implicit none
    private
    public :: gather_corners_to_nodes, gather_corners_body_force
@@ -31,45 +31,43 @@ contains
       call clear(tile, reach)
       do first = 1, cells%first(size(cells%first)) - 1, chunk
          call set_corners(corners, cells, first, column, layout, frame)
-         call set_load(load, corners%list, column, layout)
+         call set_load(load, corners%list, column, layout, frame%cell)
          do m = 1, corners%list%count
             p = 1 + mod(m - 1, batch)
             if (p == 1) call set_corner_weights(weights, corners, m, frame%per_cell)
-            call add(load, weights, m, p, frame%cell, corners%place(:, m), tile)
+            call add(load, weights, m, p, corners%place(:, m), tile)
          end do
       end do
    end subroutine gather_corners_to_nodes
 
    !> Add particle m of the chunk, p of the batch, to the nodes from `place` in the tile on.
-   pure subroutine add(load, weights, m, p, cell, place, tile)
+   pure subroutine add(load, weights, m, p, place, tile)
       type(load_t), intent(in) :: load
       type(corner_weights_t), intent(in) :: weights
       integer, intent(in) :: m, p, place(3)
-      real(wp), intent(in) :: cell
       real(wp), intent(inout) :: tile(lanes, 0:block_size + 1, 0:block_size + 1, 0:block_size + 1)
-      real(wp), parameter :: momentum(lanes) = [0, 1, 1, 1, 0, 0, 0, 0], force(lanes) = [0, 0, 0, 0, 1, 1, 1, 0]
-      real(wp), dimension(lanes) :: x, y, z, fx, fy, fz, plane, row
+      real(wp), dimension(half) :: plane, row
       integer :: a, b, c, i, j, k, n, q
-      x = (cell*momentum)*load%along(:, 1, m)
-      y = (cell*momentum)*load%along(:, 2, m)
-      z = (cell*momentum)*load%along(:, 3, m)
-      fx = force*load%along(:, 1, m)
-      fy = force*load%along(:, 2, m)
-      fz = force*load%along(:, 3, m)
       n = 0
       do c = -1, 1
          k = place(3) + 1 + c
-         plane = load%fixed(:, m) + c*z
+         plane = load%momentum(:, 0, m) + c*load%momentum(:, 3, m)
          do b = -1, 1
             j = place(2) + 1 + b
-            row = plane + b*y
+            row = plane + b*load%momentum(:, 2, m)
             do a = -1, 1
                i = place(1) + 1 + a
                n = n + 1
                !$omp simd
-               do q = 1, lanes
-                  tile(q, i, j, k) = tile(q, i, j, k) + ((weights%weight(p, n)*(row(q) + a*x(q)) + weights%slope(p, n, 1)*fx(q)) &
-                                                         + (weights%slope(p, n, 2)*fy(q) + weights%slope(p, n, 3)*fz(q)))
+               do q = 1, half
+                  tile(q, i, j, k) = tile(q, i, j, k) + weights%weight(p, n)*(row(q) + a*load%momentum(q, 1, m))
+               end do
+               !$omp simd
+               do q = 1, half
+                  tile(half + q, i, j, k) = tile(half + q, i, j, k) &
+                                            + (weights%slope(p, n, 1)*load%force(q, 1, m) &
+                                               + (weights%slope(p, n, 2)*load%force(q, 2, m) &
+                                                  + weights%slope(p, n, 3)*load%force(q, 3, m)))
                end do
             end do
          end do

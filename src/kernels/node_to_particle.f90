@@ -10,6 +10,7 @@ module m_node_to_particle
    public :: scatter_to_particles, motion_t, longest_t, taken_t, move, find_longest
 
    integer, parameter :: lanes = 8 !< values a node: mass, velocity (3), acceleration (3), spare
+   integer, parameter :: half = 4  !< of them, those of which the gradient is wanted, and those of which it is not
 
    !> How the particles move: x += dt v_grid, v = flip (v + dt a) + (1 - flip) v_grid.
    type :: motion_t
@@ -30,7 +31,7 @@ module m_node_to_particle
       real(wp) :: gradient(chunk + batch, 9) !< d v_i / d x_j at 3 (j-1) + i
    end type taken_t
 
-   integer, parameter :: few = 3 !< up to so many particles of a bin are done one by one
+   integer, parameter :: group = 4 !< particles of a bin done together; a single one, or what is left over, is done by itself
 
 contains
 
@@ -53,9 +54,9 @@ contains
             associate (i => stencil%run_place(1, r), j => stencil%run_place(2, r), k => stencil%run_place(3, r))
                p = stencil%run_first(r)
                last = stencil%run_first(r + 1) - 1
-               do while (last - p >= few)
-                  call take_batch(stencil, p, i, j, k, tile, taken)
-                  p = p + batch
+               do while (last > p)
+                  call take_group(stencil, p, i, j, k, tile, taken)
+                  p = p + group
                end do
                do p = p, last
                   call take_one(stencil, p, i, j, k, tile, taken)
@@ -85,94 +86,86 @@ contains
       end do
    end subroutine find_longest
 
-   !> The particle `first` and those behind it together: one lane a particle. What is taken by those that are not of the same bin
-   !> is nonsense, and overwritten when their turn comes.
-   pure subroutine take_batch(stencil, first, i, j, k, tile, taken)
+   !> The particle `first` and those behind it together: one lane a particle, one quantity after the other, so that its seven sums and
+   !> the weights along x fit into sixteen registers. Planes stay a loop (`unroll 1`): as straight code, all loads of the nodes come
+   !> first and are spilled. What is taken by those that are not of the same bin is nonsense, and overwritten when their turn comes.
+   pure subroutine take_group(stencil, first, i, j, k, tile, taken)
       type(stencil_t), intent(in) :: stencil
       integer, intent(in) :: first, i, j, k
       real(wp), intent(in) :: tile(lanes, 0:block_size + 1, 0:block_size + 1, 0:block_size + 1)
       type(taken_t), intent(inout) :: taken
-      real(wp), dimension(batch) :: wx1, wx2, wx3, sx1, sx2, sx3, wy, sy, wz, sz, odd
-      real(wp), dimension(batch, 6) :: even, plane, motion
-      real(wp), dimension(batch, 3) :: plane_x, plane_y, slope_x, slope_y, slope_z
-      integer :: b, c, p, q
-      wx1 = stencil%weight(first:first + batch - 1, -1, 1)
-      wx2 = stencil%weight(first:first + batch - 1, 0, 1)
-      wx3 = stencil%weight(first:first + batch - 1, 1, 1)
-      sx1 = stencil%slope(first:first + batch - 1, -1, 1)
-      sx2 = stencil%slope(first:first + batch - 1, 0, 1)
-      sx3 = stencil%slope(first:first + batch - 1, 1, 1)
-      motion = 0.0_wp
-      slope_x = 0.0_wp
-      slope_y = 0.0_wp
-      slope_z = 0.0_wp
-      do c = -1, 1
-         plane = 0.0_wp
-         plane_x = 0.0_wp
-         plane_y = 0.0_wp
-         do b = -1, 1
-            wy = stencil%weight(first:first + batch - 1, b, 2)
-            sy = stencil%slope(first:first + batch - 1, b, 2)
-            do q = 1, 6
-               !$omp simd
-               do p = 1, batch
-                  even(p, q) = wx1(p)*tile(1 + q, i, j + 1 + b, k + 1 + c) + wx2(p)*tile(1 + q, i + 1, j + 1 + b, k + 1 + c) &
-                               + wx3(p)*tile(1 + q, i + 2, j + 1 + b, k + 1 + c)
-                  plane(p, q) = plane(p, q) + wy(p)*even(p, q)
-               end do
-            end do
-            do q = 1, 3
-               !$omp simd
-               do p = 1, batch
-                  odd(p) = sx1(p)*tile(1 + q, i, j + 1 + b, k + 1 + c) + sx2(p)*tile(1 + q, i + 1, j + 1 + b, k + 1 + c) &
-                           + sx3(p)*tile(1 + q, i + 2, j + 1 + b, k + 1 + c)
-                  plane_x(p, q) = plane_x(p, q) + wy(p)*odd(p)
-                  plane_y(p, q) = plane_y(p, q) + sy(p)*even(p, q)
-               end do
-            end do
-         end do
-         wz = stencil%weight(first:first + batch - 1, c, 3)
-         sz = stencil%slope(first:first + batch - 1, c, 3)
-         do q = 1, 6
-            !$omp simd
-            do p = 1, batch
-               motion(p, q) = motion(p, q) + wz(p)*plane(p, q)
-            end do
-         end do
-         do q = 1, 3
-            !$omp simd
-            do p = 1, batch
-               slope_x(p, q) = slope_x(p, q) + wz(p)*plane_x(p, q)
-               slope_y(p, q) = slope_y(p, q) + wz(p)*plane_y(p, q)
-               slope_z(p, q) = slope_z(p, q) + sz(p)*plane(p, q)
-            end do
-         end do
-      end do
-      do q = 1, 6
-         taken%motion(first:first + batch - 1, q) = motion(:, q)
-      end do
+      real(wp) :: even, odd, plane, plane_x, plane_y, value, x, y, z
+      integer :: b, c, m, q
       do q = 1, 3
-         taken%gradient(first:first + batch - 1, q) = slope_x(:, q)
-         taken%gradient(first:first + batch - 1, 3 + q) = slope_y(:, q)
-         taken%gradient(first:first + batch - 1, 6 + q) = slope_z(:, q)
+         !$omp simd private(even, odd, plane, plane_x, plane_y, value, x, y, z)
+         do m = first, first + group - 1
+            value = 0.0_wp
+            x = 0.0_wp
+            y = 0.0_wp
+            z = 0.0_wp
+            !GCC$ unroll 1
+            do c = -1, 1
+               plane = 0.0_wp
+               plane_x = 0.0_wp
+               plane_y = 0.0_wp
+               do b = -1, 1
+                  even = stencil%weight(m, -1, 1)*tile(1 + q, i, j + 1 + b, k + 1 + c) &
+                         + stencil%weight(m, 0, 1)*tile(1 + q, i + 1, j + 1 + b, k + 1 + c) &
+                         + stencil%weight(m, 1, 1)*tile(1 + q, i + 2, j + 1 + b, k + 1 + c)
+                  odd = stencil%slope(m, -1, 1)*tile(1 + q, i, j + 1 + b, k + 1 + c) &
+                        + stencil%slope(m, 0, 1)*tile(1 + q, i + 1, j + 1 + b, k + 1 + c) &
+                        + stencil%slope(m, 1, 1)*tile(1 + q, i + 2, j + 1 + b, k + 1 + c)
+                  plane = plane + stencil%weight(m, b, 2)*even
+                  plane_x = plane_x + stencil%weight(m, b, 2)*odd
+                  plane_y = plane_y + stencil%slope(m, b, 2)*even
+               end do
+               value = value + stencil%weight(m, c, 3)*plane
+               x = x + stencil%weight(m, c, 3)*plane_x
+               y = y + stencil%weight(m, c, 3)*plane_y
+               z = z + stencil%slope(m, c, 3)*plane
+            end do
+            taken%motion(m, q) = value
+            taken%gradient(m, q) = x
+            taken%gradient(m, 3 + q) = y
+            taken%gradient(m, 6 + q) = z
+         end do
       end do
-   end subroutine take_batch
+      do q = 4, 6
+         !$omp simd private(even, plane, value)
+         do m = first, first + group - 1
+            value = 0.0_wp
+            !GCC$ unroll 1
+            do c = -1, 1
+               plane = 0.0_wp
+               do b = -1, 1
+                  even = stencil%weight(m, -1, 1)*tile(1 + q, i, j + 1 + b, k + 1 + c) &
+                         + stencil%weight(m, 0, 1)*tile(1 + q, i + 1, j + 1 + b, k + 1 + c) &
+                         + stencil%weight(m, 1, 1)*tile(1 + q, i + 2, j + 1 + b, k + 1 + c)
+                  plane = plane + stencil%weight(m, b, 2)*even
+               end do
+               value = value + stencil%weight(m, c, 3)*plane
+            end do
+            taken%motion(m, q) = value
+         end do
+      end do
+   end subroutine take_group
 
-   !> One particle: one lane a node quantity, so that a bin with one particle costs no more a particle than a full one.
+   !> One particle: one lane a node quantity.
    pure subroutine take_one(stencil, m, i, j, k, tile, taken)
       type(stencil_t), intent(in) :: stencil
       integer, intent(in) :: m, i, j, k
       real(wp), intent(in) :: tile(lanes, 0:block_size + 1, 0:block_size + 1, 0:block_size + 1)
       type(taken_t), intent(inout) :: taken
-      real(wp), dimension(lanes) :: motion, slope_x, slope_y, slope_z
+      real(wp), dimension(half) :: velocity, slope_x, slope_y, slope_z, acceleration
       real(wp) :: even, odd, plane, plane_x, plane_y, value, x, y, z
       integer :: b, c, q
       !$omp simd private(even, odd, plane, plane_x, plane_y, value, x, y, z)
-      do q = 1, lanes
+      do q = 1, half
          value = 0.0_wp
          x = 0.0_wp
          y = 0.0_wp
          z = 0.0_wp
+         !GCC$ unroll 1
          do c = -1, 1
             plane = 0.0_wp
             plane_x = 0.0_wp
@@ -193,14 +186,30 @@ contains
             y = y + stencil%weight(m, c, 3)*plane_y
             z = z + stencil%slope(m, c, 3)*plane
          end do
-         motion(q) = value
+         velocity(q) = value
          slope_x(q) = x
          slope_y(q) = y
          slope_z(q) = z
       end do
+      !$omp simd private(even, plane, value)
+      do q = 1, half
+         value = 0.0_wp
+         !GCC$ unroll 1
+         do c = -1, 1
+            plane = 0.0_wp
+            do b = -1, 1
+               even = stencil%weight(m, -1, 1)*tile(half + q, i, j + 1 + b, k + 1 + c) &
+                      + stencil%weight(m, 0, 1)*tile(half + q, i + 1, j + 1 + b, k + 1 + c) &
+                      + stencil%weight(m, 1, 1)*tile(half + q, i + 2, j + 1 + b, k + 1 + c)
+               plane = plane + stencil%weight(m, b, 2)*even
+            end do
+            value = value + stencil%weight(m, c, 3)*plane
+         end do
+         acceleration(q) = value
+      end do
       do q = 1, 3
-         taken%motion(m, q) = motion(1 + q)
-         taken%motion(m, 3 + q) = motion(4 + q)
+         taken%motion(m, q) = velocity(1 + q)
+         taken%motion(m, 3 + q) = acceleration(q)
          taken%gradient(m, q) = slope_x(1 + q)
          taken%gradient(m, 3 + q) = slope_y(1 + q)
          taken%gradient(m, 6 + q) = slope_z(1 + q)

@@ -4,18 +4,19 @@ module m_particle_to_node
    use m_constants, only: block_size
    use m_field_table, only: layout_t
    use m_cell_list, only: cell_list_t
-   use m_stencil, only: stencil_t, frame_t, chunk, set_stencil
+   use m_stencil, only: stencil_t, frame_t, batch, chunk, set_stencil
    implicit none
    private
-   public :: gather_to_nodes, gather_body_force, load_t, clear, set_load
+   public :: gather_to_nodes, gather_body_force, load_t, half, clear, set_load
 
    integer, parameter :: lanes = 8 !< values a node: mass, momentum (3), force (3), spare
+   integer, parameter :: half = 4  !< of them, those that go with the weight, and those that go with its slopes: a register each
 
-   !> What the particles of a chunk give, one lane a node quantity; lanes that carry nothing are 0.
+   !> What the particles of a chunk give, one lane a node quantity. Lanes that are never written stay 0.
    type :: load_t
-      real(wp) :: fixed(lanes, chunk)        !< what goes with the weight
-      real(wp) :: along(lanes, 3, chunk)     !< what goes with each axis: momentum m L, force -V sigma
-      real(wp) :: arm(lanes, -1:1, 3, chunk) !< what multiplies it on nodes -1, 0, 1 along each axis
+      real(wp) :: momentum(half, 0:3, chunk) = 0.0_wp !< mass and momentum; and what affine momentum adds from node to node along each
+                                                      !< axis, m L h, nothing to the mass
+      real(wp) :: force(half, 3, chunk) = 0.0_wp      !< -V sigma, a column an axis; the last lane is spare
    end type load_t
 
 contains
@@ -31,15 +32,18 @@ contains
       integer, intent(in), optional :: reach(2, 3) !< first and last index along each axis of what can be other than 0
       type(stencil_t) :: stencil
       type(load_t) :: load
+      real(wp) :: face(chunk + batch, -1:1, -1:1)
       integer :: first, r
       call clear(tile, reach)
       do first = 1, cells%first(size(cells%first)) - 1, chunk
          call set_stencil(stencil, cells, first, column, layout, frame)
-         call set_load(load, stencil, column, layout)
-         call set_arms(load, stencil, frame%cell)
+         call set_load(load, stencil, column, layout, frame%cell)
+         call set_face(face, stencil)
          do r = 1, stencil%runs
-            call add(load, stencil, stencil%run_first(r), stencil%run_first(r + 1) - 1, stencil%run_place(1, r), &
-                     stencil%run_place(2, r), stencil%run_place(3, r), tile)
+            associate (from => stencil%run_first(r), to => stencil%run_first(r + 1) - 1, place => stencil%run_place(:, r))
+               call add_momentum(load, stencil, face, from, to, place(1), place(2), place(3), tile)
+               call add_force(load, stencil, from, to, place(1), place(2), place(3), tile)
+            end associate
          end do
       end do
    end subroutine gather_to_nodes
@@ -57,11 +61,12 @@ contains
 
    !> What the particles of a chunk carry, from columns to lanes, one particle after the other. Affine transfer is written about
    !> the nearest node, so that what goes with an axis is 0 there: m S (v - L offset) + m S L (x_i - x_nearest).
-   pure subroutine set_load(load, stencil, column, layout)
+   pure subroutine set_load(load, stencil, column, layout, cell)
       type(load_t), intent(inout) :: load
       type(stencil_t), intent(in) :: stencil
       real(wp), intent(in), contiguous :: column(:, :)
       type(layout_t), intent(in) :: layout
+      real(wp), intent(in) :: cell !< m
       integer :: g, i, p, q, s, v
       real(wp) :: mass, volume, momentum(3), carried(3, 3), force(6)
       v = layout%velocity - 1
@@ -87,10 +92,12 @@ contains
             momentum = momentum - stencil%offset(p, 1)*carried(:, 1) - stencil%offset(p, 2)*carried(:, 2) &
                        - stencil%offset(p, 3)*carried(:, 3)
          end if
-         load%fixed(:, p) = [mass, momentum(1), momentum(2), momentum(3), 0.0_wp, 0.0_wp, 0.0_wp, 0.0_wp]
-         load%along(:, 1, p) = [0.0_wp, carried(1, 1), carried(2, 1), carried(3, 1), force(1), force(6), force(5), 0.0_wp]
-         load%along(:, 2, p) = [0.0_wp, carried(1, 2), carried(2, 2), carried(3, 2), force(6), force(2), force(4), 0.0_wp]
-         load%along(:, 3, p) = [0.0_wp, carried(1, 3), carried(2, 3), carried(3, 3), force(5), force(4), force(3), 0.0_wp]
+         load%momentum(1, 0, p) = mass
+         load%momentum(2:4, 0, p) = momentum
+         load%momentum(2:4, 1:3, p) = cell*carried
+         load%force(1:3, 1, p) = [force(1), force(6), force(5)]
+         load%force(1:3, 2, p) = [force(6), force(2), force(4)]
+         load%force(1:3, 3, p) = [force(5), force(4), force(3)]
       end do
       if (layout%viscous_pressure > 0) &
          call add_pressure(load, stencil, column(:, layout%volume), column(:, layout%viscous_pressure))
@@ -106,42 +113,36 @@ contains
       do p = 1, stencil%count
          q = stencil%member(p)
          do axis = 1, 3
-            load%along(4 + axis, axis, p) = load%along(4 + axis, axis, p) + volume(q)*pressure(q)
+            load%force(axis, axis, p) = load%force(axis, axis, p) + volume(q)*pressure(q)
          end do
       end do
    end subroutine add_pressure
 
-   !> What multiplies `along` at a node: the slope for forces, weight times distance from the nearest node for momenta.
-   pure subroutine set_arms(load, stencil, cell)
-      type(load_t), intent(inout) :: load
+   !> Products of the weights along y and z.
+   pure subroutine set_face(face, stencil)
+      real(wp), intent(inout) :: face(chunk + batch, -1:1, -1:1)
       type(stencil_t), intent(in) :: stencil
-      real(wp), intent(in) :: cell
-      real(wp), parameter :: momentum(lanes) = [0, 1, 1, 1, 0, 0, 0, 0], force(lanes) = [0, 0, 0, 0, 1, 1, 1, 0]
-      integer :: axis, p, q
-      do p = 1, stencil%count
-         do axis = 1, 3
-            !$omp simd
-            do q = 1, lanes
-               load%arm(q, -1, axis, p) = force(q)*stencil%slope(p, -1, axis) - momentum(q)*(cell*stencil%weight(p, -1, axis))
-               load%arm(q, 0, axis, p) = force(q)*stencil%slope(p, 0, axis)
-               load%arm(q, 1, axis, p) = force(q)*stencil%slope(p, 1, axis) + momentum(q)*(cell*stencil%weight(p, 1, axis))
-            end do
+      integer :: b, c
+      do c = -1, 1
+         do b = -1, 1
+            face(:, b, c) = stencil%weight(:, b, 2)*stencil%weight(:, c, 3)
          end do
       end do
-   end subroutine set_arms
+   end subroutine set_face
 
-   !> Add a run of particles of one bin to the 27 nodes around it. One lane a node quantity; plane by plane, with the plane's nine
-   !> sums in registers over the particles. Products are factorised: along x once a plane, along y once a row.
-   pure subroutine add(load, stencil, first, last, i, j, k, tile)
+   !> Add mass and momentum of a run of particles of one bin to the 27 nodes around it. One lane a node quantity; plane by plane, with
+   !> the plane's nine sums in registers over the particles.
+   pure subroutine add_momentum(load, stencil, face, first, last, i, j, k, tile)
       type(load_t), intent(in) :: load
       type(stencil_t), intent(in) :: stencil
+      real(wp), intent(in) :: face(chunk + batch, -1:1, -1:1)
       integer, intent(in) :: first, last, i, j, k
       real(wp), intent(inout) :: tile(lanes, 0:block_size + 1, 0:block_size + 1, 0:block_size + 1)
-      real(wp) :: s11, s21, s31, s12, s22, s32, s13, s23, s33, from_x, from_y, from_z, u, v
+      real(wp) :: s11, s21, s31, s12, s22, s32, s13, s23, s33, middle, row, y, z
       integer :: a, p, q
       do a = -1, 1
-         !$omp simd private(s11, s21, s31, s12, s22, s32, s13, s23, s33, from_x, from_y, from_z, u, v)
-         do q = 1, lanes
+         !$omp simd private(s11, s21, s31, s12, s22, s32, s13, s23, s33, middle, row, y, z)
+         do q = 1, half
             s11 = tile(q, i + 1 + a, j, k)
             s21 = tile(q, i + 1 + a, j + 1, k)
             s31 = tile(q, i + 1 + a, j + 2, k)
@@ -152,24 +153,20 @@ contains
             s23 = tile(q, i + 1 + a, j + 1, k + 2)
             s33 = tile(q, i + 1 + a, j + 2, k + 2)
             do p = first, max(first, last) ! at least one, so that the loop over lanes can become vectors
-               from_x = stencil%weight(p, a, 1)*load%fixed(q, p) + load%arm(q, a, 1, p)*load%along(q, 1, p)
-               from_y = stencil%weight(p, a, 1)*load%along(q, 2, p)
-               from_z = stencil%weight(p, a, 1)*load%along(q, 3, p)
-               u = stencil%weight(p, -1, 2)*from_x + load%arm(q, -1, 2, p)*from_y
-               v = stencil%weight(p, -1, 2)*from_z
-               s11 = s11 + stencil%weight(p, -1, 3)*u + load%arm(q, -1, 3, p)*v
-               s12 = s12 + stencil%weight(p, 0, 3)*u + load%arm(q, 0, 3, p)*v
-               s13 = s13 + stencil%weight(p, 1, 3)*u + load%arm(q, 1, 3, p)*v
-               u = stencil%weight(p, 0, 2)*from_x + load%arm(q, 0, 2, p)*from_y
-               v = stencil%weight(p, 0, 2)*from_z
-               s21 = s21 + stencil%weight(p, -1, 3)*u + load%arm(q, -1, 3, p)*v
-               s22 = s22 + stencil%weight(p, 0, 3)*u + load%arm(q, 0, 3, p)*v
-               s23 = s23 + stencil%weight(p, 1, 3)*u + load%arm(q, 1, 3, p)*v
-               u = stencil%weight(p, 1, 2)*from_x + load%arm(q, 1, 2, p)*from_y
-               v = stencil%weight(p, 1, 2)*from_z
-               s31 = s31 + stencil%weight(p, -1, 3)*u + load%arm(q, -1, 3, p)*v
-               s32 = s32 + stencil%weight(p, 0, 3)*u + load%arm(q, 0, 3, p)*v
-               s33 = s33 + stencil%weight(p, 1, 3)*u + load%arm(q, 1, 3, p)*v
+               middle = stencil%weight(p, a, 1)*(load%momentum(q, 0, p) + a*load%momentum(q, 1, p))
+               y = stencil%weight(p, a, 1)*load%momentum(q, 2, p)
+               z = stencil%weight(p, a, 1)*load%momentum(q, 3, p)
+               row = middle - y
+               s11 = s11 + face(p, -1, -1)*(row - z)
+               s12 = s12 + face(p, -1, 0)*row
+               s13 = s13 + face(p, -1, 1)*(row + z)
+               s21 = s21 + face(p, 0, -1)*(middle - z)
+               s22 = s22 + face(p, 0, 0)*middle
+               s23 = s23 + face(p, 0, 1)*(middle + z)
+               row = middle + y
+               s31 = s31 + face(p, 1, -1)*(row - z)
+               s32 = s32 + face(p, 1, 0)*row
+               s33 = s33 + face(p, 1, 1)*(row + z)
             end do
             tile(q, i + 1 + a, j, k) = s11
             tile(q, i + 1 + a, j + 1, k) = s21
@@ -182,7 +179,60 @@ contains
             tile(q, i + 1 + a, j + 2, k + 2) = s33
          end do
       end do
-   end subroutine add
+   end subroutine add_momentum
+
+   !> The same for forces. Products are factorised: along x once a plane, along y once a row.
+   pure subroutine add_force(load, stencil, first, last, i, j, k, tile)
+      type(load_t), intent(in) :: load
+      type(stencil_t), intent(in) :: stencil
+      integer, intent(in) :: first, last, i, j, k
+      real(wp), intent(inout) :: tile(lanes, 0:block_size + 1, 0:block_size + 1, 0:block_size + 1)
+      real(wp) :: s11, s21, s31, s12, s22, s32, s13, s23, s33, x, y, z, u, v
+      integer :: a, p, q
+      do a = -1, 1
+         !$omp simd private(s11, s21, s31, s12, s22, s32, s13, s23, s33, x, y, z, u, v)
+         do q = 1, half
+            s11 = tile(half + q, i + 1 + a, j, k)
+            s21 = tile(half + q, i + 1 + a, j + 1, k)
+            s31 = tile(half + q, i + 1 + a, j + 2, k)
+            s12 = tile(half + q, i + 1 + a, j, k + 1)
+            s22 = tile(half + q, i + 1 + a, j + 1, k + 1)
+            s32 = tile(half + q, i + 1 + a, j + 2, k + 1)
+            s13 = tile(half + q, i + 1 + a, j, k + 2)
+            s23 = tile(half + q, i + 1 + a, j + 1, k + 2)
+            s33 = tile(half + q, i + 1 + a, j + 2, k + 2)
+            do p = first, max(first, last) ! at least one, so that the loop over lanes can become vectors
+               x = stencil%slope(p, a, 1)*load%force(q, 1, p)
+               y = stencil%weight(p, a, 1)*load%force(q, 2, p)
+               z = stencil%weight(p, a, 1)*load%force(q, 3, p)
+               u = stencil%weight(p, -1, 2)*x + stencil%slope(p, -1, 2)*y
+               v = stencil%weight(p, -1, 2)*z
+               s11 = s11 + stencil%weight(p, -1, 3)*u + stencil%slope(p, -1, 3)*v
+               s12 = s12 + stencil%weight(p, 0, 3)*u + stencil%slope(p, 0, 3)*v
+               s13 = s13 + stencil%weight(p, 1, 3)*u + stencil%slope(p, 1, 3)*v
+               u = stencil%weight(p, 0, 2)*x + stencil%slope(p, 0, 2)*y
+               v = stencil%weight(p, 0, 2)*z
+               s21 = s21 + stencil%weight(p, -1, 3)*u + stencil%slope(p, -1, 3)*v
+               s22 = s22 + stencil%weight(p, 0, 3)*u + stencil%slope(p, 0, 3)*v
+               s23 = s23 + stencil%weight(p, 1, 3)*u + stencil%slope(p, 1, 3)*v
+               u = stencil%weight(p, 1, 2)*x + stencil%slope(p, 1, 2)*y
+               v = stencil%weight(p, 1, 2)*z
+               s31 = s31 + stencil%weight(p, -1, 3)*u + stencil%slope(p, -1, 3)*v
+               s32 = s32 + stencil%weight(p, 0, 3)*u + stencil%slope(p, 0, 3)*v
+               s33 = s33 + stencil%weight(p, 1, 3)*u + stencil%slope(p, 1, 3)*v
+            end do
+            tile(half + q, i + 1 + a, j, k) = s11
+            tile(half + q, i + 1 + a, j + 1, k) = s21
+            tile(half + q, i + 1 + a, j + 2, k) = s31
+            tile(half + q, i + 1 + a, j, k + 1) = s12
+            tile(half + q, i + 1 + a, j + 1, k + 1) = s22
+            tile(half + q, i + 1 + a, j + 2, k + 1) = s32
+            tile(half + q, i + 1 + a, j, k + 2) = s13
+            tile(half + q, i + 1 + a, j + 1, k + 2) = s23
+            tile(half + q, i + 1 + a, j + 2, k + 2) = s33
+         end do
+      end do
+   end subroutine add_force
 
    !> Add m S b to the force of a block's node tile, b a body force per mass of each particle.
    pure subroutine gather_body_force(cells, column, layout, frame, acceleration, tile)
