@@ -75,8 +75,8 @@ contains
       real(wp) :: radial(3), height, radius
       height = -dot_product(from_tip, self%axis)
       radial = from_tip + height*self%axis
-      radius = norm2(radial)
-      if (radius > 0.0_wp) radial = radial/radius
+      radius = sqrt(dot_product(radial, radial)) ! norm2 guards against overflow, at several times the cost
+      if (radius > 0.0_wp) radial = (1.0_wp/radius)*radial
       select case (self%kind)
       case (tool_sphere)
          call round(from_tip + self%radius*self%axis, self%radius, self%axis, gap, normal)

@@ -7,6 +7,7 @@ module m_candidates
    use m_tool, only: tool_t
    use m_level, only: level_t
    use m_block, only: block_t
+   use m_cell_list, only: bins
    use m_split, only: longest
    use m_materials, only: materials_t
    use m_grid_level, only: grid_level_t
@@ -63,25 +64,33 @@ contains
       type(materials_t), intent(in) :: materials
       real(wp), intent(in) :: time_step
       real(wp), intent(out) :: overlap(:) !< (tools): deepest place of a contact point inside, m
-      real(wp) :: middle(3), gap, normal(3), reach, edge
-      integer :: b, bin, l, n, t
+      real(wp) :: centre(3), middle(3), position(3), gap, gap_centre, normal(3), normal_centre(3)
+      real(wp) :: far !< no candidate's centre is further from a tool, m
+      real(wp) :: half_diagonal
+      integer :: b, bin, l, n, p, t
       self%count = 0
       overlap = 0.0_wp
       self%rubbing = 0
-      reach = (0.5_wp*sqrt(3.0_wp) + fastest)*level%grid%cell
+      half_diagonal = 0.5_wp*sqrt(3.0_wp)*level%grid%cell
       do b = 1, size(level%blocks)
          if (level%blocks(b)%particles%count == 0) cycle
          if (.not. near_tool(tools, level, level%blocks(b)%place)) cycle
          associate (block => level%blocks(b))
-            edge = thickest(level, block)
+            far = thickest(level, block) + fastest*level%grid%cell
             do t = 1, size(tools)
-               do bin = 1, size(block%cells%first) - 1
+               centre = block%origin + 0.5_wp*(block_size - 1)*level%grid%cell
+               call tools(t)%gap_and_normal(centre, gap_centre, normal_centre)
+               do bin = 1, bins
                   if (block%cells%first(bin) == block%cells%first(bin + 1)) cycle
                   middle = block%origin + bin_place(bin)*level%grid%cell
+                  if (surely_beyond(far + half_diagonal, gap_centre, normal_centre, middle - centre)) cycle
                   call tools(t)%gap_and_normal(middle, gap, normal)
-                  if (gap > reach + edge) cycle
+                  if (gap > far + half_diagonal) cycle
                   do l = block%cells%first(bin), block%cells%first(bin + 1) - 1
-                     call self%consider(tools(t), level, materials, time_step, [b, int(block%cells%order(l)), bin, t], overlap(t))
+                     p = block%cells%order(l)
+                     position = block%particles%column(p, level%layout%position:level%layout%position + 2)
+                     if (surely_beyond(far, gap, normal, position - middle)) cycle
+                     call self%consider(tools(t), level, materials, time_step, [b, p, bin, t], overlap(t))
                   end do
                end do
             end do
@@ -92,6 +101,13 @@ contains
          end associate
       end do
    end subroutine find
+
+   !> True where the gap at a place outside a tool and its normal tell that the gap is above a limit some way off: tools are convex, so
+   !> a gap is nowhere smaller than it is foretold so. Most bins of a block and most particles of a bin need not be asked then.
+   pure logical function surely_beyond(limit, gap, normal, way)
+      real(wp), intent(in) :: limit, gap, normal(3), way(3) !< m
+      surely_beyond = gap > 0.0_wp .and. gap + dot_product(normal, way) > limit
+   end function surely_beyond
 
    !> Number of particles of a block that a tool pressed in the last step.
    pure integer function pressed(self, block)
