@@ -11,6 +11,7 @@ module m_candidates
    use m_split, only: longest
    use m_materials, only: materials_t
    use m_grid_level, only: grid_level_t
+   use m_locate, only: find_bounds
    use m_stencil, only: bin_place, hat_weights
    implicit none
    private
@@ -121,10 +122,12 @@ contains
    pure real(wp) function thickest(level, block)
       type(level_t), intent(in) :: level
       type(block_t), intent(in) :: block
+      real(wp) :: smallest, largest
       if (level%layout%domain > 0 .or. level%layout%half_sizes) then
          thickest = 2.0_wp*sqrt(3.0_wp)*longest*level%grid%cell
       else
-         thickest = 2.0_wp*maxval(block%particles%column(:block%particles%count, level%layout%half_size))
+         call find_bounds(block%particles%count, block%particles%column(:, level%layout%half_size), smallest, largest)
+         thickest = 2.0_wp*largest
       end if
    end function thickest
 

@@ -27,6 +27,7 @@ module m_petsc_solver
    real(wp), parameter :: largest_right_side = 1.0e100_wp !< its norm; what is larger, or not a number, has no solution
    integer, parameter :: together = 25              !< iterations between looks at unknowns beside their bounds
    real(wp), parameter :: rounding = 1.0e-13_wp     !< of the largest unknown
+   real(wp), parameter :: enough = 0.9_wp           !< conjugate gradients need come no lower than this, of the tolerance
 
    !> What PETSc's callbacks work on during a solve.
    class(petsc_operator_t), pointer, protected :: current_operator => null()
@@ -86,6 +87,7 @@ contains
       PetscErrorCode :: ierr
       PetscReal :: size_of_b, norm, objective, infeasibility, change
       PetscInt :: steps, limit
+      KSP :: ksp
       TaoConvergedReason :: reason
       current_operator => operator
       current_right_side = self%right_side
@@ -99,6 +101,8 @@ contains
          return
       end if
       PetscCallA(TaoSetTolerances(self%tao, tolerance*size_of_b, 0.0_wp, 0.0_wp, ierr))
+      PetscCallA(TaoGetKSP(self%tao, ksp, ierr))
+      PetscCallA(KSPSetTolerances(ksp, PETSC_DEFAULT_REAL, enough*tolerance*size_of_b, PETSC_DEFAULT_REAL, PETSC_DEFAULT_INTEGER, ierr))
       iterations = 0
       do
          limit = min(together, max_iterations - iterations)

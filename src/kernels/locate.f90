@@ -5,7 +5,7 @@ module m_locate
    use m_stencil, only: frame_t
    implicit none
    private
-   public :: locate_particles, bin_of
+   public :: locate_particles, find_bounds, bin_of
 
 contains
 
