@@ -27,7 +27,8 @@ module m_petsc_solver
    real(wp), parameter :: largest_right_side = 1.0e100_wp !< its norm; what is larger, or not a number, has no solution
    integer, parameter :: together = 25              !< iterations between looks at unknowns beside their bounds
    real(wp), parameter :: rounding = 1.0e-13_wp     !< of the largest unknown
-   real(wp), parameter :: enough = 0.9_wp           !< conjugate gradients need come no lower than this, of the tolerance
+   real(wp), parameter :: enough = 0.3_wp           !< conjugate gradients need come no lower than this, of the tolerance; with 0.9,
+                                                    !< friction's sweeps are soon above it again
 
    !> What PETSc's callbacks work on during a solve.
    class(petsc_operator_t), pointer, protected :: current_operator => null()
