@@ -114,20 +114,17 @@ class Bench:
         return rounds
 
     def side_by_side(self, copies, make_scene):
-        """Seconds that the slowest of several 1-rank copies needs, median."""
+        """Seconds that the slowest of several 1-rank copies needs."""
+        started = [self.start(1, make_scene(self.out())) for _ in range(copies)]
+        for process, scene in started:
+            process.stdin.write(scene)
+            process.stdin.close()
         seconds = []
-        for _ in range(self.repeats):
-            started = [self.start(1, make_scene(self.out())) for _ in range(copies)]
-            for process, scene in started:
-                process.stdin.write(scene)
-                process.stdin.close()
-            found = []
-            for process, _ in started:
-                log = process.stdout.read()
-                process.wait()
-                found.append(read_costs(log)['seconds'])
-            seconds.append(max(found))
-        return statistics.median(seconds)
+        for process, _ in started:
+            log = process.stdout.read()
+            process.wait()
+            seconds.append(read_costs(log)['seconds'])
+        return max(seconds)
 
 
 def read_costs(log):
@@ -205,10 +202,12 @@ def table_pairs(bench):
     scenes = {'E1': lambda out: shipped_scene('scaling', out, 0.05, history=False),
               'E2, first half': lambda out: shipped_scene('cone', out, 0.5)}
     for name, make in scenes.items():
-        one = bench.several(1, make)['seconds']
-        two = bench.several(2, make)['seconds']
-        both = bench.side_by_side(2, make)
-        row([name, f'{one:.2f}', f'{two:.2f}', f'{both:.2f}', f'{both/2/two:.2f}', f'{one/two:.2f}'])
+        rounds = [(bench.run(1, make(bench.out()))['seconds'], bench.run(2, make(bench.out()))['seconds'], bench.side_by_side(2, make))
+                  for _ in range(bench.repeats)]
+        row([name, *(f'{statistics.median(column):.2f}' for column in zip(*rounds)),
+             f'{statistics.median(both/2/two for _, two, both in rounds):.2f}',
+             f'{statistics.median(one/two for one, two, _ in rounds):.2f}'])
+    print('\nIn turn; ratios are medians of those of each round.')
 
 
 def table_growth(bench):
