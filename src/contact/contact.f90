@@ -170,7 +170,7 @@ contains
                compliance(self%system%rows) = give*compliance(c)
             end do
          end do
-         call self%system%number_nodes()
+         call self%system%number_nodes(size(list))
          do c = 1, size(list)
             call set_mobility(self%system, level, list(c), c, time_step)
          end do

@@ -6,19 +6,17 @@ module m_contact_system
    use m_kinds, only: wp, i8
    use m_communicator, only: communicator_t
    use m_petsc_operator, only: petsc_operator_t
+   use m_cell_rows, only: cell_rows_t, cell_nodes, width
    implicit none
    private
-   public :: contact_system_t, nodal_forces_t
-
-   integer, parameter, public :: cell_nodes = 8 !< nodes of the cell around a contact point
-   integer, parameter :: width = 4 !< three components and a spare one: one vector register
+   public :: contact_system_t, nodal_forces_t, cell_nodes
 
    !> Nodes that this rank's rows touch and that rows of another rank touch too.
    type :: shared_nodes_t
       integer :: rank = -1
       integer, allocatable :: nodes(:)  !< local numbers, in the order of the grid
       integer, allocatable :: theirs(:) !< nodes in the grid that its rows touch, rising
-      real(wp), allocatable :: given(:, :), taken(:, :)
+      real(wp), allocatable :: given(:, :), taken(:, :) !< (3, :), N
    end type shared_nodes_t
 
    !> Forces that the rows of one rank give to nodes.
@@ -30,13 +28,15 @@ module m_contact_system
    type, extends(petsc_operator_t) :: contact_system_t
       type(communicator_t) :: communicator
       integer :: rows = 0
-      integer :: first = 1, last = 0             !< the active rows
+      integer :: first = 1, last = 0             !< the active rows: of the normal forces, of friction, or both
+      integer :: normal = 0                      !< rows of normal forces; those of friction follow
       integer :: nodes = 0
       logical :: gives_way = .false.             !< some tool does
       integer(i8) :: products = 0                !< times the operator was applied, over the run
       integer, allocatable :: node(:, :)         !< (8, rows): node in the grid, counted from 1; then its local number
       real(wp), allocatable :: weight(:, :)      !< (8, rows): of the contact point on its nodes
       real(wp), allocatable :: direction(:, :)   !< (4, rows): in which a force acts; the last is 0
+      type(cell_rows_t) :: normal_rows, friction_rows !< as products take them
       integer, allocatable :: tool(:)            !< (rows)
       real(wp), allocatable :: along(:)          !< (rows): what of the direction is along the tool's axis
       real(wp), allocatable :: tool_mobility(:)  !< (tools): along their axes, s/kg; 0 for those that do not give way
@@ -59,7 +59,7 @@ module m_contact_system
       procedure :: set_scale
       procedure :: pair_scales
       procedure, private :: spread
-      procedure, private :: exchange
+      procedure, private :: share
       procedure, private :: collect
    end type contact_system_t
 
@@ -120,9 +120,11 @@ contains
       self%last = last
    end subroutine activate
 
-   !> Number the nodes that the rows touch, in the order of the grid, over the range of their numbers.
-   subroutine number_nodes(self)
+   !> All rows are there: number the nodes that they touch, in the order of the grid, over the range of their numbers, and put the
+   !> rows of a cell together.
+   subroutine number_nodes(self, normal)
       class(contact_system_t), intent(inout) :: self
+      integer, intent(in) :: normal !< rows of normal forces, the first ones
       integer, allocatable :: number(:)
       integer :: c, first, last, n
       n = self%rows
@@ -150,6 +152,10 @@ contains
             self%node(:, c) = number(self%node(:, c))
          end do
       end if
+      self%normal = normal
+      call self%normal_rows%sort(self%nodes, self%node(:, :normal), self%weight(:, :normal), self%direction(:, :normal))
+      call self%friction_rows%sort(self%nodes, self%node(:, normal + 1:n), self%weight(:, normal + 1:n), &
+                                   self%direction(:, normal + 1:n))
       if (allocated(self%force)) then
          if (size(self%force, 2) >= self%nodes) return
          deallocate (self%force, self%mobility)
@@ -180,7 +186,7 @@ contains
          self%shared(n)%rank = neighbours(n)
          self%shared(n)%nodes = common(self%grid_node, theirs)
          count = size(self%shared(n)%nodes)
-         allocate (self%shared(n)%given(width, count), self%shared(n)%taken(width, count))
+         allocate (self%shared(n)%given(3, count), self%shared(n)%taken(3, count))
          call move_alloc(theirs, self%shared(n)%theirs)
       end do
       call MPI_Waitall(size(neighbours), requests, MPI_STATUSES_IGNORE)
@@ -212,13 +218,14 @@ contains
       class(contact_system_t), intent(inout) :: self
       real(wp), intent(in) :: from(:)
       real(wp), intent(out) :: to(:)
+      real(wp) :: push(self%last - self%first + 1)
       integer :: n
-      n = self%last - self%first + 1
+      n = size(push)
       self%products = self%products + 1
-      call self%spread(from(:n)*self%scale(self%first:self%last))
-      call self%exchange()
-      call self%collect(to)
-      to(:n) = to(:n) + self%softness(self%first:self%last)*from(:n)
+      push = from(:n)*self%scale(self%first:self%last)
+      call self%share(push)
+      call self%collect(push)
+      to(:n) = push + self%softness(self%first:self%last)*from(:n)
       to(n + 1:) = from(n + 1:)
    end subroutine multiply
 
@@ -230,8 +237,7 @@ contains
       real(wp), intent(out) :: to(:)
       self%products = self%products + 1
       call self%activate(pushed(1), pushed(2))
-      call self%spread(from*self%scale(self%first:self%last))
-      call self%exchange()
+      call self%share(from*self%scale(self%first:self%last))
       call self%activate(asked(1), asked(2))
       call self%collect(to)
    end subroutine respond
@@ -239,21 +245,11 @@ contains
    !> Contact forces of this rank's active rows to their nodes and tools.
    subroutine spread(self, forces)
       class(contact_system_t), intent(inout) :: self
-      real(wp), intent(in) :: forces(:) !< (active rows), N
-      real(wp) :: f(width)
-      integer :: c, i, n, s
+      real(wp), intent(in), contiguous :: forces(:) !< (active rows), N
+      integer :: c
       self%force(:, :self%nodes) = 0.0_wp
-      do c = self%first, self%last
-         if (abs(forces(c - self%first + 1)) <= 0.0_wp) cycle
-         f = forces(c - self%first + 1)*self%direction(:, c)
-         do s = 1, cell_nodes
-            n = self%node(s, c)
-            !$omp simd
-            do i = 1, width
-               self%force(i, n) = self%force(i, n) + self%weight(s, c)*f(i)
-            end do
-         end do
-      end do
+      if (self%first <= self%normal) call self%normal_rows%spread(forces, self%force)
+      if (self%last > self%normal) call self%friction_rows%spread(forces(max(1, self%normal - self%first + 2):), self%force)
       if (.not. self%gives_way) return
       self%tool_push = 0.0_wp
       do c = self%first, self%last
@@ -265,7 +261,7 @@ contains
    !> rising rank, so that all ranks that know a node add up its force in one order. Once after each `connect`: it takes its lists.
    subroutine nodal_forces(self, forces, parts)
       class(contact_system_t), intent(inout) :: self
-      real(wp), intent(in) :: forces(:) !< (rows), N
+      real(wp), intent(in), contiguous :: forces(:) !< (rows), N
       type(nodal_forces_t), allocatable, intent(out) :: parts(:)
       type(MPI_Request) :: requests(2*size(self%shared))
       integer :: n, own, r
@@ -287,51 +283,58 @@ contains
       call MPI_Waitall(size(requests), requests, MPI_STATUSES_IGNORE)
    end subroutine nodal_forces
 
-   !> Collective: add what other ranks' rows give to the nodes that are shared with them, and to tools that give way.
-   subroutine exchange(self)
+   !> Collective: contact forces of the active rows of all ranks to the nodes that this one's rows touch, and to tools that give way.
+   !> Messages find their receives there when they come.
+   subroutine share(self, forces)
       class(contact_system_t), intent(inout) :: self
+      real(wp), intent(in), contiguous :: forces(:) !< of this rank's, N
       type(MPI_Request) :: requests(2*size(self%shared))
-      integer :: i, n, count
+      integer :: i, last, n
+      last = 0
+      do i = 1, size(self%shared)
+         associate (it => self%shared(i))
+            if (size(it%nodes) == 0) cycle
+            last = last + 1
+            call MPI_Irecv(it%taken, size(it%taken), MPI_DOUBLE_PRECISION, it%rank, 4, self%communicator%comm, requests(last))
+         end associate
+      end do
+      call self%spread(forces)
+      do i = 1, size(self%shared)
+         associate (it => self%shared(i))
+            if (size(it%nodes) == 0) cycle
+            do n = 1, size(it%nodes)
+               it%given(1:3, n) = self%force(1:3, it%nodes(n))
+            end do
+            last = last + 1
+            call MPI_Isend(it%given, size(it%given), MPI_DOUBLE_PRECISION, it%rank, 4, self%communicator%comm, requests(last))
+         end associate
+      end do
       if (self%gives_way) call MPI_Allreduce(MPI_IN_PLACE, self%tool_push, size(self%tool_push), MPI_DOUBLE_PRECISION, MPI_SUM, &
                                              self%communicator%comm)
-      n = 0
+      if (last == 0) return
+      call MPI_Waitall(last, requests, MPI_STATUSES_IGNORE)
       do i = 1, size(self%shared)
-         associate (shared => self%shared(i))
-            count = size(shared%nodes)
-            if (count == 0) cycle
-            shared%given = self%force(:, shared%nodes)
-            call MPI_Irecv(shared%taken, width*count, MPI_DOUBLE_PRECISION, shared%rank, 4, self%communicator%comm, requests(n + 1))
-            call MPI_Isend(shared%given, width*count, MPI_DOUBLE_PRECISION, shared%rank, 4, self%communicator%comm, requests(n + 2))
-            n = n + 2
+         associate (it => self%shared(i))
+            do n = 1, size(it%nodes)
+               self%force(1:3, it%nodes(n)) = self%force(1:3, it%nodes(n)) + it%taken(1:3, n)
+            end do
          end associate
       end do
-      if (n == 0) return
-      call MPI_Waitall(n, requests, MPI_STATUSES_IGNORE)
-      do i = 1, size(self%shared)
-         associate (shared => self%shared(i))
-            if (size(shared%nodes) > 0) self%force(:, shared%nodes) = self%force(:, shared%nodes) + shared%taken
-         end associate
-      end do
-   end subroutine exchange
+   end subroutine share
 
-   !> Velocities of the active rows from the forces on their nodes, and relative to tools that give way.
+   !> Velocities of the active rows from the forces on their nodes, and relative to tools that give way, scaled.
    subroutine collect(self, y)
       class(contact_system_t), intent(inout) :: self
-      real(wp), intent(out) :: y(:)
-      real(wp) :: total(width)
-      integer :: c, i, n, s
-      self%force(:, :self%nodes) = self%force(:, :self%nodes)*self%mobility(:, :self%nodes)
-      do c = self%first, self%last
-         total = 0.0_wp
-         do s = 1, cell_nodes
-            n = self%node(s, c)
-            !$omp simd
-            do i = 1, width
-               total(i) = total(i) + self%weight(s, c)*self%force(i, n)
-            end do
+      real(wp), intent(inout), contiguous :: y(:) !< (active rows)
+      integer :: c, n
+      do n = 1, self%nodes
+         do c = 1, width
+            self%force(c, n) = self%force(c, n)*self%mobility(c, n)
          end do
-         y(c - self%first + 1) = sum(total*self%direction(:, c))*self%scale(c)
       end do
+      if (self%first <= self%normal) call self%normal_rows%collect(self%force, y)
+      if (self%last > self%normal) call self%friction_rows%collect(self%force, y(max(1, self%normal - self%first + 2):))
+      y = y*self%scale(self%first:self%last)
       if (.not. self%gives_way) return
       self%tool_push = self%tool_push*self%tool_mobility
       do c = self%first, self%last

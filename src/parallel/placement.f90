@@ -10,6 +10,7 @@ module m_placement
    use m_level, only: level_t, tile_last
    use m_decomposition, only: blocks_before
    use m_metis, only: partition_graph
+   use m_block_moves, only: block_graph_t, shorten_step
    implicit none
    private
    public :: work_t, work_of, choose_owners, slowest, shared_out
@@ -91,7 +92,7 @@ contains
    end subroutine choose_owners
 
    !> An owner of every block, each level and contact balanced in themselves: of what METIS offers for two ways and several tolerances,
-   !> what makes the shortest step. With no more blocks than ranks, one block a rank.
+   !> what makes the shortest step, which moves of single blocks then make shorter. With no more blocks than ranks, one block a rank.
    subroutine place(levels, work, ranks, owner, failed)
       type(level_t), intent(in) :: levels(:)
       type(work_t), intent(in) :: work
@@ -100,7 +101,8 @@ contains
       logical, intent(out) :: failed
       real(wp), parameter :: tolerances(2, 3) = reshape([1.01_wp, 1.2_wp, 1.03_wp, 1.2_wp, 1.2_wp, 1.03_wp], [2, 3]) !< heaviest
                                                                                     ! part over the mean: of levels, of contact
-      integer, allocatable :: adjacent(:), edge_weights(:), offered(:), offsets(:), part(:), there(:), vertex(:)
+      integer, allocatable :: best(:), offered(:), part(:), there(:), vertex(:)
+      type(block_graph_t) :: graph
       real(wp) :: length, shortest
       integer :: cut, n, t, way
       logical :: refused
@@ -113,22 +115,28 @@ contains
       end if
       allocate (vertex(size(owner)), source=0)
       vertex(there) = [(n, n=1, size(there))]
-      call make_graph(levels, vertex, there, offsets, adjacent, edge_weights)
+      call make_graph(levels, vertex, there, graph%offsets, graph%adjacent, graph%edge_weights)
+      graph%weight = work%weight(:, there)
+      graph%times = work%times
+      graph%edge_cost = shared_cost*2.0_wp/ranks
       allocate (part(size(there)), offered(size(owner)), source=-1)
       shortest = huge(shortest)
       do way = 1, 2
          do t = 1, size(tolerances, 2)
-            call partition_graph(offsets, adjacent, work%weight(:, there), edge_weights, ranks, way == 1, &
+            call partition_graph(graph%offsets, graph%adjacent, graph%weight, graph%edge_weights, ranks, way == 1, &
                                  [spread(tolerances(1, t), 1, size(levels)), tolerances(2, t)], part, cut, refused)
             if (refused) cycle
             offered(there) = part
-            length = slowest(work, offered, ranks) + shared_cost*2.0_wp*cut/ranks
+            length = slowest(work, offered, ranks) + graph%edge_cost*cut
             if (length >= shortest) cycle
             shortest = length
-            owner = offered
+            best = part
          end do
       end do
       failed = shortest >= huge(shortest)
+      if (failed) return
+      call shorten_step(graph, ranks, best)
+      owner(there) = best
    end subroutine place
 
    !> The graph of the blocks that exist, by their vertices, which count as their numbers do: edges to neighbours, parents and children,

@@ -52,7 +52,7 @@ contains
       class(cell_list_t), intent(inout) :: self
       integer, intent(in) :: count
       integer(i4) :: next(bins)
-      integer :: b, p
+      integer :: b, jumps, p
       next = 0
       do p = 1, count
          next(self%bin(p)) = next(self%bin(p)) + 1
@@ -68,10 +68,12 @@ contains
          self%order(next(b)) = p
          next(b) = next(b) + 1
       end do
-      self%jumps = 0
+      jumps = 0
+      !$omp simd reduction(+: jumps)
       do p = 2, count
-         if (self%order(p) /= self%order(p - 1) + 1) self%jumps = self%jumps + 1
+         jumps = jumps + merge(1, 0, self%order(p) /= self%order(p - 1) + 1)
       end do
+      self%jumps = jumps
       self%current = .true.
    end subroutine build
 

@@ -1,0 +1,146 @@
+!> What a partition of the blocks leaves to be gained. METIS balances each constraint in itself and up to a tolerance; a step takes as
+!> long as the slowest rank of each. Where blocks are few, moves and swaps of single blocks shorten it by some per cent.
+module m_block_moves
+   use m_kinds, only: wp
+   implicit none
+   private
+   public :: shorten_step
+
+   integer, parameter :: most_swaps = 250000      !< that are looked at between two ranks; above, blocks are so small that moves do
+   real(wp), parameter :: worth_while = 1.0e-4_wp !< of a step
+
+   !> Blocks as METIS takes them, and the step they make.
+   type, public :: block_graph_t
+      integer, allocatable :: offsets(:), adjacent(:), edge_weights(:) !< CSR, from 0
+      integer, allocatable :: weight(:, :) !< (constraints, blocks)
+      real(wp), allocatable :: times(:)    !< (constraints): how often that is done
+      real(wp) :: edge_cost = 0.0_wp       !< of each weight of an edge between ranks
+   end type block_graph_t
+
+   !> A block that goes to another rank, and one that comes for it.
+   type :: change_t
+      real(wp) :: gain = 0.0_wp
+      integer :: block = 0, to = -1
+      integer :: back = 0 !< 0: none
+   end type change_t
+
+contains
+
+   !> Hand single blocks of the slowest ranks to ranks next to them, or swap them for theirs, until no step becomes shorter by that:
+   !> sum over constraints of times * slowest rank, plus edge_cost * cut.
+   pure subroutine shorten_step(graph, ranks, part)
+      type(block_graph_t), intent(in) :: graph
+      integer, intent(in) :: ranks
+      integer, intent(inout) :: part(:) !< (blocks): rank of each, from 0
+      real(wp) :: load(size(graph%times), 0:ranks - 1), least
+      type(change_t) :: best
+      integer :: c, from, i, s, slow(size(graph%times))
+      integer, allocatable :: mine(:)
+      logical :: near(0:ranks - 1)
+      load = 0.0_wp
+      do i = 1, size(part)
+         load(:, part(i)) = load(:, part(i)) + graph%weight(:, i)
+      end do
+      least = worth_while*dot_product(graph%times, sum(load, dim=2))/ranks
+      do
+         best = change_t(gain=least)
+         slow = maxloc(load, dim=2) - 1
+         do c = 1, size(slow)
+            if (any(slow(:c - 1) == slow(c))) cycle
+            mine = blocks_of(slow(c), part)
+            near = .false.
+            do i = 1, size(mine)
+               near(part(1 + graph%adjacent(graph%offsets(mine(i)) + 1:graph%offsets(mine(i) + 1)))) = .true.
+            end do
+            do s = 0, ranks - 1
+               if (near(s) .and. s /= slow(c)) call look_between(graph, part, load, slow(c), s, mine, best)
+            end do
+         end do
+         if (best%block == 0) exit
+         from = part(best%block)
+         call give(best%block, best%to, graph%weight(:, best%block), load, part)
+         if (best%back > 0) call give(best%back, from, graph%weight(:, best%back), load, part)
+      end do
+   end subroutine shorten_step
+
+   !> Hand a block to a rank.
+   pure subroutine give(block, to, work, load, part)
+      integer, intent(in) :: block, to, work(:)
+      real(wp), intent(inout) :: load(:, 0:)
+      integer, intent(inout) :: part(:)
+      load(:, part(block)) = load(:, part(block)) - work
+      load(:, to) = load(:, to) + work
+      part(block) = to
+   end subroutine give
+
+   !> The blocks of a rank.
+   pure function blocks_of(rank, part) result(blocks)
+      integer, intent(in) :: rank, part(:)
+      integer, allocatable :: blocks(:)
+      integer :: i
+      blocks = pack([(i, i=1, size(part))], part == rank)
+   end function blocks_of
+
+   !> Look at what rank r can hand to rank s, for something or for nothing; keep what gains most.
+   pure subroutine look_between(graph, part, load, r, s, mine, best)
+      type(block_graph_t), intent(in) :: graph
+      integer, intent(in) :: part(:), r, s, mine(:)
+      real(wp), intent(in) :: load(:, 0:)
+      type(change_t), intent(inout) :: best
+      real(wp), dimension(size(load, 1)) :: others, given
+      real(wp) :: gain, now
+      integer :: i, j, k
+      integer, allocatable :: theirs(:), pull(:)
+      theirs = blocks_of(s, part)
+      others = 0.0_wp
+      do k = 0, size(load, 2) - 1
+         if (k /= r .and. k /= s) others = max(others, load(:, k))
+      end do
+      now = step_of([real(wp) :: (0.0_wp, k=1, size(others))])
+      allocate (pull(size(theirs)))
+      do j = 1, size(theirs)
+         pull(j) = pull_of(theirs(j), s, r)
+      end do
+      do i = 1, size(mine)
+         k = pull_of(mine(i), r, s)
+         given = graph%weight(:, mine(i))
+         gain = now - step_of(given) - graph%edge_cost*k
+         if (gain > best%gain .and. size(mine) > 1) best = change_t(gain, mine(i), s)
+         if (size(mine) > most_swaps/size(theirs)) cycle
+         do j = 1, size(theirs)
+            gain = now - step_of(given - graph%weight(:, theirs(j))) - graph%edge_cost*(k + pull(j))
+            if (gain > best%gain) gain = gain - graph%edge_cost*2*edge_between(mine(i), theirs(j))
+            if (gain > best%gain) best = change_t(gain, mine(i), s, theirs(j))
+         end do
+      end do
+   contains
+      !> Length of a step when so much work has gone from r to s.
+      pure real(wp) function step_of(work)
+         real(wp), intent(in) :: work(:)
+         step_of = sum(graph%times*max(others, load(:, r) - work, load(:, s) + work))
+      end function step_of
+
+      !> What the cut grows by when a block goes from its rank to another.
+      pure integer function pull_of(block, home, abroad)
+         integer, intent(in) :: block, home, abroad
+         integer :: e, rank
+         pull_of = 0
+         do e = graph%offsets(block) + 1, graph%offsets(block + 1)
+            rank = part(graph%adjacent(e) + 1)
+            if (rank == home) pull_of = pull_of + graph%edge_weights(e)
+            if (rank == abroad) pull_of = pull_of - graph%edge_weights(e)
+         end do
+      end function pull_of
+
+      !> Weight of the edge between two blocks, 0 where there is none.
+      pure integer function edge_between(one, other)
+         integer, intent(in) :: one, other
+         integer :: e
+         edge_between = 0
+         do e = graph%offsets(one) + 1, graph%offsets(one + 1)
+            if (graph%adjacent(e) + 1 == other) edge_between = graph%edge_weights(e)
+         end do
+      end function edge_between
+   end subroutine look_between
+
+end module m_block_moves
