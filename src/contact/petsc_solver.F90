@@ -17,7 +17,7 @@ module m_petsc_solver
       private
       logical :: started = .false.       !< this code has initialised PETSc
       integer, public :: capacity = -1   !< unknowns on this rank that the objects hold
-      Vec :: start, change, right_side, lower, upper
+      Vec :: b, start, change, right_side, lower, upper
       Mat :: hessian
       Tao :: tao
    contains
@@ -53,6 +53,7 @@ contains
       if (self%capacity >= 0) call destroy(self)
       n = unknowns
       PetscCallA(VecCreateMPI(comm, n, PETSC_DETERMINE, self%change, ierr))
+      PetscCallA(VecDuplicate(self%change, self%b, ierr))
       PetscCallA(VecDuplicate(self%change, self%start, ierr))
       PetscCallA(VecDuplicate(self%change, self%right_side, ierr))
       PetscCallA(VecDuplicate(self%change, self%lower, ierr))
@@ -72,10 +73,6 @@ contains
       ! conjugate gradients without a trust region, which this Tao does not use: its lengths would take three sums over the ranks
       ! a product more
       PetscCallA(PetscOptionsSetValue(PETSC_NULL_OPTIONS, '-ksp_type', 'cg', ierr))
-      ! two gradient projections, not eight, before conjugate gradients: the start knows nearly all of the points that touch
-      PetscCallA(PetscOptionsSetValue(PETSC_NULL_OPTIONS, '-tao_gpcg_maxpgits', '2', ierr))
-      ! a step halved ten times is as short as one that helps: where the first step has solved the problem, no length does
-      PetscCallA(PetscOptionsSetValue(PETSC_NULL_OPTIONS, '-tao_ls_max_funcs', '10', ierr))
       ! without a preconditioner the natural norm is that of the residual, and at hand: one sum over the ranks a product less
       PetscCallA(PetscOptionsSetValue(PETSC_NULL_OPTIONS, '-ksp_norm_type', 'natural', ierr))
       PetscCallA(TaoSetFromOptions(self%tao, ierr))
@@ -101,8 +98,8 @@ contains
       TaoConvergedReason :: reason
       current_operator => operator
       current_right_side = self%right_side
-      call fill(self%right_side, b)
-      PetscCallA(VecNorm(self%right_side, NORM_2, size_of_b, ierr))
+      call fill(self%b, b)
+      PetscCallA(VecNorm(self%b, NORM_2, size_of_b, ierr))
       if (.not. size_of_b <= largest_right_side) then ! on all ranks alike: PETSc would abort
          iterations = 0
          residual = huge(residual)
@@ -110,16 +107,12 @@ contains
          return
       end if
       call fill(self%start, max(x, 0.0_wp))
-      call multiply(self%hessian, self%start, self%change, ierr)
-      PetscCallA(VecAXPY(self%right_side, -1.0_wp, self%change, ierr))
-      PetscCallA(VecSet(self%change, 0.0_wp, ierr))
-      PetscCallA(VecCopy(self%start, self%lower, ierr))
-      PetscCallA(VecScale(self%lower, -1.0_wp, ierr))
       PetscCallA(TaoSetTolerances(self%tao, tolerance*size_of_b, 0.0_wp, 0.0_wp, ierr))
       PetscCallA(TaoGetKSP(self%tao, ksp, ierr))
       PetscCallA(KSPSetTolerances(ksp, PETSC_DEFAULT_REAL, enough*tolerance*size_of_b, PETSC_DEFAULT_REAL, PETSC_DEFAULT_INTEGER, ierr))
       iterations = 0
       do
+         call begin(self)
          limit = min(together, max_iterations - iterations)
          PetscCallA(TaoSetMaximumIterations(self%tao, limit, ierr))
          PetscCallA(TaoSolve(self%tao, ierr))
@@ -127,32 +120,47 @@ contains
          iterations = iterations + steps
          residual = norm/max(size_of_b, tiny(size_of_b))
          if (residual <= tolerance .or. iterations >= max_iterations .or. steps == 0) exit
-         call settle_on_bounds(self%change, self%lower, self%start)
+         call go_on(self%start, self%change)
       end do
-      PetscCallA(VecGetArrayReadF90(self%change, values, ierr))
-      x = max(max(x, 0.0_wp) + values(:size(x)), 0.0_wp)
-      PetscCallA(VecRestoreArrayReadF90(self%change, values, ierr))
+      call go_on(self%start, self%change)
+      PetscCallA(VecGetArrayReadF90(self%start, values, ierr))
+      x = values(:size(x))
+      PetscCallA(VecRestoreArrayReadF90(self%start, values, ierr))
       nullify (current_operator)
    end subroutine solve
 
-   !> Unknowns that are nothing but rounding are 0: their changes are at the bound. Gradient projection takes them for free ones that it
+   !> The problem of the change from the start: its right-hand side b - M start, bounds that keep the sum from falling below 0. A start that
+   !> is worse than none is put to 0: what the objective then falls by would be mostly that start's.
+   subroutine begin(self)
+      class(petsc_solver_t), intent(inout) :: self
+      PetscScalar :: quadratic, linear
+      PetscErrorCode :: ierr
+      call multiply(self%hessian, self%start, self%change, ierr)
+      PetscCallA(VecDot(self%start, self%change, quadratic, ierr))
+      PetscCallA(VecDot(self%start, self%b, linear, ierr))
+      if (0.5_wp*quadratic > linear) then
+         PetscCallA(VecSet(self%start, 0.0_wp, ierr))
+         PetscCallA(VecSet(self%change, 0.0_wp, ierr))
+      end if
+      PetscCallA(VecWAXPY(self%right_side, -1.0_wp, self%change, self%b, ierr))
+      PetscCallA(VecSet(self%change, 0.0_wp, ierr))
+      PetscCallA(VecCopy(self%start, self%lower, ierr))
+      PetscCallA(VecScale(self%lower, -1.0_wp, ierr))
+   end subroutine begin
+
+   !> Take the change into the start. Unknowns that are nothing but rounding are 0: gradient projection takes them for free ones that it
    !> must not shorten, and then no step is short enough.
-   subroutine settle_on_bounds(change, lower, x)
-      Vec :: change, lower
-      Vec :: x !< overwritten
-      PetscScalar, pointer :: from(:), unknown(:), bound(:)
+   subroutine go_on(start, change)
+      Vec :: start, change
+      PetscScalar, pointer :: array(:)
       PetscReal :: largest
       PetscErrorCode :: ierr
-      PetscCallA(VecWAXPY(x, -1.0_wp, lower, change, ierr))
-      PetscCallA(VecNorm(x, NORM_INFINITY, largest, ierr))
-      PetscCallA(VecGetArrayF90(change, from, ierr))
-      PetscCallA(VecGetArrayReadF90(lower, bound, ierr))
-      PetscCallA(VecGetArrayReadF90(x, unknown, ierr))
-      where (unknown <= rounding*largest) from = bound
-      PetscCallA(VecRestoreArrayReadF90(x, unknown, ierr))
-      PetscCallA(VecRestoreArrayReadF90(lower, bound, ierr))
-      PetscCallA(VecRestoreArrayF90(change, from, ierr))
-   end subroutine settle_on_bounds
+      PetscCallA(VecAXPY(start, 1.0_wp, change, ierr))
+      PetscCallA(VecNorm(start, NORM_INFINITY, largest, ierr))
+      PetscCallA(VecGetArrayF90(start, array, ierr))
+      where (array <= rounding*largest) array = 0.0_wp
+      PetscCallA(VecRestoreArrayF90(start, array, ierr))
+   end subroutine go_on
 
    !> Put values at the head of a vector and zero behind them.
    subroutine fill(vector, values)
@@ -211,6 +219,7 @@ contains
       PetscErrorCode :: ierr
       PetscCallA(TaoDestroy(self%tao, ierr))
       PetscCallA(MatDestroy(self%hessian, ierr))
+      PetscCallA(VecDestroy(self%b, ierr))
       PetscCallA(VecDestroy(self%start, ierr))
       PetscCallA(VecDestroy(self%change, ierr))
       PetscCallA(VecDestroy(self%right_side, ierr))

@@ -3,7 +3,7 @@
 
 usage: bench.py WORK GIMP3D TOOLS [--repeats N] [--only TABLE ...] [--build TEXT] [--before GIMP3D]
 
-TOOLS is the folder of the programs probe and ranks. TABLE is one of block, contact, pairs, growth, large, levels, model, checkpoint, guard (all
+TOOLS is the folder of the programs probe, barrier and ranks. TABLE is one of block, contact, pairs, growth, large, levels, model, checkpoint, guard (all
 when none is named).
 block    an elastic block of 32 x 32 x 32 cells in motion: moved along (ordered), deforming as it hits a wall (impact) or tumbling
          (disordered), 1 and 8 particles a cell, affine and plain transfer, 1 and 2 ranks
@@ -80,6 +80,11 @@ class Bench:
         words = subprocess.run([self.tools/'probe'], capture_output=True, text=True, check=True).stdout.split()
         self.gflops.append(float(words[1]))
         self.gbytes.append(float(words[3]))
+
+    def barrier(self, ranks):
+        """Milliseconds of a piece of work, and the share of their pace that ranks keep who wait for each other after each."""
+        words = subprocess.run(['mpirun', '-n', str(ranks), self.tools/'barrier'], capture_output=True, text=True, check=True).stdout.split()
+        return float(words[1]), float(words[3])
 
     def out(self):
         self.runs += 1
@@ -208,6 +213,10 @@ def table_pairs(bench):
              f'{statistics.median(both/2/two for _, two, both in rounds):.2f}',
              f'{statistics.median(one/two for one, two, _ in rounds):.2f}'])
     print('\nIn turn; ratios are medians of those of each round.')
+    tries = [bench.barrier(2) for _ in range(bench.repeats)]
+    ms, pace = (statistics.median(column) for column in zip(*tries))
+    print(f'Two ranks that do nothing but arithmetic and wait for each other every {ms:.1f} ms keep {pace:.2f} of their pace (median; '
+          f'{min(t[1] for t in tries):.2f} to {max(t[1] for t in tries):.2f}).')
 
 
 def table_growth(bench):
