@@ -8,6 +8,7 @@ module m_cell_rows
 
    integer, parameter :: cell_nodes = 8 !< nodes of the cell around a contact point
    integer, parameter :: width = 4      !< three components and a spare one: one vector register
+   integer, parameter :: at_once = 64   !< rows whose lanes wait to be added up
 
    type :: cell_rows_t
       private
@@ -127,16 +128,16 @@ contains
       end do
    end subroutine spread_cells
 
-   !> The same, the other way.
+   !> One lane a component until all of a cell's rows are done: adding up lanes in between would leave the vectors.
    pure subroutine collect_cells(cells, first, node, row, weight, direction, velocity, along)
       integer, intent(in) :: cells, first(cells + 1), node(cell_nodes, cells), row(*)
       real(wp), intent(in) :: weight(cell_nodes, *), direction(width, *), velocity(width, *)
       real(wp), intent(inout) :: along(*)
-      real(wp) :: v1, v2, v3, v4, v5, v6, v7, v8, product(width, 64)
+      real(wp) :: v1, v2, v3, v4, v5, v6, v7, v8, lane(width, at_once)
       integer :: c, g, q, start, last
       do g = 1, cells
-         do start = first(g), first(g + 1) - 1, size(product, 2)
-            last = min(start + size(product, 2), first(g + 1)) - 1
+         do start = first(g), first(g + 1) - 1, at_once
+            last = min(start + at_once, first(g + 1)) - 1
             !$omp simd private(v1, v2, v3, v4, v5, v6, v7, v8)
             do q = 1, width
                v1 = velocity(q, node(1, g))
@@ -148,13 +149,13 @@ contains
                v7 = velocity(q, node(7, g))
                v8 = velocity(q, node(8, g))
                do c = start, max(start, last)
-                  product(q, c - start + 1) = direction(q, c)*( &
+                  lane(q, c - start + 1) = direction(q, c)*( &
                      ((weight(1, c)*v1 + weight(2, c)*v2) + (weight(3, c)*v3 + weight(4, c)*v4)) + &
                      ((weight(5, c)*v5 + weight(6, c)*v6) + (weight(7, c)*v7 + weight(8, c)*v8)))
                end do
             end do
             do c = start, last
-               along(row(c)) = product(1, c - start + 1) + product(2, c - start + 1) + product(3, c - start + 1)
+               along(row(c)) = lane(1, c - start + 1) + lane(2, c - start + 1) + lane(3, c - start + 1)
             end do
          end do
       end do

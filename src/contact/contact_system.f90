@@ -112,7 +112,7 @@ contains
       self%along(n + 1) = along
    end subroutine add_row
 
-   !> Choose the rows that products take and give.
+   !> Choose the rows that products take and give: those of the normal forces, those of friction, or all.
    pure subroutine activate(self, first, last)
       class(contact_system_t), intent(inout) :: self
       integer, intent(in) :: first, last
@@ -249,7 +249,7 @@ contains
       integer :: c
       self%force(:, :self%nodes) = 0.0_wp
       if (self%first <= self%normal) call self%normal_rows%spread(forces, self%force)
-      if (self%last > self%normal) call self%friction_rows%spread(forces(max(1, self%normal - self%first + 2):), self%force)
+      if (self%last > self%normal) call self%friction_rows%spread(forces(self%normal - self%first + 2:), self%force)
       if (.not. self%gives_way) return
       self%tool_push = 0.0_wp
       do c = self%first, self%last
@@ -333,7 +333,7 @@ contains
          end do
       end do
       if (self%first <= self%normal) call self%normal_rows%collect(self%force, y)
-      if (self%last > self%normal) call self%friction_rows%collect(self%force, y(max(1, self%normal - self%first + 2):))
+      if (self%last > self%normal) call self%friction_rows%collect(self%force, y(self%normal - self%first + 2:))
       y = y*self%scale(self%first:self%last)
       if (.not. self%gives_way) return
       self%tool_push = self%tool_push*self%tool_mobility

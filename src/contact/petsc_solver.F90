@@ -27,7 +27,7 @@ module m_petsc_solver
    end type petsc_solver_t
 
    real(wp), parameter :: largest_right_side = 1.0e100_wp !< its norm; what is larger, or not a number, has no solution
-   integer, parameter :: together = 25              !< iterations between looks at unknowns beside their bounds
+   integer, parameter :: together = 25              !< iterations after which the change so far becomes the start
    real(wp), parameter :: rounding = 1.0e-13_wp     !< of the largest unknown
    real(wp), parameter :: enough = 0.3_wp           !< conjugate gradients need come no lower than this, of the tolerance; with 0.9,
                                                     !< friction's sweeps are soon above it again
@@ -138,7 +138,7 @@ contains
       call multiply(self%hessian, self%start, self%change, ierr)
       PetscCallA(VecDot(self%start, self%change, quadratic, ierr))
       PetscCallA(VecDot(self%start, self%b, linear, ierr))
-      if (0.5_wp*quadratic > linear) then
+      if (.not. 0.5_wp*quadratic <= linear) then ! or so large that it is no number
          PetscCallA(VecSet(self%start, 0.0_wp, ierr))
          PetscCallA(VecSet(self%change, 0.0_wp, ierr))
       end if

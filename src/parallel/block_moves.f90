@@ -4,13 +4,13 @@ module m_block_moves
    use m_kinds, only: wp
    implicit none
    private
-   public :: shorten_step
+   public :: block_graph_t, shorten_step
 
    integer, parameter :: most_swaps = 250000      !< that are looked at between two ranks; above, blocks are so small that moves do
    real(wp), parameter :: worth_while = 1.0e-4_wp !< of a step
 
    !> Blocks as METIS takes them, and the step they make.
-   type, public :: block_graph_t
+   type :: block_graph_t
       integer, allocatable :: offsets(:), adjacent(:), edge_weights(:) !< CSR, from 0
       integer, allocatable :: weight(:, :) !< (constraints, blocks)
       real(wp), allocatable :: times(:)    !< (constraints): how often that is done
@@ -34,7 +34,7 @@ contains
       integer, intent(inout) :: part(:) !< (blocks): rank of each, from 0
       real(wp) :: load(size(graph%times), 0:ranks - 1), least
       type(change_t) :: best
-      integer :: c, from, i, s, slow(size(graph%times))
+      integer :: c, e, from, i, s, slow(size(graph%times))
       integer, allocatable :: mine(:)
       logical :: near(0:ranks - 1)
       load = 0.0_wp
@@ -50,7 +50,9 @@ contains
             mine = blocks_of(slow(c), part)
             near = .false.
             do i = 1, size(mine)
-               near(part(1 + graph%adjacent(graph%offsets(mine(i)) + 1:graph%offsets(mine(i) + 1)))) = .true.
+               do e = graph%offsets(mine(i)) + 1, graph%offsets(mine(i) + 1)
+                  near(part(1 + graph%adjacent(e))) = .true.
+               end do
             end do
             do s = 0, ranks - 1
                if (near(s) .and. s /= slow(c)) call look_between(graph, part, load, slow(c), s, mine, best)

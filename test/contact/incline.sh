@@ -8,6 +8,7 @@ sed "s:out/incline:stays:; s/friction=0.3/friction=0.6/; s/end_time=0.3/end_time
 echo "&damping kind='viscous', coefficient=200 /" >>stays.nml
 for name in slides stays; do
    run_scene 1 $name.nml || { cat run_1.log; fail "$name"; }
+   grep -q '^guard: no retries' run_1.log || fail "$name: a contact problem was not solved: $(grep '^retry' run_1.log)"
 done
 PYTHONPATH=$ROOT/test/regression "$PYTHON" - <<'END'
 import math

@@ -1,7 +1,7 @@
 #!/bin/bash
 #test: limit 60
-# A sphere pressed into a small block: however tight the tolerance, contact is solved, the load changes by no more than the tolerance
-# says, and no tolerance takes many products more than the next looser one.
+# A sphere pressed into a small block: however tight the tolerance, contact is solved, with hardly more products, and the load is as
+# near to that of the tightest as ten times the tolerance.
 . "$(dirname "$0")/../harness/env.sh"
 for tolerance in 1e-6 1e-8 1e-10 1e-12; do
    cat >t.nml <<END
@@ -31,7 +31,7 @@ for tolerance in ("1e-6", "1e-8", "1e-10", "1e-12"):
     require(f"{tolerance}: every step comes below the tolerance", int(above) == 0 and float(residual) <= float(tolerance))
     loads[tolerance] = History(Path(tolerance) / "tool_ball.dat")["load_z"]
 require("there is a load", max(abs(loads["1e-12"])) > 1e-4)
-for tolerance, bar in (("1e-6", 1e-4), ("1e-8", 1e-6), ("1e-10", 1e-8)):
+for tolerance, bar in (("1e-6", 1e-5), ("1e-8", 1e-7), ("1e-10", 1e-9)):
     off = max(abs(loads[tolerance] - loads["1e-12"]))/max(abs(loads["1e-12"]))
     check(f"{tolerance}: load against that of 1e-12, of the largest", off, bar)
 require("1e-12 takes at most three times the products of 1e-6", products["1e-12"] <= 3*products["1e-6"])
