@@ -28,7 +28,8 @@ module m_block
       procedure :: bytes
    end type block_t
 
-   real(wp), parameter :: sort_share = 0.25_wp !< sort when this share of the list's steps jump in memory
+   real(wp), parameter :: sort_share = 0.06_wp !< sort when this share of the list's steps jump in memory: each costs more than a
+                                               !< particle's share of a step, sorting a fifth of it
 
 contains
 
@@ -44,7 +45,7 @@ contains
    !> Bring the lists up to date, and the particles into list order when the lists jump about in memory too much.
    subroutine refresh_lists(self, work)
       class(block_t), intent(inout) :: self
-      real(wp), intent(inout), contiguous :: work(:) !< at least the number of particles
+      real(wp), intent(inout), contiguous :: work(:, :) !< as in permute
       if (self%cells%current) return
       call self%cells%build(self%particles%count)
       if (self%cells%jumps > sort_share*self%particles%count) then

@@ -29,9 +29,9 @@ module m_level
       real(wp), allocatable :: solved(:, :, :, :, :)   !< (node_values, 0:9, 0:9, 0:9, own blocks)
       integer, allocatable :: reach(:, :, :)           !< (2, 3, slots): first and last index along each axis of the part of a tile
                                                        !< that can be other than 0: what its particles reach; of mirrors, all
-      real(wp), allocatable :: gradient(:, :)          !< work: velocity gradients of one block, from nodes to stress; body forces before that
+      real(wp), allocatable :: gradient(:, :)          !< work of one block: columns on their way into list order; then body forces; then
+                                                       !< velocity gradients, from nodes to stress
       real(wp), allocatable :: lead(:, :)              !< work: what the gradients that particles keep are ahead by (levels: eq. lead)
-      real(wp), allocatable :: work(:)                 !< work: one value a particle of one block
    contains
       procedure :: particle_count
       procedure :: size_work
@@ -79,7 +79,7 @@ contains
       integer, intent(in) :: b
       logical, intent(in) :: whole
       integer :: reach(2, 3)
-      call self%blocks(b)%refresh_lists(self%work)
+      call self%blocks(b)%refresh_lists(self%gradient)
       reach(1, :) = merge(0, self%blocks(b)%cells%low, whole)
       reach(2, :) = merge(tile_last, self%blocks(b)%cells%high + 2, whole)
       associate (old => self%reach(:, :, b))
@@ -106,11 +106,11 @@ contains
       do b = 1, size(self%blocks)
          if (allocated(self%blocks(b)%particles%id)) largest = max(largest, size(self%blocks(b)%particles%id))
       end do
-      if (allocated(self%work)) then
-         if (size(self%work) >= largest) return
-         deallocate (self%work, self%gradient, self%lead)
+      if (allocated(self%gradient)) then
+         if (size(self%gradient, 1) >= largest) return
+         deallocate (self%gradient, self%lead)
       end if
-      allocate (self%work(largest), self%gradient(largest, 9))
+      allocate (self%gradient(largest, 9))
       allocate (self%lead(merge(largest, 0, self%layout%labels_gradients()), 9))
    end subroutine size_work
 
@@ -119,7 +119,7 @@ contains
       class(level_t), intent(in) :: self
       integer :: b
       held = 8_i8*(size(self%gathered, kind=i8) + size(self%solved, kind=i8))
-      held = held + 8_i8*(size(self%gradient, kind=i8) + size(self%lead, kind=i8) + size(self%work, kind=i8))
+      held = held + 8_i8*(size(self%gradient, kind=i8) + size(self%lead, kind=i8))
       held = held + 4_i8*(size(self%owner, kind=i8) + size(self%slot, kind=i8))
       do b = 1, size(self%blocks)
          held = held + self%blocks(b)%bytes()

@@ -9,6 +9,7 @@ module m_particle_store
    !> their few places in the caches.
    integer, parameter :: line = 8
    real(wp), parameter, public :: spare_room = 0.125_wp !< what a store that grows has to spare, as a share of what it holds
+   integer, parameter :: together = 4  !< columns that are put in order together
    integer, parameter :: stretch = 256 !< particles whose bodies are compared at once
 
    !> `column(p, c)` is component c (see m_field_table) of particle p; only the first `count` particles are alive.
@@ -81,29 +82,43 @@ contains
       end do
    end subroutine remove
 
-   !> Put the particles into another order: the new p-th is the old order(p)-th. `work` holds at least `count` values.
+   !> Put the particles into another order: the new p-th is the old order(p)-th. `work` holds at least `count` values of `together`
+   !> columns, in which a particle that comes from far is waited for once.
    subroutine permute(self, order, work)
       class(particle_store_t), intent(inout) :: self
       integer(i4), intent(in) :: order(:)
-      real(wp), intent(inout), contiguous :: work(:)
-      integer :: c, n
+      real(wp), intent(inout), contiguous :: work(:, :)
+      integer :: c, columns, n
       n = self%count
-      do c = 1, size(self%column, 2)
-         call gather(self%column(:, c), order, work)
+      columns = size(self%column, 2)
+      do c = 1, columns - together + 1, together
+         call permute_columns(self%column(:, c:c + together - 1), order(:n), work)
+      end do
+      do c = c, columns
+         work(:n, 1) = self%column(order(:n), c)
+         self%column(:n, c) = work(:n, 1)
       end do
       self%id(:n) = self%id(order(:n))
       self%body(:n) = self%body(order(:n))
-   contains
-      pure subroutine gather(values, order, work)
-         real(wp), intent(inout), contiguous :: values(:), work(:)
-         integer(i4), intent(in) :: order(:)
-         integer :: p
-         do p = 1, n
-            work(p) = values(order(p))
-         end do
-         values(:n) = work(:n)
-      end subroutine gather
    end subroutine permute
+
+   !> `together` columns into another order.
+   pure subroutine permute_columns(column, order, work)
+      real(wp), intent(inout), contiguous :: column(:, :)
+      integer(i4), intent(in) :: order(:)
+      real(wp), intent(inout), contiguous :: work(:, :)
+      integer :: c, p
+      !GCC$ novector
+      do p = 1, size(order)
+         !GCC$ unroll 4
+         do c = 1, together
+            work(p, c) = column(order(p), c)
+         end do
+      end do
+      do c = 1, together
+         column(:size(order), c) = work(:size(order), c)
+      end do
+   end subroutine permute_columns
 
    !> Last particle of the run of particles of one body that begins at `first`.
    pure integer function run_end(self, first)

@@ -45,7 +45,7 @@ contains
    !> Append, permute, remove against the same done to plain arrays.
    subroutine store()
       type(particle_store_t) :: particles
-      real(wp) :: rows(7, 300), work(300)
+      real(wp) :: rows(7, 300), work(300, 4)
       integer(i8) :: ids(300)
       integer(i4) :: order(300), gone(40), swap
       integer :: p, q, n, left
