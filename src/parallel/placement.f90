@@ -13,7 +13,7 @@ module m_placement
    use m_block_moves, only: block_graph_t, shorten_step
    implicit none
    private
-   public :: work_t, work_of, choose_owners, slowest, shared_out
+   public :: work_t, work_of, lists_work, choose_owners, slowest, shared_out
 
    !> What there is to do in the blocks of all levels, by number, as if in so many particles.
    type :: work_t
@@ -23,6 +23,9 @@ module m_placement
    end type work_t
 
    integer, parameter :: block_cost = 64 !< of a block's node tile, in particles
+   real(wp), parameter :: bin_cost = 0.75_wp !< of a bin that has particles, in particles
+   real(wp), parameter :: jump_cost = 6.0_wp !< of a place where the next particle of the list is not the next in memory, in particles;
+                                             !< with it goes how uneven the bins are, and how often the particles are sorted
    integer, parameter :: point_cost = 16 !< of a contact point, in particles
    real(wp), parameter :: shared_cost = 0.1_wp !< of a node shared with another rank, in particles
    integer, parameter :: shared_with_parent = 6**3 !< nodes of the level above that a block exchanges with its parent
@@ -30,11 +33,12 @@ module m_placement
 contains
 
    !> The work of the blocks from what they hold. Contact is on the finest level.
-   pure function work_of(levels, particles, steps, points) result(work)
+   pure function work_of(levels, particles, steps, points, lists) result(work)
       type(level_t), intent(in) :: levels(:)     !< only their grids matter
       integer, intent(in) :: particles(:)        !< of each block of each level, by number; -1 where there is no block
       integer, intent(in), optional :: steps(:)  !< of each level in one of the coarsest; 1 where not given
       integer, intent(in), optional :: points(:) !< contact points of each block; none where not given
+      integer, intent(in), optional :: lists(:)  !< what the lists of each block cost, from lists_work; nothing where not given
       type(work_t) :: work
       integer :: first, l, last, constraints
       constraints = size(levels)
@@ -45,13 +49,22 @@ contains
       do l = 1, size(levels)
          first = blocks_before(levels, l) + 1
          last = blocks_before(levels, l + 1)
-         work%weight(l, first:last) = merge(particles(first:last) + block_cost, 0, work%exists(first:last))
+         work%weight(l, first:last) = particles(first:last) + block_cost
+         if (present(lists)) work%weight(l, first:last) = work%weight(l, first:last) + lists(first:last)
+         where (.not. work%exists(first:last)) work%weight(l, first:last) = 0
          if (present(steps)) work%times(l) = steps(l)
       end do
       if (constraints == size(levels)) return
       work%weight(constraints, :) = merge(point_cost*points, 0, work%exists)
       work%times(constraints) = work%times(size(levels))
    end function work_of
+
+   !> What a block's lists cost in a step, as if it had so many particles more (performance.md, 'Which block costs what').
+   pure integer function lists_work(bins, jumps)
+      integer, intent(in) :: bins   !< that have particles
+      real(wp), intent(in) :: jumps !< of the lists, on average
+      lists_work = nint(bin_cost*bins + jump_cost*jumps)
+   end function lists_work
 
    !> Time of a step, in particles: of each level and of contact, that of the slowest rank.
    pure real(wp) function slowest(work, owner, ranks)

@@ -13,6 +13,7 @@ module m_block
       real(wp) :: origin(3) = 0.0_wp     !< place of its first node, m
       type(particle_store_t) :: particles
       type(cell_list_t) :: cells
+      real(wp) :: jumps = 0.0_wp         !< of its lists, on average over the last steps: they cost time
       integer :: neighbour(27) = 0       !< slots of the blocks around, x fastest, 14 is this one; 0 where there is none
       logical :: shared = .false.        !< a neighbour lives on another rank
       integer(i4), allocatable :: leavers(:) !< particles that left during this step, rising
@@ -30,6 +31,7 @@ module m_block
 
    real(wp), parameter :: sort_share = 0.06_wp !< sort when this share of the list's steps jump in memory: each costs more than a
                                                !< particle's share of a step, sorting a fifth of it
+   real(wp), parameter :: averaged = 64.0_wp   !< steps
 
 contains
 
@@ -46,12 +48,14 @@ contains
    subroutine refresh_lists(self, work)
       class(block_t), intent(inout) :: self
       real(wp), intent(inout), contiguous :: work(:, :) !< as in permute
-      if (self%cells%current) return
-      call self%cells%build(self%particles%count)
-      if (self%cells%jumps > sort_share*self%particles%count) then
-         call self%particles%permute(self%cells%order, work)
-         call self%cells%set_in_order(self%particles%count)
+      if (.not. self%cells%current) then
+         call self%cells%build(self%particles%count)
+         if (self%cells%jumps > sort_share*self%particles%count) then
+            call self%particles%permute(self%cells%order, work)
+            call self%cells%set_in_order(self%particles%count)
+         end if
       end if
+      self%jumps = self%jumps + (self%cells%jumps - self%jumps)/averaged
    end subroutine refresh_lists
 
    !> Widen the bounds to a place.

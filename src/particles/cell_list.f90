@@ -15,6 +15,7 @@ module m_cell_list
       integer(i4), allocatable :: bin(:) !< bin of each particle; set by whoever locates the particles
       logical :: current = .false.       !< the lists match `bin`
       integer :: low(3) = block_size, high(3) = -1 !< the first and the last place along each axis, from 0, that has particles
+      integer :: occupied = 0            !< bins that have particles
       integer :: jumps = 0               !< places where the next particle in order is not the next one in memory
    contains
       procedure :: reserve
@@ -58,6 +59,7 @@ contains
          next(self%bin(p)) = next(self%bin(p)) + 1
       end do
       call find_extent(next, self%low, self%high)
+      self%occupied = sum(min(next, 1_i4))
       self%first(1) = 1
       do b = 1, bins
          self%first(b + 1) = self%first(b) + next(b)
