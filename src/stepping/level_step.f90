@@ -61,7 +61,9 @@ contains
          call model%timers%enter(phase_exchange)
          call model%exchange(l)%start(model%communicator, level%gathered)
          do b = 1, size(level%blocks)
-            if (finest .and. .not. level%blocks(b)%shared) call gather(model, l, b, time)
+            if (.not. finest .or. level%blocks(b)%shared) cycle
+            call gather(model, l, b, time)
+            call model%exchange(l)%go_on(level%gathered)
          end do
       end associate
       call model%timers%enter(phase_exchange)
