@@ -6,7 +6,7 @@ module m_petsc_solver
 #include <petsc/finclude/petsctao.h>
 #undef MPI_Comm
    use petsctao
-   use m_kinds, only: wp
+   use m_kinds, only: wp, i8
    use m_petsc_operator, only: petsc_operator_t
    implicit none
    private
@@ -17,9 +17,14 @@ module m_petsc_solver
       private
       logical :: started = .false.       !< this code has initialised PETSc
       integer, public :: capacity = -1   !< unknowns on this rank that the objects hold
+      integer, public :: guesses = 8     !< of which unknowns are free, before gradient projection has to find out
+      integer(i8), public :: projected = 0 !< problems for which it had to
       Vec :: b, start, change, right_side, lower, upper
-      Mat :: hessian
+      Mat :: hessian, free_hessian
       Tao :: tao
+      KSP :: ksp
+      real(wp), pointer :: free(:) => null() !< 1 for the unknowns that are free, 0 for those held at 0
+      real(wp), pointer :: work(:) => null()
    contains
       procedure, public :: fit
       procedure, public :: solve
@@ -28,6 +33,7 @@ module m_petsc_solver
 
    real(wp), parameter :: largest_right_side = 1.0e100_wp !< its norm; what is larger, or not a number, has no solution
    integer, parameter :: together = 25              !< iterations after which the change so far becomes the start
+   real(wp), parameter :: rough = 0.001_wp          !< conjugate gradients of one guess need come no lower than this, of what it began with
    real(wp), parameter :: rounding = 1.0e-13_wp     !< of the largest unknown
    real(wp), parameter :: enough = 0.3_wp           !< conjugate gradients need come no lower than this, of the tolerance; with 0.9,
                                                     !< friction's sweeps are soon above it again
@@ -35,6 +41,7 @@ module m_petsc_solver
    !> What PETSc's callbacks work on during a solve.
    class(petsc_operator_t), pointer, protected :: current_operator => null()
    Vec, protected :: current_right_side
+   real(wp), pointer, protected :: current_free(:) => null(), current_work(:) => null()
 
 contains
 
@@ -45,6 +52,7 @@ contains
       integer, intent(in) :: unknowns !< on this rank; may be 0
       PetscErrorCode :: ierr
       PetscInt :: n
+      PC :: preconditioner
       if (.not. self%started) then
          PETSC_COMM_WORLD = comm
          PetscCallA(PetscInitialize(PETSC_NULL_CHARACTER, ierr))
@@ -76,6 +84,16 @@ contains
       ! without a preconditioner the natural norm is that of the residual, and at hand: one sum over the ranks a product less
       PetscCallA(PetscOptionsSetValue(PETSC_NULL_OPTIONS, '-ksp_norm_type', 'natural', ierr))
       PetscCallA(TaoSetFromOptions(self%tao, ierr))
+      PetscCallA(MatCreateShell(comm, n, n, PETSC_DETERMINE, PETSC_DETERMINE, 0, self%free_hessian, ierr))
+      PetscCallA(MatShellSetOperation(self%free_hessian, MATOP_MULT, multiply_free, ierr))
+      PetscCallA(MatSetOption(self%free_hessian, MAT_SYMMETRIC, PETSC_TRUE, ierr))
+      PetscCallA(KSPCreate(comm, self%ksp, ierr))
+      PetscCallA(KSPSetType(self%ksp, KSPCG, ierr))
+      PetscCallA(KSPSetNormType(self%ksp, KSP_NORM_NATURAL, ierr))
+      PetscCallA(KSPGetPC(self%ksp, preconditioner, ierr))
+      PetscCallA(PCSetType(preconditioner, PCNONE, ierr))
+      PetscCallA(KSPSetOperators(self%ksp, self%free_hessian, self%free_hessian, ierr))
+      allocate (self%free(unknowns), self%work(unknowns))
       self%capacity = unknowns
    end subroutine fit
 
@@ -92,25 +110,83 @@ contains
       real(wp), intent(out) :: residual
       PetscScalar, pointer :: values(:)
       PetscErrorCode :: ierr
-      PetscReal :: size_of_b, norm, objective, infeasibility, change
-      PetscInt :: steps, limit
-      KSP :: ksp
-      TaoConvergedReason :: reason
+      PetscReal :: size_of_b, norm
       current_operator => operator
-      current_right_side = self%right_side
+      iterations = 0
       call fill(self%b, b)
       PetscCallA(VecNorm(self%b, NORM_2, size_of_b, ierr))
       if (.not. size_of_b <= largest_right_side) then ! on all ranks alike: PETSc would abort
-         iterations = 0
          residual = huge(residual)
          nullify (current_operator)
          return
       end if
       call fill(self%start, max(x, 0.0_wp))
-      PetscCallA(TaoSetTolerances(self%tao, tolerance*size_of_b, 0.0_wp, 0.0_wp, ierr))
+      call solve_free(self, tolerance*size_of_b, max_iterations, iterations, norm)
+      if (.not. norm <= tolerance*size_of_b) call solve_bounded(self, tolerance*size_of_b, max_iterations, iterations, norm)
+      residual = norm/max(size_of_b, tiny(size_of_b))
+      PetscCallA(VecGetArrayReadF90(self%start, values, ierr))
+      x = values(:size(x))
+      PetscCallA(VecRestoreArrayReadF90(self%start, values, ierr))
+      nullify (current_operator)
+   end subroutine solve
+
+   !> Guess which unknowns are free, solve for them, and guess anew from what has become negative or wants to grow: a primal-dual active
+   !> set method (Hintermüller, Ito and Kunisch 2003), whose first guess is mostly right or almost, for the start is that of the last steps. It may
+   !> end in a cycle; then `norm`, that of the projected gradient, is above `tolerance`.
+   subroutine solve_free(self, tolerance, max_iterations, iterations, norm)
+      class(petsc_solver_t), intent(inout) :: self
+      real(wp), intent(in) :: tolerance
+      integer, intent(in) :: max_iterations
+      integer, intent(inout) :: iterations
+      PetscReal, intent(out) :: norm
+      PetscScalar, pointer :: x(:), b(:), gradient(:), change(:)
+      PetscErrorCode :: ierr
+      KSPConvergedReason :: reason
+      current_free => self%free
+      current_work => self%work
+      do
+         call multiply(self%hessian, self%start, self%right_side, ierr)
+         PetscCallA(VecGetArrayF90(self%start, x, ierr))
+         PetscCallA(VecGetArrayReadF90(self%b, b, ierr))
+         PetscCallA(VecGetArrayF90(self%right_side, gradient, ierr))
+         gradient = gradient - b
+         self%free = merge(1.0_wp, 0.0_wp, x > 0.0_wp .or. gradient < 0.0_wp)
+         gradient = -self%free*gradient
+         PetscCallA(VecRestoreArrayF90(self%right_side, gradient, ierr))
+         PetscCallA(VecRestoreArrayReadF90(self%b, b, ierr))
+         PetscCallA(VecRestoreArrayF90(self%start, x, ierr))
+         PetscCallA(VecNorm(self%right_side, NORM_2, norm, ierr))
+         if (norm <= tolerance .or. iterations >= min(self%guesses, max_iterations)) return
+         PetscCallA(KSPSetTolerances(self%ksp, 1.0e-30_wp, max(enough*tolerance, rough*norm), PETSC_DEFAULT_REAL, PETSC_DEFAULT_INTEGER, ierr))
+         PetscCallA(KSPSolve(self%ksp, self%right_side, self%change, ierr))
+         PetscCallA(KSPGetConvergedReason(self%ksp, reason, ierr))
+         iterations = iterations + 1
+         if (reason < 0) return
+         PetscCallA(VecGetArrayF90(self%start, x, ierr))
+         PetscCallA(VecGetArrayReadF90(self%change, change, ierr))
+         x = max(0.0_wp, x + self%free*change)
+         PetscCallA(VecRestoreArrayReadF90(self%change, change, ierr))
+         PetscCallA(VecRestoreArrayF90(self%start, x, ierr))
+      end do
+   end subroutine solve_free
+
+   !> From the start on by gradient projection with conjugate gradients, whatever the start is.
+   subroutine solve_bounded(self, tolerance, max_iterations, iterations, norm)
+      class(petsc_solver_t), intent(inout) :: self
+      real(wp), intent(in) :: tolerance
+      integer, intent(in) :: max_iterations
+      integer, intent(inout) :: iterations
+      PetscReal, intent(out) :: norm
+      PetscErrorCode :: ierr
+      PetscReal :: objective, infeasibility, change
+      PetscInt :: steps, limit
+      KSP :: ksp
+      TaoConvergedReason :: reason
+      self%projected = self%projected + 1
+      current_right_side = self%right_side
+      PetscCallA(TaoSetTolerances(self%tao, tolerance, 0.0_wp, 0.0_wp, ierr))
       PetscCallA(TaoGetKSP(self%tao, ksp, ierr))
-      PetscCallA(KSPSetTolerances(ksp, PETSC_DEFAULT_REAL, enough*tolerance*size_of_b, PETSC_DEFAULT_REAL, PETSC_DEFAULT_INTEGER, ierr))
-      iterations = 0
+      PetscCallA(KSPSetTolerances(ksp, PETSC_DEFAULT_REAL, enough*tolerance, PETSC_DEFAULT_REAL, PETSC_DEFAULT_INTEGER, ierr))
       do
          call begin(self)
          limit = min(together, max_iterations - iterations)
@@ -118,16 +194,10 @@ contains
          PetscCallA(TaoSolve(self%tao, ierr))
          PetscCallA(TaoGetSolutionStatus(self%tao, steps, objective, norm, infeasibility, change, reason, ierr))
          iterations = iterations + steps
-         residual = norm/max(size_of_b, tiny(size_of_b))
-         if (residual <= tolerance .or. iterations >= max_iterations .or. steps == 0) exit
          call go_on(self%start, self%change)
+         if (norm <= tolerance .or. iterations >= max_iterations .or. steps == 0) exit
       end do
-      call go_on(self%start, self%change)
-      PetscCallA(VecGetArrayReadF90(self%start, values, ierr))
-      x = values(:size(x))
-      PetscCallA(VecRestoreArrayReadF90(self%start, values, ierr))
-      nullify (current_operator)
-   end subroutine solve
+   end subroutine solve_bounded
 
    !> The problem of the change from the start: its right-hand side b - M start, bounds that keep the sum from falling below 0. A start that
    !> is worse than none is put to 0: what the objective then falls by would be mostly that start's.
@@ -187,6 +257,21 @@ contains
       PetscCallA(VecRestoreArrayF90(y, to, ierr))
    end subroutine multiply
 
+   !> The same where only the free unknowns count; the others keep their value.
+   subroutine multiply_free(matrix, x, y, ierr)
+      Mat :: matrix
+      Vec :: x, y
+      PetscErrorCode :: ierr
+      PetscScalar, pointer :: from(:), to(:)
+      PetscCallA(VecGetArrayReadF90(x, from, ierr))
+      PetscCallA(VecGetArrayF90(y, to, ierr))
+      current_work = current_free*from
+      call current_operator%multiply(current_work, to)
+      to = current_free*to + (1.0_wp - current_free)*from
+      PetscCallA(VecRestoreArrayReadF90(x, from, ierr))
+      PetscCallA(VecRestoreArrayF90(y, to, ierr))
+   end subroutine multiply_free
+
    !> 1/2 x'Mx - b'x and Mx - b.
    subroutine objective_and_gradient(tao_, x, value, gradient, context, ierr)
       Tao :: tao_
@@ -218,7 +303,10 @@ contains
       class(petsc_solver_t), intent(inout) :: self
       PetscErrorCode :: ierr
       PetscCallA(TaoDestroy(self%tao, ierr))
+      PetscCallA(KSPDestroy(self%ksp, ierr))
+      PetscCallA(MatDestroy(self%free_hessian, ierr))
       PetscCallA(MatDestroy(self%hessian, ierr))
+      deallocate (self%free, self%work)
       PetscCallA(VecDestroy(self%b, ierr))
       PetscCallA(VecDestroy(self%start, ierr))
       PetscCallA(VecDestroy(self%change, ierr))
