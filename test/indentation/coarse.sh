@@ -1,4 +1,5 @@
 #!/bin/sh
+#test: beside
 # The sphere on two coarse grids: the load nears the finite elements (the finer grids are in study.sh).
 #test: limit 120
 . "$(dirname "$0")/../harness/env.sh"

@@ -1,4 +1,5 @@
 #!/bin/bash
+#test: beside
 # Every kind of bad input: exit status 2, the exact sentence once, nothing written.   run.sh [PROGRAM]
 #
 # cases/table.txt holds the cases. All go through read_scene, many in one launch, on 1 and 2 ranks; some go through the program

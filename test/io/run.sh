@@ -1,4 +1,5 @@
 #!/bin/bash
+#test: beside
 #test: limit 300
 # Writes snapshots, curves, console and cost report on 1, 2, 4 ranks and reads them with other programs' readers, planted failures
 # too; runs scenes with levels and without output. BINARIES=directory takes the test programs from elsewhere. Last line: the sum;

@@ -1,4 +1,5 @@
 #!/bin/bash
+#test: beside
 #test: limit 120
 # Free flight and spin, affine and plain: what is conserved, how far the rest drifts, and that no stress comes from nothing.
 . "$(dirname "$0")/../harness/env.sh"

@@ -1,4 +1,5 @@
 #!/bin/bash
+#test: beside
 #test: limit 120
 # The example of doc/extending.md, taken out of that text into a copy of the tree: one new file and one line for a law and for an
 # effect, nothing else; it builds, and a scene that names both gives the known answer. With a field planted there that no effect was

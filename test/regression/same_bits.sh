@@ -1,4 +1,5 @@
 #!/bin/bash
+#test: beside
 #test: limit 180
 # A scene without contact, with and without effects, gives the same bits of every output on 1, 2 and 4 ranks, also where particles are
 # split.

@@ -1,4 +1,5 @@
 #!/bin/sh
+#test: beside
 # Every scene of input/ is accepted, steps and ends well: the first thousandth of its time on 2 ranks.
 #test: limit 120
 . "$(dirname "$0")/../harness/env.sh"

@@ -1,4 +1,5 @@
 #!/bin/sh
+#test: beside
 # Twenty valid scenes made by chance; the two hundred are in random_scenes_long.sh.
 #test: limit 180
 . "$(dirname "$0")/../harness/env.sh"

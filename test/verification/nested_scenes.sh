@@ -1,4 +1,5 @@
 #!/bin/sh
+#test: beside
 # Scenes on nested levels beside one level: a sphere on levels that stay and move, E5.
 #test: limit 150
 . "$(dirname "$0")/../harness/env.sh"
