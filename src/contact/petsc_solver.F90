@@ -1,6 +1,7 @@
 !> Bound-constrained quadratic problems on PETSc: minimise 1/2 x'Mx - b'x over x >= 0, M given by its product.
-!> The only module that includes PETSc. An error inside PETSc aborts all ranks with PETSc's own words. Its solver is TAO's gradient projection with conjugate gradients (Moré and Toraldo 1991).
-!> It is asked for the change from the start value: what the objective falls by is then no difference of large numbers, whose rounding
+!> The only module that includes PETSc. An error inside PETSc aborts all ranks with PETSc's own words. Guesses which unknowns are free come first, with
+!> PETSc's conjugate gradients for those; where they run in a circle, TAO's gradient projection with conjugate gradients (Moré and Toraldo 1991)
+!> goes on. That is asked for the change from the start value: what the objective falls by is then no difference of large numbers, whose rounding
 !> would send its line searches to and fro where the start is good.
 module m_petsc_solver
 #include <petsc/finclude/petsctao.h>
@@ -132,7 +133,7 @@ contains
 
    !> Guess which unknowns are free, solve for them, and guess anew from what has become negative or wants to grow: a primal-dual active
    !> set method (Hintermüller, Ito and Kunisch 2003), whose first guess is mostly right or almost, for the start is that of the last steps. It may
-   !> end in a cycle; then `norm`, that of the projected gradient, is above `tolerance`.
+   !> end in a cycle; then `norm`, that of the projected gradient, is above `tolerance`, or no number.
    subroutine solve_free(self, tolerance, max_iterations, iterations, norm)
       class(petsc_solver_t), intent(inout) :: self
       real(wp), intent(in) :: tolerance
@@ -157,6 +158,7 @@ contains
          PetscCallA(VecRestoreArrayF90(self%start, x, ierr))
          PetscCallA(VecNorm(self%right_side, NORM_2, norm, ierr))
          if (norm <= tolerance .or. iterations >= min(self%guesses, max_iterations)) return
+         if (.not. norm <= largest_right_side) return ! a start so far off that PETSc would abort: gradient projection leaves it
          PetscCallA(KSPSetTolerances(self%ksp, 1.0e-30_wp, max(enough*tolerance, rough*norm), PETSC_DEFAULT_REAL, PETSC_DEFAULT_INTEGER, ierr))
          PetscCallA(KSPSolve(self%ksp, self%right_side, self%change, ierr))
          PetscCallA(KSPGetConvergedReason(self%ksp, reason, ierr))

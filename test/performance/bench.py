@@ -204,7 +204,7 @@ def table_contact(bench):
 
 def table_pairs(bench):
     head(['scene', '1 rank [s]', '2 ranks [s]', 'two 1-rank copies side by side [s]', '2 ranks over the two copies', '2 ranks over 1'])
-    scenes = {'E1': lambda out: shipped_scene('scaling', out, 0.05, history=False),
+    scenes = {'E1': lambda out: shipped_scene('scaling', out, 0.2, history=False),
               'E2, first half': lambda out: shipped_scene('cone', out, 0.5)}
     for name, make in scenes.items():
         rounds = [(bench.run(1, make(bench.out()))['seconds'], bench.run(2, make(bench.out()))['seconds'], bench.side_by_side(2, make))
