@@ -21,11 +21,10 @@ module m_petsc_solver
       integer, public :: guesses = 8     !< of which unknowns are free, before gradient projection has to find out
       integer(i8), public :: projected = 0 !< problems for which it had to
       Vec :: b, start, change, right_side, lower, upper
+      Vec :: free                        !< 1 for the unknowns that are free, 0 for those held at 0
       Mat :: hessian, free_hessian
       Tao :: tao
       KSP :: ksp
-      real(wp), pointer :: free(:) => null() !< 1 for the unknowns that are free, 0 for those held at 0
-      real(wp), pointer :: work(:) => null()
    contains
       procedure, public :: fit
       procedure, public :: solve
@@ -41,8 +40,7 @@ module m_petsc_solver
 
    !> What PETSc's callbacks work on during a solve.
    class(petsc_operator_t), pointer, protected :: current_operator => null()
-   Vec, protected :: current_right_side
-   real(wp), pointer, protected :: current_free(:) => null(), current_work(:) => null()
+   Vec, protected :: current_right_side, current_free
 
 contains
 
@@ -64,6 +62,7 @@ contains
       PetscCallA(VecCreateMPI(comm, n, PETSC_DETERMINE, self%change, ierr))
       PetscCallA(VecDuplicate(self%change, self%b, ierr))
       PetscCallA(VecDuplicate(self%change, self%start, ierr))
+      PetscCallA(VecDuplicate(self%change, self%free, ierr))
       PetscCallA(VecDuplicate(self%change, self%right_side, ierr))
       PetscCallA(VecDuplicate(self%change, self%lower, ierr))
       PetscCallA(VecDuplicate(self%change, self%upper, ierr))
@@ -94,7 +93,6 @@ contains
       PetscCallA(KSPGetPC(self%ksp, preconditioner, ierr))
       PetscCallA(PCSetType(preconditioner, PCNONE, ierr))
       PetscCallA(KSPSetOperators(self%ksp, self%free_hessian, self%free_hessian, ierr))
-      allocate (self%free(unknowns), self%work(unknowns))
       self%capacity = unknowns
    end subroutine fit
 
@@ -140,19 +138,20 @@ contains
       integer, intent(in) :: max_iterations
       integer, intent(inout) :: iterations
       PetscReal, intent(out) :: norm
-      PetscScalar, pointer :: x(:), b(:), gradient(:), change(:)
+      PetscScalar, pointer :: x(:), b(:), gradient(:), free(:), change(:)
       PetscErrorCode :: ierr
       KSPConvergedReason :: reason
-      current_free => self%free
-      current_work => self%work
+      current_free = self%free
       do
          call multiply(self%hessian, self%start, self%right_side, ierr)
          PetscCallA(VecGetArrayF90(self%start, x, ierr))
          PetscCallA(VecGetArrayReadF90(self%b, b, ierr))
          PetscCallA(VecGetArrayF90(self%right_side, gradient, ierr))
+         PetscCallA(VecGetArrayF90(self%free, free, ierr))
          gradient = gradient - b
-         self%free = merge(1.0_wp, 0.0_wp, x > 0.0_wp .or. gradient < 0.0_wp)
-         gradient = -self%free*gradient
+         free = merge(1.0_wp, 0.0_wp, x > 0.0_wp .or. gradient < 0.0_wp)
+         gradient = -free*gradient
+         PetscCallA(VecRestoreArrayF90(self%free, free, ierr))
          PetscCallA(VecRestoreArrayF90(self%right_side, gradient, ierr))
          PetscCallA(VecRestoreArrayReadF90(self%b, b, ierr))
          PetscCallA(VecRestoreArrayF90(self%start, x, ierr))
@@ -166,7 +165,7 @@ contains
          if (reason < 0) return
          PetscCallA(VecGetArrayF90(self%start, x, ierr))
          PetscCallA(VecGetArrayReadF90(self%change, change, ierr))
-         x = max(0.0_wp, x + self%free*change)
+         x = max(0.0_wp, x + change)
          PetscCallA(VecRestoreArrayReadF90(self%change, change, ierr))
          PetscCallA(VecRestoreArrayF90(self%start, x, ierr))
       end do
@@ -259,19 +258,13 @@ contains
       PetscCallA(VecRestoreArrayF90(y, to, ierr))
    end subroutine multiply
 
-   !> The same where only the free unknowns count; the others keep their value.
+   !> The same between free unknowns. The others are 0 in all that conjugate gradients multiply, for they are in what they begin with.
    subroutine multiply_free(matrix, x, y, ierr)
       Mat :: matrix
       Vec :: x, y
       PetscErrorCode :: ierr
-      PetscScalar, pointer :: from(:), to(:)
-      PetscCallA(VecGetArrayReadF90(x, from, ierr))
-      PetscCallA(VecGetArrayF90(y, to, ierr))
-      current_work = current_free*from
-      call current_operator%multiply(current_work, to)
-      to = current_free*to + (1.0_wp - current_free)*from
-      PetscCallA(VecRestoreArrayReadF90(x, from, ierr))
-      PetscCallA(VecRestoreArrayF90(y, to, ierr))
+      call multiply(matrix, x, y, ierr)
+      PetscCallA(VecPointwiseMult(y, y, current_free, ierr))
    end subroutine multiply_free
 
    !> 1/2 x'Mx - b'x and Mx - b.
@@ -308,8 +301,8 @@ contains
       PetscCallA(KSPDestroy(self%ksp, ierr))
       PetscCallA(MatDestroy(self%free_hessian, ierr))
       PetscCallA(MatDestroy(self%hessian, ierr))
-      deallocate (self%free, self%work)
       PetscCallA(VecDestroy(self%b, ierr))
+      PetscCallA(VecDestroy(self%free, ierr))
       PetscCallA(VecDestroy(self%start, ierr))
       PetscCallA(VecDestroy(self%change, ierr))
       PetscCallA(VecDestroy(self%right_side, ierr))

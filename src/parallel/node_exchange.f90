@@ -23,7 +23,7 @@ module m_node_exchange
    contains
       procedure :: build
       procedure :: start
-      procedure :: go_on
+      procedure :: progress
       procedure :: wait
       procedure :: release
    end type node_exchange_t
@@ -144,14 +144,14 @@ contains
    end subroutine start
 
    !> Between two blocks' work: let MPI see to messages that are on their way; large ones move only when both ranks look after them.
-   subroutine go_on(self, gathered)
+   subroutine progress(self, gathered)
       class(node_exchange_t), intent(inout) :: self
       real(wp), intent(inout), contiguous, asynchronous :: gathered(:, :, :, :, :)
       logical :: done
       if (size(self%requests) == 0) return
       call MPI_Testall(size(self%requests), self%requests, done, MPI_STATUSES_IGNORE)
       if (.not. MPI_ASYNC_PROTECTS_NONBLOCKING) call MPI_F_sync_reg(gathered)
-   end subroutine go_on
+   end subroutine progress
 
    !> Wait until the mirrors are filled and the own tiles may be written again.
    subroutine wait(self, gathered)

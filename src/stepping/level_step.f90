@@ -63,7 +63,8 @@ contains
          do b = 1, size(level%blocks)
             if (.not. finest .or. level%blocks(b)%shared) cycle
             call gather(model, l, b, time)
-            call model%exchange(l)%go_on(level%gathered)
+            call model%timers%enter(phase_exchange)
+            call model%exchange(l)%progress(level%gathered)
          end do
       end associate
       call model%timers%enter(phase_exchange)
