@@ -48,6 +48,10 @@ must_fail 'a long test that fails' '1 passed, 1 failed' driver --all
 rm driver/test/unit/later.sh
 echo 'exit 3' >driver/test/unit/failing.sh
 must_fail 'a failing test' '1 passed, 1 failed' driver
+printf '#test: beside\nexit 3\n' >driver/test/unit/failing.sh
+must_fail 'a failing test beside others' '1 passed, 1 failed' driver
+nowhere() { OMPI_MCA_orte_tmpdir_base=$PWD/nowhere driver; }
+must_fail 'a test that ends without a result' '1 of 2 tests ended without a result' nowhere
 rm driver/test/unit/failing.sh
 printf '#test: limit 1\nsleep 30\n' >driver/test/unit/hanging.sh
 must_fail 'a hanging test' 'stopped at its limit' driver
