@@ -148,7 +148,6 @@ contains
       class(node_exchange_t), intent(inout) :: self
       real(wp), intent(inout), contiguous, asynchronous :: gathered(:, :, :, :, :)
       logical :: done
-      if (size(self%requests) == 0) return
       call MPI_Testall(size(self%requests), self%requests, done, MPI_STATUSES_IGNORE)
       if (.not. MPI_ASYNC_PROTECTS_NONBLOCKING) call MPI_F_sync_reg(gathered)
    end subroutine progress

@@ -63,6 +63,7 @@ contains
          do b = 1, size(level%blocks)
             if (.not. finest .or. level%blocks(b)%shared) cycle
             call gather(model, l, b, time)
+            if (size(model%exchange(l)%ranks) == 0) cycle ! nothing is on its way
             call model%timers%enter(phase_exchange)
             call model%exchange(l)%progress(level%gathered)
          end do
