@@ -107,8 +107,10 @@ contains
       call move_alloc(old%cells%bin, new%cells%bin)
       new%cells%low = old%cells%low
       new%cells%high = old%cells%high
+      new%cells%occupied = old%cells%occupied
       new%cells%current = old%cells%current
       new%cells%jumps = old%cells%jumps
+      new%jumps = old%jumps
       call move_alloc(old%leavers, new%leavers)
       new%leaver_count = old%leaver_count
       new%lowest = old%lowest
