@@ -8,7 +8,7 @@ module m_closing_summary
    use m_scene, only: scene_t, domain_fixed, boundary_free
    use m_model, only: model_t
    use m_energy, only: balance_t, sums_t, measure
-   use m_memory, only: peak_memory
+   use m_machine, only: peak_memory
    use m_expectation, only: expectation_t
    use m_indicators, only: stress_error_t, estimate_stress_error
    use m_history, only: history_text_length

@@ -1,7 +1,7 @@
 !> What a run expects of itself: time and memory to its end, told from its first steps. The closing summary says how far off it was.
 module m_expectation
    use m_kinds, only: wp, i8
-   use m_memory, only: peak_memory
+   use m_machine, only: peak_memory
    use m_timers, only: timers_t, phase_output
    use m_scene, only: scene_t
    use m_model, only: model_t

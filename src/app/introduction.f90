@@ -2,6 +2,7 @@
 module m_introduction
    use m_kinds, only: wp, i8
    use m_text, only: to_text, si
+   use m_machine, only: find_crowd
    use m_scene, only: scene_t, domain_fixed
    use m_offer, only: catalogue_t
    use m_field_table, only: field_table_t, bytes_per_column
@@ -34,6 +35,7 @@ contains
       type(model_t), intent(in) :: model
       integer(i8), intent(in) :: particles !< of all ranks
       integer(i8) :: bytes, blocks
+      integer :: cores, ranks
       real(wp) :: time_step
       bytes = model%communicator%sum_count(sum(own_bytes(model%levels)))
       blocks = model%communicator%sum_count(int(sum(own_blocks(model%levels)), i8))
@@ -51,6 +53,9 @@ contains
          call console%line('fields     '//fields_text(model%levels(1)%table))
          call console%line('effects    '//effects_text(scene, catalogue, model))
       end associate
+      call find_crowd(model%communicator, ranks, cores)
+      if (ranks > cores) call console%line('warning    '//to_text(ranks)//' ranks share '//to_text(cores)//' core(s): each '// &
+                                           'waits for the others'' turns, in contact most of all; take no more ranks than cores')
    end subroutine introduce
 
    !> Collective: a line a level, and the cells of all of them beside those of a grid as fine everywhere.

@@ -3,7 +3,7 @@
 module m_plan
    use m_kinds, only: wp, i8
    use m_text, only: to_text, si, duration
-   use m_memory, only: peak_memory
+   use m_machine, only: peak_memory
    use m_timers, only: phase_contact, phase_output
    use m_scene, only: scene_t
    use m_model, only: model_t

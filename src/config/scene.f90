@@ -97,6 +97,8 @@ module m_scene
       real(wp) :: position(3) = 0.0_wp   !< m
    end type probe_spec_t
 
+   real(wp), parameter, public :: hopeless_residual = 1.0e-3_wp !< relative, of a contact problem: above this it is a fault
+
    !> &contact
    type, public :: contact_spec_t
       real(wp) :: tolerance = 1.0e-8_wp  !< residual of the contact problem relative to its right-hand side

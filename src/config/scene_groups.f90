@@ -220,7 +220,7 @@ contains
          call group%get_name('name', scene%probes(number)%name)
          call group%get('position', scene%probes(number)%position, any_value('m'), required=.true.)
       case ('contact')
-         call group%get('tolerance', scene%contact%tolerance, above(0.0_wp, '', below=1.0_wp))
+         call group%get('tolerance', scene%contact%tolerance, above(0.0_wp, '', at_most=hopeless_residual))
          call group%get('max_iterations', scene%contact%max_iterations, least=1)
          call group%get('compliance', scene%contact%compliance, above(0.0_wp, '', at_most=1.0_wp))
       case ('guard')

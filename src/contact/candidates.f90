@@ -48,6 +48,7 @@ module m_candidates
       procedure :: find
       procedure :: pressed
       procedure, private :: consider
+      procedure, private :: turn_page
    end type candidates_t
 
    real(wp), parameter :: fastest = 0.4_wp        !< no contact point comes nearer by more cells in a step: the largest safety
@@ -67,41 +68,60 @@ contains
       real(wp), intent(out) :: overlap(:) !< (tools): deepest place of a contact point inside, m
       real(wp) :: centre(3), middle(3), position(3), gap, gap_centre, normal(3), normal_centre(3)
       real(wp) :: far !< no candidate's centre is further from a tool, m
-      real(wp) :: half_diagonal
-      integer :: b, bin, l, n, p, t
+      real(wp) :: half_diagonal, half_row
+      integer :: b, bin, first, l, p, t
       self%count = 0
       overlap = 0.0_wp
       self%rubbing = 0
       half_diagonal = 0.5_wp*sqrt(3.0_wp)*level%grid%cell
+      half_row = 0.5_wp*(block_size - 1)*level%grid%cell
       do b = 1, size(level%blocks)
          if (level%blocks(b)%particles%count == 0) cycle
          if (.not. near_tool(tools, level, level%blocks(b)%place)) cycle
          associate (block => level%blocks(b))
             far = thickest(level, block) + fastest*level%grid%cell
             do t = 1, size(tools)
-               centre = block%origin + 0.5_wp*(block_size - 1)*level%grid%cell
+               centre = block%origin + half_row
                call tools(t)%gap_and_normal(centre, gap_centre, normal_centre)
-               do bin = 1, bins
-                  if (block%cells%first(bin) == block%cells%first(bin + 1)) cycle
-                  middle = block%origin + bin_place(bin)*level%grid%cell
-                  if (surely_beyond(far + half_diagonal, gap_centre, normal_centre, middle - centre)) cycle
-                  call tools(t)%gap_and_normal(middle, gap, normal)
-                  if (gap > far + half_diagonal) cycle
-                  do l = block%cells%first(bin), block%cells%first(bin + 1) - 1
-                     p = block%cells%order(l)
-                     position = block%particles%column(p, level%layout%position:level%layout%position + 2)
-                     if (surely_beyond(far, gap, normal, position - middle)) cycle
-                     call self%consider(tools(t), level, materials, time_step, [b, p, bin, t], overlap(t))
+               do first = 1, bins, block_size ! of a row along x
+                  middle = block%origin + bin_place(first)*level%grid%cell + [half_row, 0.0_wp, 0.0_wp]
+                  if (surely_beyond(far + half_diagonal + abs(normal_centre(1))*half_row, gap_centre, normal_centre, &
+                                    middle - centre)) cycle
+                  do bin = first, first + block_size - 1
+                     if (block%cells%first(bin) == block%cells%first(bin + 1)) cycle
+                     middle = block%origin + bin_place(bin)*level%grid%cell
+                     if (surely_beyond(far + half_diagonal, gap_centre, normal_centre, middle - centre)) cycle
+                     call tools(t)%gap_and_normal(middle, gap, normal)
+                     if (gap > far + half_diagonal) cycle
+                     do l = block%cells%first(bin), block%cells%first(bin + 1) - 1
+                        p = block%cells%order(l)
+                        position = block%particles%column(p, level%layout%position:level%layout%position + 2)
+                        if (surely_beyond(far, gap, normal, position - middle)) cycle
+                        call self%consider(tools(t), level, materials, time_step, [b, p, bin, t], overlap(t))
+                     end do
                   end do
                end do
             end do
-            n = block%particles%count
-            block%particles%column(:n, self%earlier) = block%particles%column(:n, self%pressure)
-            block%particles%column(:n, self%pressure) = 0.0_wp
-            if (self%traction > 0) block%particles%column(:n, self%traction:self%traction + 2) = 0.0_wp
+            call self%turn_page(block%particles%count, block%particles%column)
          end associate
       end do
    end subroutine find
+
+   !> The last pressures of a block's particles become the earlier ones. Where there were none in either step, all stays 0.
+   pure subroutine turn_page(self, count, column)
+      class(candidates_t), intent(in) :: self
+      integer, intent(in) :: count
+      real(wp), intent(inout), contiguous :: column(:, :)
+      integer :: p
+      if (any(column(:count, self%pressure) > 0.0_wp .or. column(:count, self%earlier) > 0.0_wp)) then
+         !$omp simd
+         do p = 1, count
+            column(p, self%earlier) = column(p, self%pressure)
+            column(p, self%pressure) = 0.0_wp
+         end do
+      end if
+      if (self%traction > 0) column(:count, self%traction:self%traction + 2) = 0.0_wp
+   end subroutine turn_page
 
    !> True where the gap at a place outside a tool and its normal tell that the gap is above a limit some way off: tools are convex, so
    !> a gap is nowhere smaller than it is foretold so. Most bins of a block and most particles of a bin need not be asked then.

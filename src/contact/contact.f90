@@ -5,7 +5,7 @@ module m_contact
    use m_constants, only: exit_numerical, block_size
    use m_errors, only: error_t, fail
    use m_text, only: to_text
-   use m_scene, only: tool_spec_t, contact_spec_t
+   use m_scene, only: tool_spec_t, contact_spec_t, hopeless => hopeless_residual
    use m_tool, only: tool_t, make_tool
    use m_communicator, only: communicator_t
    use m_field_table, only: field_table_t
@@ -66,7 +66,6 @@ module m_contact
    end type contact_t
 
    real(wp), parameter :: touching = 1.0e-4_wp    !< a smaller gap counts as contact, in particle edges
-   real(wp), parameter :: hopeless = 1.0e-3_wp    !< a relative residual above this is a fault
    real(wp), parameter :: far_above = 100.0_wp    !< times the tolerance: a residual that is a fault in so many steps running:
    integer, parameter :: most_unsolved = 10
    integer, parameter :: most_sweeps = 50         !< over normal forces and friction in a step

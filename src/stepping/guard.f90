@@ -9,7 +9,7 @@ module m_guard
    use m_constants, only: exit_numerical
    use m_errors, only: error_t, fail
    use m_text, only: to_text, si
-   use m_memory, only: free_memory
+   use m_machine, only: free_memory
    use m_scene, only: guard_spec_t
    use m_field_table, only: bytes_per_column
    use m_model, only: model_t

@@ -5,7 +5,7 @@ module m_model
    use m_constants, only: exit_input
    use m_errors, only: error_t, fail
    use m_text, only: to_text, si
-   use m_memory, only: free_memory
+   use m_machine, only: free_memory
    use m_field_table, only: bytes_per_column
    use m_communicator, only: communicator_t
    use m_timers, only: timers_t, phase_balance
