@@ -47,6 +47,7 @@ module m_candidates
    contains
       procedure :: find
       procedure :: pressed
+      procedure, private :: search
       procedure, private :: consider
       procedure, private :: turn_page
    end type candidates_t
@@ -66,46 +67,60 @@ contains
       type(materials_t), intent(in) :: materials
       real(wp), intent(in) :: time_step
       real(wp), intent(out) :: overlap(:) !< (tools): deepest place of a contact point inside, m
-      real(wp) :: centre(3), middle(3), position(3), gap, gap_centre, normal(3), normal_centre(3)
       real(wp) :: far !< no candidate's centre is further from a tool, m
-      real(wp) :: half_diagonal, half_row
-      integer :: b, bin, first, l, p, t
+      integer :: b, t
       self%count = 0
-      overlap = 0.0_wp
       self%rubbing = 0
-      half_diagonal = 0.5_wp*sqrt(3.0_wp)*level%grid%cell
-      half_row = 0.5_wp*(block_size - 1)*level%grid%cell
+      overlap = 0.0_wp
       do b = 1, size(level%blocks)
          if (level%blocks(b)%particles%count == 0) cycle
          if (.not. near_tool(tools, level, level%blocks(b)%place)) cycle
-         associate (block => level%blocks(b))
-            far = thickest(level, block) + fastest*level%grid%cell
-            do t = 1, size(tools)
-               centre = block%origin + half_row
-               call tools(t)%gap_and_normal(centre, gap_centre, normal_centre)
-               do first = 1, bins, block_size ! of a row along x
-                  middle = block%origin + bin_place(first)*level%grid%cell + [half_row, 0.0_wp, 0.0_wp]
-                  if (surely_beyond(far + half_diagonal + abs(normal_centre(1))*half_row, gap_centre, normal_centre, &
-                                    middle - centre)) cycle
-                  do bin = first, first + block_size - 1
-                     if (block%cells%first(bin) == block%cells%first(bin + 1)) cycle
-                     middle = block%origin + bin_place(bin)*level%grid%cell
-                     if (surely_beyond(far + half_diagonal, gap_centre, normal_centre, middle - centre)) cycle
-                     call tools(t)%gap_and_normal(middle, gap, normal)
-                     if (gap > far + half_diagonal) cycle
-                     do l = block%cells%first(bin), block%cells%first(bin + 1) - 1
-                        p = block%cells%order(l)
-                        position = block%particles%column(p, level%layout%position:level%layout%position + 2)
-                        if (surely_beyond(far, gap, normal, position - middle)) cycle
-                        call self%consider(tools(t), level, materials, time_step, [b, p, bin, t], overlap(t))
-                     end do
-                  end do
-               end do
-            end do
-            call self%turn_page(block%particles%count, block%particles%column)
-         end associate
+         far = thickest(level, level%blocks(b)) + fastest*level%grid%cell
+         do t = 1, size(tools)
+            call self%search(tools(t), level, materials, time_step, b, t, far, overlap(t))
+         end do
+         call self%turn_page(level%blocks(b)%particles%count, level%blocks(b)%particles%column)
       end do
    end subroutine find
+
+   !> Consider the particles of a block that may be near enough to a tool: rows of bins, bins and particles that are surely too far away
+   !> are not looked into.
+   subroutine search(self, tool, level, materials, time_step, b, t, far, overlap)
+      class(candidates_t), intent(inout) :: self
+      type(tool_t), intent(in) :: tool
+      type(level_t), intent(in) :: level
+      type(materials_t), intent(in) :: materials
+      real(wp), intent(in) :: time_step
+      integer, intent(in) :: b, t !< numbers of the block and the tool
+      real(wp), intent(in) :: far !< m
+      real(wp), intent(inout) :: overlap
+      real(wp) :: centre(3), middle(3), position(3), gap, gap_centre, normal(3), normal_centre(3), half_diagonal, half_row
+      integer :: bin, first, l, p
+      half_diagonal = 0.5_wp*sqrt(3.0_wp)*level%grid%cell
+      half_row = 0.5_wp*(block_size - 1)*level%grid%cell
+      associate (block => level%blocks(b))
+         centre = block%origin + half_row
+         call tool%gap_and_normal(centre, gap_centre, normal_centre)
+         do first = 1, bins, block_size ! of a row along x
+            middle = block%origin + bin_place(first)*level%grid%cell + [half_row, 0.0_wp, 0.0_wp]
+            if (surely_beyond(far + half_diagonal + abs(normal_centre(1))*half_row, gap_centre, normal_centre, &
+                              middle - centre)) cycle
+            do bin = first, first + block_size - 1
+               if (block%cells%first(bin) == block%cells%first(bin + 1)) cycle
+               middle = block%origin + bin_place(bin)*level%grid%cell
+               if (surely_beyond(far + half_diagonal, gap_centre, normal_centre, middle - centre)) cycle
+               call tool%gap_and_normal(middle, gap, normal)
+               if (gap > far + half_diagonal) cycle
+               do l = block%cells%first(bin), block%cells%first(bin + 1) - 1
+                  p = block%cells%order(l)
+                  position = block%particles%column(p, level%layout%position:level%layout%position + 2)
+                  if (surely_beyond(far, gap, normal, position - middle)) cycle
+                  call self%consider(tool, level, materials, time_step, [b, p, bin, t], overlap)
+               end do
+            end do
+         end do
+      end associate
+   end subroutine search
 
    !> The last pressures of a block's particles become the earlier ones. Where there were none in either step, all stays 0.
    pure subroutine turn_page(self, count, column)
