@@ -45,7 +45,7 @@ contains
          call fetch(corners%list, column(:, layout%position + axis - 1), own)
          corners%offset(:n, axis) = (own(:n) - frame%origin(axis))*frame%per_cell - node(:n, axis)
          corners%offset(n + 1:, axis) = 0.0_wp
-         corners%list%offset(:n, axis) = corners%offset(:n, axis)*frame%cell
+         corners%list%offset(:n, axis) = corners%offset(:n, axis)
       end do
       do c = 1, 9
          call fetch(corners%list, column(:, layout%domain + c - 1), own)

@@ -60,7 +60,7 @@ contains
    end subroutine clear
 
    !> What the particles of a chunk carry, from columns to lanes, one particle after the other. Affine transfer is written about
-   !> the nearest node, so that what goes with an axis is 0 there: m S (v - L offset) + m S L (x_i - x_nearest).
+   !> the nearest node, so that what goes with an axis is 0 there: m S (v - L offset) + m S L (x_i - x_nearest), offsets in cells.
    pure subroutine set_load(load, stencil, column, layout, cell)
       type(load_t), intent(inout) :: load
       type(stencil_t), intent(in) :: stencil
@@ -85,16 +85,16 @@ contains
          carried = 0.0_wp
          if (g > 0) then
             do i = 1, 3
-               carried(i, 1) = mass*column(q, g + i - 1)
-               carried(i, 2) = mass*column(q, g + i + 2)
-               carried(i, 3) = mass*column(q, g + i + 5)
+               carried(i, 1) = mass*cell*column(q, g + i - 1)
+               carried(i, 2) = mass*cell*column(q, g + i + 2)
+               carried(i, 3) = mass*cell*column(q, g + i + 5)
             end do
             momentum = momentum - stencil%offset(p, 1)*carried(:, 1) - stencil%offset(p, 2)*carried(:, 2) &
                        - stencil%offset(p, 3)*carried(:, 3)
          end if
          load%momentum(1, 0, p) = mass
          load%momentum(2:4, 0, p) = momentum
-         load%momentum(2:4, 1:3, p) = cell*carried
+         load%momentum(2:4, 1:3, p) = carried
          load%force(1:3, 1, p) = [force(1), force(6), force(5)]
          load%force(1:3, 2, p) = [force(6), force(2), force(4)]
          load%force(1:3, 3, p) = [force(5), force(4), force(3)]

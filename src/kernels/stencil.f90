@@ -19,7 +19,7 @@ module m_stencil
    end type frame_t
 
    !> Up to `chunk` particles that follow each other in a block's list, whatever their bins: weights (1) and slopes (1/m), by
-   !> particle, node (-1, 0, 1) and axis; and the offset from the nearest node (m). Vectors may read `batch` - 1 beyond the last.
+   !> particle, node (-1, 0, 1) and axis; and the offset from the nearest node (cells). Vectors may read `batch` - 1 beyond the last.
    !> Kernels keep theirs from call to call (Makefile): defaults are not set again.
    type :: stencil_t
       real(wp) :: weight(chunk + batch, -1:1, 3) = 0.0_wp
@@ -69,7 +69,7 @@ contains
             stencil%slope(p, -1, axis) = stencil%slope(p, -1, axis)*frame%per_cell
             stencil%slope(p, 1, axis) = stencil%slope(p, 1, axis)*frame%per_cell
             stencil%slope(p, 0, axis) = -(stencil%slope(p, -1, axis) + stencil%slope(p, 1, axis))
-            stencil%offset(p, axis) = place(p)*frame%cell
+            stencil%offset(p, axis) = place(p)
          end do
       end do
    end subroutine set_stencil

@@ -131,7 +131,7 @@ contains
                      node = frame%origin(axis) + place(axis)*frame%cell
                      half = column(p, 4)*frame%per_cell
                      if (layout%half_sizes) half = min(0.5_wp, (1.0_wp - 1.0e-9_wp)*column(p, 3 + axis)*frame%per_cell)
-                     call keep_worst(off(3), (stencil%offset(m, axis) - (column(p, axis) - node))*frame%per_cell)
+                     call keep_worst(off(3), stencil%offset(m, axis) - (column(p, axis) - node)*frame%per_cell)
                      do a = -1, 1
                         call keep_worst(off(1), stencil%weight(m, a, axis) &
                                         - plain_weight((column(p, axis) - node)*frame%per_cell - a, half))
