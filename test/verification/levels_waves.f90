@@ -17,7 +17,8 @@ program levels_waves
    real(wp), parameter :: width = 6.0_wp*cell, height = 1.0e-3_wp*wave, safety = 0.4_wp
    type(communicator_t) :: comm
    type(assertions_t) :: test
-   real(wp) :: way(3), begun, lag(2) !< of the pulse: direction, middle at the start, half a step's way on levels
+   !> Of the pulse: direction, middle at the start, half a step's way on levels. Saved, so that `pulse` need not find them on a stack.
+   real(wp), save :: way(3), begun, lag(2)
    logical :: affine
    integer :: a
    call comm%start()
