@@ -54,8 +54,9 @@ contains
          call console%line('effects    '//effects_text(scene, catalogue, model))
       end associate
       call find_crowd(model%communicator, ranks, cores)
-      if (ranks > cores) call console%line('warning    '//to_text(ranks)//' ranks share '//to_text(cores)//' core(s): each '// &
-                                           'waits for the others'' turns, in contact most of all; take no more ranks than cores')
+      if (ranks > cores) &
+         call console%line('warning    '//to_text(ranks)//' ranks share '//to_text(cores)//' core(s) of a machine: each waits '// &
+                           'for the others'' turns, in contact most of all; take no more ranks than cores')
    end subroutine introduce
 
    !> Collective: a line a level, and the cells of all of them beside those of a grid as fine everywhere.

@@ -46,7 +46,7 @@ contains
       call MPI_Comm_free(machine)
       cores = sum(popcnt(allowed))
       quota = share_of_time(text_of('/sys/fs/cgroup/cpu.max'))
-      if (quota < cores) cores = max(1, nint(quota))
+      if (quota < cores) cores = max(1, int(quota))
       if (cores == 0) cores = ranks
       crowd = real(ranks, wp)/cores
       most = communicator%maximum(crowd)

@@ -122,7 +122,8 @@ contains
       end associate
    end subroutine search
 
-   !> The last pressures of a block's particles become the earlier ones. Where there were none in either step, all stays 0.
+   !> The last pressures of a block's particles become the earlier ones, and friction is 0 until it is found again. Where there was
+   !> no pressure in either step, all stays 0.
    pure subroutine turn_page(self, count, column)
       class(candidates_t), intent(in) :: self
       integer, intent(in) :: count

@@ -10,9 +10,8 @@ module m_corner_stencil
 
    !> The domains of a chunk of particles, one lane a particle, in cells. Vectors may read `batch` - 1 beyond the last.
    type :: corner_stencil_t
-      type(stencil_t) :: list                  !< which particles; its offsets (m) are set, its weights are not
+      type(stencil_t) :: list                  !< which particles; its offsets are set, its weights are not
       integer :: place(3, chunk)               !< of their bins in the block, from 0: also the lowest of the 27 nodes in the tile
-      real(wp) :: offset(chunk + batch, 3)     !< from the nearest node
       real(wp) :: half_edge(chunk + batch, 9)  !< component i of edge k at 3 (k-1) + i, no longer than the nodes reach
       real(wp) :: inverse(chunk + batch, 9)    !< inverse of their matrix: component i of row k at 3 (k-1) + i
    end type corner_stencil_t
@@ -43,9 +42,8 @@ contains
       corners%place(:, :n) = int(transpose(node(:n, :)))
       do axis = 1, 3
          call fetch(corners%list, column(:, layout%position + axis - 1), own)
-         corners%offset(:n, axis) = (own(:n) - frame%origin(axis))*frame%per_cell - node(:n, axis)
-         corners%offset(n + 1:, axis) = 0.0_wp
-         corners%list%offset(:n, axis) = corners%offset(:n, axis)
+         corners%list%offset(:n, axis) = (own(:n) - frame%origin(axis))*frame%per_cell - node(:n, axis)
+         corners%list%offset(n + 1:, axis) = 0.0_wp
       end do
       do c = 1, 9
          call fetch(corners%list, column(:, layout%domain + c - 1), own)
@@ -94,7 +92,7 @@ contains
          do axis = 1, 3
             !$omp simd private(place)
             do p = 1, batch
-               place = corners%offset(first + p - 1, axis) + sign_of(corner, 1)*corners%half_edge(first + p - 1, axis) &
+               place = corners%list%offset(first + p - 1, axis) + sign_of(corner, 1)*corners%half_edge(first + p - 1, axis) &
                        + sign_of(corner, 2)*corners%half_edge(first + p - 1, 3 + axis) &
                        + sign_of(corner, 3)*corners%half_edge(first + p - 1, 6 + axis)
                hat(p, -1, axis, corner) = max(0.0_wp, -place)

@@ -60,7 +60,7 @@ contains
    end subroutine clear
 
    !> What the particles of a chunk carry, from columns to lanes, one particle after the other. Affine transfer is written about
-   !> the nearest node, so that what goes with an axis is 0 there: m S (v - L offset) + m S L (x_i - x_nearest), offsets in cells.
+   !> the nearest node, so that what goes with an axis is 0 there: m S (v - L h offset) + m S L (x_i - x_nearest), offsets in cells.
    pure subroutine set_load(load, stencil, column, layout, cell)
       type(load_t), intent(inout) :: load
       type(stencil_t), intent(in) :: stencil

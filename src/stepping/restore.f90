@@ -14,12 +14,12 @@ module m_restore
    private
    public :: take_blocks, restore_blocks, check_particles
 
-   integer, parameter, public :: table_width = 5, bounds_width = 9
+   integer, parameter, public :: table_width = 5, bounds_width = 10
 
    !> All blocks of all levels that exist, a row each: rank by rank, and there by level and index, as particles stand in a file.
    type, public :: block_table_t
       integer(i8), allocatable :: table(:, :) !< level, index, particles, rank, rows of particles before: (table_width, blocks)
-      real(wp), allocatable :: bounds(:, :)   !< lowest and highest place of centres, m; work booked by kinds, loss booked, J
+      real(wp), allocatable :: bounds(:, :)   !< lowest and highest place of centres, m; work booked by kinds, loss booked, J; jumps of lists
       integer :: first = 0                    !< row of this rank's first block
       integer :: own = 0                      !< this rank's rows
       integer(i8) :: particles = 0            !< of all ranks
@@ -67,7 +67,7 @@ contains
             n = n + 1
             associate (block => model%levels(l)%blocks(b))
                blocks%bounds(:, n) = [block%lowest, block%highest, model%effect_step(l)%booked(block%index), &
-                                      model%lost_in_merging(blocks_before(model%levels, l) + block%index)]
+                                      model%lost_in_merging(blocks_before(model%levels, l) + block%index), block%jumps]
             end associate
          end do
       end do
@@ -116,6 +116,7 @@ contains
             block%highest = blocks%bounds(4:6, n)
             call model%effect_step(l)%book(block%index, blocks%bounds(7:8, n))
             model%lost_in_merging(blocks_before(model%levels, l) + block%index) = blocks%bounds(9, n)
+            block%jumps = blocks%bounds(10, n)
          end associate
       end do
       do l = 1, size(model%levels)

@@ -43,6 +43,15 @@ for name, text in TEXTS.items():
             require("moving: the level has moved", file["state/counts"][1] > 0)
         continue
     chain(name, scene(text, f"{name}_1", "every_steps=9", end=ENDS[name]), f"{name}_1", [1, 1, 1], straight)
+    if name == "levels": # what the next placement of blocks asks: their lists, over the last steps
+        run(1, scene(text, "levels_kept", "every_steps=9", end=ENDS[name]))
+        bounds = []
+        for directory in ("levels_kept", "levels_1"):
+            with h5py.File(checkpoints(directory)[-1]) as file:
+                bounds.append(file["blocks/bounds"][:])
+        require("levels: lists have jumped", bounds[0][:, 9].max() > 0)
+        require("levels: blocks of the last checkpoint", newest_step("levels_kept") == newest_step("levels_1")
+                and np.array_equal(*bounds))
     if name != "splitting":
         chain(name, scene(text, f"{name}_2", "every_steps=11", end=ENDS[name]), f"{name}_2", [2, 2], straight)
     chain(name, scene(text, f"{name}_m", "every_steps=7", end=ENDS[name]), f"{name}_m", [1, 2, 4, 1], straight)

@@ -38,7 +38,7 @@ module m_ringing
 
 contains
 
-   !> Largest energy about the centre of mass over that at the start.
+   !> Largest energy about the centre of mass over the first.
    function largest_growth(alone, setting, safety) result(growth)
       type(communicator_t), intent(in) :: alone !< this rank by itself
       type(setting_t), intent(in) :: setting
