@@ -6,7 +6,7 @@ module m_machine
    use m_filesystem, only: read_file
    implicit none
    private
-   public :: free_memory, peak_memory, find_crowd
+   public :: free_memory, peak_memory, find_crowd, cores_of, share_of_time
 
    integer, parameter :: longest = 65536 !< bytes of a file that the system shows
    integer, parameter :: quads = 2048    !< groups of four cores that a system may number
@@ -82,12 +82,8 @@ contains
 
    !> What the system could give away on this machine, bytes.
    real(wp) function free_here() result(bytes)
-      character(len=:), allocatable :: text
-      integer :: at
-      bytes = unknown
-      text = text_of('/proc/meminfo')
-      at = index(text, 'MemAvailable:')
-      if (at > 0) bytes = 1024.0_wp*number(text(at + len('MemAvailable:'):))
+      bytes = number(line_after(text_of('/proc/meminfo'), 'MemAvailable:'))
+      if (bytes < unknown) bytes = 1024.0_wp*bytes
    end function free_here
 
    !> What is left of the limit of this process's group, bytes.
@@ -98,14 +94,9 @@ contains
 
    !> Most memory that this rank has held at once so far, libraries included (bytes); 0 where the system does not tell.
    integer(i8) function peak_memory() result(bytes)
-      character(len=:), allocatable :: text
       real(wp) :: kilobytes
-      integer :: at
       bytes = 0
-      text = text_of('/proc/self/status')
-      at = index(text, 'VmHWM:')
-      if (at == 0) return
-      kilobytes = number(text(at + len('VmHWM:'):))
+      kilobytes = number(line_after(text_of('/proc/self/status'), 'VmHWM:'))
       if (kilobytes < unknown) bytes = 1024_i8*nint(kilobytes, i8)
    end function peak_memory
 

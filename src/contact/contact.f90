@@ -5,7 +5,7 @@ module m_contact
    use m_constants, only: exit_numerical, block_size
    use m_errors, only: error_t, fail
    use m_text, only: to_text
-   use m_scene, only: tool_spec_t, contact_spec_t, hopeless => hopeless_residual
+   use m_scene, only: tool_spec_t, contact_spec_t, hopeless_residual
    use m_tool, only: tool_t, make_tool
    use m_communicator, only: communicator_t
    use m_field_table, only: field_table_t
@@ -337,10 +337,11 @@ contains
       real(wp) :: off(size(b)), worst
       character(len=:), allocatable :: limit
       self%unsolved_in_row = merge(self%unsolved_in_row + 1, 0_i8, self%step_residual > far_above*self%spec%tolerance)
-      if (self%step_residual <= hopeless .and. self%unsolved_in_row < most_unsolved) return
-      limit = to_text(hopeless)//' is allowed'
-      if (self%step_residual <= hopeless) limit = to_text(far_above)//' times the tolerance, '//to_text(self%spec%tolerance)// &
-                                                  ', is allowed in '//to_text(most_unsolved)//' steps running'
+      if (self%step_residual <= hopeless_residual .and. self%unsolved_in_row < most_unsolved) return
+      limit = to_text(hopeless_residual)//' is allowed'
+      if (self%step_residual <= hopeless_residual) &
+         limit = to_text(far_above)//' times the tolerance, '//to_text(self%spec%tolerance)//', is allowed in '// &
+                 to_text(most_unsolved)//' steps running'
       off = merge(abs(w - b), max(0.0_wp, b - w), x > 0.0_wp)
       worst = maxval([-1.0_wp, off])
       if (worst >= self%system%communicator%maximum(worst)) &
@@ -368,7 +369,7 @@ contains
             call self%system%respond([n + 1, rows], self%friction%force, [1, n], dragged)
             b = free - dragged
             call self%solve_normal(b, x, iterations)
-            if (self%step_residual > hopeless .or. (round > 1 .and. iterations == 0)) exit
+            if (self%step_residual > hopeless_residual .or. (round > 1 .and. iterations == 0)) exit
             self%friction%sweeps = self%friction%sweeps + 1
             do c = 1, n
                if (list(c)%rubbing == 0) cycle
@@ -379,7 +380,7 @@ contains
             call self%system%respond([1, n], x, [n + 1, rows], pushed)
             call self%friction%solve(self%system, radius, pushed, self%spec%tolerance, products*self%spec%max_iterations, residual)
             call self%judge(residual, to_text(products*self%spec%max_iterations)//' products for friction')
-            if (self%step_residual > hopeless) exit
+            if (self%step_residual > hopeless_residual) exit
          end do
          call self%system%activate(1, n)
          if (round > most_sweeps) self%unsolved = self%unsolved + 1

@@ -102,14 +102,7 @@ contains
       call move_alloc(old%particles%column, new%particles%column)
       call move_alloc(old%particles%id, new%particles%id)
       call move_alloc(old%particles%body, new%particles%body)
-      new%cells%first = old%cells%first
-      call move_alloc(old%cells%order, new%cells%order)
-      call move_alloc(old%cells%bin, new%cells%bin)
-      new%cells%low = old%cells%low
-      new%cells%high = old%cells%high
-      new%cells%occupied = old%cells%occupied
-      new%cells%current = old%cells%current
-      new%cells%jumps = old%cells%jumps
+      new%cells = old%cells
       new%jumps = old%jumps
       call move_alloc(old%leavers, new%leavers)
       new%leaver_count = old%leaver_count

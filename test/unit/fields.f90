@@ -90,6 +90,7 @@ contains
       type(error_t) :: error
       integer(i8), allocatable :: ids(:), before(:, :), after(:, :)
       integer, allocatable :: owner(:, :, :)
+      real(wp), allocatable :: weighed(:)
       real(wp) :: share, largest
       integer :: round
       call build_wandering(model, comm, error)
@@ -98,6 +99,10 @@ contains
       do round = 1, 10
          call wander(model, round)
       end do
+      weighed = what_placement_weighs(model)
+      call test%check(comm%maximum(maxval([0.0_wp, weighed])) > 0.0_wp, 'lists have something that placement weighs')
+      call model%connect() ! all blocks are made anew, and stay here
+      call test%check(all(abs(what_placement_weighs(model) - weighed) <= 0.0_wp), 'blocks that stay keep what placement weighs')
       do round = 1, 3
          before = ordered_ids(model)
          owner = model%levels(1)%owner
@@ -129,5 +134,15 @@ contains
       call test%check(all(all_ids(model) == ids), 'the same particles as at the start')
       call model%release()
    end subroutine change_of_owners
+
+   !> Of the lists of this rank's blocks: occupied bins, jumps on average.
+   function what_placement_weighs(model) result(values)
+      type(model_t), intent(in) :: model
+      real(wp), allocatable :: values(:)
+      integer :: b
+      associate (blocks => model%levels(1)%blocks)
+         values = [(real(blocks(b)%cells%occupied, wp), b=1, size(blocks)), (blocks(b)%jumps, b=1, size(blocks))]
+      end associate
+   end function what_placement_weighs
 
 end program fields
