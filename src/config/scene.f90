@@ -27,6 +27,10 @@ module m_scene
       integer :: boundary(6) = boundary_free
    end type grid_spec_t
 
+   !> The largest safety for particles_per_cell 1, 8 and 27 (doc/accuracy.md, stability).
+   integer, parameter, public :: safety_particles(3) = [1, 8, 27]
+   real(wp), parameter, public :: safety_allowed(3) = [0.4_wp, 0.4_wp, 0.35_wp]
+
    !> &time: how the scene is stepped.
    type, public :: time_spec_t
       real(wp) :: safety = 0.35_wp       !< share of cell / (c + |v|)

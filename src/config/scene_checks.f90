@@ -19,10 +19,6 @@ module m_scene_checks
    integer, parameter :: most_tries = 100000    !< cell sizes looked at to find those that divide the grid
    integer, parameter :: shown_digits = 10
 
-   !> The largest safety for particles_per_cell 1, 8 and 27.
-   integer, parameter :: safety_particles(3) = [1, 8, 27]
-   real(wp), parameter :: safety_allowed(3) = [0.4_wp, 0.4_wp, 0.35_wp]
-
 contains
 
    !> All checks; sets the cells of the grid. `text` is where the scene came from, to name the place of a fault.
@@ -175,7 +171,7 @@ contains
       largest_safety = safety_allowed(findloc(safety_particles, particles_per_cell, dim=1))
    end function largest_safety
 
-   !> The largest safety factor that all bodies of a scene allow (doc/accuracy.md, stability).
+   !> The largest safety factor that all bodies of a scene allow.
    pure real(wp) function safety_limit(scene)
       type(scene_t), intent(in) :: scene
       integer :: i

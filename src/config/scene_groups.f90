@@ -253,7 +253,7 @@ contains
       type(time_spec_t), intent(inout) :: time
       integer :: velocity_update, transfer
       logical :: flip
-      call group%get('safety', time%safety, above(0.0_wp, '', at_most=1.0_wp))
+      call group%get('safety', time%safety, above(0.0_wp, '', at_most=maxval(safety_allowed)))
       call group%get('time_step', time%time_step, at_least(0.0_wp, 's'))
       call group%get_choice('stress_update', time%stress_update, stress_update_words)
       transfer = merge(1, 2, time%affine)

@@ -3,7 +3,7 @@
 module m_candidates
    use m_kinds, only: wp
    use m_constants, only: block_size
-   use m_scene, only: boundary_symmetry
+   use m_scene, only: boundary_symmetry, safety_allowed
    use m_tool, only: tool_t
    use m_level, only: level_t
    use m_block, only: block_t
@@ -52,7 +52,7 @@ module m_candidates
       procedure, private :: turn_page
    end type candidates_t
 
-   real(wp), parameter :: fastest = 0.4_wp        !< no contact point comes nearer by more cells in a step: the largest safety
+   real(wp), parameter :: fastest = maxval(safety_allowed) !< no contact point comes nearer by more cells in a step
    real(wp), parameter :: margin = 0.05_wp        !< candidates come in this far before they touch, in particle edges
    real(wp), parameter :: recovery = 0.01_wp      !< overlap is taken back by at most this much a step, in particle edges
 

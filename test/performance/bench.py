@@ -3,11 +3,12 @@
 
 usage: bench.py WORK GIMP3D TOOLS [--repeats N] [--only TABLE ...] [--build TEXT] [--before GIMP3D]
 
-TOOLS is the folder of the programs probe, barrier and ranks. TABLE is one of block, contact, pairs, growth, large, levels, model, checkpoint, guard (all
-when none is named).
+TOOLS is the folder of the programs probe, barrier and ranks. TABLE is one of block, contact, compliance, pairs, growth, large, levels, model,
+checkpoint, guard (all when none is named).
 block    an elastic block of 32 x 32 x 32 cells in motion: moved along (ordered), deforming as it hits a wall (impact) or tumbling
          (disordered), 1 and 8 particles a cell, affine and plain transfer, 1 and 2 ranks
 contact  E2 and E3, over the run and over the last tenth of their depth
+compliance  E2 on 2 ranks: what the compliance of contact points does to the time for contact, to the load and to the overlap
 pairs    2 ranks against two independent copies of 1 rank run side by side, and against one
 growth   10^5 to 4 x 10^6 particles, disordered, 1 rank
 large    16 million particles, a few steps, 2 ranks
@@ -82,9 +83,10 @@ class Bench:
         self.gbytes.append(float(words[3]))
 
     def barrier(self, ranks):
-        """Milliseconds of a piece of work, and the share of their pace that ranks keep who wait for each other after each."""
-        words = subprocess.run(['mpirun', '-n', str(ranks), self.tools/'barrier'], capture_output=True, text=True, check=True).stdout.split()
-        return float(words[1]), float(words[3])
+        """By size of their work: megabytes, milliseconds of a piece of it, and the share of their pace that ranks keep who wait for each other
+        after each."""
+        text = subprocess.run(['mpirun', '-n', str(ranks), self.tools/'barrier'], capture_output=True, text=True, check=True).stdout
+        return [tuple(map(float, line.split()[1::2])) for line in text.splitlines()]
 
     def out(self):
         self.runs += 1
@@ -202,6 +204,25 @@ def table_contact(bench):
              f'{c["contact"]:.0f}', f'{c["all"] - c["contact"]:.0f}', f'{1e3/c["all"]:.2f}'])
 
 
+def table_compliance(bench):
+    """Loads are compared row by row of the tool's history, which all runs have at the same times."""
+    head(['compliance', 'products a solve', 'contact [s]', 'of the run [%]', 'load, largest change over the second half, of the largest load [%]',
+          'mean change [%]', 'largest overlap [cells]'])
+    first = None
+    for compliance in (0.0005, 0.002, 0.005, 0.01, 0.02, 0.05):
+        logs = []
+        out = bench.out()
+        scene = shipped_scene('cone', out) + f'&contact compliance={compliance} /\n'
+        c = bench.finish(bench.start(2, scene), read=lambda log: logs.append(log) or read_costs(log))
+        overlap = float(re.search(r'^contact: largest overlap .*, (\S+) cells', logs[0], re.M)[1])
+        load = [float(line.split()[4]) for line in open(out/'tool_cone.dat') if re.match(r' *[-+\d]', line)]
+        first = first or load
+        change = [100*(new - old)/max(first) for new, old in zip(load, first, strict=True)][len(load)//2:]
+        row([f'{compliance}', f'{c["products"]:.1f}', f'{c["contact"]*c["updates"]*1e-9/c["ranks"]:.1f}', f'{c["contact share"]:.0f}',
+             f'{max(map(abs, change)):.3f}', f'{statistics.mean(change):+.4f}', f'{overlap:.4f}'])
+    print('\nOne run each, to 571 nm. Changes against the first row.')
+
+
 def table_pairs(bench):
     head(['scene', '1 rank [s]', '2 ranks [s]', 'two 1-rank copies side by side [s]', '2 ranks over the two copies', '2 ranks over 1'])
     scenes = {'E1': lambda out: shipped_scene('scaling', out, 0.2, history=False),
@@ -213,10 +234,10 @@ def table_pairs(bench):
              f'{statistics.median(both/2/two for _, two, both in rounds):.2f}',
              f'{statistics.median(one/two for one, two, _ in rounds):.2f}'])
     print('\nIn turn; ratios are medians of those of each round.')
-    tries = [bench.barrier(2) for _ in range(bench.repeats)]
-    ms, pace = (statistics.median(column) for column in zip(*tries))
-    print(f'Two ranks that do nothing but arithmetic and wait for each other every {ms:.1f} ms keep {pace:.2f} of their pace (median; '
-          f'{min(t[1] for t in tries):.2f} to {max(t[1] for t in tries):.2f}).')
+    for tries in zip(*(bench.barrier(2) for _ in range(bench.repeats))):
+        size, ms, pace = (statistics.median(column) for column in zip(*tries))
+        print(f'Two ranks that do nothing but arithmetic on {size:.0f} MB each and wait for each other every {ms:.1f} ms keep {pace:.2f} of '
+              f'their pace (median; {min(t[2] for t in tries):.2f} to {max(t[2] for t in tries):.2f}).')
 
 
 def table_growth(bench):
@@ -373,8 +394,8 @@ def main():
     bench = Bench(args.work, args.gimp3d, args.tools, args.repeats)
     bench.before = args.before and args.before.resolve()
     begun = time.time()
-    tables = {'block': table_block, 'contact': table_contact, 'pairs': table_pairs, 'growth': table_growth, 'large': table_large,
-              'model': table_model, 'levels': table_levels, 'guard': table_guard,
+    tables = {'block': table_block, 'contact': table_contact, 'compliance': table_compliance, 'pairs': table_pairs,
+              'growth': table_growth, 'large': table_large, 'model': table_model, 'levels': table_levels, 'guard': table_guard,
               'checkpoint': table_checkpoint}
     for name in args.only or tables:
         tables[name](bench)
