@@ -195,7 +195,7 @@ contains
    subroutine restrict(self, communicator, fine, half)
       class(composite_t), intent(inout) :: self
       type(communicator_t), intent(in) :: communicator
-      type(level_t), intent(in) :: fine
+      type(level_t), intent(inout) :: fine !< a work list of it is used
       real(wp), intent(in) :: half !< the finer step, s
       integer :: e
       do e = 1, self%own
@@ -318,12 +318,13 @@ contains
    end subroutine known_to_gradients
 
    !> Set the velocity by which gradients are ahead of the motion (eq. lead) on the slaves of block b of the finer level, which has some.
-   pure subroutine lead_slaves(self, b, time_step, tile)
+   pure subroutine lead_slaves(self, b, time_step, asked, tile)
       class(composite_t), intent(in) :: self
       integer, intent(in) :: b
-      real(wp), intent(in) :: time_step !< of the finer level, s
+      real(wp), intent(in) :: time_step  !< of the finer level, s
+      integer, intent(in) :: asked(2, 3) !< first and last index along each axis of what is asked for
       real(wp), intent(inout) :: tile(node_values, 0:tile_last, 0:tile_last, 0:tile_last) !< in the places of the velocity
-      call set_leads(self%edges(self%edge_of(b)), self%down(:, :, :, :, self%edge_of(b)), time_step, tile)
+      call set_leads(self%edges(self%edge_of(b)), self%down(:, :, :, :, self%edge_of(b)), time_step, asked, tile)
    end subroutine lead_slaves
 
    !> Add the same on the nodes of block b of the coarser level, which receives.
@@ -403,10 +404,19 @@ contains
          end do
       end do
       call constrain_nodes(coarse%grid, coarse%blocks(b)%place, change)
-      coarse%solved(2:4, :, :, :, b) = coarse%solved(2:4, :, :, :, b) + change(2:4, :, :, :)
-      change(2:4, :, :, :) = coarse%solved(2:4, :, :, :, b)
-      coarse%solved(5:7, :, :, :, b) = coarse%solved(5:7, :, :, :, b) + change(5:7, :, :, :)/time_step
-      change(5:7, :, :, :) = coarse%solved(5:7, :, :, :, b) + change(5:7, :, :, :)/time_step ! that of the second half
+      do k = 0, tile_last
+         do j = 0, tile_last
+            do i = 0, tile_last
+               associate (given => change(:, i, j, k), node => coarse%solved(:, i, j, k, b))
+                  pushed = given(5:7)/time_step
+                  node(2:4) = node(2:4) + given(2:4)
+                  node(5:7) = node(5:7) + pushed
+                  given(2:4) = node(2:4)
+                  given(5:7) = node(5:7) + pushed ! that of the second half
+               end associate
+            end do
+         end do
+      end do
       if (self%is_parent(b)) call take_cubes(self, b, change, known)
       if (self%labelled) call put_ahead(self, b, growth, change(1, :, :, :), half)
    end subroutine correct

@@ -9,7 +9,8 @@ module m_edge
    use m_grid_level, only: grid_level_t
    use m_region, only: region_t
    use m_level, only: level_t, tile_last, node_values
-   use m_boundary, only: constrain_nodes, fold_symmetry, motion_parity
+   use m_boundary, only: constrain_nodes, is_constrained, fold_symmetry, motion_parity
+   use m_cell_list, only: bins_at
    use m_field_table, only: layout_t
    use m_particle_to_node, only: gather_to_nodes
    use m_corner_to_node, only: gather_corners_to_nodes
@@ -21,6 +22,7 @@ module m_edge
    integer, parameter, public :: cube_last = 5 !< cubes run from 0 to here
    integer, parameter, public :: lead_first = node_values + 1, lead_last = node_values + 3 !< going up the force that has grown, going down
                                                                                            !< how far gradients are to be ahead
+   real(wp), parameter :: shares(0:3) = [1.0_wp, 0.5_wp, 0.25_wp, 0.125_wp] !< of a slave that lies between nodes along so many axes
    real(wp), parameter :: barely = 1.0e-9_wp    !< a node with this share of the mass of the next has none
 
    !> A block of the finer level with slaves, seen from the rank of the block or of its parent.
@@ -91,31 +93,49 @@ contains
       logical, intent(in) :: affine
       real(wp), intent(out), contiguous :: cube(:, 0:, 0:, 0:)
       real(wp) :: held(node_values, 0:tile_last, 0:tile_last, 0:tile_last)
-      integer :: s, at(3), low(3), high(3), i, j, k
-      real(wp) :: share, change(3, 3)
-      cube = 0.0_wp
-      change = 0.0_wp
-      if (affine) then ! with what is held, and with the mirror images outside symmetry planes
+      if (affine .and. is_constrained(grid, place)) then ! slopes are taken with what is held, and with the mirror images outside
          held = tile
          call constrain_nodes(grid, place, held)
+         call add_slaves(edge, tile, held, affine, cube)
+      else
+         call add_slaves(edge, tile, tile, affine, cube)
       end if
+   end subroutine gather_slaves
+
+   !> The same with the tile whose velocities make the slopes, which may be `tile` itself.
+   pure subroutine add_slaves(edge, tile, held, affine, cube)
+      type(edge_t), intent(in) :: edge
+      real(wp), dimension(node_values, 0:tile_last, 0:tile_last, 0:tile_last), intent(in) :: tile, held
+      logical, intent(in) :: affine
+      real(wp), intent(out), contiguous :: cube(:, 0:, 0:, 0:)
+      integer :: s, at(3), low(3), high(3), i, j, k, q
+      real(wp) :: share, given(node_values), change(3, 3), along(node_values, 3) ! what is given, and what it changes by along the axes
+      cube = 0.0_wp
+      along = 0.0_wp
       do s = 1, size(edge%slave, 2)
          if (edge%slave(4, s) == 0) cycle
          at = edge%slave(:3, s)
          if (.not. tile(1, at(1), at(2), at(3)) > 0.0_wp) cycle
          call masters(at, low, high, share)
-         if (affine) call change_of_momentum(held, at, high > low, change)
+         given = share*tile(:, at(1), at(2), at(3))
+         if (affine) then
+            call change_of_momentum(held, at, high > low, change)
+            along(2:4, :) = share*change
+         end if
          do k = low(3), high(3)
             do j = low(2), high(2)
                do i = low(1), high(1)
-                  cube(:node_values, i, j, k) = cube(:node_values, i, j, k) + share*tile(:, at(1), at(2), at(3))
-                  if (affine) cube(2:4, i, j, k) = cube(2:4, i, j, k) &
-                                                   + share*matmul(change, real(2*[i, j, k] - low - high, wp))
+                  !$omp simd
+                  do q = 1, node_values
+                     cube(q, i, j, k) = cube(q, i, j, k) &
+                                        + (given(q) + along(q, 1)*(2*i - low(1) - high(1)) + along(q, 2)*(2*j - low(2) - high(2)) &
+                                           + along(q, 3)*(2*k - low(3) - high(3)))
+                  end do
                end do
             end do
          end do
       end do
-   end subroutine gather_slaves
+   end subroutine add_slaves
 
    !> By how much the momentum of a slave's mass changes from it to the next node along each of some axes: from the velocities of the
    !> nodes on both sides, or of one where the other has no mass, but for rounding. Columns are axes.
@@ -124,7 +144,7 @@ contains
       integer, intent(in) :: at(3)
       logical, intent(in) :: along(3)
       real(wp), intent(out) :: change(3, 3)
-      real(wp) :: here(3)
+      real(wp) :: here(3), per_mass
       integer :: axis, found, side, to(3)
       change = 0.0_wp
       associate (mass => tile(1, at(1), at(2), at(3)))
@@ -138,7 +158,8 @@ contains
                if (to(axis) < 0 .or. to(axis) > tile_last) cycle
                if (.not. tile(1, to(1), to(2), to(3)) > barely*mass) cycle
                found = found + 1
-               change(:, axis) = change(:, axis) + side*(tile(2:4, to(1), to(2), to(3))/tile(1, to(1), to(2), to(3)) - here)
+               per_mass = 1.0_wp/tile(1, to(1), to(2), to(3))
+               change(:, axis) = change(:, axis) + side*(per_mass*tile(2:4, to(1), to(2), to(3)) - here)
             end do
             if (found > 0) change(:, axis) = mass*change(:, axis)/found
          end do
@@ -150,22 +171,29 @@ contains
    !> hands that force up for the gradients.
    subroutine take_lead(edge, fine, half, cube)
       type(edge_t), intent(in) :: edge
-      type(level_t), intent(in) :: fine
+      type(level_t), intent(inout) :: fine !< its work list is used
       real(wp), intent(in) :: half
       real(wp), intent(inout), contiguous :: cube(:, 0:, 0:, 0:)
       real(wp) :: tile(node_values, 0:tile_last, 0:tile_last, 0:tile_last), share
       type(layout_t) :: layout
       integer :: s, at(3), low(3), high(3), i, j, k
+      logical :: is_slave(0:tile_last, 0:tile_last, 0:tile_last)
       associate (block => fine%blocks(edge%block))
          if (block%particles%count == 0) return
+         is_slave = .false.
+         do s = 1, size(edge%slave, 2)
+            is_slave(edge%slave(1, s), edge%slave(2, s), edge%slave(3, s)) = .true.
+         end do
+         call fine%at_edge%take_bins(block%cells, bins_at(is_slave))
          layout = fine%layout
          layout%stress = layout%edge_stress
+         layout%gradient = 0 ! only forces are wanted, and where there is mass
          layout%viscous_pressure = 0
          layout%pressure_shift = 0
          if (layout%domain > 0) then
-            call gather_corners_to_nodes(block%cells, block%particles%column, layout, frame_of(fine, block), tile)
+            call gather_corners_to_nodes(fine%at_edge, block%particles%column, layout, frame_of(fine, block), tile)
          else
-            call gather_to_nodes(block%cells, block%particles%column, layout, frame_of(fine, block), tile)
+            call gather_to_nodes(fine%at_edge, block%particles%column, layout, frame_of(fine, block), tile)
          end if
          call fold_symmetry(fine%grid, block%place, tile, motion_parity)
       end associate
@@ -206,55 +234,58 @@ contains
       end associate
    end subroutine take_leads
 
-   !> The slaves move with the nodes that they depend on, linearly in time (theory.md, eq. half-steps).
+   !> The slaves move with the nodes that they depend on, linearly in time (theory.md, eq. half-steps). One without mass moves nobody.
    pure subroutine set_motion(edge, cube, remaining, tile)
       type(edge_t), intent(in) :: edge
       real(wp), intent(in), contiguous :: cube(:, 0:, 0:, 0:)
       real(wp), intent(in) :: remaining !< time from where velocities of this step stand to where those of the coarser one do, s
       real(wp), intent(inout) :: tile(node_values, 0:tile_last, 0:tile_last, 0:tile_last)
-      real(wp) :: motion(6)
+      real(wp) :: node(node_values)
       integer :: at(3), s
       do s = 1, size(edge%slave, 2)
          at = edge%slave(:3, s)
-         call follow(cube, at, 2, motion)
-         tile(2:4, at(1), at(2), at(3)) = motion(1:3) - remaining*motion(4:6)
-         tile(5:7, at(1), at(2), at(3)) = motion(4:6)
+         if (.not. tile(1, at(1), at(2), at(3)) > 0.0_wp) cycle
+         call follow(cube, at, 1, node)
+         tile(2:4, at(1), at(2), at(3)) = node(2:4) - remaining*node(5:7)
+         tile(5:7, at(1), at(2), at(3)) = node(5:7)
       end do
    end subroutine set_motion
 
-   !> In place of their motion the velocity by which gradients are ahead of it (theory.md, eq. lead).
-   pure subroutine set_leads(edge, cube, time_step, tile)
+   !> In place of the motion of those that are asked for the velocity by which gradients are ahead of it (theory.md, eq. lead).
+   pure subroutine set_leads(edge, cube, time_step, asked, tile)
       type(edge_t), intent(in) :: edge
       real(wp), intent(in), contiguous :: cube(:, 0:, 0:, 0:)
-      real(wp), intent(in) :: time_step !< of the finer level, s
+      real(wp), intent(in) :: time_step  !< of the finer level, s
+      integer, intent(in) :: asked(2, 3) !< first and last index along each axis of what is asked for
       real(wp), intent(inout) :: tile(node_values, 0:tile_last, 0:tile_last, 0:tile_last)
-      real(wp) :: lead(3)
+      real(wp) :: values(node_values)
       integer :: at(3), s
       do s = 1, size(edge%slave, 2)
          at = edge%slave(:3, s)
-         call follow(cube, at, lead_first, lead)
-         tile(2:4, at(1), at(2), at(3)) = 0.5_wp*time_step*lead
+         if (any(at < asked(1, :) .or. at > asked(2, :))) cycle
+         call follow(cube, at, lead_last - node_values + 1, values)
+         tile(2:4, at(1), at(2), at(3)) = 0.5_wp*time_step*values(node_values - 2:)
       end do
    end subroutine set_leads
 
-   !> Some values of a slave, from those of the nodes that it depends on (theory.md, eq. slaves).
+   !> Some values of a slave, as many as a node has, from those of the nodes that it depends on (theory.md, eq. slaves): half of each
+   !> of two along each axis, which are the same one where it lies on it.
    pure subroutine follow(cube, at, first, values)
       real(wp), intent(in), contiguous :: cube(:, 0:, 0:, 0:)
       integer, intent(in) :: at(3) !< the slave's place in the tile
       integer, intent(in) :: first !< of the values in the cube
-      real(wp), intent(out) :: values(:)
+      real(wp), intent(out) :: values(node_values)
       real(wp) :: share
-      integer :: low(3), high(3), i, j, k
+      integer :: low(3), high(3), c, q
       call masters(at, low, high, share)
-      values = 0.0_wp
-      do k = low(3), high(3)
-         do j = low(2), high(2)
-            do i = low(1), high(1)
-               values = values + cube(first:first + size(values) - 1, i, j, k)
-            end do
+      associate (i => low(1), j => low(2), k => low(3), x => high(1), y => high(2), z => high(3))
+         !$omp simd private(c)
+         do q = 1, node_values
+            c = first - 1 + q
+            values(q) = 0.125_wp*(((cube(c, i, j, k) + cube(c, x, j, k)) + (cube(c, i, y, k) + cube(c, x, y, k))) &
+                                  + ((cube(c, i, j, z) + cube(c, x, j, z)) + (cube(c, i, y, z) + cube(c, x, y, z))))
          end do
-      end do
-      values = share*values
+      end associate
    end subroutine follow
 
    !> The nodes of a cube that a node of the block's tile depends on: low to high, all with one weight, 1, 1/2, 1/4 or 1/8.
@@ -264,7 +295,7 @@ contains
       real(wp), intent(out) :: share
       high = 1 + at/2          ! tile node t is node 8 a + t - 1 of the grid, cube node c is node 4 a + c - 1 of the coarser one
       low = (at + 1)/2
-      share = 1.0_wp/product(high - low + 1)
+      share = shares(sum(high - low))
    end subroutine masters
 
 end module m_edge

@@ -4,7 +4,7 @@ module m_cell_list
    use m_constants, only: block_size
    implicit none
    private
-   public :: cell_list_t
+   public :: cell_list_t, bins_at
 
    integer, parameter, public :: bins = block_size**3
 
@@ -20,7 +20,9 @@ module m_cell_list
    contains
       procedure :: reserve
       procedure :: build
+      procedure :: take_bins
       procedure :: set_in_order
+      procedure :: reach
       procedure :: bytes
    end type cell_list_t
 
@@ -114,6 +116,37 @@ contains
       end subroutine ends
    end subroutine find_extent
 
+   !> The lists of some bins of another, with room for them; of other bins, none. Bins stand only for particles that are listed.
+   pure subroutine take_bins(self, whole, wanted)
+      class(cell_list_t), intent(inout) :: self
+      type(cell_list_t), intent(in) :: whole
+      logical, intent(in) :: wanted(bins)
+      integer :: b, n, p
+      n = 0
+      do b = 1, bins
+         if (wanted(b)) then
+            do p = whole%first(b), whole%first(b + 1) - 1
+               n = n + 1
+               self%order(n) = whole%order(p)
+               self%bin(whole%order(p)) = b
+            end do
+         end if
+         self%first(b + 1) = n + 1
+      end do
+   end subroutine take_bins
+
+   !> The bins whose particles reach one of some nodes of a block's tile.
+   pure function bins_at(nodes) result(at)
+      logical, intent(in) :: nodes(0:block_size + 1, 0:block_size + 1, 0:block_size + 1)
+      logical :: at(bins)
+      logical :: x(block_size, 0:block_size + 1, 0:block_size + 1), y(block_size, block_size, 0:block_size + 1)
+      associate (n => block_size)
+         x = nodes(:n - 1, :, :) .or. nodes(1:n, :, :) .or. nodes(2:, :, :)
+         y = x(:, :n - 1, :) .or. x(:, 1:n, :) .or. x(:, 2:, :)
+         at = reshape(y(:, :, :n - 1) .or. y(:, :, 1:n) .or. y(:, :, 2:), [bins])
+      end associate
+   end function bins_at
+
    !> After the particles were put into list order: the lists are runs.
    pure subroutine set_in_order(self, count)
       class(cell_list_t), intent(inout) :: self
@@ -127,6 +160,14 @@ contains
       end do
       self%jumps = 0
    end subroutine set_in_order
+
+   !> First and last index along each axis of the part of the block's tile that its particles reach.
+   pure function reach(self)
+      class(cell_list_t), intent(in) :: self
+      integer :: reach(2, 3)
+      reach(1, :) = self%low
+      reach(2, :) = self%high + 2
+   end function reach
 
    !> Memory held (bytes).
    pure integer(i8) function bytes(self)

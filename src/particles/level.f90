@@ -5,6 +5,7 @@ module m_level
    use m_grid_level, only: grid_level_t
    use m_region, only: region_t
    use m_block, only: block_t
+   use m_cell_list, only: cell_list_t
    use m_field_table, only: field_table_t, layout_t
    use m_split, only: half_edges
    implicit none
@@ -32,6 +33,7 @@ module m_level
       real(wp), allocatable :: gradient(:, :)          !< work of one block: columns on their way into list order; then body forces; then
                                                        !< velocity gradients, from nodes to stress
       real(wp), allocatable :: lead(:, :)              !< work: what the gradients that particles keep are ahead by (levels: eq. lead)
+      type(cell_list_t) :: at_edge                     !< work: lists of those of a block's particles that reach an edge of levels
    contains
       procedure :: particle_count
       procedure :: size_work
@@ -80,8 +82,9 @@ contains
       logical, intent(in) :: whole
       integer :: reach(2, 3)
       call self%blocks(b)%refresh_lists(self%gradient)
-      reach(1, :) = merge(0, self%blocks(b)%cells%low, whole)
-      reach(2, :) = merge(tile_last, self%blocks(b)%cells%high + 2, whole)
+      reach = self%blocks(b)%cells%reach()
+      if (whole) reach(1, :) = 0
+      if (whole) reach(2, :) = tile_last
       associate (old => self%reach(:, :, b))
          if (any(old(1, :) < reach(1, :)) .or. any(old(2, :) > reach(2, :))) then
             self%gathered(:, old(1, 1):old(2, 1), old(1, 2):old(2, 2), old(1, 3):old(2, 3), b) = 0.0_wp
@@ -112,6 +115,7 @@ contains
       end if
       allocate (self%gradient(largest, 9))
       allocate (self%lead(merge(largest, 0, self%layout%labels_gradients()), 9))
+      if (self%layout%edge_stress > 0) call self%at_edge%reserve(largest)
    end subroutine size_work
 
    !> Memory held on this rank (bytes).
@@ -120,6 +124,7 @@ contains
       integer :: b
       held = 8_i8*(size(self%gathered, kind=i8) + size(self%solved, kind=i8))
       held = held + 8_i8*(size(self%gradient, kind=i8) + size(self%lead, kind=i8))
+      held = held + self%at_edge%bytes()
       held = held + 4_i8*(size(self%owner, kind=i8) + size(self%slot, kind=i8))
       do b = 1, size(self%blocks)
          held = held + self%blocks(b)%bytes()

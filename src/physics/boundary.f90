@@ -11,7 +11,7 @@ module m_boundary
    use m_grid_level, only: grid_level_t
    implicit none
    private
-   public :: fold_symmetry, constrain_nodes, held_components, mirror_stress, motion_parity, stress_parity
+   public :: fold_symmetry, constrain_nodes, is_constrained, held_components, mirror_stress, motion_parity, stress_parity
 
    integer, parameter :: last = block_size + 1 ! tiles run from 0 to here
    integer, parameter :: first_vector = 2, second_vector = 5 !< places of the two vectors of a node (momentum, force)
@@ -77,6 +77,19 @@ contains
          end do
       end do
    end subroutine constrain_nodes
+
+   !> True when constrain_nodes would change the tile of a block.
+   pure logical function is_constrained(grid, place)
+      type(grid_level_t), intent(in) :: grid
+      integer, intent(in) :: place(3)
+      integer :: axis, side
+      is_constrained = .false.
+      do axis = 1, 3
+         do side = 1, 2
+            is_constrained = is_constrained .or. grid%plane(place, side, axis) >= 0
+         end do
+      end do
+   end function is_constrained
 
    !> After the sum: shear across a symmetry plane vanishes on it, and the row outside is the mirror of the row inside.
    pure subroutine mirror_stress(grid, place, tile)

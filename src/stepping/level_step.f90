@@ -10,6 +10,7 @@ module m_level_step
    use m_field_table, only: layout_t
    use m_particle_store, only: particle_store_t
    use m_block, only: block_t
+   use m_cell_list, only: cell_list_t, bins_at
    use m_materials, only: materials_t
    use m_level, only: tile_last, node_values
    use m_model, only: model_t, bounds_t
@@ -298,7 +299,7 @@ contains
          if (longest%particle > 0) call report_long_way(model, l, b, longest, motion%time_step, error)
          n = block%particles%count
          if (first > 0) block%particles%column(:n, first:first + 8) = level%gradient(:n, :)
-         if (leads) block%particles%column(:n, first:first + 8) = block%particles%column(:n, first:first + 8) + level%lead(:n, :)
+         if (leads) call add_leads(level%at_edge, level%lead, block%particles%column(:, first:first + 8))
          if (size(model%effect_step(l)%on_cells) == 0) return
          call give_to_cells(n, block%cells%bin, block%particles%column, level%layout, frame_of(level, block), level%gradient, &
                             level%gathered(:, :, :, :, b))
@@ -308,7 +309,7 @@ contains
    end subroutine scatter
 
    !> At the edge of a level: how far the gradients that particles keep are to be ahead of the motion (theory.md, eq. lead), into the
-   !> work array, while particles are where the step began.
+   !> work array, while particles are where the step began; which particles, into the level's list of those at edges.
    subroutine find_leads(model, l, b, time_step, leads)
       type(model_t), intent(inout) :: model
       integer, intent(in) :: l, b
@@ -316,7 +317,7 @@ contains
       logical, intent(out) :: leads
       real(wp) :: tile(node_values, 0:tile_last, 0:tile_last, 0:tile_last)
       type(motion_t) :: still
-      logical :: on_edge, beside_edge
+      logical :: on_edge, beside_edge, ahead(0:tile_last, 0:tile_last, 0:tile_last)
       leads = .false.
       if (.not. model%levels(l)%layout%labels_gradients() .or. model%levels(l)%blocks(b)%particles%count == 0) return
       on_edge = l > 1
@@ -325,22 +326,39 @@ contains
       if (beside_edge) beside_edge = model%composite(l + 1)%receives(b)
       if (.not. (on_edge .or. beside_edge)) return
       tile = 0.0_wp
-      if (on_edge) call model%composite(l)%lead_slaves(b, time_step, tile)
+      if (on_edge) call model%composite(l)%lead_slaves(b, time_step, model%levels(l)%blocks(b)%cells%reach(), tile)
       if (beside_edge) call model%composite(l + 1)%lead_masters(b, tile)
-      leads = any(abs(tile(2:4, :, :, :)) > 0.0_wp)
-      if (.not. leads) return
       still = motion_t(0.0_wp, 1.0_wp, model%levels(l)%layout%position)
       associate (level => model%levels(l), block => model%levels(l)%blocks(b))
          call constrain_nodes(level%grid, block%place, tile)
+         ahead = abs(tile(2, :, :, :)) + abs(tile(3, :, :, :)) + abs(tile(4, :, :, :)) > 0.0_wp
+         leads = any(ahead)
+         if (.not. leads) return
+         call level%at_edge%take_bins(block%cells, bins_at(ahead))
          if (level%layout%domain > 0) then
-            call scatter_to_corners(block%cells, tile, level%layout, frame_of(level, block), still, &
+            call scatter_to_corners(level%at_edge, tile, level%layout, frame_of(level, block), still, &
                                     block%particles%column, level%lead)
          else
-            call scatter_to_particles(block%cells, tile, level%layout, frame_of(level, block), still, &
+            call scatter_to_particles(level%at_edge, tile, level%layout, frame_of(level, block), still, &
                                       block%particles%column, level%lead)
          end if
       end associate
    end subroutine find_leads
+
+   !> Add the leads of the listed particles to their gradients.
+   pure subroutine add_leads(listed, lead, gradient)
+      type(cell_list_t), intent(in) :: listed
+      real(wp), intent(in), contiguous :: lead(:, :)
+      real(wp), intent(inout), contiguous :: gradient(:, :) !< (:, 9), 1/s
+      integer :: c, p
+      associate (which => listed%order(:listed%first(size(listed%first)) - 1))
+         do c = 1, 9
+            do p = 1, size(which)
+               gradient(which(p), c) = gradient(which(p), c) + lead(which(p), c)
+            end do
+         end do
+      end associate
+   end subroutine add_leads
 
    !> The velocity gradients of one block, which waited for the sums over cells, into the work array again.
    subroutine take_back(model, l, b)

@@ -8,6 +8,8 @@ program fields
    use m_model, only: model_t
    use m_field_table, only: field_table_t, layout_t
    use m_particle_store, only: particle_store_t
+   use m_cell_list, only: cell_list_t, bins_at, bins
+   use m_stencil, only: bin_place
    use m_assertions, only: assertions_t
    use m_chance, only: chance_t, say
    use m_wandering, only: build_wandering, wander, wrong_values, wrong_lists, all_ids, ordered_ids
@@ -19,6 +21,7 @@ program fields
    call test%start(comm, 'fields')
    call table()
    call store()
+   call part_of_lists()
    call change_of_owners()
    call test%finish()
 
@@ -83,6 +86,39 @@ contains
       end do
       call test%check(good, 'removal takes the right ones and leaves the others whole')
    end subroutine store
+
+   !> The bins whose 27 nodes hold one of some nodes, and the lists of these bins alone, against the same by looking at every particle.
+   subroutine part_of_lists()
+      integer, parameter :: count = 700, rounds = 20
+      type(cell_list_t) :: whole, part
+      logical :: nodes(0:9, 0:9, 0:9), wanted(bins), right
+      integer :: b, c, p, place(3), round
+      call whole%reserve(count)
+      call part%reserve(count)
+      do round = 1, rounds
+         do p = 1, count
+            whole%bin(p) = 1 + int(chance%between(0.0_wp, real(bins, wp)))
+         end do
+         call whole%build(count)
+         nodes = .false.
+         do c = 1, round - 1 ! none at first
+            place = int(chance%several(3, 0.0_wp, 10.0_wp))
+            nodes(place(1), place(2), place(3)) = .true.
+         end do
+         do b = 1, bins
+            place = bin_place(b)
+            wanted(b) = any(nodes(place(1):place(1) + 2, place(2):place(2) + 2, place(3):place(3) + 2))
+         end do
+         call test%check(all(bins_at(nodes) .eqv. wanted), 'bins at nodes')
+         call part%take_bins(whole, wanted)
+         c = part%first(bins + 1) - 1
+         right = all(part%order(:c) == pack(whole%order, wanted(whole%bin(whole%order))))
+         do b = 1, bins
+            right = right .and. all(part%bin(part%order(part%first(b):part%first(b + 1) - 1)) == b)
+         end do
+         call test%check(right, 'lists of some bins')
+      end do
+   end subroutine part_of_lists
 
    !> Blocks change rank: all to the next rank, all to rank 0, then balanced again.
    subroutine change_of_owners()
