@@ -210,11 +210,10 @@ def table_compliance(bench):
           'mean change [%]', 'largest overlap [cells]'])
     first = None
     for compliance in (0.0005, 0.002, 0.005, 0.01, 0.02, 0.05):
-        logs = []
         out = bench.out()
         scene = shipped_scene('cone', out) + f'&contact compliance={compliance} /\n'
-        c = bench.finish(bench.start(2, scene), read=lambda log: logs.append(log) or read_costs(log))
-        overlap = float(re.search(r'^contact: largest overlap .*, (\S+) cells', logs[0], re.M)[1])
+        c, log = bench.finish(bench.start(2, scene), read=lambda log: (read_costs(log), log))
+        overlap = float(re.search(r'^contact: largest overlap .*, (\S+) cells', log, re.M)[1])
         load = [float(line.split()[4]) for line in open(out/'tool_cone.dat') if re.match(r' *[-+\d]', line)]
         first = first or load
         change = [100*(new - old)/max(first) for new, old in zip(load, first, strict=True)][len(load)//2:]
