@@ -208,6 +208,7 @@ contains
       block%cells%current = .false.
       block%at_rest = .false.
       block%tile_holds = .false.
+      block%has_visitors = .true.
    end subroutine store
 
    !> Collective: take the particles of the blocks whose owner changes out of this rank and send them; returns when all

@@ -19,12 +19,17 @@ module m_block
       integer(i4), allocatable :: leavers(:) !< particles that left during this step, rising
       integer :: leaver_count = 0
       logical :: at_rest = .false.       !< no particle moves, none is under stress
-      logical :: tile_holds = .false.    !< its tile in `gathered` is what these particles at rest give
+      logical :: tile_holds = .false.    !< its tile in `gathered` is what its particles give as they are now
+      logical :: has_visitors = .false.  !< particles have come since the last step began
+      real(wp) :: visited = 0.0_wp       !< share of the last steps before which particles came
       real(wp) :: wave_speed = 0.0_wp    !< largest of its particles, m/s
       real(wp) :: lowest(3) = huge(1.0_wp), highest(3) = -huge(1.0_wp) !< bounds of its particles' centres, m
    contains
       procedure :: reserve
       procedure :: refresh_lists
+      procedure :: wants_sorting
+      procedure :: sort
+      procedure :: take_averages
       procedure :: include_place
       procedure :: bytes
    end type block_t
@@ -44,19 +49,33 @@ contains
       if (.not. allocated(self%leavers)) allocate (self%leavers(0))
    end subroutine reserve
 
-   !> Bring the lists up to date, and the particles into list order when the lists jump about in memory too much.
-   subroutine refresh_lists(self, work)
+   !> Bring the lists up to date.
+   pure subroutine refresh_lists(self)
+      class(block_t), intent(inout) :: self
+      if (.not. self%cells%current) call self%cells%build(self%particles%count)
+   end subroutine refresh_lists
+
+   !> True when the lists, which are up to date, jump about in memory too much.
+   pure logical function wants_sorting(self)
+      class(block_t), intent(in) :: self
+      wants_sorting = self%cells%jumps > sort_share*self%particles%count
+   end function wants_sorting
+
+   !> Bring the particles into the order of the lists.
+   subroutine sort(self, work)
       class(block_t), intent(inout) :: self
       real(wp), intent(inout), contiguous :: work(:, :) !< as in permute
-      if (.not. self%cells%current) then
-         call self%cells%build(self%particles%count)
-         if (self%cells%jumps > sort_share*self%particles%count) then
-            call self%particles%permute(self%cells%order, work)
-            call self%cells%set_in_order(self%particles%count)
-         end if
-      end if
+      call self%particles%permute(self%cells%order, work)
+      call self%cells%set_in_order(self%particles%count)
+   end subroutine sort
+
+   !> Once a step, with its lists as they are used.
+   pure subroutine take_averages(self)
+      class(block_t), intent(inout) :: self
       self%jumps = self%jumps + (self%cells%jumps - self%jumps)/averaged
-   end subroutine refresh_lists
+      self%visited = self%visited + (merge(1.0_wp, 0.0_wp, self%has_visitors) - self%visited)/averaged
+      self%has_visitors = .false.
+   end subroutine take_averages
 
    !> Widen the bounds to a place.
    pure subroutine include_place(self, place)

@@ -81,7 +81,7 @@ contains
       integer, intent(in) :: b
       logical, intent(in) :: whole
       integer :: reach(2, 3)
-      call self%blocks(b)%refresh_lists(self%gradient)
+      call self%blocks(b)%refresh_lists()
       reach = self%blocks(b)%cells%reach()
       if (whole) reach(1, :) = 0
       if (whole) reach(2, :) = tile_last

@@ -40,6 +40,8 @@ module m_level_step
       real(wp) :: remaining = 0.0_wp !< from where its velocities stand, in its middle, to the middle of the coarser level's step, s
    end type clock_t
 
+   real(wp), parameter :: seldom = 0.1_wp !< share of the steps: particles that come into a block more often undo what was done ahead
+
 contains
 
    !> 1. Lists; 2. particles to nodes, blocks with remote neighbours first; 3. sums over blocks and ranks, while inner blocks work.
@@ -116,18 +118,58 @@ contains
       if (l > 1) takes_more = takes_more .or. model%composite(l)%edge_of(b) > 0
    end function takes_more
 
-   !> Particles of one block to its tile; before that its lists, where particles have changed bin.
+   !> Particles of one block, and the forces of effects on it, to its tile; before that its lists, where particles have changed bin,
+   !> and the order of its particles, where that has come to differ from the lists'.
    subroutine gather(model, l, b, time)
       type(model_t), intent(inout) :: model
       integer, intent(in) :: l, b
       real(wp), intent(in) :: time
-      logical :: whole
-      whole = takes_more(model, l, b)
-      if (model%levels(l)%blocks(b)%tile_holds .and. .not. model%effect_step(l)%works) then
-         if (.not. whole .or. model%levels(l)%holds_whole(b)) return
+      logical :: given
+      given = model%levels(l)%blocks(b)%tile_holds
+      if (given) given = model%levels(l)%holds_whole(b) .or. .not. takes_more(model, l, b)
+      if (.not. given) then
+         call refresh_lists(model, l, b)
+         associate (block => model%levels(l)%blocks(b))
+            if (block%wants_sorting()) call block%sort(model%levels(l)%gradient)
+         end associate
+         call give(model, l, b)
       end if
+      associate (level => model%levels(l), block => model%levels(l)%blocks(b), effects => model%effect_step(l))
+         call block%take_averages()
+         if (effects%works) call effects%give_forces(model%effects, level, b, time, model%timers)
+         call fold_symmetry(level%grid, block%place, level%gathered(:, :, :, :, b), motion_parity)
+         block%tile_holds = block%at_rest .and. .not. (effects%works .or. is_parent(model, l, b)) ! to whose tile a finer level adds
+      end associate
+   end subroutine gather
+
+   !> At the end of a step, while the particles of a block are in the cache: its lists, and what it will give to its nodes at the
+   !> beginning of the next. Not where particles leave the block now or others often come, nor where they are about to be sorted: when
+   !> that is done must not depend on what is done ahead.
+   subroutine give_ahead(model, l, b)
+      type(model_t), intent(inout) :: model
+      integer, intent(in) :: l, b
+      associate (block => model%levels(l)%blocks(b))
+         if (block%leaver_count > 0 .or. block%visited > seldom .or. block%particles%count == 0) return
+         if (is_parent(model, l, b)) return
+         call refresh_lists(model, l, b)
+         if (block%wants_sorting()) return
+         call give(model, l, b)
+         block%tile_holds = .true.
+      end associate
+   end subroutine give_ahead
+
+   !> Lists and tiles of one block.
+   subroutine refresh_lists(model, l, b)
+      type(model_t), intent(inout) :: model
+      integer, intent(in) :: l, b
       call model%timers%enter(phase_lists)
-      call model%levels(l)%refresh_lists(b, whole)
+      call model%levels(l)%refresh_lists(b, takes_more(model, l, b))
+   end subroutine refresh_lists
+
+   !> What the particles of one block give, to its tile.
+   subroutine give(model, l, b)
+      type(model_t), intent(inout) :: model
+      integer, intent(in) :: l, b
       call model%timers%enter(phase_to_nodes)
       associate (level => model%levels(l), block => model%levels(l)%blocks(b))
          if (level%layout%domain > 0) then
@@ -137,11 +179,8 @@ contains
             call gather_to_nodes(block%cells, block%particles%column, level%layout, frame_of(level, block), &
                                  level%gathered(:, :, :, :, b), level%reach(:, :, b))
          end if
-         if (model%effect_step(l)%works) call model%effect_step(l)%give_forces(model%effects, level, b, time, model%timers)
-         call fold_symmetry(level%grid, block%place, level%gathered(:, :, :, :, b), motion_parity)
-         block%tile_holds = block%at_rest .and. .not. is_parent(model, l, b) ! to whose tile a finer level adds
       end associate
-   end subroutine gather
+   end subroutine give
 
    !> Velocities at the end of the step and accelerations of the nodes, inside the boundary conditions. Slaves follow the nodes of
    !> the coarser level.
@@ -217,12 +256,14 @@ contains
          if (shares_cells) cycle
          if (with_stress) call update_stress(model, l, b, time_step, error)
          if (model%levels(l)%layout%next_position == 0) call locate(model, l, b, error)
+         if (with_stress .and. .not. error%happened()) call give_ahead(model, l, b)
       end do
       if (.not. shares_cells) return
       call sum_cells(model, l)
       do b = 1, size(model%levels(l)%blocks)
          call update_stress(model, l, b, time_step, error)
          call locate(model, l, b, error)
+         if (.not. error%happened()) call give_ahead(model, l, b)
       end do
    end subroutine to_particles
 

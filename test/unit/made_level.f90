@@ -86,7 +86,7 @@ contains
       end associate
       do b = 1, size(level%blocks)
          associate (block => level%blocks(b))
-            call block%refresh_lists(level%gradient)
+            call block%refresh_lists()
             call gather_to_nodes(block%cells, block%particles%column, level%layout, frame_of(level, block), &
                                  level%gathered(:, :, :, :, b))
             call fold_symmetry(level%grid, block%place, level%gathered(:, :, :, :, b), motion_parity)

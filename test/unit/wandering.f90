@@ -149,7 +149,10 @@ contains
       call model%create_blocks()
       call model%migration(1)%move_leavers(model%communicator, model%levels(1), model%exchange(1)%ranks)
       do b = 1, size(model%levels(1)%blocks)
-         call model%levels(1)%blocks(b)%refresh_lists(model%levels(1)%gradient)
+         associate (block => model%levels(1)%blocks(b))
+            call block%refresh_lists()
+            if (block%wants_sorting()) call block%sort(model%levels(1)%gradient)
+         end associate
       end do
    end subroutine wander
 
