@@ -123,9 +123,12 @@ contains
    !> Collective: one step, and what is to be written after it.
    subroutine step(self)
       class(simulation_t), intent(inout) :: self
+      real(wp) :: time_step
       logical :: written
+      time_step = next_time_step(self%scene, self%model, self%guard%share())
       self%model%asked = self%keeper%request()
-      call advance(self%model, next_time_step(self%scene, self%model, self%guard%share()), self%error)
+      self%model%wants_sums = self%recorder%history_is_due(self%model%time + time_step)
+      call advance(self%model, time_step, self%error)
       self%course%steps = self%course%steps + 1
       written = self%recorder%snapshot_is_due(self%model%time) .or. self%keeper%is_due(self%model)
       call self%look(written)

@@ -138,8 +138,7 @@ contains
       block%leavers = gone
       block%leaver_count = size(gone)
       call take_out(block)
-      block%at_rest = .false.
-      block%tile_holds = .false.
+      call block%stir()
    end subroutine drop
 
 end module m_merge

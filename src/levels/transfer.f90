@@ -125,8 +125,7 @@ contains
             end associate
          end do
          call take_out(block)
-         block%at_rest = .false.
-         block%tile_holds = .false.
+         call block%stir()
       end subroutine send_off
 
       !> One particle, or its parts, to the level where it lives.

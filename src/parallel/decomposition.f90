@@ -65,12 +65,14 @@ contains
       call move_alloc(blocks, level%blocks)
       call find_mirrors(level, rank)
       slots = size(level%blocks) + size(level%mirror_index)
-      if (allocated(level%gathered)) deallocate (level%gathered, level%solved, level%reach)
+      if (allocated(level%gathered)) deallocate (level%gathered, level%solved, level%reach, &
+                                                  level%solved_reach)
       allocate (level%gathered(node_values, 0:tile_last, 0:tile_last, 0:tile_last, slots), source=0.0_wp)
       allocate (level%solved(node_values, 0:tile_last, 0:tile_last, 0:tile_last, size(level%blocks)), source=0.0_wp)
-      allocate (level%reach(2, 3, slots))
+      allocate (level%reach(2, 3, slots), level%solved_reach(2, 3, size(level%blocks)))
       level%reach(1, :, :) = 0
       level%reach(2, :, :) = tile_last
+      level%solved_reach = level%reach(:, :, :size(level%blocks))
       do b = 1, size(level%blocks)
          call level%blocks(b)%reserve(1, level%table%columns)
       end do

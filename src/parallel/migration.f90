@@ -206,8 +206,7 @@ contains
       end associate
       if (record(n + 4) > 0.0_wp) block%cells%bin(block%particles%count) = int(record(n + 4), i4)
       block%cells%current = .false.
-      block%at_rest = .false.
-      block%tile_holds = .false.
+      call block%stir()
       block%has_visitors = .true.
    end subroutine store
 

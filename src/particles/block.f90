@@ -7,6 +7,8 @@ module m_block
    private
    public :: block_t
 
+   integer, parameter, public :: sum_count = 11 !< quantities that histories sum over all particles (stepping/energy.f90)
+
    type :: block_t
       integer :: place(3) = 0            !< which block of the level, from 0
       integer :: index = 0               !< its number in the level (grid_level%block_index)
@@ -20,6 +22,8 @@ module m_block
       integer :: leaver_count = 0
       logical :: at_rest = .false.       !< no particle moves, none is under stress
       logical :: tile_holds = .false.    !< its tile in `gathered` is what its particles give as they are now
+      logical :: sums_hold = .false.     !< `sums` is of its particles as they are now
+      real(wp) :: sums(sum_count) = 0.0_wp !< of its particles, as energy.f90 numbers them
       logical :: has_visitors = .false.  !< particles have come since the last step began
       real(wp) :: visited = 0.0_wp       !< share of the last steps before which particles came
       real(wp) :: wave_speed = 0.0_wp    !< largest of its particles, m/s
@@ -29,6 +33,7 @@ module m_block
       procedure :: refresh_lists
       procedure :: wants_sorting
       procedure :: sort
+      procedure :: stir
       procedure :: take_averages
       procedure :: include_place
       procedure :: bytes
@@ -68,6 +73,14 @@ contains
       call self%particles%permute(self%cells%order, work)
       call self%cells%set_in_order(self%particles%count)
    end subroutine sort
+
+   !> Its particles are others from here on, or have moved: nothing holds that has been made of them.
+   pure subroutine stir(self)
+      class(block_t), intent(inout) :: self
+      self%at_rest = .false.
+      self%tile_holds = .false.
+      self%sums_hold = .false.
+   end subroutine stir
 
    !> Once a step, with its lists as they are used.
    pure subroutine take_averages(self)

@@ -30,6 +30,7 @@ module m_level
       real(wp), allocatable :: solved(:, :, :, :, :)   !< (node_values, 0:9, 0:9, 0:9, own blocks)
       integer, allocatable :: reach(:, :, :)           !< (2, 3, slots): first and last index along each axis of the part of a tile
                                                        !< that can be other than 0: what its particles reach; of mirrors, all
+      integer, allocatable :: solved_reach(:, :, :)    !< the same of the tiles in `solved`, of own blocks
       real(wp), allocatable :: gradient(:, :)          !< work of one block: columns on their way into list order; then body forces; then
                                                        !< velocity gradients, from nodes to stress
       real(wp), allocatable :: lead(:, :)              !< work: what the gradients that particles keep are ahead by (levels: eq. lead)
@@ -38,6 +39,7 @@ module m_level
       procedure :: particle_count
       procedure :: size_work
       procedure :: refresh_lists
+      procedure :: fit_solved
       procedure :: holds_whole
       procedure :: bytes
       procedure :: owner_at
@@ -88,11 +90,21 @@ contains
       associate (old => self%reach(:, :, b))
          if (any(old(1, :) < reach(1, :)) .or. any(old(2, :) > reach(2, :))) then
             self%gathered(:, old(1, 1):old(2, 1), old(1, 2):old(2, 2), old(1, 3):old(2, 3), b) = 0.0_wp
-            self%solved(:, old(1, 1):old(2, 1), old(1, 2):old(2, 2), old(1, 3):old(2, 3), b) = 0.0_wp
          end if
          old = reach
       end associate
    end subroutine refresh_lists
+
+   !> Before sums are made in a block's tile of `solved`: what they will not reach becomes 0.
+   pure subroutine fit_solved(self, b)
+      class(level_t), intent(inout) :: self
+      integer, intent(in) :: b
+      associate (old => self%solved_reach(:, :, b), reach => self%reach(:, :, b))
+         if (any(old(1, :) < reach(1, :)) .or. any(old(2, :) > reach(2, :))) &
+            self%solved(:, old(1, 1):old(2, 1), old(1, 2):old(2, 2), old(1, 3):old(2, 3), b) = 0.0_wp
+         old = reach
+      end associate
+   end subroutine fit_solved
 
    !> True when all of a block's tile can be other than 0.
    pure logical function holds_whole(self, b)

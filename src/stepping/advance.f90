@@ -91,7 +91,7 @@ contains
          if (error%happened()) return ! on all ranks: they have agreed
          call model%timers%on_level(l)
       end if
-      call to_particles(model, l, clock%step, with_stress=update == update_usl, error=error) ! 5, 6, 7
+      call to_particles(model, l, clock, with_stress=update == update_usl, error=error) ! 5, 6, 7
       if (update == update_musl) then
          call to_nodes(model, l, clock%time)
          call solve(model, l, clock_t(clock%time))
@@ -115,18 +115,18 @@ contains
       call model%composite(l + 1)%hand_down(model%levels(l))
       call model%composite(l + 1)%send_down(model%communicator)
       if (.not. model%method%subcycle) then
-         call advance_level(model, l + 1, clock_t(clock%time, clock%step), error)
+         call advance_level(model, l + 1, clock_t(clock%time, clock%step, ends=clock%ends), error)
          return
       end if
       half = 0.5_wp*clock%step
       ahead = 0.5_wp*half
       if (model%method%flip_fraction < 1.0_wp) ahead = 0.0_wp ! eq. labels: not with PIC
-      call advance_level(model, l + 1, clock_t(clock%time, half, half - ahead), error)
+      call advance_level(model, l + 1, clock_t(clock%time, half, half - ahead, ends=.false.), error)
       if (error%happened()) return
       call gather_levels(model, l + 1, clock%time + half, half)
       call model%timers%on_level(l + 1)
       call correct(model, l, clock)
-      call advance_level(model, l + 1, clock_t(clock%time + half, half, -ahead), error)
+      call advance_level(model, l + 1, clock_t(clock%time + half, half, -ahead, ends=clock%ends), error)
    end subroutine advance_finer
 
    !> Collective: the finer level's force that has grown, on the nodes of level l (theory.md, eq. lead).

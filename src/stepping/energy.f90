@@ -2,13 +2,12 @@
 module m_energy
    use mpi_f08
    use m_kinds, only: wp
+   use m_block, only: sum_count
    use m_decomposition, only: blocks_before
    use m_model, only: model_t
    implicit none
    private
-   public :: sums_t, balance_t, measure
-
-   integer, parameter :: quantities = 11
+   public :: sums_t, balance_t, measure, take_sums
 
    !> Sums over all particles of all ranks; the same bits on any number of ranks.
    type :: sums_t
@@ -46,12 +45,18 @@ contains
       type(model_t), intent(in) :: model
       type(sums_t) :: sums
       real(wp), allocatable :: parts(:, :)
-      real(wp) :: total(quantities)
+      real(wp) :: total(sum_count)
       integer :: b, l
-      allocate (parts(quantities, blocks_before(model%levels, size(model%levels) + 1)), source=0.0_wp)
+      allocate (parts(sum_count, blocks_before(model%levels, size(model%levels) + 1)), source=0.0_wp)
       do l = 1, size(model%levels)
          do b = 1, size(model%levels(l)%blocks)
-            parts(:, blocks_before(model%levels, l) + model%levels(l)%blocks(b)%index) = block_sums(model, l, b)
+            associate (part => parts(:, blocks_before(model%levels, l) + model%levels(l)%blocks(b)%index))
+               if (model%levels(l)%blocks(b)%sums_hold) then
+                  part = model%levels(l)%blocks(b)%sums
+               else
+                  part = block_sums(model, l, b)
+               end if
+            end associate
          end do
       end do
       call MPI_Allreduce(MPI_IN_PLACE, parts, size(parts), MPI_DOUBLE_PRECISION, MPI_SUM, model%communicator%comm)
@@ -61,6 +66,14 @@ contains
       end do
       sums = sums_t(total(1), total(2), total(3), total(4), total(5:7), total(8:10), total(11))
    end function measure
+
+   !> Sums of one block, before they are asked for.
+   subroutine take_sums(model, l, b)
+      type(model_t), intent(inout) :: model
+      integer, intent(in) :: l, b
+      model%levels(l)%blocks(b)%sums = block_sums(model, l, b)
+      model%levels(l)%blocks(b)%sums_hold = .true.
+   end subroutine take_sums
 
    !> Kinetic energy, strain energy and plastic work together, J.
    pure real(wp) function energy(self)
@@ -72,7 +85,7 @@ contains
    pure function block_sums(model, l, b) result(sums)
       type(model_t), intent(in) :: model
       integer, intent(in) :: l, b
-      real(wp) :: sums(quantities)
+      real(wp) :: sums(sum_count)
       integer :: first, last, m
       associate (particles => model%levels(l)%blocks(b)%particles, at => model%levels(l)%layout)
          sums = 0.0_wp
@@ -97,7 +110,7 @@ contains
    pure subroutine moments(count, x, v, m, sums)
       integer, intent(in) :: count
       real(wp), intent(in), contiguous :: x(:, :), v(:, :), m(:)
-      real(wp), intent(inout) :: sums(quantities)
+      real(wp), intent(inout) :: sums(sum_count)
       real(wp) :: mass, kinetic, px, py, pz, lx, ly, lz
       integer :: p
       mass = 0.0_wp; kinetic = 0.0_wp

@@ -84,6 +84,7 @@ contains
          call model%exchange(l)%wait(level%gathered)
          do b = 1, size(level%blocks)
             if (level%blocks(b)%particles%count == 0) cycle
+            call level%fit_solved(b)
             call sum_tiles(level%blocks(b)%neighbour, level%gathered, level%solved(:, :, :, :, b))
             call mirror_stress(level%grid, level%blocks(b)%place, level%solved(:, :, :, :, b))
          end do

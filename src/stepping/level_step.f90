@@ -29,23 +29,26 @@ module m_level_step
    use m_boundary, only: fold_symmetry, constrain_nodes, motion_parity
    use m_deform, only: advance_volume, advance_half_sizes, advance_half_edges, fastest, finite_stress
    use m_locate, only: locate_particles
+   use m_energy, only: take_sums
    implicit none
    private
-   public :: clock_t, to_nodes, finish_sums, solve, to_particles, strain, take_next_position, bound_speeds
+   public :: clock_t, to_nodes, solve, to_particles, strain, take_next_position, bound_speeds
 
    !> Where a step of one level stands.
    type :: clock_t
       real(wp) :: time = 0.0_wp      !< at its beginning, s
       real(wp) :: step = 0.0_wp      !< its length, s
       real(wp) :: remaining = 0.0_wp !< from where its velocities stand, in its middle, to the middle of the coarser level's step, s
+      logical :: ends = .true.       !< when it ends, so does the step of the coarsest level
    end type clock_t
 
    real(wp), parameter :: seldom = 0.1_wp !< share of the steps: particles that come into a block more often undo what was done ahead
 
 contains
 
-   !> 1. Lists; 2. particles to nodes, blocks with remote neighbours first; 3. sums over blocks and ranks, while inner blocks work.
-   !> Where there is a finer level, what it hands up is added first.
+   !> 1. Lists; 2. particles to nodes, blocks with remote neighbours first; 3. sums over blocks and ranks begin, while inner blocks
+   !> work. Where there is a finer level, what it hands up is added first. Sums that other levels ask for are there on return, others
+   !> are made where the nodes are solved.
    subroutine to_nodes(model, l, time)
       type(model_t), intent(inout) :: model
       integer, intent(in) :: l
@@ -70,27 +73,35 @@ contains
             call model%timers%enter(phase_exchange)
             call model%exchange(l)%progress(level%gathered)
          end do
+         call model%timers%enter(phase_exchange)
+         if (size(model%levels) > 1) call model%exchange(l)%wait(level%gathered)
+         do b = 1, size(level%blocks)
+            if (goes_to_levels(model, l, b)) call sum_nodes(model, l, b)
+         end do
       end associate
-      call model%timers%enter(phase_exchange)
-      call finish_sums(model, l)
       if (finest) return
       call model%timers%enter(model%levels_row)
       call clear_covered(model%levels(l), model%levels(l + 1))
    end subroutine to_nodes
 
-   !> The sums of all tiles of a level, whose exchange has begun.
-   subroutine finish_sums(model, l)
+   !> True when another level asks for the sums of the nodes of a block, or changes them, before they are solved.
+   pure logical function goes_to_levels(model, l, b)
+      type(model_t), intent(in) :: model
+      integer, intent(in) :: l, b
+      goes_to_levels = l < size(model%levels)
+      if (l > 1) goes_to_levels = goes_to_levels .or. model%composite(l)%edge_of(b) > 0
+   end function goes_to_levels
+
+   !> The sums of all tiles that hold the nodes of a block, which are here.
+   subroutine sum_nodes(model, l, b)
       type(model_t), intent(inout) :: model
-      integer, intent(in) :: l
-      integer :: b
+      integer, intent(in) :: l, b
+      if (is_idle(model, l, b)) return
       associate (level => model%levels(l))
-         call model%exchange(l)%wait(level%gathered)
-         do b = 1, size(level%blocks)
-            if (is_idle(model, l, b)) cycle
-            call sum_tiles(level%blocks(b)%neighbour, level%gathered, level%solved(:, :, :, :, b), level%reach)
-         end do
+         call level%fit_solved(b)
+         call sum_tiles(level%blocks(b)%neighbour, level%gathered, level%solved(:, :, :, :, b), level%reach)
       end associate
-   end subroutine finish_sums
+   end subroutine sum_nodes
 
    !> True when a finer level hands up to a block.
    pure logical function is_parent(model, l, b)
@@ -142,21 +153,27 @@ contains
       end associate
    end subroutine gather
 
-   !> At the end of a step, while the particles of a block are in the cache: its lists, and what it will give to its nodes at the
-   !> beginning of the next. Not where particles leave the block now or others often come, nor where they are about to be sorted: when
-   !> that is done must not depend on what is done ahead.
-   subroutine give_ahead(model, l, b)
+   !> At the end of a step, while the particles of a block are in the cache, and if it keeps them: what the histories will ask of it,
+   !> its lists, and what it will give to its nodes at the beginning of the next step. The last not where others often come, nor where
+   !> particles are about to be sorted: when that is done must not depend on what is done ahead.
+   subroutine work_ahead(model, l, b, clock, error)
       type(model_t), intent(inout) :: model
       integer, intent(in) :: l, b
+      type(clock_t), intent(in) :: clock
+      type(error_t), intent(in) :: error
       associate (block => model%levels(l)%blocks(b))
-         if (block%leaver_count > 0 .or. block%visited > seldom .or. block%particles%count == 0) return
-         if (is_parent(model, l, b)) return
+         if (error%happened() .or. block%leaver_count > 0 .or. block%particles%count == 0) return
+         if (model%wants_sums .and. clock%ends) then
+            call model%timers%enter(phase_output)
+            call take_sums(model, l, b)
+         end if
+         if (block%visited > seldom .or. is_parent(model, l, b)) return
          call refresh_lists(model, l, b)
          if (block%wants_sorting()) return
          call give(model, l, b)
          block%tile_holds = .true.
       end associate
-   end subroutine give_ahead
+   end subroutine work_ahead
 
    !> Lists and tiles of one block.
    subroutine refresh_lists(model, l, b)
@@ -182,24 +199,42 @@ contains
       end associate
    end subroutine give
 
-   !> Velocities at the end of the step and accelerations of the nodes, inside the boundary conditions. Slaves follow the nodes of
-   !> the coarser level.
+   !> 3. ends: sums; velocities at the end of the step and accelerations of the nodes, inside the boundary conditions. Slaves follow
+   !> the nodes of the coarser level. Blocks with remote neighbours come last: what these send may still be on its way.
    subroutine solve(model, l, clock)
       type(model_t), intent(inout) :: model
       integer, intent(in) :: l
       type(clock_t), intent(in) :: clock
-      integer :: b, e
-      call model%timers%enter(phase_nodes)
+      integer :: b
       do b = 1, size(model%levels(l)%blocks)
-         if (is_idle(model, l, b)) cycle
-         e = 0
-         if (l > 1) e = model%composite(l)%edge_of(b)
-         call solve_nodes(model%levels(l)%solved(:, :, :, :, b), clock%step, model%levels(l)%reach(:, :, b))
-         if (e > 0) call model%composite(l)%set_slaves(b, clock%remaining, model%levels(l)%solved(:, :, :, :, b))
-         if (size(model%effect_step(l)%on_nodes) > 0 .and. clock%step > 0.0_wp) call push_nodes(model, l, b, clock)
-         call constrain_nodes(model%levels(l)%grid, model%levels(l)%blocks(b)%place, model%levels(l)%solved(:, :, :, :, b))
+         if (.not. model%levels(l)%blocks(b)%shared) call solve_block(model, l, b, clock)
+      end do
+      call model%timers%enter(phase_exchange)
+      call model%exchange(l)%wait(model%levels(l)%gathered)
+      do b = 1, size(model%levels(l)%blocks)
+         if (model%levels(l)%blocks(b)%shared) call solve_block(model, l, b, clock)
       end do
    end subroutine solve
+
+   !> The nodes of one block.
+   subroutine solve_block(model, l, b, clock)
+      type(model_t), intent(inout) :: model
+      integer, intent(in) :: l, b
+      type(clock_t), intent(in) :: clock
+      integer :: e
+      if (is_idle(model, l, b)) return
+      if (.not. goes_to_levels(model, l, b)) then
+         call model%timers%enter(phase_exchange)
+         call sum_nodes(model, l, b)
+      end if
+      call model%timers%enter(phase_nodes)
+      e = 0
+      if (l > 1) e = model%composite(l)%edge_of(b)
+      call solve_nodes(model%levels(l)%solved(:, :, :, :, b), clock%step, model%levels(l)%reach(:, :, b))
+      if (e > 0) call model%composite(l)%set_slaves(b, clock%remaining, model%levels(l)%solved(:, :, :, :, b))
+      if (size(model%effect_step(l)%on_nodes) > 0 .and. clock%step > 0.0_wp) call push_nodes(model, l, b, clock)
+      call constrain_nodes(model%levels(l)%grid, model%levels(l)%blocks(b)%place, model%levels(l)%solved(:, :, :, :, b))
+   end subroutine solve_block
 
    !> Effects on the solved nodes of a block. What they add to the acceleration is kept where a finer level's two steps will ask for
    !> it.
@@ -228,42 +263,42 @@ contains
 
    !> 5. Nodes to particles; 6. the stress, when it is its turn; 7. where the particles are now. Block by block, while its
    !> particles are in the cache.
-   subroutine to_particles(model, l, time_step, with_stress, error)
+   subroutine to_particles(model, l, clock, with_stress, error)
       type(model_t), intent(inout) :: model
       integer, intent(in) :: l
-      real(wp), intent(in) :: time_step
+      type(clock_t), intent(in) :: clock
       logical, intent(in) :: with_stress
       type(error_t), intent(inout) :: error
       type(motion_t) :: motion
       integer :: b
       logical :: shares_cells
       shares_cells = with_stress .and. size(model%effect_step(l)%on_cells) > 0
-      motion = motion_t(time_step, model%method%flip_fraction, model%levels(l)%layout%position)
+      motion = motion_t(clock%step, model%method%flip_fraction, model%levels(l)%layout%position)
       if (model%levels(l)%layout%next_position > 0) motion%position = model%levels(l)%layout%next_position
       do b = 1, size(model%levels(l)%blocks)
          if (is_idle(model, l, b)) cycle
          if (model%effect_step(l)%works .and. model%levels(l)%blocks(b)%particles%count == 0) &
-            call model%effect_step(l)%measure(model%levels(l), b, time_step) ! a parent: on what is handed up
+            call model%effect_step(l)%measure(model%levels(l), b, clock%step) ! a parent: on what is handed up
          if (stays_at_rest(model, l, b)) then
             model%particle_steps_at_rest = model%particle_steps_at_rest + model%levels(l)%blocks(b)%particles%count
             cycle
          end if
          if (model%effect_step(l)%works) then
             call model%timers%enter(phase_nodes)
-            call model%effect_step(l)%measure(model%levels(l), b, time_step)
+            call model%effect_step(l)%measure(model%levels(l), b, clock%step)
          end if
          call scatter(model, l, b, motion, error)
          if (shares_cells) cycle
-         if (with_stress) call update_stress(model, l, b, time_step, error)
+         if (with_stress) call update_stress(model, l, b, clock%step, error)
          if (model%levels(l)%layout%next_position == 0) call locate(model, l, b, error)
-         if (with_stress .and. .not. error%happened()) call give_ahead(model, l, b)
+         if (with_stress) call work_ahead(model, l, b, clock, error)
       end do
       if (.not. shares_cells) return
       call sum_cells(model, l)
       do b = 1, size(model%levels(l)%blocks)
-         call update_stress(model, l, b, time_step, error)
+         call update_stress(model, l, b, clock%step, error)
          call locate(model, l, b, error)
-         if (.not. error%happened()) call give_ahead(model, l, b)
+         call work_ahead(model, l, b, clock, error)
       end do
    end subroutine to_particles
 
@@ -279,8 +314,7 @@ contains
          stays = block%at_rest .and. model%skip_at_rest .and. .not. model%effect_step(l)%acts_at_rest
          if (stays) stays = .not. any(abs(model%levels(l)%solved(2:7, :, :, :, b)) > 0.0_wp)
          if (.not. stays) then
-            block%at_rest = .false.
-            block%tile_holds = .false.
+            call block%stir()
             return
          end if
          model%bounds%wave_speed = max(model%bounds%wave_speed, block%wave_speed)
@@ -311,9 +345,13 @@ contains
    subroutine sum_cells(model, l)
       type(model_t), intent(inout) :: model
       integer, intent(in) :: l
+      integer :: b
       call model%timers%enter(phase_exchange)
       call model%exchange(l)%start(model%communicator, model%levels(l)%gathered)
-      call finish_sums(model, l)
+      call model%exchange(l)%wait(model%levels(l)%gathered)
+      do b = 1, size(model%levels(l)%blocks)
+         call sum_nodes(model, l, b)
+      end do
    end subroutine sum_cells
 
    !> Nodes to the particles of one block. Affine transfer: the velocity gradient stays with them.

@@ -58,6 +58,7 @@ module m_model
       real(wp) :: time = 0.0_wp                       !< s
       integer(i8) :: step = 0
       integer :: asked = 0                            !< what this rank asks of the run; after a step the largest of all ranks
+      logical :: wants_sums = .false.                 !< histories will ask for the sums over all particles after the next step
       integer(i8) :: particle_steps = 0               !< particle updates on this rank so far
       integer(i8) :: merges = 0                       !< particles that this rank has made of eight others
       real(wp), allocatable :: lost_in_merging(:)     !< energy, by block of all levels, since the last fold, J

@@ -213,8 +213,7 @@ contains
                block%particles%body(:n) = self%body(done + 1:done + n)
                block%cells%bin(:n) = self%bin(done + 1:done + n)
                block%cells%current = .false.
-               block%at_rest = .false.
-               block%tile_holds = .false.
+               call block%stir()
                block%lowest = self%extent(1:3, blocks)
                block%highest = self%extent(4:6, blocks)
                done = done + n

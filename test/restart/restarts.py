@@ -99,7 +99,10 @@ def said(output):
 
 
 def checkpoints(directory):
-    return sorted(Path(directory).glob("checkpoint_[0-9]*.h5"))
+    try:
+        return sorted(Path(directory).glob("checkpoint_[0-9]*.h5"))
+    except FileNotFoundError:  # a run that is starting makes the directory and takes it away again, to see that it can
+        return []
 
 
 def step_of(path):

@@ -84,8 +84,7 @@ contains
          case ('heat'); column(first:last, at%velocity:at%velocity + 2) = much*column(first:last, at%velocity:at%velocity + 2)
          end select
       end associate
-      simulation%model%levels(l)%blocks(b)%at_rest = .false.
-      simulation%model%levels(l)%blocks(b)%tile_holds = .false.
+      call simulation%model%levels(l)%blocks(b)%stir()
    end subroutine change
 
    !> The particles in the cell of a place move to its middle.

@@ -84,6 +84,7 @@ contains
          call reached%exchange(1)%start(reached%communicator, level%gathered)
          call reached%exchange(1)%wait(level%gathered)
          do b = 1, size(level%blocks)
+            call level%fit_solved(b)
             call sum_tiles(level%blocks(b)%neighbour, level%gathered, level%solved(:, :, :, :, b), level%reach)
          end do
       end associate
