@@ -164,10 +164,12 @@ contains
       associate (block => model%levels(l)%blocks(b))
          if (error%happened() .or. block%leaver_count > 0 .or. block%particles%count == 0) return
          if (model%wants_sums .and. clock%ends) then
+            call model%timers%on_level(0) ! as all output
             call model%timers%enter(phase_output)
             call take_sums(model, l, b)
+            call model%timers%on_level(l)
          end if
-         if (block%visited > seldom .or. is_parent(model, l, b)) return
+         if (block%visited > seldom .or. is_parent(model, l, b) .or. .not. model%works_ahead) return
          call refresh_lists(model, l, b)
          if (block%wants_sorting()) return
          call give(model, l, b)

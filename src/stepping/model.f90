@@ -66,6 +66,7 @@ module m_model
       integer(i8), allocatable :: level_steps(:)      !< of these, those on each level
       integer(i8) :: splits = 0                       !< particles that this rank has made by splitting others
       integer(i8) :: particle_steps_at_rest = 0       !< of these, how many had nothing to do
+      logical :: works_ahead = .true.                 !< to nodes of the next step while blocks are in the cache: the same bits, less time
       logical :: skip_at_rest = .true.                !< leave out blocks that are at rest: the same bits, less time
    contains
       procedure :: build

@@ -1,5 +1,6 @@
 !test: ranks 1 2
-!> A small box flies into a long bar at rest: leaving out the blocks that are at rest changes no bit of any particle.
+!> A small box flies into a long bar at rest: leaving out the blocks that are at rest changes no bit of any particle, and neither does
+!> what blocks do ahead, nor of the sums over all.
 program at_rest
    use m_kinds, only: wp, i8
    use m_errors, only: error_t
@@ -8,6 +9,7 @@ program at_rest
    use m_materials, only: material_of
    use m_model, only: model_t
    use m_advance, only: advance
+   use m_energy, only: sums_t, measure
    use m_assertions, only: assertions_t
    implicit none
    real(wp), parameter :: young = 1.0e6_wp, density = 1000.0_wp, cell = 0.125_wp
@@ -21,6 +23,8 @@ program at_rest
    do u = 1, 3
       call hit(codes(u))
    end do
+   call work_ahead(2)
+   call work_ahead(10)
    call test%finish()
 
 contains
@@ -32,8 +36,8 @@ contains
       real(wp) :: share
       integer :: step
       plain%skip_at_rest = .false.
-      call skipping%build(comm, box_and_bar(update), error)
-      call plain%build(comm, box_and_bar(update), error)
+      call skipping%build(comm, box_and_bar(update, 5.0_wp), error)
+      call plain%build(comm, box_and_bar(update, 5.0_wp), error)
       do step = 1, steps
          call advance(skipping, 0.35_wp*cell/sqrt(young/density), error)
          call advance(plain, 0.35_wp*cell/sqrt(young/density), error)
@@ -49,6 +53,42 @@ contains
       call skipping%release()
       call plain%release()
    end subroutine hit
+
+   !> With a short time step nothing leaves its block for long and all is done ahead; with a longer one the box goes over into the next
+   !> block and its particles are sorted in between. Sums are taken ahead every third step.
+   subroutine work_ahead(slower)
+      integer, intent(in) :: slower
+      type(model_t) :: ahead, plain
+      type(error_t) :: error
+      type(sums_t) :: early, late
+      integer :: b, given, step
+      plain%works_ahead = .false.
+      call ahead%build(comm, box_and_bar(update_usl, 10.0_wp), error)
+      call plain%build(comm, box_and_bar(update_usl, 10.0_wp), error)
+      given = 0
+      do step = 1, steps
+         ahead%wants_sums = mod(step, 3) == 0
+         call advance(ahead, 0.7_wp/slower*cell/sqrt(young/density), error)
+         call advance(plain, 0.7_wp/slower*cell/sqrt(young/density), error)
+         call test%check(.not. error%happened(), 'ahead: both go on')
+         call test%check_equal(different_bits(ahead, plain), 0, 'ahead: the same bits')
+         do b = 1, size(ahead%levels(1)%blocks)
+            associate (block => ahead%levels(1)%blocks(b), other => plain%levels(1)%blocks(b))
+               if (block%tile_holds .and. .not. block%at_rest) given = given + 1
+               call test%check(other%at_rest .or. .not. other%tile_holds, 'ahead: not where it is told not to')
+               call test%check(block%at_rest .or. ahead%wants_sums .or. .not. block%sums_hold, 'ahead: sums do not grow old')
+            end associate
+         end do
+         early = measure(ahead)
+         late = measure(plain)
+         call test%check_equal(count(transfer(early, [0_i8]) /= transfer(late, [0_i8])), 0, 'ahead: the same sums')
+      end do
+      given = int(comm%sum_count(int(given, i8)))
+      if (comm%is_root()) print '(a,i0,a)', '  ahead: ', given, ' tiles'
+      call test%check(given > 2*steps, 'ahead: some blocks give ahead')
+      call ahead%release()
+      call plain%release()
+   end subroutine work_ahead
 
    !> Values of particles, over all blocks of this rank, whose bits differ between two models.
    integer function different_bits(a, b) result(different)
@@ -67,8 +107,9 @@ contains
       end do
    end function different_bits
 
-   function box_and_bar(update) result(scene)
+   function box_and_bar(update, speed) result(scene)
       integer, intent(in) :: update
+      real(wp), intent(in) :: speed !< of the box, m/s
       type(scene_t) :: scene
       scene%title = 'box and bar'
       scene%end_time = 1.0_wp
@@ -80,7 +121,7 @@ contains
       scene%bodies(1)%material = 1
       scene%bodies(1)%lower = cell*[1, 6, 6]
       scene%bodies(1)%upper = cell*[4, 9, 9]
-      scene%bodies(1)%velocity = [5.0_wp, 0.3_wp, -0.2_wp]
+      scene%bodies(1)%velocity = [speed, 0.3_wp, -0.2_wp]
       scene%bodies(2)%name = 'bar'
       scene%bodies(2)%material = 1
       scene%bodies(2)%lower = cell*[9, 6, 6]
