@@ -9,7 +9,7 @@ module m_calibration
    use m_scene, only: scene_t
    use m_model, only: model_t
    use m_advance, only: advance
-   use m_level_step, only: bound_speeds
+   use m_speed_bounds, only: bound_speeds
    use m_time_step, only: longest_step
    use m_energy, only: balance_t
    use m_forecast, only: rates_t, prospect_t, rates_of, look_ahead, contact_points, contact_steps, particle_rows

@@ -11,7 +11,7 @@ module m_simulation
    use m_materials, only: known_materials
    use m_effects, only: known_effects
    use m_model, only: model_t
-   use m_level_step, only: bound_speeds
+   use m_speed_bounds, only: bound_speeds
    use m_advance, only: advance
    use m_time_step, only: next_time_step, longest_step, check_time_step
    use m_guard, only: guard_t

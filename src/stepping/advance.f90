@@ -13,7 +13,8 @@ module m_advance
    use m_move_regions, only: move_regions
    use m_contact_complaints, only: forbid_contact
    use m_complaints, only: check_missing
-   use m_level_step, only: clock_t, to_nodes, solve, to_particles, strain, take_next_position
+   use m_node_step, only: clock_t, to_nodes, solve
+   use m_particle_step, only: to_particles, strain, take_next_position
    implicit none
    private
    public :: advance

@@ -80,27 +80,29 @@ def strip(source):
     drop(listed, r'^ *block; use m_')
     for module in modules:
         (source/f'physics/{module}.f90').unlink()
-    step = source/'stepping/level_step.f90'
-    replace(step, r' \.and\. \.not\. model%effect_step\(l\)%\w+', '')
+    nodes, step = source/'stepping/node_step.f90', source/'stepping/particle_step.f90'
+    for path in nodes, step:
+        replace(path, r' \.and\. \.not\. model%effect_step\(l\)%\w+', '')
+    replace(nodes, r'= model%effect_step\(l\)%works', '= .false.')
     # means over cells: the second loop over blocks, and what waits for it
     replace(step, r'(?s)      if \(\.not\. shares_cells\) return\n.*?(?=   end subroutine to_particles)', '')
     drop(step, 'shares_cells')
     replace(step, r'if \(size\(model%effect_step\(l\)%on_cells\) == 0\) (?=call update_stress)', '')
     replace(step, r'(?s)      if \(size\(model%effect_step\(l\)%on_cells\) == 0\) return\n.*?(?=   end subroutine strain)', '')
     replace(step, r'(?s)         if \(size\(model%effect_step\(l\)%on_cells\) == 0\) return\n.*?(?=      end associate\n   end subroutine scatter)', '')
-    for name in 'sum_cells', 'take_back':
-        replace(step, rf'(?s)\n(   !>[^\n]*\n)+   subroutine {name}\(.*?end subroutine {name}\n', '\n')
-    drop(step, r'effect_step\(l\)%')
-    drop(step, 'viscous_pressure')
     kernel = source/'kernels/particle_to_node.f90'
-    replace(kernel, r'(?s)\n(   !>[^\n]*\n)+   pure subroutine fetch_added_pressure\(.*?end subroutine fetch_added_pressure\n', '\n')
-    drop(kernel, r'\badds\b')
-    replace(kernel, 'added, ', '')
+    for path, name in (nodes, 'sum_cells'), (step, 'take_back'), (kernel, 'add_pressure'):
+        replace(path, rf'(?s)\n(   !>[^\n]*\n)+   (pure )?subroutine {name}\(.*?end subroutine {name}\n', '\n')
+    for path in nodes, step:
+        replace(path, 'sum_cells, ', '')
+        drop(path, r'effect_step\(l\)%')
+    drop(step, 'viscous_pressure')
+    drop(kernel, 'viscous_pressure|pressure_shift')
     replace(source/'stepping/model.f90', r'(?s)( *wave_speed = self%bounds%wave_speed\n) *do e = .*?end do\n', r'\1')
     replace(source/'stepping/model.f90', r' *integer :: e\n( *wave_speed = )', r'\1')
     replace(source/'stepping/energy.f90', r'(?s) *do m = 1, size\(model%effects\)\n.*?end do\n', '')
     drop(source/'stepping/model.f90', r'effect_step\(l\)%fold')
-    for path in (step, kernel):
+    for path in (nodes, step, kernel):
         if re.search('effect_step\\(l|viscous|pressure_shift|cells\\(model', path.read_text()):
             raise SystemExit(f'{path} still knows of effects')
 

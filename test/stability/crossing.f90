@@ -22,7 +22,7 @@ program crossing
    use m_materials, only: material_of
    use m_model, only: model_t
    use m_advance, only: advance
-   use m_level_step, only: bound_speeds
+   use m_speed_bounds, only: bound_speeds
    use m_energy, only: sums_t, measure
    implicit none
    real(wp), parameter :: cell = 1.0_wp, young = 1.0_wp, density = 1.0_wp, wave_speed = 1.0_wp !< m, Pa, kg/m3, m/s

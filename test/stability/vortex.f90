@@ -123,7 +123,7 @@ program vortex
    use m_materials, only: material_of
    use m_model, only: model_t
    use m_advance, only: advance
-   use m_level_step, only: bound_speeds
+   use m_speed_bounds, only: bound_speeds
    use m_vortex, only: vortex_t, turn, young, poisson, density, period
    implicit none
    real(wp), parameter :: safety = 0.3_wp, disc = 1.35_wp !< m: radius of the disc, whose rim stays at rest

@@ -8,7 +8,7 @@ program plastic_block
    use m_materials, only: material_of
    use m_model, only: model_t
    use m_advance, only: advance
-   use m_level_step, only: bound_speeds
+   use m_speed_bounds, only: bound_speeds
    use m_energy, only: balance_t
    use m_probe, only: probe_t, choose_particle, read_probe
    use m_j2, only: j2_t

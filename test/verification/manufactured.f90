@@ -26,7 +26,7 @@ module m_manufactured
    use m_model, only: model_t
    use m_advance, only: advance
    use m_indicators, only: stress_error_t, estimate_stress_error, complementary
-   use m_level_step, only: bound_speeds
+   use m_speed_bounds, only: bound_speeds
    use m_migration, only: frame_of
    use m_residence, only: change_pair
    use m_locate, only: locate_particles

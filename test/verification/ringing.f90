@@ -9,7 +9,7 @@ module m_ringing
    use m_materials, only: material_of
    use m_model, only: model_t
    use m_advance, only: advance
-   use m_level_step, only: bound_speeds
+   use m_speed_bounds, only: bound_speeds
    use m_energy, only: sums_t, measure
    implicit none
    private

@@ -1,0 +1,260 @@
+!> The nodes' part of a step of one level, numbered as in theory.md: what particles give them, sums, their motion.
+module m_node_step
+   use m_kinds, only: wp
+   use m_timers
+   use m_level, only: tile_last
+   use m_model, only: model_t
+   use m_migration, only: frame_of
+   use m_composite, only: clear_covered
+   use m_particle_to_node, only: gather_to_nodes
+   use m_corner_to_node, only: gather_corners_to_nodes
+   use m_node_exchange, only: sum_tiles
+   use m_node_solve, only: solve_nodes
+   use m_boundary, only: fold_symmetry, constrain_nodes, motion_parity
+   implicit none
+   private
+   public :: clock_t, to_nodes, solve, sum_cells, give_ahead, is_idle
+
+   !> Where a step of one level stands.
+   type :: clock_t
+      real(wp) :: time = 0.0_wp      !< at its beginning, s
+      real(wp) :: step = 0.0_wp      !< its length, s
+      real(wp) :: remaining = 0.0_wp !< from where its velocities stand, in its middle, to the middle of the coarser level's step, s
+      logical :: ends = .true.       !< when it ends, so does the step of the coarsest level
+   end type clock_t
+
+   real(wp), parameter :: seldom = 0.1_wp !< share of the steps: particles that come into a block more often undo what was done ahead
+
+contains
+
+   !> 1. Lists; 2. particles to nodes, blocks with remote neighbours first; 3. sums over blocks and ranks begin, while inner blocks
+   !> work. Where there is a finer level, what it hands up is added first. Sums that other levels ask for are there on return, others
+   !> are made where the nodes are solved.
+   subroutine to_nodes(model, l, time)
+      type(model_t), intent(inout) :: model
+      integer, intent(in) :: l
+      real(wp), intent(in) :: time !< of the level, s
+      logical :: finest
+      integer :: b
+      finest = l == size(model%levels)
+      associate (level => model%levels(l))
+         do b = 1, size(level%blocks)
+            if (level%blocks(b)%shared .or. .not. finest) call gather(model, l, b, time)
+         end do
+         if (.not. finest) then
+            call model%timers%enter(model%levels_row)
+            call model%composite(l + 1)%add_to_parents(level)
+         end if
+         call model%timers%enter(phase_exchange)
+         call model%exchange(l)%start(model%communicator, level%gathered)
+         do b = 1, size(level%blocks)
+            if (.not. finest .or. level%blocks(b)%shared) cycle
+            call gather(model, l, b, time)
+            call look_after_messages(model, l)
+         end do
+         call model%timers%enter(phase_exchange)
+         if (size(model%levels) > 1) call model%exchange(l)%wait(level%gathered)
+         do b = 1, size(level%blocks)
+            if (goes_to_levels(model, l, b)) call sum_nodes(model, l, b)
+         end do
+      end associate
+      if (finest) return
+      call model%timers%enter(model%levels_row)
+      call clear_covered(model%levels(l), model%levels(l + 1))
+   end subroutine to_nodes
+
+   !> True when another level asks for the sums of the nodes of a block, or changes them, before they are solved.
+   pure logical function goes_to_levels(model, l, b)
+      type(model_t), intent(in) :: model
+      integer, intent(in) :: l, b
+      goes_to_levels = l < size(model%levels)
+      if (l > 1) goes_to_levels = goes_to_levels .or. model%composite(l)%edge_of(b) > 0
+   end function goes_to_levels
+
+   !> Between the work of two blocks.
+   subroutine look_after_messages(model, l)
+      type(model_t), intent(inout) :: model
+      integer, intent(in) :: l
+      if (size(model%exchange(l)%ranks) == 0) return ! nothing is on its way
+      call model%timers%enter(phase_exchange)
+      call model%exchange(l)%progress(model%levels(l)%gathered)
+   end subroutine look_after_messages
+
+   !> The sums of all tiles that hold the nodes of a block, which are here.
+   subroutine sum_nodes(model, l, b)
+      type(model_t), intent(inout) :: model
+      integer, intent(in) :: l, b
+      if (is_idle(model, l, b)) return
+      associate (level => model%levels(l))
+         call level%fit_solved(b)
+         call sum_tiles(level%blocks(b)%neighbour, level%gathered, level%solved(:, :, :, :, b), level%reach)
+      end associate
+   end subroutine sum_nodes
+
+   !> Where effects want means over the cells, which blocks share: the sums over blocks and ranks, in place of the nodes. The
+   !> velocity gradients of all blocks wait for them.
+   subroutine sum_cells(model, l)
+      type(model_t), intent(inout) :: model
+      integer, intent(in) :: l
+      integer :: b
+      call model%timers%enter(phase_exchange)
+      call model%exchange(l)%start(model%communicator, model%levels(l)%gathered)
+      call model%exchange(l)%wait(model%levels(l)%gathered)
+      do b = 1, size(model%levels(l)%blocks)
+         call sum_nodes(model, l, b)
+      end do
+   end subroutine sum_cells
+
+   !> True when a finer level hands up to a block.
+   pure logical function is_parent(model, l, b)
+      type(model_t), intent(in) :: model
+      integer, intent(in) :: l, b
+      is_parent = .false.
+      if (l < size(model%levels)) is_parent = model%composite(l + 1)%is_parent(b)
+   end function is_parent
+
+   !> True when nobody wants to know of the nodes of a block: it has no particles, is no parent, and hands nothing up.
+   pure logical function is_idle(model, l, b)
+      type(model_t), intent(in) :: model
+      integer, intent(in) :: l, b
+      is_idle = model%levels(l)%blocks(b)%particles%count == 0
+      if (is_idle) is_idle = .not. is_parent(model, l, b)
+      if (is_idle .and. l > 1) is_idle = model%composite(l)%edge_of(b) == 0
+   end function is_idle
+
+   !> True when the nodes of a block matter where its particles do not reach: effects and other levels give to them or ask of them.
+   pure logical function takes_more(model, l, b)
+      type(model_t), intent(in) :: model
+      integer, intent(in) :: l, b
+      takes_more = model%effect_step(l)%works
+      if (l < size(model%levels)) takes_more = takes_more .or. model%composite(l + 1)%receives(b)
+      if (l > 1) takes_more = takes_more .or. model%composite(l)%edge_of(b) > 0
+   end function takes_more
+
+   !> Particles of one block, and the forces of effects on it, to its tile; before that its lists, where particles have changed bin,
+   !> and the order of its particles, where that has come to differ from the lists'.
+   subroutine gather(model, l, b, time)
+      type(model_t), intent(inout) :: model
+      integer, intent(in) :: l, b
+      real(wp), intent(in) :: time
+      logical :: given
+      given = model%levels(l)%blocks(b)%tile_holds
+      if (given) given = model%levels(l)%holds_whole(b) .or. .not. takes_more(model, l, b)
+      if (.not. given) then
+         call refresh_lists(model, l, b)
+         associate (block => model%levels(l)%blocks(b))
+            if (block%wants_sorting()) call block%sort(model%levels(l)%gradient)
+         end associate
+         call give(model, l, b)
+      end if
+      associate (level => model%levels(l), block => model%levels(l)%blocks(b))
+         call block%take_averages()
+         if (model%effect_step(l)%works) call model%effect_step(l)%give_forces(model%effects, level, b, time, model%timers)
+         call fold_symmetry(level%grid, block%place, level%gathered(:, :, :, :, b), motion_parity)
+         block%tile_holds = block%at_rest .and. .not. is_parent(model, l, b) .and. .not. model%effect_step(l)%works ! who add to it
+      end associate
+   end subroutine gather
+
+   !> At the end of a step: the lists of a block that keeps its particles, and what it will give to its nodes at the beginning of the next.
+   !> Not where others often come, nor where particles are about to be sorted: when that is done must not depend on what is done ahead.
+   subroutine give_ahead(model, l, b)
+      type(model_t), intent(inout) :: model
+      integer, intent(in) :: l, b
+      associate (block => model%levels(l)%blocks(b))
+         if (block%visited > seldom .or. is_parent(model, l, b) .or. .not. model%works_ahead) return
+         call refresh_lists(model, l, b)
+         if (block%wants_sorting()) return
+         call give(model, l, b)
+         block%tile_holds = .true.
+      end associate
+   end subroutine give_ahead
+
+   !> Lists and tiles of one block.
+   subroutine refresh_lists(model, l, b)
+      type(model_t), intent(inout) :: model
+      integer, intent(in) :: l, b
+      call model%timers%enter(phase_lists)
+      call model%levels(l)%refresh_lists(b, takes_more(model, l, b))
+   end subroutine refresh_lists
+
+   !> What the particles of one block give, to its tile.
+   subroutine give(model, l, b)
+      type(model_t), intent(inout) :: model
+      integer, intent(in) :: l, b
+      call model%timers%enter(phase_to_nodes)
+      associate (level => model%levels(l), block => model%levels(l)%blocks(b))
+         if (level%layout%domain > 0) then
+            call gather_corners_to_nodes(block%cells, block%particles%column, level%layout, frame_of(level, block), &
+                                         level%gathered(:, :, :, :, b), level%reach(:, :, b))
+         else
+            call gather_to_nodes(block%cells, block%particles%column, level%layout, frame_of(level, block), &
+                                 level%gathered(:, :, :, :, b), level%reach(:, :, b))
+         end if
+      end associate
+   end subroutine give
+
+   !> 3. ends: sums; velocities at the end of the step and accelerations of the nodes, inside the boundary conditions. Slaves follow
+   !> the nodes of the coarser level. Blocks with remote neighbours come last: what these send may still be on its way.
+   subroutine solve(model, l, clock)
+      type(model_t), intent(inout) :: model
+      integer, intent(in) :: l
+      type(clock_t), intent(in) :: clock
+      integer :: b
+      do b = 1, size(model%levels(l)%blocks)
+         if (model%levels(l)%blocks(b)%shared) cycle
+         call solve_block(model, l, b, clock)
+         call look_after_messages(model, l)
+      end do
+      call model%timers%enter(phase_exchange)
+      call model%exchange(l)%wait(model%levels(l)%gathered)
+      do b = 1, size(model%levels(l)%blocks)
+         if (model%levels(l)%blocks(b)%shared) call solve_block(model, l, b, clock)
+      end do
+   end subroutine solve
+
+   !> The nodes of one block.
+   subroutine solve_block(model, l, b, clock)
+      type(model_t), intent(inout) :: model
+      integer, intent(in) :: l, b
+      type(clock_t), intent(in) :: clock
+      integer :: e
+      if (is_idle(model, l, b)) return
+      if (.not. goes_to_levels(model, l, b)) then
+         call model%timers%enter(phase_exchange)
+         call sum_nodes(model, l, b)
+      end if
+      call model%timers%enter(phase_nodes)
+      e = 0
+      if (l > 1) e = model%composite(l)%edge_of(b)
+      call solve_nodes(model%levels(l)%solved(:, :, :, :, b), clock%step, model%levels(l)%reach(:, :, b))
+      if (e > 0) call model%composite(l)%set_slaves(b, clock%remaining, model%levels(l)%solved(:, :, :, :, b))
+      if (size(model%effect_step(l)%on_nodes) > 0 .and. clock%step > 0.0_wp) call push_nodes(model, l, b, clock)
+      call constrain_nodes(model%levels(l)%grid, model%levels(l)%blocks(b)%place, model%levels(l)%solved(:, :, :, :, b))
+   end subroutine solve_block
+
+   !> Effects on the solved nodes of a block. What they add to the acceleration is kept where a finer level's two steps will ask for
+   !> it.
+   subroutine push_nodes(model, l, b, clock)
+      type(model_t), intent(inout) :: model
+      integer, intent(in) :: l, b
+      type(clock_t), intent(in) :: clock
+      integer, allocatable :: slave(:, :)
+      real(wp), allocatable :: before(:, :, :, :)
+      logical :: kept
+      allocate (slave(4, 0))
+      if (l > 1) then
+         if (model%composite(l)%edge_of(b) > 0) slave = model%composite(l)%edges(model%composite(l)%edge_of(b))%slave
+      end if
+      kept = l < size(model%levels)
+      if (kept) kept = model%composite(l + 1)%receives(b)
+      if (kept) before = model%levels(l)%solved(5:7, :, :, :, b)
+      call model%effect_step(l)%change_nodes(model%effects, model%levels(l), b, clock%time, clock%step, slave, model%timers)
+      if (.not. kept) return
+      associate (composite => model%composite(l + 1))
+         if (.not. allocated(composite%pushed)) &
+            allocate (composite%pushed(3, 0:tile_last, 0:tile_last, 0:tile_last, size(model%levels(l)%blocks)), source=0.0_wp)
+         composite%pushed(:, :, :, :, b) = model%levels(l)%solved(5:7, :, :, :, b) - before
+      end associate
+   end subroutine push_nodes
+
+end module m_node_step
