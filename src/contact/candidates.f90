@@ -75,6 +75,7 @@ contains
       do b = 1, size(level%blocks)
          if (level%blocks(b)%particles%count == 0) cycle
          if (.not. near_tool(tools, level, level%blocks(b)%place)) cycle
+         call level%join_arrivals(b)
          far = thickest(level, level%blocks(b)) + fastest*level%grid%cell
          do t = 1, size(tools)
             call self%search(tools(t), level, materials, time_step, b, t, far, overlap(t))

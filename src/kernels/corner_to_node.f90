@@ -10,7 +10,7 @@ module m_corner_to_node
    use m_particle_to_node, only: load_t, half, clear, set_load
    implicit none
    private
-   public :: gather_corners_to_nodes, gather_corners_body_force
+   public :: gather_corners_to_nodes, add_corners_to_nodes, gather_corners_body_force
 
    integer, parameter :: lanes = 8 !< values a node: mass, momentum (3), force (3), spare
 
@@ -24,11 +24,21 @@ contains
       type(frame_t), intent(in) :: frame
       real(wp), intent(inout) :: tile(lanes, 0:block_size + 1, 0:block_size + 1, 0:block_size + 1)
       integer, intent(in), optional :: reach(2, 3) !< first and last index along each axis of what can be other than 0
+      call clear(tile, reach)
+      call add_corners_to_nodes(cells, column, layout, frame, tile)
+   end subroutine gather_corners_to_nodes
+
+   !> Add to a block's node tile what the listed particles give; as add_to_nodes.
+   pure subroutine add_corners_to_nodes(cells, column, layout, frame, tile)
+      type(cell_list_t), intent(in) :: cells
+      real(wp), intent(in), contiguous :: column(:, :)
+      type(layout_t), intent(in) :: layout
+      type(frame_t), intent(in) :: frame
+      real(wp), intent(inout) :: tile(lanes, 0:block_size + 1, 0:block_size + 1, 0:block_size + 1)
       type(corner_stencil_t) :: corners
       type(corner_weights_t) :: weights
       type(load_t) :: load
       integer :: first, m, p
-      call clear(tile, reach)
       do first = 1, cells%first(size(cells%first)) - 1, chunk
          call set_corners(corners, cells, first, column, layout, frame)
          call set_load(load, corners%list, column, layout, frame%cell)
@@ -38,7 +48,7 @@ contains
             call add(load, weights, m, p, corners%place(:, m), tile)
          end do
       end do
-   end subroutine gather_corners_to_nodes
+   end subroutine add_corners_to_nodes
 
    !> Add particle m of the chunk, p of the batch, to the nodes from `place` in the tile on.
    pure subroutine add(load, weights, m, p, place, tile)

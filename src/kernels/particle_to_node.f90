@@ -7,7 +7,7 @@ module m_particle_to_node
    use m_stencil, only: stencil_t, frame_t, batch, chunk, set_stencil
    implicit none
    private
-   public :: gather_to_nodes, gather_body_force, load_t, half, clear, set_load
+   public :: gather_to_nodes, add_to_nodes, gather_body_force, load_t, half, clear, set_load
 
    integer, parameter :: lanes = 8 !< values a node: mass, momentum (3), force (3), spare
    integer, parameter :: half = 4  !< of them, those that go with the weight, and those that go with its slopes: a register each
@@ -30,11 +30,21 @@ contains
       type(frame_t), intent(in) :: frame
       real(wp), intent(inout) :: tile(lanes, 0:block_size + 1, 0:block_size + 1, 0:block_size + 1)
       integer, intent(in), optional :: reach(2, 3) !< first and last index along each axis of what can be other than 0
+      call clear(tile, reach)
+      call add_to_nodes(cells, column, layout, frame, tile)
+   end subroutine gather_to_nodes
+
+   !> Add to a block's node tile what the listed particles give.
+   pure subroutine add_to_nodes(cells, column, layout, frame, tile)
+      type(cell_list_t), intent(in) :: cells
+      real(wp), intent(in), contiguous :: column(:, :)
+      type(layout_t), intent(in) :: layout
+      type(frame_t), intent(in) :: frame
+      real(wp), intent(inout) :: tile(lanes, 0:block_size + 1, 0:block_size + 1, 0:block_size + 1)
       type(stencil_t) :: stencil
       type(load_t) :: load
       real(wp) :: face(chunk + batch, -1:1, -1:1)
       integer :: first, r
-      call clear(tile, reach)
       do first = 1, cells%first(size(cells%first)) - 1, chunk
          call set_stencil(stencil, cells, first, column, layout, frame)
          call set_load(load, stencil, column, layout, frame%cell)
@@ -46,7 +56,7 @@ contains
             end associate
          end do
       end do
-   end subroutine gather_to_nodes
+   end subroutine add_to_nodes
 
    !> Before a block's first chunk: nothing on its nodes.
    pure subroutine clear(tile, reach)

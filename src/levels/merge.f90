@@ -138,7 +138,6 @@ contains
       block%leavers = gone
       block%leaver_count = size(gone)
       call take_out(block)
-      call block%stir()
    end subroutine drop
 
 end module m_merge

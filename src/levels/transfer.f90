@@ -90,8 +90,8 @@ contains
       logical :: extensive(fine%table%columns)
       integer :: b
       extensive = fine%table%extensive_columns()
-      call coarse_migration%begin(communicator, coarse)
-      call fine_migration%begin(communicator, fine)
+      call coarse_migration%prepare(communicator, coarse)
+      call fine_migration%prepare(communicator, fine)
       do b = 1, size(coarse%blocks)
          if (fine%layout%edge_stress > 0) call set_edge_stress(coarse%blocks(b))
          call send_off(coarse%blocks(b), 0.0_wp)
@@ -125,7 +125,6 @@ contains
             end associate
          end do
          call take_out(block)
-         call block%stir()
       end subroutine send_off
 
       !> One particle, or its parts, to the level where it lives.

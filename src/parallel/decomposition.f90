@@ -49,35 +49,62 @@ contains
       type(level_t), intent(inout) :: level
       integer, intent(in) :: rank
       type(block_t), allocatable :: blocks(:)
-      integer :: b, old, slots
+      integer, allocatable :: old(:)
+      integer :: b
       call find_own(level, rank, blocks)
-      if (allocated(level%blocks)) then
-         old = 1
-         do b = 1, size(blocks)
-            do while (old <= size(level%blocks))
-               if (level%blocks(old)%index >= blocks(b)%index) exit
-               old = old + 1
-            end do
-            if (old > size(level%blocks)) exit
-            if (level%blocks(old)%index == blocks(b)%index) call take_over(level%blocks(old), blocks(b))
-         end do
-      end if
+      allocate (old(size(blocks)), source=0)
+      if (allocated(level%blocks)) call find_old(level%blocks, blocks, old)
+      do b = 1, size(blocks)
+         if (old(b) > 0) call take_over(level%blocks(old(b)), blocks(b))
+      end do
       call move_alloc(blocks, level%blocks)
       call find_mirrors(level, rank)
-      slots = size(level%blocks) + size(level%mirror_index)
-      if (allocated(level%gathered)) deallocate (level%gathered, level%solved, level%reach, &
-                                                  level%solved_reach)
-      allocate (level%gathered(node_values, 0:tile_last, 0:tile_last, 0:tile_last, slots), source=0.0_wp)
-      allocate (level%solved(node_values, 0:tile_last, 0:tile_last, 0:tile_last, size(level%blocks)), source=0.0_wp)
-      allocate (level%reach(2, 3, slots), level%solved_reach(2, 3, size(level%blocks)))
-      level%reach(1, :, :) = 0
-      level%reach(2, :, :) = tile_last
-      level%solved_reach = level%reach(:, :, :size(level%blocks))
+      call make_pools(level, old)
       do b = 1, size(level%blocks)
          call level%blocks(b)%reserve(1, level%table%columns)
       end do
       call level%size_work()
    end subroutine settle_blocks
+
+   !> The place of each block among those that were there before, both by rising index; 0 where it was not.
+   pure subroutine find_old(before, blocks, old)
+      type(block_t), intent(in) :: before(:), blocks(:)
+      integer, intent(inout) :: old(:)
+      integer :: b, at
+      at = 1
+      do b = 1, size(blocks)
+         do while (at <= size(before))
+            if (before(at)%index >= blocks(b)%index) exit
+            at = at + 1
+         end do
+         if (at > size(before)) exit
+         if (before(at)%index == blocks(b)%index) old(b) = at
+      end do
+   end subroutine find_old
+
+   !> Tiles for all slots: what holds stays, all else is 0.
+   subroutine make_pools(level, old)
+      type(level_t), intent(inout) :: level
+      integer, intent(in) :: old(:) !< places of the blocks' tiles before, or 0
+      real(wp), allocatable :: gathered(:, :, :, :, :)
+      integer, allocatable :: reach(:, :, :)
+      integer :: b, slots
+      slots = size(level%blocks) + size(level%mirror_index)
+      if (allocated(level%solved)) deallocate (level%solved, level%solved_reach)
+      allocate (gathered(node_values, 0:tile_last, 0:tile_last, 0:tile_last, slots), source=0.0_wp)
+      allocate (reach(2, 3, slots))
+      reach(1, :, :) = 0
+      reach(2, :, :) = tile_last
+      allocate (level%solved_reach, source=reach(:, :, :size(level%blocks)))
+      do b = 1, size(level%blocks)
+         if (.not. level%blocks(b)%tile_holds) cycle
+         gathered(:, :, :, :, b) = level%gathered(:, :, :, :, old(b))
+         reach(:, :, b) = level%reach(:, :, old(b))
+      end do
+      call move_alloc(gathered, level%gathered)
+      call move_alloc(reach, level%reach)
+      allocate (level%solved(node_values, 0:tile_last, 0:tile_last, 0:tile_last, size(level%blocks)), source=0.0_wp)
+   end subroutine make_pools
 
    !> The blocks that this rank owns, by rising index.
    subroutine find_own(level, rank, blocks)
@@ -104,10 +131,16 @@ contains
       call move_alloc(old%particles%column, new%particles%column)
       call move_alloc(old%particles%id, new%particles%id)
       call move_alloc(old%particles%body, new%particles%body)
+      new%arrived = old%arrived
       new%cells = old%cells
       new%jumps = old%jumps
       call move_alloc(old%leavers, new%leavers)
       new%leaver_count = old%leaver_count
+      new%at_rest = old%at_rest
+      new%tile_holds = old%tile_holds
+      new%sums_hold = old%sums_hold
+      new%sums = old%sums
+      new%wave_speed = old%wave_speed
       new%lowest = old%lowest
       new%highest = old%highest
    end subroutine take_over

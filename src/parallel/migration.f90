@@ -13,7 +13,10 @@ module m_migration
    private
    public :: migration_t, frame_of, entered, take_out
 
-   integer, parameter :: extra = 4 !< after a particle's columns a record holds: id's bits, body, block index, bin (0: not known)
+   integer, parameter :: extra = 5 !< after a particle's columns a record holds: id's bits, body, block index, bin (0: not known), 1 where
+                                   !< the particle arrives in the block, 0 where it moves with it
+
+   integer, parameter :: fewest = 64 !< records that there is room for
 
    !> Records of particles under way: one column a particle.
    type :: parcel_t
@@ -21,24 +24,23 @@ module m_migration
       real(wp), allocatable :: records(:, :)
    contains
       procedure :: add
-      procedure :: add_values
    end type parcel_t
 
    type :: migration_t
-      type(parcel_t), allocatable :: outgoing(:) !< one a neighbour rank
+      type(parcel_t), allocatable :: outgoing(:) !< one a rank, from 0
       type(parcel_t) :: incoming
       type(MPI_Datatype) :: record = MPI_DATATYPE_NULL
       integer(i8) :: moved = 0      !< particles that changed block on this rank
       integer(i8) :: sent = 0       !< of those, to other ranks
    contains
+      procedure :: prepare
+      procedure :: see_off
       procedure :: move_leavers
       procedure :: move_blocks
-      procedure :: begin
       procedure :: give_away
       procedure :: deliver
       procedure :: unload
       procedure :: release
-      procedure, private :: prepare
    end type migration_t
 
 contains
@@ -50,47 +52,60 @@ contains
       frame_of = frame_t(block%origin, level%grid%cell, level%grid%per_cell)
    end function frame_of
 
-   !> The particles listed as leavers go to the blocks that they have entered, which must exist; one message a neighbour
-   !> rank. Arrivals are stored in the order of their ids, so that the order does not depend on the ranks.
+   !> After `prepare`: the particles that a block lists as leavers leave it for the blocks that they have entered. Where one of these does not exist, all
+   !> stay, listed.
+   subroutine see_off(self, communicator, level, b)
+      class(migration_t), intent(inout) :: self
+      type(communicator_t), intent(in) :: communicator
+      type(level_t), intent(inout) :: level
+      integer, intent(in) :: b
+      integer :: l, p, place(3)
+      associate (block => level%blocks(b))
+         do l = 1, block%leaver_count
+            if (level%owner_at(entered(level, block, int(block%leavers(l)))) < 0) return
+         end do
+         do l = 1, block%leaver_count
+            p = block%leavers(l)
+            place = entered(level, block, p)
+            call send(self, communicator%rank, level%owner_at(place), block%particles%column(p, :), block%particles%id(p), &
+                      block%particles%body(p), level%grid%block_index(place))
+         end do
+         if (block%leaver_count > 0) call take_out(block)
+      end associate
+   end subroutine see_off
+
+   !> Those that have been seen off, and leavers that are still listed, go to the blocks that they have entered, which must exist; one
+   !> message a neighbour rank. Arrivals are stored in the order of their ids, so that the order does not depend on the ranks.
    subroutine move_leavers(self, communicator, level, neighbours)
       class(migration_t), intent(inout) :: self
       type(communicator_t), intent(in) :: communicator
       type(level_t), intent(inout) :: level
       integer, intent(in) :: neighbours(:) !< neighbour ranks, rising
-      integer :: b, l, n, p, place(3), rank
-      call self%prepare(level, size(neighbours))
+      integer :: b
       do b = 1, size(level%blocks)
-         if (level%blocks(b)%leaver_count == 0) cycle
-         associate (block => level%blocks(b))
-            do l = 1, block%leaver_count
-               p = block%leavers(l)
-               place = entered(level, block, p)
-               rank = level%owner_at(place)
-               if (rank == communicator%rank) then
-                  call self%incoming%add(block, p, level%grid%block_index(place))
-               else
-                  n = findloc(neighbours, rank, dim=1)
-                  call self%outgoing(n)%add(block, p, level%grid%block_index(place))
-                  self%sent = self%sent + 1
-               end if
-            end do
-            self%moved = self%moved + block%leaver_count
-            call take_out(block)
-         end associate
+         call self%see_off(communicator, level, b)
       end do
       call exchange(self, communicator, neighbours)
       call settle(self%incoming, level)
    end subroutine move_leavers
 
-   !> Begin to move single particles to blocks of this level: give_away them one by one, then deliver.
-   subroutine begin(self, communicator, level)
+   !> A particle on its way to a block of a rank.
+   subroutine send(self, here, rank, values, id, body, index)
       class(migration_t), intent(inout) :: self
-      type(communicator_t), intent(in) :: communicator
-      type(level_t), intent(in) :: level
-      call self%prepare(level, communicator%ranks - 1)
-   end subroutine begin
+      integer, intent(in) :: here, rank, index
+      real(wp), intent(in) :: values(:)
+      integer(i8), intent(in) :: id
+      integer(i4), intent(in) :: body
+      self%moved = self%moved + 1
+      if (rank == here) then
+         call self%incoming%add(values, id, body, index, 0_i4, arrives=.true.)
+      else
+         self%sent = self%sent + 1
+         call self%outgoing(rank)%add(values, id, body, index, 0_i4, arrives=.true.)
+      end if
+   end subroutine send
 
-   !> A particle for the block of the level in which its centre lies, and which must exist.
+   !> After `prepare`, before `deliver`: a particle for the block of the level in which its centre lies, and which must exist.
    subroutine give_away(self, communicator, level, values, id, body)
       class(migration_t), intent(inout) :: self
       type(communicator_t), intent(in) :: communicator
@@ -98,19 +113,11 @@ contains
       real(wp), intent(in) :: values(:)
       integer(i8), intent(in) :: id
       integer(i4), intent(in) :: body
-      integer :: place(3), rank
+      integer :: place(3)
       associate (x => level%layout%position)
          place = level%grid%block_of(values(x:x + 2))
       end associate
-      rank = level%owner_at(place)
-      if (rank == communicator%rank) then
-         call self%incoming%add_values(values, id, body, level%grid%block_index(place), 0_i4)
-      else
-         call self%outgoing(merge(rank + 1, rank, rank < communicator%rank))%add_values(values, id, body, &
-                                                                                        level%grid%block_index(place), 0_i4)
-         self%sent = self%sent + 1
-      end if
-      self%moved = self%moved + 1
+      call send(self, communicator%rank, level%owner_at(place), values, id, body, level%grid%block_index(place))
    end subroutine give_away
 
    !> Collective: what was given away arrives, in the order of ids.
@@ -118,11 +125,16 @@ contains
       class(migration_t), intent(inout) :: self
       type(communicator_t), intent(in) :: communicator
       type(level_t), intent(inout) :: level
-      integer :: r
-      call exchange(self, communicator, pack([(r, r=0, communicator%ranks - 1)], &
-                                             [(r /= communicator%rank, r=0, communicator%ranks - 1)]))
+      call exchange(self, communicator, others(communicator))
       call settle(self%incoming, level)
    end subroutine deliver
+
+   !> All ranks but this.
+   pure function others(communicator)
+      type(communicator_t), intent(in) :: communicator
+      integer :: others(communicator%ranks - 1), r
+      others = [(merge(r - 1, r, r <= communicator%rank), r=1, communicator%ranks - 1)]
+   end function others
 
    !> The block that a leaver has entered.
    pure function entered(level, block, p) result(place)
@@ -136,7 +148,7 @@ contains
       place = block%place + merge(-1, merge(1, 0, node >= block_size), node < 0)
    end function entered
 
-   !> Remove the leavers from their block.
+   !> Remove the leavers from their block: what has been made of its particles does not hold.
    subroutine take_out(block)
       type(block_t), intent(inout) :: block
       integer :: l, last
@@ -147,7 +159,9 @@ contains
       end do
       call block%particles%remove(block%leavers(:block%leaver_count))
       block%leaver_count = 0
+      block%arrived = 0
       block%cells%current = .false.
+      call block%stir()
    end subroutine take_out
 
    !> One message to and from each neighbour; what comes in is added to `incoming`.
@@ -160,8 +174,8 @@ contains
       type(MPI_Message) :: message
       integer :: n, count
       do n = 1, size(neighbours)
-         call MPI_Isend(self%outgoing(n)%records, self%outgoing(n)%count, self%record, neighbours(n), 2, communicator%comm, &
-                        requests(n))
+         call MPI_Isend(self%outgoing(neighbours(n))%records, self%outgoing(neighbours(n))%count, self%record, neighbours(n), 2, &
+                        communicator%comm, requests(n))
       end do
       do n = 1, size(neighbours)
          call MPI_Mprobe(neighbours(n), 2, communicator%comm, message, status)
@@ -205,9 +219,9 @@ contains
          call block%include_place(record(x:x + 2))
       end associate
       if (record(n + 4) > 0.0_wp) block%cells%bin(block%particles%count) = int(record(n + 4), i4)
-      block%cells%current = .false.
-      call block%stir()
-      block%has_visitors = .true.
+      if (record(n + 5) > 0.0_wp) block%arrived = block%arrived + 1
+      block%at_rest = .false.
+      block%sums_hold = .false.
    end subroutine store
 
    !> Collective: take the particles of the blocks whose owner changes out of this rank and send them; returns when all
@@ -217,21 +231,20 @@ contains
       type(communicator_t), intent(in) :: communicator
       type(level_t), intent(inout) :: level
       integer, intent(in) :: new_owner(0:, 0:, 0:)
-      integer :: b, p, r, rank
-      integer, allocatable :: others(:)
-      others = pack([(r, r=0, communicator%ranks - 1)], [(r /= communicator%rank, r=0, communicator%ranks - 1)])
-      call self%prepare(level, size(others))
+      integer :: b, p, rank
+      call self%prepare(communicator, level)
       do b = 1, size(level%blocks)
          associate (block => level%blocks(b))
             rank = new_owner(block%place(1), block%place(2), block%place(3))
             if (rank == communicator%rank) cycle
             do p = 1, block%particles%count
-               call self%outgoing(findloc(others, rank, dim=1))%add(block, p, block%index)
+               call self%outgoing(rank)%add(block%particles%column(p, :), block%particles%id(p), block%particles%body(p), &
+                                            block%index, block%cells%bin(p), arrives=p > block%particles%count - block%arrived)
             end do
             block%particles%count = 0
          end associate
       end do
-      call exchange(self, communicator, others)
+      call exchange(self, communicator, others(communicator))
    end subroutine move_blocks
 
    !> Store the blocks that have come in, their particles in the order in which they were stored before.
@@ -246,53 +259,44 @@ contains
       call level%size_work()
    end subroutine unload
 
-   !> Forget what was under way, and know the shape of a record.
-   subroutine prepare(self, level, neighbours)
+   !> Begin to move particles: nothing is under way.
+   subroutine prepare(self, communicator, level)
       class(migration_t), intent(inout) :: self
+      type(communicator_t), intent(in) :: communicator
       type(level_t), intent(in) :: level
-      integer, intent(in) :: neighbours
-      integer :: n, width
+      integer :: r, width
       width = level%table%columns + extra
       if (self%record == MPI_DATATYPE_NULL) then
          call MPI_Type_contiguous(width, MPI_DOUBLE_PRECISION, self%record)
          call MPI_Type_commit(self%record)
          allocate (self%incoming%records(width, 64))
       end if
-      if (allocated(self%outgoing)) then
-         if (size(self%outgoing) /= neighbours) deallocate (self%outgoing)
-      end if
       if (.not. allocated(self%outgoing)) then
-         allocate (self%outgoing(neighbours))
-         do n = 1, neighbours
-            allocate (self%outgoing(n)%records(width, 64))
+         allocate (self%outgoing(0:communicator%ranks - 1))
+         do r = 0, communicator%ranks - 1
+            allocate (self%outgoing(r)%records(width, 0))
          end do
       end if
       self%outgoing%count = 0
       self%incoming%count = 0
    end subroutine prepare
 
-   !> Append particle p of a block, bound for the block `index`, whose bin there is known if the block is its own.
-   subroutine add(self, block, p, index)
-      class(parcel_t), intent(inout) :: self
-      type(block_t), intent(in) :: block
-      integer, intent(in) :: p, index
-      call self%add_values(block%particles%column(p, :), block%particles%id(p), block%particles%body(p), index, block%cells%bin(p))
-   end subroutine add
-
    !> Append a particle, bound for the block `index` and, where `bin` is not 0, for a bin there.
-   subroutine add_values(self, values, id, body, index, bin)
+   subroutine add(self, values, id, body, index, bin, arrives)
       class(parcel_t), intent(inout) :: self
       real(wp), intent(in) :: values(:)
       integer(i8), intent(in) :: id
       integer(i4), intent(in) :: body, bin
       integer, intent(in) :: index
+      logical, intent(in) :: arrives !< or moves with the block
       integer :: columns
       columns = size(values)
       call make_room(self, 1)
       self%count = self%count + 1
       self%records(:columns, self%count) = values
-      self%records(columns + 1:, self%count) = [transfer(id, 1.0_wp), real(body, wp), real(index, wp), real(bin, wp)]
-   end subroutine add_values
+      self%records(columns + 1:, self%count) = [transfer(id, 1.0_wp), real(body, wp), real(index, wp), real(bin, wp), &
+                                                 merge(1.0_wp, 0.0_wp, arrives)]
+   end subroutine add
 
    !> Room for `more` records; grows by half.
    subroutine make_room(parcel, more)
@@ -300,7 +304,7 @@ contains
       integer, intent(in) :: more
       real(wp), allocatable :: larger(:, :)
       if (parcel%count + more <= size(parcel%records, 2)) return
-      allocate (larger(size(parcel%records, 1), (3*(parcel%count + more))/2))
+      allocate (larger(size(parcel%records, 1), max(fewest, (3*(parcel%count + more))/2)))
       larger(:, :parcel%count) = parcel%records(:, :parcel%count)
       call move_alloc(larger, parcel%records)
    end subroutine make_room

@@ -14,6 +14,7 @@ module m_block
       integer :: index = 0               !< its number in the level (grid_level%block_index)
       real(wp) :: origin(3) = 0.0_wp     !< place of its first node, m
       type(particle_store_t) :: particles
+      integer :: arrived = 0             !< the last so many came when the others had given to their nodes, and are not in `cells`
       type(cell_list_t) :: cells
       real(wp) :: jumps = 0.0_wp         !< of its lists, on average over the last steps: they cost time
       integer :: neighbour(27) = 0       !< slots of the blocks around, x fastest, 14 is this one; 0 where there is none
@@ -21,11 +22,9 @@ module m_block
       integer(i4), allocatable :: leavers(:) !< particles that left during this step, rising
       integer :: leaver_count = 0
       logical :: at_rest = .false.       !< no particle moves, none is under stress
-      logical :: tile_holds = .false.    !< its tile in `gathered` is what its particles give as they are now
+      logical :: tile_holds = .false.    !< its tile in `gathered` is what its particles give as they are now, but for what has arrived
       logical :: sums_hold = .false.     !< `sums` is of its particles as they are now
       real(wp) :: sums(sum_count) = 0.0_wp !< of its particles, as energy.f90 numbers them
-      logical :: has_visitors = .false.  !< particles have come since the last step began
-      real(wp) :: visited = 0.0_wp       !< share of the last steps before which particles came
       real(wp) :: wave_speed = 0.0_wp    !< largest of its particles, m/s
       real(wp) :: lowest(3) = huge(1.0_wp), highest(3) = -huge(1.0_wp) !< bounds of its particles' centres, m
    contains
@@ -54,24 +53,26 @@ contains
       if (.not. allocated(self%leavers)) allocate (self%leavers(0))
    end subroutine reserve
 
-   !> Bring the lists up to date.
+   !> Bring the lists up to date, those of what has arrived left out.
    pure subroutine refresh_lists(self)
       class(block_t), intent(inout) :: self
-      if (.not. self%cells%current) call self%cells%build(self%particles%count)
+      if (.not. self%cells%current) call self%cells%build(self%particles%count - self%arrived)
    end subroutine refresh_lists
 
-   !> True when the lists, which are up to date, jump about in memory too much.
+   !> True when the lists, which are up to date, what has arrived left out, jump about in memory too much.
    pure logical function wants_sorting(self)
       class(block_t), intent(in) :: self
-      wants_sorting = self%cells%jumps > sort_share*self%particles%count
+      wants_sorting = self%cells%jumps > sort_share*(self%particles%count - self%arrived)
    end function wants_sorting
 
-   !> Bring the particles into the order of the lists.
+   !> Bring the particles into the order of the lists, and leave what has arrived behind them.
    subroutine sort(self, work)
       class(block_t), intent(inout) :: self
       real(wp), intent(inout), contiguous :: work(:, :) !< as in permute
-      call self%particles%permute(self%cells%order, work)
-      call self%cells%set_in_order(self%particles%count)
+      associate (listed => self%particles%count - self%arrived)
+         call self%particles%permute(self%cells%order(:listed), work)
+         call self%cells%set_in_order(listed)
+      end associate
    end subroutine sort
 
    !> Its particles are others from here on, or have moved: nothing holds that has been made of them.
@@ -86,8 +87,6 @@ contains
    pure subroutine take_averages(self)
       class(block_t), intent(inout) :: self
       self%jumps = self%jumps + (self%cells%jumps - self%jumps)/averaged
-      self%visited = self%visited + (merge(1.0_wp, 0.0_wp, self%has_visitors) - self%visited)/averaged
-      self%has_visitors = .false.
    end subroutine take_averages
 
    !> Widen the bounds to a place.

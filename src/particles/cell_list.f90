@@ -21,6 +21,8 @@ module m_cell_list
       procedure :: reserve
       procedure :: build
       procedure :: take_bins
+      procedure :: take_last
+      procedure :: join
       procedure :: set_in_order
       procedure :: reach
       procedure :: bytes
@@ -28,36 +30,36 @@ module m_cell_list
 
 contains
 
-   !> Make room for a number of particles; keeps `bin`.
+   !> Make room for a number of particles; keeps lists and bins.
    subroutine reserve(self, capacity)
       class(cell_list_t), intent(inout) :: self
       integer, intent(in) :: capacity
-      integer(i4), allocatable :: larger(:)
-      integer :: held
       if (allocated(self%bin)) then
          if (size(self%bin) >= capacity) return
       end if
-      allocate (larger(capacity))
-      if (allocated(self%bin)) then
-         held = size(self%bin)
-         larger(:held) = self%bin
-         larger(held + 1:) = 0
-         deallocate (self%order)
-      else
-         larger = 0
-      end if
-      call move_alloc(larger, self%bin)
-      allocate (self%order(capacity))
+      call lengthen(self%bin)
+      call lengthen(self%order)
+   contains
+      subroutine lengthen(values)
+         integer(i4), allocatable, intent(inout) :: values(:)
+         integer(i4), allocatable :: longer(:)
+         allocate (longer(capacity), source=0_i4)
+         if (allocated(values)) longer(:size(values)) = values
+         call move_alloc(longer, values)
+      end subroutine lengthen
    end subroutine reserve
 
-   !> Build the lists of the first `count` particles from `bin`.
-   pure subroutine build(self, count)
+   !> Build the lists of the particles from `from`, or the first, to `count` from `bin`.
+   pure subroutine build(self, count, from)
       class(cell_list_t), intent(inout) :: self
       integer, intent(in) :: count
+      integer, intent(in), optional :: from
       integer(i4) :: next(bins)
-      integer :: b, jumps, p
+      integer :: b, begin, p
+      begin = 1
+      if (present(from)) begin = from
       next = 0
-      do p = 1, count
+      do p = begin, count
          next(self%bin(p)) = next(self%bin(p)) + 1
       end do
       call find_extent(next, self%low, self%high)
@@ -67,19 +69,25 @@ contains
          self%first(b + 1) = self%first(b) + next(b)
       end do
       next = self%first(:bins)
-      do p = 1, count
+      do p = begin, count
          b = self%bin(p)
          self%order(next(b)) = p
          next(b) = next(b) + 1
       end do
+      call count_jumps(self)
+      self%current = .true.
+   end subroutine build
+
+   pure subroutine count_jumps(self)
+      type(cell_list_t), intent(inout) :: self
+      integer :: jumps, p
       jumps = 0
       !$omp simd reduction(+: jumps)
-      do p = 2, count
+      do p = 2, self%first(bins + 1) - 1
          jumps = jumps + merge(1, 0, self%order(p) /= self%order(p - 1) + 1)
       end do
       self%jumps = jumps
-      self%current = .true.
-   end subroutine build
+   end subroutine count_jumps
 
    !> The first and the last place along each axis, from 0, that has particles; none: the first behind the last.
    pure subroutine find_extent(held, low, high)
@@ -134,6 +142,42 @@ contains
          self%first(b + 1) = n + 1
       end do
    end subroutine take_bins
+
+   !> The lists of the last particles of another's block, with room for them.
+   pure subroutine take_last(self, whole, from, count)
+      class(cell_list_t), intent(inout) :: self
+      type(cell_list_t), intent(in) :: whole
+      integer, intent(in) :: from, count !< the first of them, and the last
+      self%bin(from:count) = whole%bin(from:count)
+      call self%build(count, from)
+   end subroutine take_last
+
+   !> Add the lists of particles that are stored behind all of these: as if both had been listed at once.
+   pure subroutine join(self, later)
+      class(cell_list_t), intent(inout) :: self
+      type(cell_list_t), intent(in) :: later
+      integer :: ahead, b, behind, m, place
+      ahead = later%first(bins + 1) - 1 ! places by which what stands in the present bin moves up
+      behind = 0
+      do b = bins, 1, -1
+         behind = later%first(b + 1) - later%first(b)
+         if (self%first(b + 1) == self%first(b) .and. behind > 0) self%occupied = self%occupied + 1
+         place = self%first(b + 1) + ahead
+         self%first(b + 1) = place
+         do m = later%first(b + 1) - 1, later%first(b), -1
+            place = place - 1
+            self%order(place) = later%order(m)
+         end do
+         ahead = ahead - behind
+         if (ahead == 0) exit
+         do m = place - 1, self%first(b) + ahead, -1
+            self%order(m) = self%order(m - ahead)
+         end do
+      end do
+      self%low = min(self%low, later%low)
+      self%high = max(self%high, later%high)
+      call count_jumps(self)
+   end subroutine join
 
    !> The bins whose particles reach one of some nodes of a block's tile.
    pure function bins_at(nodes) result(at)

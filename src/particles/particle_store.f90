@@ -41,6 +41,7 @@ contains
       room = capacity
       if (self%count > 0) room = capacity + int(spare_room*capacity)
       room = line*(8*((max(room, 1) + 7*line - 1)/(8*line)) + 1) ! lines: one more than a multiple of 8
+      if (mod(room, 64*line) == line) room = room + 8*line
       allocate (larger%column(room, columns), larger%id(room), larger%body(room))
       n = self%count
       if (n > 0) then
@@ -82,24 +83,24 @@ contains
       end do
    end subroutine remove
 
-   !> Put the particles into another order: the new p-th is the old order(p)-th. `work` holds at least `count` values of `together`
-   !> columns, in which a particle that comes from far is waited for once.
+   !> Put the first particles into another order: the new p-th is the old order(p)-th. `work` holds at least so many values of
+   !> `together` columns, in which a particle that comes from far is waited for once.
    subroutine permute(self, order, work)
       class(particle_store_t), intent(inout) :: self
       integer(i4), intent(in) :: order(:)
       real(wp), intent(inout), contiguous :: work(:, :)
       integer :: c, columns, n
-      n = self%count
+      n = size(order)
       columns = size(self%column, 2)
       do c = 1, columns - together + 1, together
-         call permute_columns(self%column(:, c:c + together - 1), order(:n), work)
+         call permute_columns(self%column(:, c:c + together - 1), order, work)
       end do
       do c = c, columns
-         work(:n, 1) = self%column(order(:n), c)
+         work(:n, 1) = self%column(order, c)
          self%column(:n, c) = work(:n, 1)
       end do
-      self%id(:n) = self%id(order(:n))
-      self%body(:n) = self%body(order(:n))
+      self%id(:n) = self%id(order)
+      self%body(:n) = self%body(order)
    end subroutine permute
 
    !> `together` columns into another order.

@@ -69,15 +69,19 @@ contains
    subroutine average(model, l)
       type(model_t), intent(inout) :: model
       integer, intent(in) :: l
-      integer :: b
+      integer :: arrived, b
       associate (level => model%levels(l))
          do b = 1, size(level%blocks)
             associate (block => level%blocks(b))
+               arrived = block%arrived
                call level%refresh_lists(b, whole=.true.)
+               call level%join_arrivals(b)
                call give_stress(block%cells, block%particles%column, level%layout, frame_of(level, block), &
                                 level%gathered(:, :, :, :, b))
                call fold_symmetry(level%grid, block%place, level%gathered(:, :, :, :, b), stress_parity)
                block%tile_holds = .false.
+               if (arrived > 0) block%cells%current = .false. ! the next step lists them apart
+               block%arrived = arrived
             end associate
          end do
          call model%exchange(l)%start(model%communicator, level%gathered)

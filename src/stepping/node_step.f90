@@ -2,18 +2,21 @@
 module m_node_step
    use m_kinds, only: wp
    use m_timers
-   use m_level, only: tile_last
+   use m_field_table, only: layout_t
+   use m_cell_list, only: cell_list_t
+   use m_stencil, only: frame_t
+   use m_level, only: tile_last, node_values
    use m_model, only: model_t
    use m_migration, only: frame_of
    use m_composite, only: clear_covered
-   use m_particle_to_node, only: gather_to_nodes
-   use m_corner_to_node, only: gather_corners_to_nodes
+   use m_particle_to_node, only: clear, add_to_nodes
+   use m_corner_to_node, only: add_corners_to_nodes
    use m_node_exchange, only: sum_tiles
    use m_node_solve, only: solve_nodes
    use m_boundary, only: fold_symmetry, constrain_nodes, motion_parity
    implicit none
    private
-   public :: clock_t, to_nodes, solve, sum_cells, give_ahead, is_idle
+   public :: clock_t, to_nodes, solve, sum_cells, set_order, give_ahead, is_idle
 
    !> Where a step of one level stands.
    type :: clock_t
@@ -22,8 +25,6 @@ module m_node_step
       real(wp) :: remaining = 0.0_wp !< from where its velocities stand, in its middle, to the middle of the coarser level's step, s
       logical :: ends = .true.       !< when it ends, so does the step of the coarsest level
    end type clock_t
-
-   real(wp), parameter :: seldom = 0.1_wp !< share of the steps: particles that come into a block more often undo what was done ahead
 
 contains
 
@@ -131,8 +132,8 @@ contains
       if (l > 1) takes_more = takes_more .or. model%composite(l)%edge_of(b) > 0
    end function takes_more
 
-   !> Particles of one block, and the forces of effects on it, to its tile; before that its lists, where particles have changed bin,
-   !> and the order of its particles, where that has come to differ from the lists'.
+   !> Particles of one block, and the forces of effects on it, to its tile: those that have arrived since the others moved come last,
+   !> for the others may have given already.
    subroutine gather(model, l, b, time)
       type(model_t), intent(inout) :: model
       integer, intent(in) :: l, b
@@ -141,12 +142,10 @@ contains
       given = model%levels(l)%blocks(b)%tile_holds
       if (given) given = model%levels(l)%holds_whole(b) .or. .not. takes_more(model, l, b)
       if (.not. given) then
-         call refresh_lists(model, l, b)
-         associate (block => model%levels(l)%blocks(b))
-            if (block%wants_sorting()) call block%sort(model%levels(l)%gradient)
-         end associate
+         call set_order(model, l, b)
          call give(model, l, b)
       end if
+      if (model%levels(l)%blocks(b)%arrived > 0) call give_arrivals(model, l, b)
       associate (level => model%levels(l), block => model%levels(l)%blocks(b))
          call block%take_averages()
          if (model%effect_step(l)%works) call model%effect_step(l)%give_forces(model%effects, level, b, time, model%timers)
@@ -155,43 +154,66 @@ contains
       end associate
    end subroutine gather
 
-   !> At the end of a step: the lists of a block that keeps its particles, and what it will give to its nodes at the beginning of the next.
-   !> Not where others often come, nor where particles are about to be sorted: when that is done must not depend on what is done ahead.
+   !> At the end of a step: what the particles of a block, which is in order, will give to their nodes at the beginning of the next.
    subroutine give_ahead(model, l, b)
       type(model_t), intent(inout) :: model
       integer, intent(in) :: l, b
-      associate (block => model%levels(l)%blocks(b))
-         if (block%visited > seldom .or. is_parent(model, l, b) .or. .not. model%works_ahead) return
-         call refresh_lists(model, l, b)
-         if (block%wants_sorting()) return
-         call give(model, l, b)
-         block%tile_holds = .true.
-      end associate
+      if (is_parent(model, l, b) .or. .not. model%works_ahead) return
+      call give(model, l, b)
+      model%levels(l)%blocks(b)%tile_holds = .true.
    end subroutine give_ahead
 
-   !> Lists and tiles of one block.
-   subroutine refresh_lists(model, l, b)
+   !> The lists of one block, where particles have changed bin, and the order of its particles, where that has come to differ from the
+   !> lists'.
+   subroutine set_order(model, l, b)
       type(model_t), intent(inout) :: model
       integer, intent(in) :: l, b
       call model%timers%enter(phase_lists)
       call model%levels(l)%refresh_lists(b, takes_more(model, l, b))
-   end subroutine refresh_lists
+      associate (block => model%levels(l)%blocks(b))
+         if (block%wants_sorting()) call block%sort(model%levels(l)%gradient)
+      end associate
+   end subroutine set_order
 
-   !> What the particles of one block give, to its tile.
+   !> What the particles of one block give, to its tile; not yet what has arrived.
    subroutine give(model, l, b)
       type(model_t), intent(inout) :: model
       integer, intent(in) :: l, b
       call model%timers%enter(phase_to_nodes)
       associate (level => model%levels(l), block => model%levels(l)%blocks(b))
-         if (level%layout%domain > 0) then
-            call gather_corners_to_nodes(block%cells, block%particles%column, level%layout, frame_of(level, block), &
-                                         level%gathered(:, :, :, :, b), level%reach(:, :, b))
-         else
-            call gather_to_nodes(block%cells, block%particles%column, level%layout, frame_of(level, block), &
-                                 level%gathered(:, :, :, :, b), level%reach(:, :, b))
-         end if
+         call clear(level%gathered(:, :, :, :, b), level%reach(:, :, b))
+         call give_listed(block%cells, block%particles%column, level%layout, frame_of(level, block), level%gathered(:, :, :, :, b))
       end associate
    end subroutine give
+
+   !> What has arrived in a block gives to its tile after the others.
+   subroutine give_arrivals(model, l, b)
+      type(model_t), intent(inout) :: model
+      integer, intent(in) :: l, b
+      associate (level => model%levels(l), block => model%levels(l)%blocks(b))
+         call model%timers%enter(phase_lists)
+         call level%list_arrivals(b)
+         call model%timers%enter(phase_to_nodes)
+         call give_listed(level%some, block%particles%column, level%layout, frame_of(level, block), level%gathered(:, :, :, :, b))
+         if (.not. model%effect_step(l)%works .and. size(model%levels) == 1) return
+         call model%timers%enter(phase_lists)
+         call level%join_arrivals(b) ! effects and other levels go through lists
+      end associate
+   end subroutine give_arrivals
+
+   !> Add what the listed particles give to a tile.
+   subroutine give_listed(cells, column, layout, frame, tile)
+      type(cell_list_t), intent(in) :: cells
+      real(wp), intent(in), contiguous :: column(:, :)
+      type(layout_t), intent(in) :: layout
+      type(frame_t), intent(in) :: frame
+      real(wp), intent(inout) :: tile(node_values, 0:tile_last, 0:tile_last, 0:tile_last)
+      if (layout%domain > 0) then
+         call add_corners_to_nodes(cells, column, layout, frame, tile)
+      else
+         call add_to_nodes(cells, column, layout, frame, tile)
+      end if
+   end subroutine give_listed
 
    !> 3. ends: sums; velocities at the end of the step and accelerations of the nodes, inside the boundary conditions. Slaves follow
    !> the nodes of the coarser level. Blocks with remote neighbours come last: what these send may still be on its way.

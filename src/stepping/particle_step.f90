@@ -9,6 +9,7 @@ module m_particle_step
    use m_field_table, only: layout_t
    use m_particle_store, only: particle_store_t
    use m_cell_list, only: cell_list_t, bins_at
+   use m_stencil, only: frame_t
    use m_level, only: tile_last, node_values
    use m_model, only: model_t
    use m_migration, only: frame_of
@@ -22,7 +23,7 @@ module m_particle_step
    use m_deform, only: advance_volume, advance_half_sizes, advance_half_edges, finite_stress
    use m_locate, only: locate_particles
    use m_energy, only: take_sums
-   use m_node_step, only: clock_t, sum_cells, give_ahead, is_idle
+   use m_node_step, only: clock_t, sum_cells, set_order, give_ahead, is_idle
    use m_speed_bounds, only: include_speeds
    implicit none
    private
@@ -41,6 +42,7 @@ contains
       type(motion_t) :: motion
       integer :: b
       logical :: shares_cells
+      call model%migration(l)%prepare(model%communicator, model%levels(l))
       shares_cells = with_stress .and. size(model%effect_step(l)%on_cells) > 0
       motion = motion_t(clock%step, model%method%flip_fraction, model%levels(l)%layout%position)
       if (model%levels(l)%layout%next_position > 0) motion%position = model%levels(l)%layout%next_position
@@ -60,14 +62,14 @@ contains
          if (shares_cells) cycle
          if (with_stress) call update_stress(model, l, b, clock%step, error)
          if (model%levels(l)%layout%next_position == 0) call locate(model, l, b, error)
-         if (with_stress) call work_ahead(model, l, b, clock, error)
+         if (model%levels(l)%layout%next_position == 0) call finish(model, l, b, clock, with_stress, error)
       end do
       if (.not. shares_cells) return
       call sum_cells(model, l)
       do b = 1, size(model%levels(l)%blocks)
          call update_stress(model, l, b, clock%step, error)
          call locate(model, l, b, error)
-         call work_ahead(model, l, b, clock, error)
+         call finish(model, l, b, clock, with_stress, error)
       end do
    end subroutine to_particles
 
@@ -123,17 +125,17 @@ contains
       longest%speed = huge(1.0_wp)
       if (motion%time_step > 0.0_wp) longest%speed = furthest_way*model%levels(l)%grid%cell/motion%time_step
       associate (level => model%levels(l), block => model%levels(l)%blocks(b), first => model%levels(l)%layout%gradient)
-         if (level%layout%domain > 0) then
-            call scatter_to_corners(block%cells, level%solved(:, :, :, :, b), level%layout, frame_of(level, block), motion, &
-                                    block%particles%column, level%gradient, longest)
-         else
-            call scatter_to_particles(block%cells, level%solved(:, :, :, :, b), level%layout, frame_of(level, block), motion, &
-                                      block%particles%column, level%gradient, longest)
+         call take_listed(block%cells, level%solved(:, :, :, :, b), level%layout, frame_of(level, block), motion, &
+                          block%particles%column, level%gradient, longest)
+         if (block%arrived > 0) then
+            call level%list_arrivals(b)
+            call take_listed(level%some, level%solved(:, :, :, :, b), level%layout, frame_of(level, block), motion, &
+                             block%particles%column, level%gradient, longest)
          end if
          if (longest%particle > 0) call report_long_way(model, l, b, longest, motion%time_step, error)
          n = block%particles%count
          if (first > 0) block%particles%column(:n, first:first + 8) = level%gradient(:n, :)
-         if (leads) call add_leads(level%at_edge, level%lead, block%particles%column(:, first:first + 8))
+         if (leads) call add_leads(level%some, level%lead, block%particles%column(:, first:first + 8))
          if (size(model%effect_step(l)%on_cells) == 0) return
          call give_to_cells(n, block%cells%bin, block%particles%column, level%layout, frame_of(level, block), level%gradient, &
                             level%gathered(:, :, :, :, b))
@@ -141,6 +143,22 @@ contains
          if (kept > 0) block%particles%column(:n, kept:kept + 8) = level%gradient(:n, :)
       end associate
    end subroutine scatter
+
+   !> What the listed particles take from a tile.
+   subroutine take_listed(cells, tile, layout, frame, motion, column, gradient, longest)
+      type(cell_list_t), intent(in) :: cells
+      real(wp), intent(in) :: tile(node_values, 0:tile_last, 0:tile_last, 0:tile_last)
+      type(layout_t), intent(in) :: layout
+      type(frame_t), intent(in) :: frame
+      type(motion_t), intent(in) :: motion
+      real(wp), intent(inout), contiguous :: column(:, :), gradient(:, :)
+      type(longest_t), intent(inout), optional :: longest
+      if (layout%domain > 0) then
+         call scatter_to_corners(cells, tile, layout, frame, motion, column, gradient, longest)
+      else
+         call scatter_to_particles(cells, tile, layout, frame, motion, column, gradient, longest)
+      end if
+   end subroutine take_listed
 
    !> At the edge of a level: how far the gradients that particles keep are to be ahead of the motion (theory.md, eq. lead), into the
    !> work array, while particles are where the step began; which particles, into the level's list of those at edges.
@@ -168,14 +186,8 @@ contains
          ahead = abs(tile(2, :, :, :)) + abs(tile(3, :, :, :)) + abs(tile(4, :, :, :)) > 0.0_wp
          leads = any(ahead)
          if (.not. leads) return
-         call level%at_edge%take_bins(block%cells, bins_at(ahead))
-         if (level%layout%domain > 0) then
-            call scatter_to_corners(level%at_edge, tile, level%layout, frame_of(level, block), still, &
-                                    block%particles%column, level%lead)
-         else
-            call scatter_to_particles(level%at_edge, tile, level%layout, frame_of(level, block), still, &
-                                      block%particles%column, level%lead)
-         end if
+         call level%some%take_bins(block%cells, bins_at(ahead))
+         call take_listed(level%some, tile, level%layout, frame_of(level, block), still, block%particles%column, level%lead)
       end associate
    end subroutine find_leads
 
@@ -299,9 +311,10 @@ contains
    end subroutine split
 
    !> With musl the positions wait until the stress is done.
-   subroutine take_next_position(model, l, error)
+   subroutine take_next_position(model, l, clock, error)
       type(model_t), intent(inout) :: model
       integer, intent(in) :: l
+      type(clock_t), intent(in) :: clock
       type(error_t), intent(inout) :: error
       integer :: b, n, x, y
       x = model%levels(l)%layout%position
@@ -312,6 +325,7 @@ contains
             particles%column(:n, x:x + 2) = particles%column(:n, y:y + 2)
          end associate
          call locate(model, l, b, error)
+         call finish(model, l, b, clock, .false., error)
       end do
    end subroutine take_next_position
 
@@ -334,7 +348,8 @@ contains
          if (model%method%domain /= domain_fixed) call split(model, l, b, error)
          call locate_particles(block%particles%count, block%particles%column(:, x:x + 2), frame_of(level, block), &
                                block%cells%bin, block%leavers, block%leaver_count, moved, block%lowest, block%highest)
-         if (moved) block%cells%current = .false.
+         if (moved .or. block%arrived > 0) block%cells%current = .false.
+         block%arrived = 0
          if (any(block%lowest < level%grid%lower) .or. any(block%highest > level%grid%upper)) &
             call report_outside(model, l, b, error)
          if (block%leaver_count > 0) call check_leavers(model, l, b, error)
@@ -367,16 +382,25 @@ contains
       rests = .true.
    end function rests
 
-   !> At the end of a step, while the particles of a block are in the cache, and if it keeps them: what the histories will ask of it, and
+   !> At the end of a step, while the particles of a block are in the cache: those that have left it go on their way, if there is a
+   !> block where they are; the others are put in order. Ahead, but for what will arrive: what the histories will ask of the block, and
    !> what it will give to its nodes at the beginning of the next step.
-   subroutine work_ahead(model, l, b, clock, error)
+   subroutine finish(model, l, b, clock, ahead, error)
       type(model_t), intent(inout) :: model
       integer, intent(in) :: l, b
       type(clock_t), intent(in) :: clock
+      logical, intent(in) :: ahead
       type(error_t), intent(in) :: error
+      if (error%happened()) return
+      if (model%levels(l)%blocks(b)%leaver_count > 0) then
+         call model%timers%enter(phase_migration)
+         call model%migration(l)%see_off(model%communicator, model%levels(l), b)
+      end if
       associate (block => model%levels(l)%blocks(b))
-         if (error%happened() .or. block%leaver_count > 0 .or. block%particles%count == 0) return
+         if (block%leaver_count > 0 .or. block%particles%count == 0) return
       end associate
+      call set_order(model, l, b)
+      if (.not. ahead) return
       if (model%wants_sums .and. clock%ends) then
          call model%timers%on_level(0) ! as all output
          call model%timers%enter(phase_output)
@@ -384,6 +408,6 @@ contains
          call model%timers%on_level(l)
       end if
       call give_ahead(model, l, b)
-   end subroutine work_ahead
+   end subroutine finish
 
 end module m_particle_step

@@ -14,12 +14,13 @@ module m_restore
    private
    public :: take_blocks, restore_blocks, check_particles
 
-   integer, parameter, public :: table_width = 5, bounds_width = 10
+   integer, parameter, public :: table_width = 5, bounds_width = 11
 
    !> All blocks of all levels that exist, a row each: rank by rank, and there by level and index, as particles stand in a file.
    type, public :: block_table_t
       integer(i8), allocatable :: table(:, :) !< level, index, particles, rank, rows of particles before: (table_width, blocks)
-      real(wp), allocatable :: bounds(:, :)   !< lowest and highest place of centres, m; work booked by kinds, loss booked, J; jumps of lists
+      real(wp), allocatable :: bounds(:, :)   !< lowest and highest place of centres, m; work booked by kinds, loss booked, J; jumps of lists;
+                                              !< particles that have arrived
       integer :: first = 0                    !< row of this rank's first block
       integer :: own = 0                      !< this rank's rows
       integer(i8) :: particles = 0            !< of all ranks
@@ -67,7 +68,8 @@ contains
             n = n + 1
             associate (block => model%levels(l)%blocks(b))
                blocks%bounds(:, n) = [block%lowest, block%highest, model%effect_step(l)%booked(block%index), &
-                                      model%lost_in_merging(blocks_before(model%levels, l) + block%index), block%jumps]
+                                      model%lost_in_merging(blocks_before(model%levels, l) + block%index), block%jumps, &
+                                      real(block%arrived, wp)]
             end associate
          end do
       end do
@@ -117,6 +119,8 @@ contains
             call model%effect_step(l)%book(block%index, blocks%bounds(7:8, n))
             model%lost_in_merging(blocks_before(model%levels, l) + block%index) = blocks%bounds(9, n)
             block%jumps = blocks%bounds(10, n)
+            block%arrived = -1 ! not what a run writes
+            if (abs(blocks%bounds(11, n)) <= block%particles%count) block%arrived = nint(blocks%bounds(11, n))
          end associate
       end do
       do l = 1, size(model%levels)
@@ -187,7 +191,7 @@ contains
          do b = 1, size(model%levels(l)%blocks)
             associate (block => model%levels(l)%blocks(b), x => model%levels(l)%layout%position, cell => model%levels(l)%grid%cell)
                n = block%particles%count
-               good = good .and. all(block%cells%bin(:n) >= 1 .and. block%cells%bin(:n) <= bins) .and. &
+               good = good .and. block%arrived >= 0 .and. all(block%cells%bin(:n) >= 1 .and. block%cells%bin(:n) <= bins) .and. &
                       all(block%particles%body(:n) >= 1 .and. block%particles%body(:n) <= size(model%materials%of_body)) .and. &
                       all(block%particles%id(:n) > 0)
                if (n > 0 .and. good) good = all(minval(block%particles%column(:n, x:x + 2), dim=1) >= block%origin - cell) .and. &

@@ -41,6 +41,7 @@ module m_saved_state
       integer, allocatable, private :: owner(:)     !< of the blocks of all levels
       real(wp), allocatable, private :: lost_in_merging(:)
       integer, allocatable, private :: count(:)     !< particles of this rank's blocks, level by level
+      integer, allocatable, private :: arrived(:)   !< of these, the last so many
       real(wp), allocatable, private :: extent(:, :) !< lowest and highest place of their centres, m: (6, blocks)
       real(wp), allocatable, private :: column(:)   !< block by block, and there column by column
       integer(i8), allocatable, private :: id(:)
@@ -116,6 +117,7 @@ contains
                blocks = blocks + 1
                n = block%particles%count
                self%count(blocks) = n
+               self%arrived(blocks) = block%arrived
                self%extent(:, blocks) = [block%lowest, block%highest]
                do c = 1, columns
                   at = columns*done + int(n, i8)*(c - 1)
@@ -137,9 +139,9 @@ contains
       integer(i8), intent(in) :: particles
       integer(i8) :: room
       if (allocated(self%count)) then
-         if (size(self%count) /= blocks) deallocate (self%count, self%extent)
+         if (size(self%count) /= blocks) deallocate (self%count, self%arrived, self%extent)
       end if
-      if (.not. allocated(self%count)) allocate (self%count(blocks), self%extent(6, blocks))
+      if (.not. allocated(self%count)) allocate (self%count(blocks), self%arrived(blocks), self%extent(6, blocks))
       if (allocated(self%id)) then
          if (size(self%id, kind=i8) >= particles) return
          deallocate (self%column, self%id, self%body, self%bin)
@@ -205,6 +207,7 @@ contains
                n = self%count(blocks)
                call block%reserve(max(1, n), columns)
                block%particles%count = n
+               block%arrived = self%arrived(blocks)
                do c = 1, columns
                   at = columns*done + int(n, i8)*(c - 1)
                   block%particles%column(:n, c) = self%column(at + 1:at + n)

@@ -50,7 +50,7 @@ CASES = [
     ("plain", {}, {}, {}, {}),
     ("affine", {"transfer": "affine"}, {"velocity_gradient": 9}, {}, {"affine transfer": 72}),
     ("musl", {"update": "musl"}, {"next_position": 3},
-     {"lists": EACH - BLOCKS, "to nodes": EACH - BLOCKS, "exchange": 3 * STEPS + EACH, "nodes": EACH, "to particles": EACH,
+     {"lists": 2 * EACH - BLOCKS, "to nodes": EACH - BLOCKS, "exchange": 3 * STEPS + EACH, "nodes": EACH, "to particles": EACH,
       "output": -EACH}, {}),  # nothing is done ahead
     ("stretch", {"domain": "stretch"}, {"half_size": 3, "generation": 1}, {}, {"deforming domains": 24}),
     ("corners", {"domain": "corners"}, {"half_size": 0, "domain": 9, "generation": 1}, {}, {"deforming domains": 72}),

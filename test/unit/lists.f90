@@ -5,6 +5,7 @@ program lists
    use m_kinds, only: wp, i8
    use m_errors, only: error_t
    use m_communicator, only: communicator_t
+   use m_cell_list, only: cell_list_t
    use m_model, only: model_t
    use m_assertions, only: assertions_t
    use m_wandering, only: build_wandering, wander, wrong_values, wrong_lists, all_ids, alone, ordered_ids
@@ -30,6 +31,7 @@ program lists
       call wander(model, step)
       call wander(single, step)
       call test%check_equal(wrong_lists(model), 0, 'every particle is in the list of its nearest node, and in no other')
+      call test%check_equal(joined_otherwise(), 0, 'lists to which arrivals were added are as if all had been listed at once')
       call test%check_equal(wrong_values(model), 0, 'every particle keeps what it carries')
       call test%check_equal(outside_block(), 0, 'every block holds what its rank owns')
       if (mod(step, 5) /= 0) cycle
@@ -65,6 +67,22 @@ contains
       end do
       if (size(model%levels(1)%blocks) /= count(model%levels(1)%owner == comm%rank)) wrong = wrong + 1
    end function outside_block
+
+   !> Blocks of this rank whose lists differ from those of all their particles.
+   integer function joined_otherwise() result(wrong)
+      type(cell_list_t) :: whole
+      integer :: b
+      wrong = 0
+      do b = 1, size(model%levels(1)%blocks)
+         associate (cells => model%levels(1)%blocks(b)%cells, n => model%levels(1)%blocks(b)%particles%count)
+            whole = cells
+            call whole%build(n)
+            if (any(whole%first /= cells%first) .or. any(whole%order(:n) /= cells%order(:n)) &
+                .or. any(whole%low /= cells%low) .or. any(whole%high /= cells%high) .or. whole%occupied /= cells%occupied &
+                .or. whole%jumps /= cells%jumps) wrong = wrong + 1
+         end associate
+      end do
+   end function joined_otherwise
 
    logical function same_order()
       integer(i8), allocatable :: here(:, :), there(:, :)

@@ -133,6 +133,7 @@ contains
       real(wp) :: lowest(3), highest(3)
       integer :: b, p
       logical :: moved
+      call model%migration(1)%prepare(model%communicator, model%levels(1))
       do b = 1, size(model%levels(1)%blocks)
          associate (level => model%levels(1), block => model%levels(1)%blocks(b), x => model%levels(1)%layout%position)
             block%leaver_count = 0
@@ -149,9 +150,10 @@ contains
       call model%create_blocks()
       call model%migration(1)%move_leavers(model%communicator, model%levels(1), model%exchange(1)%ranks)
       do b = 1, size(model%levels(1)%blocks)
-         associate (block => model%levels(1)%blocks(b))
-            call block%refresh_lists()
-            if (block%wants_sorting()) call block%sort(model%levels(1)%gradient)
+         associate (level => model%levels(1), block => model%levels(1)%blocks(b))
+            call level%refresh_lists(b, whole=.false.)
+            if (block%wants_sorting()) call block%sort(level%gradient)
+            call level%join_arrivals(b)
          end associate
       end do
    end subroutine wander
