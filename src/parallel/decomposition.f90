@@ -134,6 +134,7 @@ contains
       new%arrived = old%arrived
       new%cells = old%cells
       new%jumps = old%jumps
+      new%disorder = old%disorder
       call move_alloc(old%leavers, new%leavers)
       new%leaver_count = old%leaver_count
       new%at_rest = old%at_rest

@@ -13,8 +13,9 @@ module m_migration
    private
    public :: migration_t, frame_of, entered, take_out
 
-   integer, parameter :: extra = 5 !< after a particle's columns a record holds: id's bits, body, block index, bin (0: not known), 1 where
-                                   !< the particle arrives in the block, 0 where it moves with it
+   integer, parameter :: extra = 5 !< after a particle's columns a record holds: id's bits, body, block index, bin (0: not known), disorder
+                                   !< of the block if the particle moves with it, `arrives` if it arrives there
+   real(wp), parameter :: arrives = -1.0_wp
 
    integer, parameter :: fewest = 64 !< records that there is room for
 
@@ -98,10 +99,10 @@ contains
       integer(i4), intent(in) :: body
       self%moved = self%moved + 1
       if (rank == here) then
-         call self%incoming%add(values, id, body, index, 0_i4, arrives=.true.)
+         call self%incoming%add(values, id, body, index, 0_i4, arrives)
       else
          self%sent = self%sent + 1
-         call self%outgoing(rank)%add(values, id, body, index, 0_i4, arrives=.true.)
+         call self%outgoing(rank)%add(values, id, body, index, 0_i4, arrives)
       end if
    end subroutine send
 
@@ -219,7 +220,11 @@ contains
          call block%include_place(record(x:x + 2))
       end associate
       if (record(n + 4) > 0.0_wp) block%cells%bin(block%particles%count) = int(record(n + 4), i4)
-      if (record(n + 5) > 0.0_wp) block%arrived = block%arrived + 1
+      if (record(n + 5) < 0.0_wp) then
+         block%arrived = block%arrived + 1
+      else
+         block%disorder = record(n + 5)
+      end if
       block%at_rest = .false.
       block%sums_hold = .false.
    end subroutine store
@@ -239,7 +244,8 @@ contains
             if (rank == communicator%rank) cycle
             do p = 1, block%particles%count
                call self%outgoing(rank)%add(block%particles%column(p, :), block%particles%id(p), block%particles%body(p), &
-                                            block%index, block%cells%bin(p), arrives=p > block%particles%count - block%arrived)
+                                            block%index, block%cells%bin(p), &
+                                            merge(arrives, block%disorder, p > block%particles%count - block%arrived))
             end do
             block%particles%count = 0
          end associate
@@ -282,20 +288,20 @@ contains
    end subroutine prepare
 
    !> Append a particle, bound for the block `index` and, where `bin` is not 0, for a bin there.
-   subroutine add(self, values, id, body, index, bin, arrives)
+   subroutine add(self, values, id, body, index, bin, disorder)
       class(parcel_t), intent(inout) :: self
       real(wp), intent(in) :: values(:)
       integer(i8), intent(in) :: id
       integer(i4), intent(in) :: body, bin
       integer, intent(in) :: index
-      logical, intent(in) :: arrives !< or moves with the block
+      real(wp), intent(in) :: disorder !< of the block with which it moves, or `arrives`
       integer :: columns
       columns = size(values)
       call make_room(self, 1)
       self%count = self%count + 1
       self%records(:columns, self%count) = values
       self%records(columns + 1:, self%count) = [transfer(id, 1.0_wp), real(body, wp), real(index, wp), real(bin, wp), &
-                                                 merge(1.0_wp, 0.0_wp, arrives)]
+                                                 disorder]
    end subroutine add
 
    !> Room for `more` records; grows by half.

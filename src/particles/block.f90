@@ -16,6 +16,7 @@ module m_block
       type(particle_store_t) :: particles
       integer :: arrived = 0             !< the last so many came when the others had given to their nodes, and are not in `cells`
       type(cell_list_t) :: cells
+      real(wp) :: disorder = 0.0_wp      !< jumps of its lists, summed over the steps since its particles were sorted
       real(wp) :: jumps = 0.0_wp         !< of its lists, on average over the last steps: they cost time
       integer :: neighbour(27) = 0       !< slots of the blocks around, x fastest, 14 is this one; 0 where there is none
       logical :: shared = .false.        !< a neighbour lives on another rank
@@ -38,8 +39,8 @@ module m_block
       procedure :: bytes
    end type block_t
 
-   real(wp), parameter :: sort_share = 0.06_wp !< sort when this share of the list's steps jump in memory: each costs more than a
-                                               !< particle's share of a step, sorting a fifth of it
+   real(wp), parameter :: sort_share = 0.1_wp !< sort when so many jumps a particle would have been paid for: a jump costs more than
+                                              !< a particle's share of a step, sorting less than a fifth of it
    real(wp), parameter :: averaged = 64.0_wp   !< steps
 
 contains
@@ -59,10 +60,10 @@ contains
       if (.not. self%cells%current) call self%cells%build(self%particles%count - self%arrived)
    end subroutine refresh_lists
 
-   !> True when the lists, which are up to date, what has arrived left out, jump about in memory too much.
+   !> True when the jumps of the lists, which are up to date, and those of the steps before have cost as much as sorting does.
    pure logical function wants_sorting(self)
       class(block_t), intent(in) :: self
-      wants_sorting = self%cells%jumps > sort_share*(self%particles%count - self%arrived)
+      wants_sorting = self%disorder + self%cells%jumps > sort_share*(self%particles%count - self%arrived)
    end function wants_sorting
 
    !> Bring the particles into the order of the lists, and leave what has arrived behind them.
@@ -73,6 +74,7 @@ contains
          call self%particles%permute(self%cells%order(:listed), work)
          call self%cells%set_in_order(listed)
       end associate
+      self%disorder = 0.0_wp
    end subroutine sort
 
    !> Its particles are others from here on, or have moved: nothing holds that has been made of them.
@@ -86,6 +88,7 @@ contains
    !> Once a step, with its lists as they are used.
    pure subroutine take_averages(self)
       class(block_t), intent(inout) :: self
+      self%disorder = self%disorder + self%cells%jumps
       self%jumps = self%jumps + (self%cells%jumps - self%jumps)/averaged
    end subroutine take_averages
 

@@ -14,13 +14,13 @@ module m_restore
    private
    public :: take_blocks, restore_blocks, check_particles
 
-   integer, parameter, public :: table_width = 5, bounds_width = 11
+   integer, parameter, public :: table_width = 5, bounds_width = 12
 
    !> All blocks of all levels that exist, a row each: rank by rank, and there by level and index, as particles stand in a file.
    type, public :: block_table_t
       integer(i8), allocatable :: table(:, :) !< level, index, particles, rank, rows of particles before: (table_width, blocks)
       real(wp), allocatable :: bounds(:, :)   !< lowest and highest place of centres, m; work booked by kinds, loss booked, J; jumps of lists;
-                                              !< particles that have arrived
+                                              !< particles that have arrived; disorder
       integer :: first = 0                    !< row of this rank's first block
       integer :: own = 0                      !< this rank's rows
       integer(i8) :: particles = 0            !< of all ranks
@@ -69,7 +69,7 @@ contains
             associate (block => model%levels(l)%blocks(b))
                blocks%bounds(:, n) = [block%lowest, block%highest, model%effect_step(l)%booked(block%index), &
                                       model%lost_in_merging(blocks_before(model%levels, l) + block%index), block%jumps, &
-                                      real(block%arrived, wp)]
+                                      real(block%arrived, wp), block%disorder]
             end associate
          end do
       end do
@@ -121,6 +121,7 @@ contains
             block%jumps = blocks%bounds(10, n)
             block%arrived = -1 ! not what a run writes
             if (abs(blocks%bounds(11, n)) <= block%particles%count) block%arrived = nint(blocks%bounds(11, n))
+            block%disorder = blocks%bounds(12, n)
          end associate
       end do
       do l = 1, size(model%levels)

@@ -42,6 +42,7 @@ module m_saved_state
       real(wp), allocatable, private :: lost_in_merging(:)
       integer, allocatable, private :: count(:)     !< particles of this rank's blocks, level by level
       integer, allocatable, private :: arrived(:)   !< of these, the last so many
+      real(wp), allocatable, private :: disorder(:) !< of the blocks
       real(wp), allocatable, private :: extent(:, :) !< lowest and highest place of their centres, m: (6, blocks)
       real(wp), allocatable, private :: column(:)   !< block by block, and there column by column
       integer(i8), allocatable, private :: id(:)
@@ -118,6 +119,7 @@ contains
                n = block%particles%count
                self%count(blocks) = n
                self%arrived(blocks) = block%arrived
+               self%disorder(blocks) = block%disorder
                self%extent(:, blocks) = [block%lowest, block%highest]
                do c = 1, columns
                   at = columns*done + int(n, i8)*(c - 1)
@@ -139,9 +141,10 @@ contains
       integer(i8), intent(in) :: particles
       integer(i8) :: room
       if (allocated(self%count)) then
-         if (size(self%count) /= blocks) deallocate (self%count, self%arrived, self%extent)
+         if (size(self%count) /= blocks) deallocate (self%count, self%arrived, self%disorder, self%extent)
       end if
-      if (.not. allocated(self%count)) allocate (self%count(blocks), self%arrived(blocks), self%extent(6, blocks))
+      if (.not. allocated(self%count)) allocate (self%count(blocks), self%arrived(blocks), &
+                                                      self%disorder(blocks), self%extent(6, blocks))
       if (allocated(self%id)) then
          if (size(self%id, kind=i8) >= particles) return
          deallocate (self%column, self%id, self%body, self%bin)
@@ -208,6 +211,7 @@ contains
                call block%reserve(max(1, n), columns)
                block%particles%count = n
                block%arrived = self%arrived(blocks)
+               block%disorder = self%disorder(blocks)
                do c = 1, columns
                   at = columns*done + int(n, i8)*(c - 1)
                   block%particles%column(:n, c) = self%column(at + 1:at + n)
