@@ -17,7 +17,7 @@ module m_migration
                                    !< of the block if the particle moves with it, `arrives` if it arrives there
    real(wp), parameter :: arrives = -1.0_wp
 
-   integer, parameter :: fewest = 64 !< records that there is room for
+   integer, parameter :: fewest = 64 !< records that there is room for, where there is any
 
    !> Records of particles under way: one column a particle.
    type :: parcel_t
@@ -53,8 +53,8 @@ contains
       frame_of = frame_t(block%origin, level%grid%cell, level%grid%per_cell)
    end function frame_of
 
-   !> After `prepare`: the particles that a block lists as leavers leave it for the blocks that they have entered. Where one of these does not exist, all
-   !> stay, listed.
+   !> After `prepare`: the particles that a block lists as leavers leave it for the blocks that they have entered. Where one of these
+   !> does not exist, all stay, listed.
    subroutine see_off(self, communicator, level, b)
       class(migration_t), intent(inout) :: self
       type(communicator_t), intent(in) :: communicator

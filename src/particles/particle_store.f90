@@ -41,7 +41,6 @@ contains
       room = capacity
       if (self%count > 0) room = capacity + int(spare_room*capacity)
       room = line*(8*((max(room, 1) + 7*line - 1)/(8*line)) + 1) ! lines: one more than a multiple of 8
-      if (mod(room, 64*line) == line) room = room + 8*line
       allocate (larger%column(room, columns), larger%id(room), larger%body(room))
       n = self%count
       if (n > 0) then
