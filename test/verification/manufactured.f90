@@ -367,10 +367,12 @@ contains
       integer :: b, l
       logical :: moved
       do l = 1, size(model%levels)
+         call model%migration(l)%prepare(model%communicator, model%levels(l))
          associate (level => model%levels(l), x => model%levels(l)%layout%position)
             do b = 1, size(level%blocks)
                associate (block => level%blocks(b))
                   block%leaver_count = 0
+                  call block%stir()
                   if (block%particles%count == 0) cycle
                   call locate_particles(block%particles%count, block%particles%column(:, x:x + 2), frame_of(level, block), &
                                         block%cells%bin, block%leavers, block%leaver_count, moved, block%lowest, block%highest)
