@@ -184,16 +184,16 @@ contains
          do s = 1, size(edge%slave, 2)
             is_slave(edge%slave(1, s), edge%slave(2, s), edge%slave(3, s)) = .true.
          end do
-         call fine%some%take_bins(block%cells, bins_at(is_slave))
+         call fine%at_edge%take_bins(block%cells, bins_at(is_slave))
          layout = fine%layout
          layout%stress = layout%edge_stress
          layout%gradient = 0 ! only forces are wanted, and where there is mass
          layout%viscous_pressure = 0
          layout%pressure_shift = 0
          if (layout%domain > 0) then
-            call gather_corners_to_nodes(fine%some, block%particles%column, layout, frame_of(fine, block), tile)
+            call gather_corners_to_nodes(fine%at_edge, block%particles%column, layout, frame_of(fine, block), tile)
          else
-            call gather_to_nodes(fine%some, block%particles%column, layout, frame_of(fine, block), tile)
+            call gather_to_nodes(fine%at_edge, block%particles%column, layout, frame_of(fine, block), tile)
          end if
          call fold_symmetry(fine%grid, block%place, tile, motion_parity)
       end associate

@@ -85,7 +85,7 @@ contains
       self%sums_hold = .false.
    end subroutine stir
 
-   !> Once a step, with its lists as they are used.
+   !> Once a step, with its lists as they are used: what their jumps cost, on average and since the particles were sorted.
    pure subroutine take_averages(self)
       class(block_t), intent(inout) :: self
       self%disorder = self%disorder + self%cells%jumps

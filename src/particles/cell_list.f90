@@ -158,7 +158,6 @@ contains
       type(cell_list_t), intent(in) :: later
       integer :: ahead, b, behind, m, place
       ahead = later%first(bins + 1) - 1 ! places by which what stands in the present bin moves up
-      behind = 0
       do b = bins, 1, -1
          behind = later%first(b + 1) - later%first(b)
          if (self%first(b + 1) == self%first(b) .and. behind > 0) self%occupied = self%occupied + 1

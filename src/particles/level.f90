@@ -34,8 +34,8 @@ module m_level
       real(wp), allocatable :: gradient(:, :)          !< work of one block: columns on their way into list order; then body forces; then
                                                        !< velocity gradients, from nodes to stress
       real(wp), allocatable :: lead(:, :)              !< work: what the gradients that particles keep are ahead by (levels: eq. lead)
-      type(cell_list_t) :: some                        !< work: lists of some of a block's particles: those that reach an edge of levels,
-                                                       !< those that have arrived
+      type(cell_list_t) :: at_edge                     !< work: lists of those of a block's particles that reach an edge of levels
+      type(cell_list_t) :: arrivals                    !< work: lists of those that have arrived in a block
    contains
       procedure :: particle_count
       procedure :: size_work
@@ -98,15 +98,15 @@ contains
       end associate
    end subroutine refresh_lists
 
-   !> Lists of what has arrived in a block, in `some`. Its tiles reach as far.
+   !> Lists of what has arrived in a block, in `arrivals`. Its tiles reach as far.
    subroutine list_arrivals(self, b)
       class(level_t), intent(inout) :: self
       integer, intent(in) :: b
       integer :: reach(2, 3)
       associate (block => self%blocks(b))
-         call self%some%take_last(block%cells, block%particles%count - block%arrived + 1, block%particles%count)
+         call self%arrivals%take_last(block%cells, block%particles%count - block%arrived + 1, block%particles%count)
       end associate
-      reach = self%some%reach()
+      reach = self%arrivals%reach()
       self%reach(1, :, b) = min(self%reach(1, :, b), reach(1, :))
       self%reach(2, :, b) = max(self%reach(2, :, b), reach(2, :))
    end subroutine list_arrivals
@@ -117,7 +117,7 @@ contains
       integer, intent(in) :: b
       if (self%blocks(b)%arrived == 0) return
       call self%list_arrivals(b)
-      call self%blocks(b)%cells%join(self%some)
+      call self%blocks(b)%cells%join(self%arrivals)
       self%blocks(b)%arrived = 0
    end subroutine join_arrivals
 
@@ -153,7 +153,8 @@ contains
       end if
       allocate (self%gradient(largest, 9))
       allocate (self%lead(merge(largest, 0, self%layout%labels_gradients()), 9))
-      call self%some%reserve(largest)
+      call self%arrivals%reserve(largest)
+      if (self%layout%edge_stress > 0) call self%at_edge%reserve(largest)
    end subroutine size_work
 
    !> Memory held on this rank (bytes).
@@ -162,7 +163,7 @@ contains
       integer :: b
       held = 8_i8*(size(self%gathered, kind=i8) + size(self%solved, kind=i8))
       held = held + 8_i8*(size(self%gradient, kind=i8) + size(self%lead, kind=i8))
-      held = held + self%some%bytes()
+      held = held + self%at_edge%bytes() + self%arrivals%bytes()
       held = held + 4_i8*(size(self%owner, kind=i8) + size(self%slot, kind=i8))
       do b = 1, size(self%blocks)
          held = held + self%blocks(b)%bytes()

@@ -97,7 +97,7 @@ contains
          call to_nodes(model, l, clock%time)
          call solve(model, l, clock_t(clock%time))
          call strain(model, l, clock%step, error)                      ! 6, last
-         call take_next_position(model, l, clock, error)                      ! 7, late
+         call take_next_position(model, l, error)                      ! 7, late
       end if
       call move_particles(model, l, error)
    end subroutine advance_level

@@ -194,7 +194,8 @@ contains
          call model%timers%enter(phase_lists)
          call level%list_arrivals(b)
          call model%timers%enter(phase_to_nodes)
-         call give_listed(level%some, block%particles%column, level%layout, frame_of(level, block), level%gathered(:, :, :, :, b))
+         call give_listed(level%arrivals, block%particles%column, level%layout, frame_of(level, block), &
+                          level%gathered(:, :, :, :, b))
          if (.not. model%effect_step(l)%works .and. size(model%levels) == 1) return
          call model%timers%enter(phase_lists)
          call level%join_arrivals(b) ! effects and other levels go through lists

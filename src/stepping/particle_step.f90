@@ -62,14 +62,14 @@ contains
          if (shares_cells) cycle
          if (with_stress) call update_stress(model, l, b, clock%step, error)
          if (model%levels(l)%layout%next_position == 0) call locate(model, l, b, error)
-         if (model%levels(l)%layout%next_position == 0) call finish(model, l, b, clock, with_stress, error)
+         if (with_stress) call work_ahead(model, l, b, clock, error)
       end do
       if (.not. shares_cells) return
       call sum_cells(model, l)
       do b = 1, size(model%levels(l)%blocks)
          call update_stress(model, l, b, clock%step, error)
          call locate(model, l, b, error)
-         call finish(model, l, b, clock, with_stress, error)
+         call work_ahead(model, l, b, clock, error)
       end do
    end subroutine to_particles
 
@@ -129,13 +129,13 @@ contains
                           block%particles%column, level%gradient, longest)
          if (block%arrived > 0) then
             call level%list_arrivals(b)
-            call take_listed(level%some, level%solved(:, :, :, :, b), level%layout, frame_of(level, block), motion, &
+            call take_listed(level%arrivals, level%solved(:, :, :, :, b), level%layout, frame_of(level, block), motion, &
                              block%particles%column, level%gradient, longest)
          end if
          if (longest%particle > 0) call report_long_way(model, l, b, longest, motion%time_step, error)
          n = block%particles%count
          if (first > 0) block%particles%column(:n, first:first + 8) = level%gradient(:n, :)
-         if (leads) call add_leads(level%some, level%lead, block%particles%column(:, first:first + 8))
+         if (leads) call add_leads(level%at_edge, level%lead, block%particles%column(:, first:first + 8))
          if (size(model%effect_step(l)%on_cells) == 0) return
          call give_to_cells(n, block%cells%bin, block%particles%column, level%layout, frame_of(level, block), level%gradient, &
                             level%gathered(:, :, :, :, b))
@@ -186,8 +186,8 @@ contains
          ahead = abs(tile(2, :, :, :)) + abs(tile(3, :, :, :)) + abs(tile(4, :, :, :)) > 0.0_wp
          leads = any(ahead)
          if (.not. leads) return
-         call level%some%take_bins(block%cells, bins_at(ahead))
-         call take_listed(level%some, tile, level%layout, frame_of(level, block), still, block%particles%column, level%lead)
+         call level%at_edge%take_bins(block%cells, bins_at(ahead))
+         call take_listed(level%at_edge, tile, level%layout, frame_of(level, block), still, block%particles%column, level%lead)
       end associate
    end subroutine find_leads
 
@@ -311,10 +311,9 @@ contains
    end subroutine split
 
    !> With musl the positions wait until the stress is done.
-   subroutine take_next_position(model, l, clock, error)
+   subroutine take_next_position(model, l, error)
       type(model_t), intent(inout) :: model
       integer, intent(in) :: l
-      type(clock_t), intent(in) :: clock
       type(error_t), intent(inout) :: error
       integer :: b, n, x, y
       x = model%levels(l)%layout%position
@@ -325,12 +324,11 @@ contains
             particles%column(:n, x:x + 2) = particles%column(:n, y:y + 2)
          end associate
          call locate(model, l, b, error)
-         call finish(model, l, b, clock, .false., error)
       end do
    end subroutine take_next_position
 
    !> 7. Particles that have become too long are split. Bins of one block's particles where they are now; particles that left the
-   !> block, and those that left the grid; the largest speeds.
+   !> block, and those that left the grid; the largest speeds. Leavers go on their way, the others are put in order.
    subroutine locate(model, l, b, error)
       type(model_t), intent(inout) :: model
       integer, intent(in) :: l, b
@@ -356,6 +354,7 @@ contains
          call include_speeds(model%bounds, model%materials, level%layout, block)
          block%at_rest = block%leaver_count == 0 .and. .not. moved .and. rests(block%particles, level%layout)
       end associate
+      if (.not. error%happened()) call tidy(model, l, b)
    end subroutine locate
 
    !> True when no particle has a velocity, a velocity gradient or a stress.
@@ -382,25 +381,29 @@ contains
       rests = .true.
    end function rests
 
-   !> At the end of a step, while the particles of a block are in the cache: those that have left it go on their way, if there is a
-   !> block where they are; the others are put in order. Ahead, but for what will arrive: what the histories will ask of the block, and
-   !> what it will give to its nodes at the beginning of the next step.
-   subroutine finish(model, l, b, clock, ahead, error)
+   !> At the end of a step: the particles that have left a block go on their way, if there are blocks where they are, and the others are
+   !> put in order. Whether or not anything is done ahead, for the order decides that of later sums.
+   subroutine tidy(model, l, b)
       type(model_t), intent(inout) :: model
       integer, intent(in) :: l, b
-      type(clock_t), intent(in) :: clock
-      logical, intent(in) :: ahead
-      type(error_t), intent(in) :: error
-      if (error%happened()) return
       if (model%levels(l)%blocks(b)%leaver_count > 0) then
          call model%timers%enter(phase_migration)
          call model%migration(l)%see_off(model%communicator, model%levels(l), b)
+         if (model%levels(l)%blocks(b)%leaver_count > 0) return
       end if
+      if (model%levels(l)%blocks(b)%particles%count > 0) call set_order(model, l, b)
+   end subroutine tidy
+
+   !> At the end of a step, while the particles of a tidy block are in the cache: what the histories will ask of it, and what it will give
+   !> to its nodes at the beginning of the next step, but for what will arrive.
+   subroutine work_ahead(model, l, b, clock, error)
+      type(model_t), intent(inout) :: model
+      integer, intent(in) :: l, b
+      type(clock_t), intent(in) :: clock
+      type(error_t), intent(in) :: error
       associate (block => model%levels(l)%blocks(b))
-         if (block%leaver_count > 0 .or. block%particles%count == 0) return
+         if (error%happened() .or. block%leaver_count > 0 .or. block%particles%count == 0) return
       end associate
-      call set_order(model, l, b)
-      if (.not. ahead) return
       if (model%wants_sums .and. clock%ends) then
          call model%timers%on_level(0) ! as all output
          call model%timers%enter(phase_output)
@@ -408,6 +411,6 @@ contains
          call model%timers%on_level(l)
       end if
       call give_ahead(model, l, b)
-   end subroutine finish
+   end subroutine work_ahead
 
 end module m_particle_step
