@@ -88,7 +88,7 @@ module m_model
    end type model_t
 
    real(wp), parameter :: furthest = 0.45_wp            !< way of a particle in a step of the coarsest level, in its cells: above safety
-   real(wp), parameter :: worth_moving = 0.98_wp        !< blocks move for a step that takes so much of its time
+   real(wp), parameter :: worth_moving = 0.99_wp        !< blocks move for a step that takes so much of its time
    real(wp), parameter :: at_any_price = 1.0e9_wp       !< they move for any
 
 contains

@@ -33,7 +33,8 @@ import time
 
 ROOT = pathlib.Path(__file__).resolve().parents[2]
 PHASES = ['lists', 'to nodes', 'exchange', 'nodes', 'contact', 'to particles', 'stress', 'migration', 'control', 'balance', 'output',
-          'guard', 'the rest']
+          'guard', 'indicators', 'the rest']
+ONCE = ['indicators', 'the rest'] # a run: its start and end, and here the stress error, which is estimated at its end
 KERNELS = ['to nodes', 'to particles', 'stress']
 FLOPS, BYTES = 1600.0, 390.0  # an update
 STEP = 3.19e-12               # s, of the block scenes
@@ -159,6 +160,11 @@ def read_costs(log):
     return costs
 
 
+def stepping(costs):
+    """Nanoseconds a particle-step that steps take: without what is done once a run, which few steps do not repay."""
+    return costs['all'] - sum(costs.get(phase, 0.0) for phase in ONCE)
+
+
 def median_costs(costs):
     return {key: statistics.median(c.get(key, 0.0) for c in costs) for key in costs[0]}
 
@@ -175,9 +181,10 @@ def head(titles):
 
 def table_block(bench):
     """Affine and plain transfer in turn; the last column is the median of their ratios."""
+    shown = [p for p in PHASES if p not in ('contact', 'balance', 'output', 'guard', *ONCE)]
     head(['particles a cell', 'motion', 'transfer', 'ranks', 'million updates/s and core', 'share of flop floor [%]',
-          'share of byte floor [%]', *(f'{p} [ns]' for p in PHASES if p not in ('contact', 'balance', 'output', 'guard')), 'all [ns]',
-          'not kernels [%]', 'B/particle', 'over plain'])
+          'share of byte floor [%]', *(f'{p} [ns]' for p in shown), 'start and end [ns]', 'all [ns]', 'not kernels, of a step [%]',
+          'B/particle', 'over plain'])
     for per_cell in 8, 1:
         for motion in ('ordered', 'impact', 'disordered') if per_cell == 8 else ('ordered', 'disordered'):
             for ranks in 1, 2:
@@ -186,11 +193,11 @@ def table_block(bench):
                                                for t in ('affine', 'plain')])
                 for transfer, costs in zip(('affine', 'plain'), zip(*rounds)):
                     c = median_costs(costs)
-                    rest = 100*(1 - sum(c[k] for k in KERNELS)/c['all'])
+                    rest = statistics.median(100*(1 - sum(x[k] for k in KERNELS)/stepping(x)) for x in costs)
                     row([str(per_cell), motion, transfer, str(ranks), f'{1e3/c["all"]:.2f}',
                          f'{100*FLOPS/bench.gflops[-1]/c["all"]:.0f}', f'{100*BYTES/bench.gbytes[-1]/c["all"]:.0f}',
-                         *(f'{c.get(p, 0):.1f}' for p in PHASES if p not in ('contact', 'balance', 'output', 'guard')), f'{c["all"]:.1f}',
-                         f'{rest:.0f}', f'{c["bytes"]:.0f}',
+                         *(f'{c.get(p, 0):.1f}' for p in shown), f'{c["all"] - stepping(c):.1f}', f'{c["all"]:.1f}', f'{rest:.0f}',
+                         f'{c["bytes"]:.0f}',
                          f'{statistics.median(a["all"]/b["all"] for a, b in rounds):.2f}' if transfer == 'affine' else ''])
 
 
@@ -243,18 +250,17 @@ def table_growth(bench):
     head(['particles', 'steps', 'ns an update', 'of the smallest', 'B/particle'])
     steps = 60 # of all: a body that tumbles longer is in greater disorder
     rounds = bench.in_turn(1, [lambda out, n=n: block_scene(n, 8, 'disordered', 'affine', steps, out) for n in (24, 32, 50, 79)])
-    stepping = [[c['all'] - c['the rest'] for c in costs] for costs in rounds]
+    steps_only = [[stepping(c) for c in costs] for costs in rounds]
     for i, c in enumerate(rounds[0]):
-        row([f'{c["particles"]:.0f}', str(steps), f'{statistics.median(s[i] for s in stepping):.1f}',
-             f'{statistics.median(s[i]/s[0] for s in stepping):.2f}', f'{c["bytes"]:.0f}'])
+        row([f'{c["particles"]:.0f}', str(steps), f'{statistics.median(s[i] for s in steps_only):.1f}',
+             f'{statistics.median(s[i]/s[0] for s in steps_only):.2f}', f'{c["bytes"]:.0f}'])
     print('\nIn turn; ratios are medians of those of each round. Without start and end of the run, which few steps do not repay.')
 
 
 def table_large(bench):
     head(['particles', 'ranks', 'million updates/s and core', 'GB in all', 'B/particle'])
     c = bench.run(2, block_scene(126, 8, 'disordered', 'affine', 6, bench.out()))
-    stepping = c['all'] - c['the rest']
-    row([f'{c["particles"]}', '2', f'{1e3/stepping:.2f}', f'{c["bytes"]*c["particles"]/1e9:.2f}', f'{c["bytes"]}'])
+    row([f'{c["particles"]}', '2', f'{1e3/stepping(c):.2f}', f'{c["bytes"]*c["particles"]/1e9:.2f}', f'{c["bytes"]}'])
 
 
 def placements(bench, scene, ranks):
@@ -268,7 +274,7 @@ def table_model(bench):
     scenes = {'E1': lambda out: shipped_scene('scaling', out, 0.02, history=False),
               '16 million': lambda out: block_scene(126, 8, 'ordered', 'affine', 1, out)}
     update = bench.several(2, lambda out: shipped_scene('scaling', out, 0.4, history=False), repeats=3) # steps enough to repay the start
-    update = (update['all'] - update['the rest'])*1e-9
+    update = stepping(update)*1e-9
     head(['scene', 'ranks', 'particles a rank, mean', 'most', 'blocks, most', 'neighbours, most', 'MB sent in a step, most',
           'work [ms a step]', 'messages [ms a step]', 'million updates/s and core', 'share of 1 rank'])
     for name, make in scenes.items():
@@ -297,7 +303,7 @@ def table_levels(bench):
     share = 0.06
     scene = lambda out: shipped_scene('cone_levels', out, share, history=False)
     one, two = bench.several(1, scene), bench.several(2, scene)
-    update = (two['all'] - two['the rest'])*1e-9
+    update = stepping(two)*1e-9
     steps = one['steps']
     head(['ranks', 'measured [ms a step]', 'speed-up', 'work a rank, mean [particle-steps]', 'most over mean', 'messages a step, most',
           'MB a step, most', 'model: work [ms]', 'model: messages [ms]', 'model: speed-up'])
@@ -360,7 +366,7 @@ def table_guard(bench):
     scenes = {'block, disordered': (1, lambda out: block_scene(24, 8, 'disordered', 'affine', 200, out)),
               'block, ordered': (1, lambda out: block_scene(24, 8, 'ordered', 'affine', 200, out)),
               'E2, first half': (1, lambda out: shipped_scene('cone', out, 0.5, history=False))}
-    stepping = lambda c: c['all'] - c['the rest'] - c.get('output', 0.0)
+    silent = lambda c: stepping(c) - c.get('output', 0.0)
     for name, (ranks, make) in scenes.items():
         given, many, off, before = [], [], [], []
         with_guard = bench.gimp3d
@@ -373,9 +379,9 @@ def table_guard(bench):
                 before.append(bench.run(ranks, make(bench.out())))
                 bench.gimp3d = with_guard
         c = median_costs(given)
-        ratio = lambda some, others: statistics.median(stepping(a)/stepping(b) for a, b in zip(some, others))
+        ratio = lambda some, others: statistics.median(silent(a)/silent(b) for a, b in zip(some, others))
         more = 100*(ratio(many, off) - 1)
-        row([name, str(ranks), f'{stepping(c):.1f}', f'{c["guard"]:.2f}', f'{100*c["guard"]/stepping(c):.2f}', f'{more:.1f}',
+        row([name, str(ranks), f'{silent(c):.1f}', f'{c["guard"]:.2f}', f'{100*c["guard"]/silent(c):.2f}', f'{more:.1f}',
              f'{more/often:.2f}', f'{ratio(given, before):.4f}' if before else ''])
 
 
