@@ -82,29 +82,57 @@ contains
       end do
    end subroutine find_old
 
-   !> Tiles for all slots: what holds stays, all else is 0.
+   !> Tiles for all slots: those that hold go with their blocks, others may hold anything and reach everywhere. Pools that must grow get
+   !> room to spare, but the first.
    subroutine make_pools(level, old)
       type(level_t), intent(inout) :: level
-      integer, intent(in) :: old(:) !< places of the blocks' tiles before, or 0
-      real(wp), allocatable :: gathered(:, :, :, :, :)
+      integer, intent(in) :: old(:) !< places of the blocks' tiles before, rising; or 0
       integer, allocatable :: reach(:, :, :)
       integer :: b, slots
       slots = size(level%blocks) + size(level%mirror_index)
-      if (allocated(level%solved)) deallocate (level%solved, level%solved_reach)
-      allocate (gathered(node_values, 0:tile_last, 0:tile_last, 0:tile_last, slots), source=0.0_wp)
       allocate (reach(2, 3, slots))
       reach(1, :, :) = 0
       reach(2, :, :) = tile_last
-      allocate (level%solved_reach, source=reach(:, :, :size(level%blocks)))
       do b = 1, size(level%blocks)
-         if (.not. level%blocks(b)%tile_holds) cycle
-         gathered(:, :, :, :, b) = level%gathered(:, :, :, :, old(b))
-         reach(:, :, b) = level%reach(:, :, old(b))
+         if (level%blocks(b)%tile_holds) reach(:, :, b) = level%reach(:, :, old(b))
       end do
-      call move_alloc(gathered, level%gathered)
       call move_alloc(reach, level%reach)
-      allocate (level%solved(node_values, 0:tile_last, 0:tile_last, 0:tile_last, size(level%blocks)), source=0.0_wp)
+      level%solved_reach = spread(spread([0, tile_last], 2, 3), 3, size(level%blocks))
+      call fit_pool(level%gathered, slots)
+      call fit_pool(level%solved, size(level%blocks))
+      call move_tiles(level%gathered, old, level%blocks%tile_holds)
    end subroutine make_pools
+
+   !> Room in a pool for so many tiles; what it holds stays.
+   subroutine fit_pool(pool, tiles)
+      real(wp), allocatable, intent(inout) :: pool(:, :, :, :, :)
+      integer, intent(in) :: tiles
+      real(wp), allocatable :: larger(:, :, :, :, :)
+      integer :: room
+      room = tiles
+      if (allocated(pool)) then
+         if (size(pool, 5) >= tiles) return
+         room = tiles + tiles/8
+      end if
+      allocate (larger(node_values, 0:tile_last, 0:tile_last, 0:tile_last, room), source=0.0_wp)
+      if (allocated(pool)) larger(:, :, :, :, :size(pool, 5)) = pool
+      call move_alloc(larger, pool)
+   end subroutine fit_pool
+
+   !> Tiles that hold go from their old places to those of their blocks. Both rise, so that none is in the way of another: first all that
+   !> go down, from the lowest on, then all that go up, from the highest on.
+   pure subroutine move_tiles(pool, old, holds)
+      real(wp), intent(inout), contiguous :: pool(:, :, :, :, :)
+      integer, intent(in) :: old(:)
+      logical, intent(in) :: holds(:)
+      integer :: b
+      do b = 1, size(old)
+         if (holds(b) .and. old(b) > b) pool(:, :, :, :, b) = pool(:, :, :, :, old(b))
+      end do
+      do b = size(old), 1, -1
+         if (holds(b) .and. old(b) < b) pool(:, :, :, :, b) = pool(:, :, :, :, old(b))
+      end do
+   end subroutine move_tiles
 
    !> The blocks that this rank owns, by rising index.
    subroutine find_own(level, rank, blocks)
