@@ -83,7 +83,7 @@ contains
    end subroutine find_old
 
    !> Tiles for all slots: those that hold go with their blocks, others may hold anything and reach everywhere. Pools that must grow get
-   !> room to spare, but the first.
+   !> room to spare, but the first: most scenes make no blocks. They do not shrink.
    subroutine make_pools(level, old)
       type(level_t), intent(inout) :: level
       integer, intent(in) :: old(:) !< places of the blocks' tiles before, rising; or 0

@@ -25,7 +25,7 @@ module m_placement
    integer, parameter :: block_cost = 64 !< of a block's node tile, in particles
    real(wp), parameter :: bin_cost = 0.75_wp !< of a bin that has particles, in particles
    real(wp), parameter :: jump_cost = 16.0_wp !< of a place where the next particle of the list is not the next in memory, in particles;
-                                             !< with it goes how uneven the bins are, and how often the particles are sorted
+                                              !< with it goes how uneven the bins are, and how often the particles are sorted
    integer, parameter :: point_cost = 16 !< of a contact point, in particles
    real(wp), parameter :: shared_cost = 0.1_wp !< of a node shared with another rank, in particles
    integer, parameter :: shared_with_parent = 6**3 !< nodes of the level above that a block exchanges with its parent
