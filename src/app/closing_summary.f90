@@ -6,6 +6,7 @@ module m_closing_summary
    use m_text, only: to_text, si, duration
    use m_timers, only: phase_contact
    use m_scene, only: scene_t, domain_fixed, boundary_free
+   use m_decomposition, only: all_owners
    use m_model, only: model_t
    use m_energy, only: balance_t, sums_t, measure
    use m_machine, only: peak_memory
@@ -105,9 +106,12 @@ contains
       type(expectation_t), intent(in) :: expectation
       logical, intent(in) :: whole !< the scene has come to its end
       real(wp) :: memory, took
+      integer :: blocks
       memory = model%communicator%sum_real(real(peak_memory(), wp))
       took = model%communicator%maximum(console%elapsed())
-      call facts%say('memory: '//si(memory, 'B')//' on all ranks together')
+      blocks = count(all_owners(model%levels) >= 0)
+      call facts%say('memory: '//si(memory, 'B')//' on all ranks together, '//to_text(blocks)//' node blocks')
+      call facts%note('node_blocks', to_text(blocks))
       call facts%note('memory_B', to_text(memory))
       if (.not. (expectation%made .and. whole)) return
       call facts%say('expected at step '//to_text(expectation%step)//': '//duration(expectation%total)//' and '// &

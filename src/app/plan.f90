@@ -10,6 +10,7 @@ module m_plan
    use m_particle_store, only: spare_room
    use m_forecast, only: particle_rows
    use m_calibration, only: calibrate, calibration_t
+   use m_flight, only: follow_flight, flight_t
    use m_alternatives, only: price_t, say_alternatives
    use m_console, only: console_t
    use m_cost_report, only: cost_t, write_cost_report, cost_line_length
@@ -28,9 +29,11 @@ contains
       real(wp), intent(in) :: kept !< memory of the guard's copies on all ranks, bytes
       type(calibration_t) :: found
       type(price_t) :: price
+      type(flight_t) :: flight
       real(wp) :: seconds(5), first, bytes(2)
       bytes = model_bytes(model)
       bytes(1) = (1.0_wp + spare_room)*bytes(1)
+      flight = follow_flight(scene, model)
       call calibrate(found, scene, model)
       seconds = found%prospect%seconds(found%rates, model%timers%names)
       price = price_t(particles=seconds(2), blocks=seconds(3), contact=found%prospect%steps*found%rates%contact, &
@@ -45,7 +48,9 @@ contains
          price%buffers = price%buffers + found%writing_bytes
          price%base = price%base + found%library_bytes
       end if
-      call say_plan(console, scene, model, found, price, first)
+      price%stores = price%stores*flight%most_particles/flight%particles
+      price%tiles = price%tiles*flight%most_blocks/flight%blocks
+      call say_plan(console, scene, model, found, flight, price, first)
       call say_table(console, model, found, price)
       call say_alternatives(console, scene, model, found, price)
       call console%line('planned: '//scene%title//'; nothing was run and nothing written')
@@ -69,11 +74,12 @@ contains
    end function model_bytes
 
    !> Collective: the figures of the scene as it is.
-   subroutine say_plan(console, scene, model, found, price, first)
+   subroutine say_plan(console, scene, model, found, flight, price, first)
       type(console_t), intent(inout) :: console
       type(scene_t), intent(in) :: scene
       type(model_t), intent(in) :: model
       type(calibration_t), intent(in) :: found
+      type(flight_t), intent(in) :: flight
       type(price_t), intent(in) :: price
       real(wp), intent(in) :: first !< s until the first step
       character(len=:), allocatable :: text
@@ -92,6 +98,9 @@ contains
                            ' s without the disk''s own time')
          if (prospect%rest > 0.0_wp) call console%line('at rest    '//to_text(100.0_wp*prospect%rest, 3)// &
                                                        ' % of the particle-steps')
+         if (flight%changes()) call console%line('flight     at most '//to_text(nint(flight%most_blocks))//' node blocks and '// &
+                                                 to_text(nint(flight%most_particles, i8))//' particles, now '// &
+                                                 to_text(nint(flight%blocks))//' and '//to_text(nint(flight%particles, i8)))
          if (size(scene%tools) > 0) then
             text = 'contact    at most '//to_text(nint(prospect%most_touches))//' contact points; '// &
                    si(found%rates%contact_point, 's')//' each in a step'

@@ -30,7 +30,7 @@ module m_model
    use m_contact, only: contact_t
    implicit none
    private
-   public :: model_t
+   public :: model_t, add_parents
 
    !> Bounds over all ranks at the end of a step.
    type, public :: bounds_t
@@ -73,6 +73,7 @@ module m_model
       procedure :: connect
       procedure :: create_blocks
       procedure :: prepare_blocks
+      procedure :: mark_around
       procedure :: rebalance
       procedure :: steps_of_levels
       procedure, private :: place_better
@@ -358,29 +359,39 @@ contains
    subroutine mark_wanted(self, wanted)
       class(model_t), intent(in) :: self
       logical, allocatable, intent(out) :: wanted(:)
-      real(wp) :: low(3), high(3), reach
       integer :: b, l
-      reach = furthest*self%levels(1)%grid%cell
       allocate (wanted(blocks_before(self%levels, size(self%levels) + 1)), source=.false.)
       do l = 1, size(self%levels)
-         associate (level => self%levels(l))
-            do b = 1, size(level%blocks)
-               if (level%blocks(b)%particles%count == 0) cycle
-               low = level%blocks(b)%lowest - reach
-               high = level%blocks(b)%highest + reach
-               call mark_box(l, low, high)
-               if (l < size(self%levels)) then
-                  associate (finer => self%levels(l + 1)%region)
-                     if (finer%overlaps(low - level%grid%cell, high + level%grid%cell)) &
-                        call mark_box(l + 1, max(low, finer%lower - level%grid%cell), min(high, finer%upper + level%grid%cell))
-                  end associate
-               end if
-               if (l > 1) then
-                  if (.not. level%region%holds_box(low, high, 2.0_wp*level%grid%cell)) call mark_box(l - 1, low, high)
-               end if
-            end do
-         end associate
+         do b = 1, size(self%levels(l)%blocks)
+            associate (block => self%levels(l)%blocks(b))
+               if (block%particles%count > 0) call self%mark_around(l, block%lowest, block%highest, wanted)
+            end associate
+         end do
       end do
+   end subroutine mark_wanted
+
+   !> The blocks that particles of a level within a box are in or, with several levels, may enter before the end of the next step.
+   subroutine mark_around(self, l, lowest, highest, wanted)
+      class(model_t), intent(in) :: self
+      integer, intent(in) :: l
+      real(wp), intent(in) :: lowest(3), highest(3) !< m
+      logical, intent(inout) :: wanted(:) !< by number
+      real(wp) :: low(3), high(3), reach
+      reach = merge(furthest, 0.0_wp, size(self%levels) > 1)*self%levels(1)%grid%cell
+      low = lowest - reach
+      high = highest + reach
+      call mark_box(l, low, high)
+      associate (level => self%levels(l))
+         if (l < size(self%levels)) then
+            associate (finer => self%levels(l + 1)%region)
+               if (finer%overlaps(low - level%grid%cell, high + level%grid%cell)) &
+                  call mark_box(l + 1, max(low, finer%lower - level%grid%cell), min(high, finer%upper + level%grid%cell))
+            end associate
+         end if
+         if (l > 1) then
+            if (.not. level%region%holds_box(low, high, 2.0_wp*level%grid%cell)) call mark_box(l - 1, low, high)
+         end if
+      end associate
    contains
       subroutine mark_box(l, low, high)
          integer, intent(in) :: l
@@ -396,7 +407,7 @@ contains
             end do
          end do
       end subroutine mark_box
-   end subroutine mark_wanted
+   end subroutine mark_around
 
    !> Collective: make the blocks that some rank wants and that do not exist yet. A new block belongs to the lowest rank that wants it.
    subroutine make_wanted(self, wanted, edges_moved)

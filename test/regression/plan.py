@@ -1,11 +1,13 @@
 #!/usr/bin/env python3
 """A plan beside the run of the same scene: plan.py PLAN.log RUN.log DIRECTORY. The form and what does not depend on the clock: particles,
 blocks, fields and effects are the same lines, steps within 1 % (the same with a given time step), snapshots as many as there are
-files, memory within 10 % (15 where bodies fly through levels: the blocks that they will enter are not foreseen). Times are only asked to be there and to be
-right to a factor of 10: machines are noisy."""
+files, memory within 10 % (15 where bodies fly through levels: what pools leave as they grow stays in the heap), and node blocks and particles at
+the end within 10 % there. Times are only asked to be there and to be right to a factor of 10: machines are noisy."""
 import re
 import sys
 from pathlib import Path
+
+import h5py
 
 FACTORS = {"B": 1.0, "kB": 1e3, "MB": 1e6, "GB": 1e9}
 
@@ -35,6 +37,14 @@ def main():
     taken = float(find(r'AUXDATA memory_B="(.*)"', (directory / "cost.dat").read_text(), "memory in cost.dat")[1])
     if abs(memory / taken - 1) > (0.15 if "flying" in sys.argv else 0.1):
         wrong.append(f"{memory} B were planned, {taken} B taken")
+    if "flying" in sys.argv:
+        most = [int(number) for number in find(r"^flight     at most (\d+) node blocks and (\d+) particles", plan, "flight").groups()]
+        with h5py.File(max(directory.glob("particles_*.h5"))) as file:
+            there = [int(find(r'AUXDATA node_blocks="(\d+)"', (directory / "cost.dat").read_text(), "node blocks in cost.dat")[1]),
+                     int(file["VTKHDF/NumberOfPoints"][0])]
+        for what, one, other in zip(("node blocks", "particles"), most, there):
+            if abs(one / other - 1) > 0.1:
+                wrong.append(f"{one} {what} were planned, {other} are there in the end")
     time = float(find(r"^time       .*\(([0-9.e+-]+) s\)", plan, "time")[1])
     took = float(find(r'AUXDATA elapsed_s="(.*)"', (directory / "cost.dat").read_text(), "time in cost.dat")[1])
     if not 0.1 < time / took < 10:
