@@ -7,26 +7,14 @@ module m_corner_to_node
    use m_cell_list, only: cell_list_t
    use m_stencil, only: frame_t, batch, chunk
    use m_corner_stencil, only: corner_stencil_t, corner_weights_t, set_corners, set_corner_weights
-   use m_particle_to_node, only: load_t, half, clear, set_load
+   use m_particle_to_node, only: load_t, half, set_load
    implicit none
    private
-   public :: gather_corners_to_nodes, add_corners_to_nodes, gather_corners_body_force
+   public :: add_corners_to_nodes, gather_corners_body_force
 
    integer, parameter :: lanes = 8 !< values a node: mass, momentum (3), force (3), spare
 
 contains
-
-   !> Set a block's node tile to what its own particles give; as gather_to_nodes.
-   pure subroutine gather_corners_to_nodes(cells, column, layout, frame, tile, reach)
-      type(cell_list_t), intent(in) :: cells
-      real(wp), intent(in), contiguous :: column(:, :)
-      type(layout_t), intent(in) :: layout
-      type(frame_t), intent(in) :: frame
-      real(wp), intent(inout) :: tile(lanes, 0:block_size + 1, 0:block_size + 1, 0:block_size + 1)
-      integer, intent(in), optional :: reach(2, 3) !< first and last index along each axis of what can be other than 0
-      call clear(tile, reach)
-      call add_corners_to_nodes(cells, column, layout, frame, tile)
-   end subroutine gather_corners_to_nodes
 
    !> Add to a block's node tile what the listed particles give; as add_to_nodes.
    pure subroutine add_corners_to_nodes(cells, column, layout, frame, tile)

@@ -7,7 +7,7 @@ module m_particle_to_node
    use m_stencil, only: stencil_t, frame_t, batch, chunk, set_stencil
    implicit none
    private
-   public :: gather_to_nodes, add_to_nodes, gather_body_force, load_t, half, clear, set_load
+   public :: add_to_nodes, gather_body_force, load_t, half, clear, set_load
 
    integer, parameter :: lanes = 8 !< values a node: mass, momentum (3), force (3), spare
    integer, parameter :: half = 4  !< of them, those that go with the weight, and those that go with its slopes: a register each
@@ -21,20 +21,8 @@ module m_particle_to_node
 
 contains
 
-   !> Set a block's node tile to what its own particles give.
-   !> Where the layout has a velocity gradient, it is carried along (affine transfer): m S (v + L (x_i - x_p)).
-   pure subroutine gather_to_nodes(cells, column, layout, frame, tile, reach)
-      type(cell_list_t), intent(in) :: cells
-      real(wp), intent(in), contiguous :: column(:, :)
-      type(layout_t), intent(in) :: layout
-      type(frame_t), intent(in) :: frame
-      real(wp), intent(inout) :: tile(lanes, 0:block_size + 1, 0:block_size + 1, 0:block_size + 1)
-      integer, intent(in), optional :: reach(2, 3) !< first and last index along each axis of what can be other than 0
-      call clear(tile, reach)
-      call add_to_nodes(cells, column, layout, frame, tile)
-   end subroutine gather_to_nodes
-
    !> Add to a block's node tile what the listed particles give.
+   !> Where the layout has a velocity gradient, it is carried along (affine transfer): m S (v + L (x_i - x_p)).
    pure subroutine add_to_nodes(cells, column, layout, frame, tile)
       type(cell_list_t), intent(in) :: cells
       real(wp), intent(in), contiguous :: column(:, :)

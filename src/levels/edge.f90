@@ -12,8 +12,7 @@ module m_edge
    use m_boundary, only: constrain_nodes, is_constrained, fold_symmetry, motion_parity
    use m_cell_list, only: bins_at
    use m_field_table, only: layout_t
-   use m_particle_to_node, only: gather_to_nodes
-   use m_corner_to_node, only: gather_corners_to_nodes
+   use m_particle_transfer, only: particles_to_nodes
    use m_migration, only: frame_of
    implicit none
    private
@@ -190,11 +189,8 @@ contains
          layout%gradient = 0 ! only forces are wanted, and where there is mass
          layout%viscous_pressure = 0
          layout%pressure_shift = 0
-         if (layout%domain > 0) then
-            call gather_corners_to_nodes(fine%at_edge, block%particles%column, layout, frame_of(fine, block), tile)
-         else
-            call gather_to_nodes(fine%at_edge, block%particles%column, layout, frame_of(fine, block), tile)
-         end if
+         tile = 0.0_wp
+         call particles_to_nodes(fine%at_edge, block%particles%column, layout, frame_of(fine, block), tile)
          call fold_symmetry(fine%grid, block%place, tile, motion_parity)
       end associate
       do s = 1, size(edge%slave, 2)

@@ -9,8 +9,7 @@ module m_effect_step
    use m_effect, only: effect_slot_t, hooks_t
    use m_level, only: level_t, tile_last
    use m_migration, only: frame_of
-   use m_particle_to_node, only: gather_body_force
-   use m_corner_to_node, only: gather_corners_body_force
+   use m_particle_transfer, only: body_force_to_nodes
    use m_timers, only: timers_t, phase_to_nodes, phase_nodes
    implicit none
    private
@@ -91,13 +90,8 @@ contains
                call effects(e)%effect%acceleration(block%particles, level%table, level%layout, time, level%gradient(:, 1:3))
             end do
             call timers%enter(phase_to_nodes)
-            if (level%layout%domain > 0) then
-               call gather_corners_body_force(block%cells, block%particles%column, level%layout, frame_of(level, block), &
-                                      level%gradient(:, 1:3), level%gathered(:, :, :, :, b))
-            else
-               call gather_body_force(block%cells, block%particles%column, level%layout, frame_of(level, block), &
-                                      level%gradient(:, 1:3), level%gathered(:, :, :, :, b))
-            end if
+            call body_force_to_nodes(block%cells, block%particles%column, level%layout, frame_of(level, block), &
+                                     level%gradient(:, 1:3), level%gathered(:, :, :, :, b))
          end if
          do i = 1, size(self%add_forces)
             e = self%add_forces(i)

@@ -2,15 +2,12 @@
 module m_node_step
    use m_kinds, only: wp
    use m_timers
-   use m_field_table, only: layout_t
-   use m_cell_list, only: cell_list_t
-   use m_stencil, only: frame_t
-   use m_level, only: tile_last, node_values
+   use m_level, only: tile_last
    use m_model, only: model_t
    use m_migration, only: frame_of
    use m_composite, only: clear_covered
-   use m_particle_to_node, only: clear, add_to_nodes
-   use m_corner_to_node, only: add_corners_to_nodes
+   use m_particle_to_node, only: clear
+   use m_particle_transfer, only: particles_to_nodes
    use m_node_exchange, only: sum_tiles
    use m_node_solve, only: solve_nodes
    use m_boundary, only: fold_symmetry, constrain_nodes, motion_parity
@@ -182,7 +179,8 @@ contains
       call model%timers%enter(phase_to_nodes)
       associate (level => model%levels(l), block => model%levels(l)%blocks(b))
          call clear(level%gathered(:, :, :, :, b), level%reach(:, :, b))
-         call give_listed(block%cells, block%particles%column, level%layout, frame_of(level, block), level%gathered(:, :, :, :, b))
+         call particles_to_nodes(block%cells, block%particles%column, level%layout, frame_of(level, block), &
+                                 level%gathered(:, :, :, :, b))
       end associate
    end subroutine give
 
@@ -194,27 +192,13 @@ contains
          call model%timers%enter(phase_lists)
          call level%list_arrivals(b)
          call model%timers%enter(phase_to_nodes)
-         call give_listed(level%arrivals, block%particles%column, level%layout, frame_of(level, block), &
-                          level%gathered(:, :, :, :, b))
+         call particles_to_nodes(level%arrivals, block%particles%column, level%layout, frame_of(level, block), &
+                                 level%gathered(:, :, :, :, b))
          if (.not. model%effect_step(l)%works .and. size(model%levels) == 1) return
          call model%timers%enter(phase_lists)
          call level%join_arrivals(b) ! effects and other levels go through lists
       end associate
    end subroutine give_arrivals
-
-   !> Add what the listed particles give to a tile.
-   subroutine give_listed(cells, column, layout, frame, tile)
-      type(cell_list_t), intent(in) :: cells
-      real(wp), intent(in), contiguous :: column(:, :)
-      type(layout_t), intent(in) :: layout
-      type(frame_t), intent(in) :: frame
-      real(wp), intent(inout) :: tile(node_values, 0:tile_last, 0:tile_last, 0:tile_last)
-      if (layout%domain > 0) then
-         call add_corners_to_nodes(cells, column, layout, frame, tile)
-      else
-         call add_to_nodes(cells, column, layout, frame, tile)
-      end if
-   end subroutine give_listed
 
    !> 3. ends: sums; velocities at the end of the step and accelerations of the nodes, inside the boundary conditions. Slaves follow
    !> the nodes of the coarser level. Blocks with remote neighbours come last: what these send may still be on its way.

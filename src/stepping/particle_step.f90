@@ -9,15 +9,14 @@ module m_particle_step
    use m_field_table, only: layout_t
    use m_particle_store, only: particle_store_t
    use m_cell_list, only: cell_list_t, bins_at
-   use m_stencil, only: frame_t
    use m_level, only: tile_last, node_values
    use m_model, only: model_t
    use m_migration, only: frame_of
    use m_complaints, only: particle_text, check_leavers, report_outside, report_inversion, report_long_way, report_undefined, &
                            furthest_way
    use m_cell_mean, only: give_to_cells
-   use m_node_to_particle, only: scatter_to_particles, motion_t, longest_t
-   use m_corner_to_particle, only: scatter_to_corners
+   use m_node_to_particle, only: motion_t, longest_t
+   use m_particle_transfer, only: nodes_to_particles
    use m_split, only: split_long, most_generations
    use m_boundary, only: constrain_nodes
    use m_deform, only: advance_volume, advance_half_sizes, advance_half_edges, finite_stress
@@ -125,12 +124,12 @@ contains
       longest%speed = huge(1.0_wp)
       if (motion%time_step > 0.0_wp) longest%speed = furthest_way*model%levels(l)%grid%cell/motion%time_step
       associate (level => model%levels(l), block => model%levels(l)%blocks(b), first => model%levels(l)%layout%gradient)
-         call take_listed(block%cells, level%solved(:, :, :, :, b), level%layout, frame_of(level, block), motion, &
-                          block%particles%column, level%gradient, longest)
+         call nodes_to_particles(block%cells, level%solved(:, :, :, :, b), level%layout, frame_of(level, block), motion, &
+                                 block%particles%column, level%gradient, longest)
          if (block%arrived > 0) then
             call level%list_arrivals(b)
-            call take_listed(level%arrivals, level%solved(:, :, :, :, b), level%layout, frame_of(level, block), motion, &
-                             block%particles%column, level%gradient, longest)
+            call nodes_to_particles(level%arrivals, level%solved(:, :, :, :, b), level%layout, frame_of(level, block), motion, &
+                                    block%particles%column, level%gradient, longest)
          end if
          if (longest%particle > 0) call report_long_way(model, l, b, longest, motion%time_step, error)
          n = block%particles%count
@@ -143,22 +142,6 @@ contains
          if (kept > 0) block%particles%column(:n, kept:kept + 8) = level%gradient(:n, :)
       end associate
    end subroutine scatter
-
-   !> What the listed particles take from a tile.
-   subroutine take_listed(cells, tile, layout, frame, motion, column, gradient, longest)
-      type(cell_list_t), intent(in) :: cells
-      real(wp), intent(in) :: tile(node_values, 0:tile_last, 0:tile_last, 0:tile_last)
-      type(layout_t), intent(in) :: layout
-      type(frame_t), intent(in) :: frame
-      type(motion_t), intent(in) :: motion
-      real(wp), intent(inout), contiguous :: column(:, :), gradient(:, :)
-      type(longest_t), intent(inout), optional :: longest
-      if (layout%domain > 0) then
-         call scatter_to_corners(cells, tile, layout, frame, motion, column, gradient, longest)
-      else
-         call scatter_to_particles(cells, tile, layout, frame, motion, column, gradient, longest)
-      end if
-   end subroutine take_listed
 
    !> At the edge of a level: how far the gradients that particles keep are to be ahead of the motion (theory.md, eq. lead), into the
    !> work array, while particles are where the step began; which particles, into the level's list of those at edges.
@@ -187,7 +170,8 @@ contains
          leads = any(ahead)
          if (.not. leads) return
          call level%at_edge%take_bins(block%cells, bins_at(ahead))
-         call take_listed(level%at_edge, tile, level%layout, frame_of(level, block), still, block%particles%column, level%lead)
+         call nodes_to_particles(level%at_edge, tile, level%layout, frame_of(level, block), still, &
+                                 block%particles%column, level%lead)
       end associate
    end subroutine find_leads
 

@@ -8,7 +8,7 @@ program corners
    use m_stencil, only: frame_t, batch, chunk, gimp_weights
    use m_locate, only: bin_of
    use m_corner_stencil, only: corner_stencil_t, corner_weights_t, set_corners, set_corner_weights
-   use m_corner_to_node, only: gather_corners_to_nodes, gather_corners_body_force
+   use m_corner_to_node, only: add_corners_to_nodes, gather_corners_body_force
    use m_corner_to_particle, only: scatter_to_corners
    use m_node_to_particle, only: motion_t
    use m_node_solve, only: solve_nodes
@@ -262,7 +262,8 @@ contains
    subroutine to_nodes()
       real(wp) :: off(3), scale(3)
       integer :: q
-      call gather_corners_to_nodes(cells, column, layout, frame, tile)
+      tile = 0.0_wp
+      call add_corners_to_nodes(cells, column, layout, frame, tile)
       call plain_to_nodes(.false.)
       scale = [maxval(plain(1, :, :, :)), maxval(abs(plain(2:4, :, :, :))), maxval(abs(plain(5:7, :, :, :)))]
       off = [maxval(abs(tile(1, :, :, :) - plain(1, :, :, :))), maxval(abs(tile(2:4, :, :, :) - plain(2:4, :, :, :))), &
@@ -333,7 +334,8 @@ contains
       real(wp), allocatable :: forces(:, :, :, :)
       real(wp) :: nodes, particles, s(6)
       integer :: p
-      call gather_corners_to_nodes(cells, column, layout, frame, tile)
+      tile = 0.0_wp
+      call add_corners_to_nodes(cells, column, layout, frame, tile)
       forces = tile(5:7, :, :, :)
       call fill_tile()
       nodes = sum(forces*tile(2:4, :, :, :))
@@ -358,7 +360,8 @@ contains
          column(p, layout%velocity:layout%velocity + 2) = a + matmul(b, of(p, layout%position, 3))
          column(p, layout%gradient:layout%gradient + 8) = reshape(b, [9])
       end do
-      call gather_corners_to_nodes(cells, column, layout, frame, tile)
+      tile = 0.0_wp
+      call add_corners_to_nodes(cells, column, layout, frame, tile)
       call solve_nodes(tile, 0.1_wp)
       off = 0.0_wp
       do k = 0, last

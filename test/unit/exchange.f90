@@ -10,7 +10,7 @@ program exchange
    use m_level, only: tile_last, node_values
    use m_model, only: model_t
    use m_node_exchange, only: sum_tiles
-   use m_particle_to_node, only: gather_to_nodes
+   use m_particle_to_node, only: clear, add_to_nodes
    use m_migration, only: frame_of
    use m_assertions, only: assertions_t
    use m_chance, only: keep_worst, say
@@ -61,8 +61,9 @@ contains
       associate (level => model%levels(1))
          level%gathered = -1.0e30_wp ! mirrors and tiles must be written anew
          do b = 1, size(level%blocks)
-            call gather_to_nodes(level%blocks(b)%cells, level%blocks(b)%particles%column, level%layout, &
-                                 frame_of(level, level%blocks(b)), level%gathered(:, :, :, :, b))
+            level%gathered(:, :, :, :, b) = 0.0_wp
+            call add_to_nodes(level%blocks(b)%cells, level%blocks(b)%particles%column, level%layout, &
+                              frame_of(level, level%blocks(b)), level%gathered(:, :, :, :, b))
          end do
          call model%exchange(1)%start(model%communicator, level%gathered)
          call model%exchange(1)%wait(level%gathered)
@@ -78,8 +79,9 @@ contains
       associate (level => reached%levels(1))
          do b = 1, size(level%blocks)
             call level%refresh_lists(b, whole=.false.)
-            call gather_to_nodes(level%blocks(b)%cells, level%blocks(b)%particles%column, level%layout, &
-                                 frame_of(level, level%blocks(b)), level%gathered(:, :, :, :, b), level%reach(:, :, b))
+            call clear(level%gathered(:, :, :, :, b), level%reach(:, :, b))
+            call add_to_nodes(level%blocks(b)%cells, level%blocks(b)%particles%column, level%layout, &
+                              frame_of(level, level%blocks(b)), level%gathered(:, :, :, :, b))
          end do
          call reached%exchange(1)%start(reached%communicator, level%gathered)
          call reached%exchange(1)%wait(level%gathered)

@@ -7,7 +7,7 @@ module m_made_level
    use m_level, only: level_t, tile_last, node_values
    use m_decomposition, only: settle_blocks
    use m_node_exchange, only: sum_tiles
-   use m_particle_to_node, only: gather_to_nodes
+   use m_particle_to_node, only: add_to_nodes
    use m_node_solve, only: solve_nodes
    use m_boundary, only: fold_symmetry, constrain_nodes, motion_parity
    use m_migration, only: frame_of
@@ -87,8 +87,9 @@ contains
       do b = 1, size(level%blocks)
          associate (block => level%blocks(b))
             call block%refresh_lists()
-            call gather_to_nodes(block%cells, block%particles%column, level%layout, frame_of(level, block), &
-                                 level%gathered(:, :, :, :, b))
+            level%gathered(:, :, :, :, b) = 0.0_wp
+            call add_to_nodes(block%cells, block%particles%column, level%layout, frame_of(level, block), &
+                              level%gathered(:, :, :, :, b))
             call fold_symmetry(level%grid, block%place, level%gathered(:, :, :, :, b), motion_parity)
          end associate
       end do

@@ -7,7 +7,7 @@ program transfer
    use m_cell_list, only: cell_list_t
    use m_stencil, only: frame_t
    use m_locate, only: locate_particles
-   use m_particle_to_node, only: gather_to_nodes, gather_body_force
+   use m_particle_to_node, only: add_to_nodes, gather_body_force
    use m_node_to_particle, only: scatter_to_particles, motion_t
    use m_node_solve, only: solve_nodes
    use m_assertions, only: assertions_t
@@ -137,7 +137,8 @@ contains
       kind = trim(merge('affine', 'plain ', affine))
       at = layout
       if (.not. affine) at%gradient = 0
-      call gather_to_nodes(cells, column, at, frame, tile)
+      tile = 0.0_wp
+      call add_to_nodes(cells, column, at, frame, tile)
       call plain_to_nodes(affine, with_body_force=.false.)
       off = 0.0_wp
       call keep_worst(off(1), maxval(abs(tile(1, :, :, :) - plain(1, :, :, :))))
@@ -257,7 +258,8 @@ contains
          column(p, layout%velocity:layout%velocity + 2) = a + matmul(b, of(p, layout%position, 3))
          column(p, layout%gradient:layout%gradient + 8) = reshape(b, [9])
       end do
-      call gather_to_nodes(cells, column, layout, frame, tile)
+      tile = 0.0_wp
+      call add_to_nodes(cells, column, layout, frame, tile)
       call solve_nodes(tile, 0.1_wp)
       off = 0.0_wp
       do k = 0, last
@@ -309,7 +311,8 @@ contains
          end associate
       end do
       call cells%build(n)
-      call gather_to_nodes(cells, column, layout, frame, tile)
+      tile = 0.0_wp
+      call add_to_nodes(cells, column, layout, frame, tile)
       inner = maxval(abs(tile(5:7, 3:5, 3:5, 3:4)))/(6.0e9_wp*frame%cell**2)
       call say('uniform stress: force on inner nodes, relative', inner)
       call test%check_close(inner, 0.0_wp, 1.0e-13_wp, 'a uniform stress makes no force on inner nodes')
