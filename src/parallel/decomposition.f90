@@ -159,6 +159,7 @@ contains
       call move_alloc(old%particles%column, new%particles%column)
       call move_alloc(old%particles%id, new%particles%id)
       call move_alloc(old%particles%body, new%particles%body)
+      new%particles%one_body = old%particles%one_body
       new%arrived = old%arrived
       new%cells = old%cells
       new%jumps = old%jumps

@@ -74,20 +74,20 @@ contains
          self%order(next(b)) = p
          next(b) = next(b) + 1
       end do
-      call count_jumps(self)
+      self%jumps = jumps_in(self%order(:self%first(bins + 1) - 1))
       self%current = .true.
    end subroutine build
 
-   pure subroutine count_jumps(self)
-      type(cell_list_t), intent(inout) :: self
-      integer :: jumps, p
+   !> Places of a list where the next particle is not the next one in memory.
+   pure integer function jumps_in(order) result(jumps)
+      integer(i4), intent(in), contiguous :: order(:)
+      integer :: p
       jumps = 0
       !$omp simd reduction(+: jumps)
-      do p = 2, self%first(bins + 1) - 1
-         jumps = jumps + merge(1, 0, self%order(p) /= self%order(p - 1) + 1)
+      do p = 2, size(order)
+         jumps = jumps + merge(1, 0, order(p) /= order(p - 1) + 1)
       end do
-      self%jumps = jumps
-   end subroutine count_jumps
+   end function jumps_in
 
    !> The first and the last place along each axis, from 0, that has particles; none: the first behind the last.
    pure subroutine find_extent(held, low, high)
@@ -175,7 +175,7 @@ contains
       end do
       self%low = min(self%low, later%low)
       self%high = max(self%high, later%high)
-      call count_jumps(self)
+      self%jumps = jumps_in(self%order(:self%first(bins + 1) - 1))
    end subroutine join
 
    !> The bins whose particles reach one of some nodes of a block's tile.

@@ -17,10 +17,12 @@ module m_particle_store
       integer :: count = 0
       real(wp), allocatable :: column(:, :)
       integer(i8), allocatable :: id(:)   !< unique over the scene
-      integer(i4), allocatable :: body(:) !< number of the body in the scene
+      integer(i4), allocatable :: body(:) !< number of the body in the scene; set by append and set_bodies
+      logical :: one_body = .false.       !< all particles are known to be of one body
    contains
       procedure :: reserve
       procedure :: append
+      procedure :: set_bodies
       procedure :: remove
       procedure :: permute
       procedure :: run_end
@@ -60,11 +62,22 @@ contains
       integer(i8), intent(in) :: id
       integer(i4), intent(in) :: body
       call self%reserve(self%count + 1, size(values))
+      if (self%count == 0) self%one_body = .true.
+      if (self%count > 0) self%one_body = self%one_body .and. body == self%body(1)
       self%count = self%count + 1
       self%column(self%count, :) = values
       self%id(self%count) = id
       self%body(self%count) = body
    end subroutine append
+
+   !> The bodies of all particles.
+   pure subroutine set_bodies(self, body)
+      class(particle_store_t), intent(inout) :: self
+      integer(i4), intent(in) :: body(:) !< (count)
+      self%body(:self%count) = body
+      self%one_body = self%count > 0
+      if (self%one_body) self%one_body = all(body == body(1))
+   end subroutine set_bodies
 
    !> Remove the particles of a rising list; the last ones move into the holes.
    subroutine remove(self, gone)
@@ -99,7 +112,7 @@ contains
          self%column(:n, c) = work(:n, 1)
       end do
       self%id(:n) = self%id(order)
-      self%body(:n) = self%body(order)
+      if (.not. self%one_body) self%body(:n) = self%body(order)
    end subroutine permute
 
    !> `together` columns into another order.
@@ -126,6 +139,10 @@ contains
       integer, intent(in) :: first
       integer(i4) :: difference
       integer :: begin, last, p
+      if (self%one_body) then
+         run_end = self%count
+         return
+      end if
       begin = first
       do while (begin < self%count) ! in stretches that are vectors, up to the one in which the run ends
          last = min(begin + stretch, self%count)

@@ -217,7 +217,7 @@ contains
                   block%particles%column(:n, c) = self%column(at + 1:at + n)
                end do
                block%particles%id(:n) = self%id(done + 1:done + n)
-               block%particles%body(:n) = self%body(done + 1:done + n)
+               call block%particles%set_bodies(self%body(done + 1:done + n))
                block%cells%bin(:n) = self%bin(done + 1:done + n)
                block%cells%current = .false.
                call block%stir()

@@ -21,6 +21,7 @@ program fields
    call test%start(comm, 'fields')
    call table()
    call store()
+   call runs_of_bodies()
    call part_of_lists()
    call change_of_owners()
    call test%finish()
@@ -86,6 +87,42 @@ contains
       end do
       call test%check(good, 'removal takes the right ones and leaves the others whole')
    end subroutine store
+
+   !> Runs of particles of one body, beside looking at every particle, in stores that get, lose and sort particles of one body and of several.
+   subroutine runs_of_bodies()
+      type(particle_store_t) :: particles
+      real(wp) :: work(400, 4)
+      integer(i4) :: order(400)
+      integer :: first, last, p, round, wrong
+      logical :: known, mixed
+      wrong = 0
+      known = .false.
+      mixed = .false.
+      do round = 1, 200
+         if (mod(round, 5) == 0) call particles%remove([(int(p, i4), p=1, particles%count)])
+         do p = 1, mod(37*round, 90)
+            call particles%append([real(wp) :: p, 1, 2, 3, 4], int(p, i8), &
+                                  int(merge(2, 1 + mod(round, 4), mod(round, 3) > 0 .or. p < 40), i4))
+         end do
+         if (mod(round, 7) == 0 .and. particles%count > 3) call particles%remove([2_i4, int(particles%count, i4)])
+         if (mod(round, 11) == 0) call particles%set_bodies([(int(1 + p/50, i4), p=1, particles%count)])
+         if (mod(round, 13) == 0) call particles%set_bodies([(3_i4, p=1, particles%count)])
+         order(:particles%count) = [(int(particles%count + 1 - p, i4), p=1, particles%count)]
+         call particles%permute(order(:particles%count), work)
+         first = 1
+         do while (first <= particles%count)
+            do last = first, particles%count - 1
+               if (particles%body(last + 1) /= particles%body(first)) exit
+            end do
+            if (particles%run_end(first) /= last) wrong = wrong + 1
+            mixed = mixed .or. last < particles%count
+            first = last + 1
+         end do
+         known = known .or. particles%one_body
+      end do
+      call test%check_equal(wrong, 0, 'runs of bodies that end elsewhere')
+      call test%check(known .and. mixed, 'stores of one body and of several were among them')
+   end subroutine runs_of_bodies
 
    !> The bins whose 27 nodes hold one of some nodes, and the lists of these bins alone, against the same by looking at every particle.
    subroutine part_of_lists()
