@@ -49,30 +49,47 @@ contains
       end subroutine lengthen
    end subroutine reserve
 
-   !> Build the lists of the particles from `from`, or the first, to `count` from `bin`.
+   !> Build the lists of the particles from `from`, or the first, to `count` from `bin`. Two halves are counted and placed side by side:
+   !> particles of one bin, which follow each other, would wait for each other's sums.
    pure subroutine build(self, count, from)
       class(cell_list_t), intent(inout) :: self
       integer, intent(in) :: count
       integer, intent(in), optional :: from
-      integer(i4) :: next(bins)
-      integer :: b, begin, p
+      integer(i4) :: next(bins), later(bins), held(bins) ! of the first half of the particles, of the second, of all
+      integer :: b, begin, half, p
       begin = 1
       if (present(from)) begin = from
+      half = max(0, (count - begin + 1)/2)
       next = 0
-      do p = begin, count
+      later = 0
+      do p = begin, begin + half - 1
          next(self%bin(p)) = next(self%bin(p)) + 1
+         later(self%bin(p + half)) = later(self%bin(p + half)) + 1
       end do
-      call find_extent(next, self%low, self%high)
-      self%occupied = sum(min(next, 1_i4))
+      do p = begin + 2*half, count
+         later(self%bin(p)) = later(self%bin(p)) + 1
+      end do
+      held = next + later
+      call find_extent(held, self%low, self%high)
+      self%occupied = sum(min(held, 1_i4))
       self%first(1) = 1
       do b = 1, bins
-         self%first(b + 1) = self%first(b) + next(b)
+         self%first(b + 1) = self%first(b) + held(b)
       end do
+      later = self%first(:bins) + next
       next = self%first(:bins)
-      do p = begin, count
+      do p = begin, begin + half - 1
          b = self%bin(p)
          self%order(next(b)) = p
          next(b) = next(b) + 1
+         b = self%bin(p + half)
+         self%order(later(b)) = p + half
+         later(b) = later(b) + 1
+      end do
+      do p = begin + 2*half, count
+         b = self%bin(p)
+         self%order(later(b)) = p
+         later(b) = later(b) + 1
       end do
       self%jumps = jumps_in(self%order(:self%first(bins + 1) - 1))
       self%current = .true.
