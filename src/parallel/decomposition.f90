@@ -161,7 +161,7 @@ contains
       call move_alloc(old%particles%body, new%particles%body)
       new%particles%one_body = old%particles%one_body
       new%arrived = old%arrived
-      new%cells = old%cells
+      call old%cells%hand_over(new%cells)
       new%jumps = old%jumps
       new%disorder = old%disorder
       call move_alloc(old%leavers, new%leavers)

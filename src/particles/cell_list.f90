@@ -19,6 +19,7 @@ module m_cell_list
       integer :: jumps = 0               !< places where the next particle in order is not the next one in memory
    contains
       procedure :: reserve
+      procedure :: hand_over
       procedure :: build
       procedure :: take_bins
       procedure :: take_last
@@ -48,6 +49,20 @@ contains
          call move_alloc(longer, values)
       end subroutine lengthen
    end subroutine reserve
+
+   !> Give all to another, which had nothing.
+   pure subroutine hand_over(self, other)
+      class(cell_list_t), intent(inout) :: self
+      type(cell_list_t), intent(inout) :: other
+      other%first = self%first
+      call move_alloc(self%order, other%order)
+      call move_alloc(self%bin, other%bin)
+      other%current = self%current
+      other%low = self%low
+      other%high = self%high
+      other%occupied = self%occupied
+      other%jumps = self%jumps
+   end subroutine hand_over
 
    !> Build the lists of the particles from `from`, or the first, to `count` from `bin`. Two halves are counted and placed side by side:
    !> particles of one bin, which follow each other, would wait for each other's sums.

@@ -196,7 +196,7 @@ def table_block(bench):
                     rest = statistics.median(100*(1 - sum(x[k] for k in KERNELS)/stepping(x)) for x in costs)
                     row([str(per_cell), motion, transfer, str(ranks), f'{1e3/c["all"]:.2f}',
                          f'{100*FLOPS/bench.gflops[-1]/c["all"]:.0f}', f'{100*BYTES/bench.gbytes[-1]/c["all"]:.0f}',
-                         *(f'{c.get(p, 0):.1f}' for p in shown), f'{c["all"] - stepping(c):.1f}', f'{c["all"]:.1f}', f'{rest:.0f}',
+                         *(f'{c.get(p, 0):.1f}' for p in shown), f'{c["all"] - stepping(c):.1f}', f'{c["all"]:.1f}', f'{rest:.1f}',
                          f'{c["bytes"]:.0f}',
                          f'{statistics.median(a["all"]/b["all"] for a, b in rounds):.2f}' if transfer == 'affine' else ''])
 
