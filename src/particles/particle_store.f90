@@ -111,7 +111,7 @@ contains
          work(:n, 1) = self%column(order, c)
          self%column(:n, c) = work(:n, 1)
       end do
-      self%id(:n) = self%id(order)
+      call permute_ids(self%id, order)
       if (.not. self%one_body) self%body(:n) = self%body(order)
    end subroutine permute
 
@@ -132,6 +132,19 @@ contains
          column(:size(order), c) = work(:size(order), c)
       end do
    end subroutine permute_columns
+
+   !> Ids into another order.
+   pure subroutine permute_ids(id, order)
+      integer(i8), intent(inout), contiguous :: id(:)
+      integer(i4), intent(in) :: order(:)
+      integer(i8) :: moved(size(order))
+      integer :: p
+      !GCC$ novector
+      do p = 1, size(order)
+         moved(p) = id(order(p))
+      end do
+      id(:size(order)) = moved
+   end subroutine permute_ids
 
    !> Last particle of the run of particles of one body that begins at `first`.
    pure integer function run_end(self, first)
