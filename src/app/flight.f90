@@ -26,7 +26,8 @@ module m_flight
       integer :: level = 1 !< where they live now
    end type flyer_t
 
-   real(wp), parameter :: stride = 1.0_wp     !< of the fastest body from one moment to the next, in cells of the finest level: a quarter of a block
+   real(wp), parameter :: stride = 2.0_wp   !< of the fastest body from one moment to the next, in cells of the finest level: a quarter
+                                            !< of a block
    integer, parameter :: most_moments = 1000
 
 contains

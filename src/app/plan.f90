@@ -31,6 +31,7 @@ contains
       type(price_t) :: price
       type(flight_t) :: flight
       real(wp) :: seconds(5), first, bytes(2)
+      first = console%elapsed() ! reading and building
       bytes = model_bytes(model)
       bytes(1) = (1.0_wp + spare_room)*bytes(1)
       flight = follow_flight(scene, model)
@@ -38,7 +39,6 @@ contains
       seconds = found%prospect%seconds(found%rates, model%timers%names)
       price = price_t(particles=seconds(2), blocks=seconds(3), contact=found%prospect%steps*found%rates%contact, &
                       contact_points=found%prospect%touches*found%rates%contact_point, output=seconds(5))
-      first = console%elapsed() - found%seconds ! reading and building
       price%stores = bytes(1)
       price%tiles = bytes(2)
       price%buffers = found%snapshot_bytes + kept
