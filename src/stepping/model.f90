@@ -102,7 +102,6 @@ contains
       type(scene_t), intent(in) :: scene
       type(error_t), intent(inout) :: error
       logical, intent(in), optional :: empty
-      integer, allocatable :: counts(:), owner(:)
       integer :: e, l
       self%communicator = communicator
       self%method = scene%time
@@ -128,57 +127,69 @@ contains
       if (present(empty)) then
          if (empty) return
       end if
+      call populate(self, scene, error)
+   end subroutine build
+
+   !> Collective: the blocks that the bodies need, each on its rank, and the particles in them.
+   subroutine populate(self, scene, error)
+      class(model_t), intent(inout) :: self
+      type(scene_t), intent(in) :: scene
+      type(error_t), intent(inout) :: error
+      integer, allocatable :: counts(:), owner(:)
+      integer :: e, l
       call require_memory(self, sum(expected_count(scene%bodies, self%levels(1)%grid)), 0.0_wp, error)
       if (error%happened()) return
       call count_particles(self, scene, counts)
       call require_memory(self, sum(real(max(counts, 0), wp)), real(count(counts >= 0), wp), error)
       if (error%happened()) return
       allocate (owner(size(counts)))
-      call choose_owners(communicator, self%levels, work_of(self%levels, counts, self%steps_of_levels()), owner, error)
+      call choose_owners(self%communicator, self%levels, work_of(self%levels, counts, self%steps_of_levels()), owner, error)
       if (error%happened()) return
       call set_owners(self%levels, owner)
       call self%connect()
       do l = 1, size(self%levels)
-         call fill(l)
+         call fill(self, scene, l)
       end do
       call self%prepare_blocks()
-      if (size(self%levels) > 1 .and. communicator%ranks > 1) call self%place_better(at_any_price, error)
+      if (size(self%levels) > 1 .and. self%communicator%ranks > 1) call self%place_better(at_any_price, error)
       do e = 1, size(self%effects)
-         call self%effects(e)%effect%verify(communicator, self%levels, size(scene%tools), error)
+         call self%effects(e)%effect%verify(self%communicator, self%levels, size(scene%tools), error)
       end do
-      call communicator%agree(error)
-   contains
-      !> The particles of one level.
-      subroutine fill(l)
-         integer, intent(in) :: l
-         integer :: b, body, e, filled
-         do b = 1, size(self%levels(l)%blocks)
-            associate (block => self%levels(l)%blocks(b))
-               do body = 1, size(scene%bodies)
-                  filled = block%particles%count
-                  call fill_block(self%levels, l, block, scene%bodies(body), body, &
-                                  scene%materials(scene%bodies(body)%material)%density, first_id(body))
-                  associate (law => self%materials%slots(self%materials%of_body(body))%law)
-                     if (block%particles%count > filled) &
-                        call law%initial(block%particles%column, self%levels(l)%layout, filled + 1, block%particles%count)
-                  end associate
-               end do
-               call set_bins(self%levels(l), block)
-               do e = 1, size(self%effects)
-                  call self%effects(e)%effect%initialise(block%particles, self%levels(l)%table, self%levels(l)%layout, &
-                                                         self%levels(l)%grid)
-               end do
-            end associate
-         end do
-         call self%levels(l)%size_work()
-      end subroutine fill
+      call self%communicator%agree(error)
+   end subroutine populate
 
-      !> Ids of different bodies do not meet.
-      pure integer(i8) function first_id(body)
-         integer, intent(in) :: body
-         first_id = int(body - 1, i8)*10_i8**12
-      end function first_id
-   end subroutine build
+   !> The particles of one level.
+   subroutine fill(self, scene, l)
+      class(model_t), intent(inout) :: self
+      type(scene_t), intent(in) :: scene
+      integer, intent(in) :: l
+      integer :: b, body, e, filled
+      do b = 1, size(self%levels(l)%blocks)
+         associate (block => self%levels(l)%blocks(b))
+            do body = 1, size(scene%bodies)
+               filled = block%particles%count
+               call fill_block(self%levels, l, block, scene%bodies(body), body, &
+                               scene%materials(scene%bodies(body)%material)%density, first_id(body))
+               associate (law => self%materials%slots(self%materials%of_body(body))%law)
+                  if (block%particles%count > filled) &
+                     call law%initial(block%particles%column, self%levels(l)%layout, filled + 1, block%particles%count)
+               end associate
+            end do
+            call set_bins(self%levels(l), block)
+            do e = 1, size(self%effects)
+               call self%effects(e)%effect%initialise(block%particles, self%levels(l)%table, self%levels(l)%layout, &
+                                                      self%levels(l)%grid)
+            end do
+         end associate
+      end do
+      call self%levels(l)%size_work()
+   end subroutine fill
+
+   !> Ids of different bodies do not meet.
+   pure integer(i8) function first_id(body)
+      integer, intent(in) :: body
+      first_id = int(body - 1, i8)*10_i8**12
+   end function first_id
 
    !> True when a scene has levels besides its grid.
    pure logical function has_levels(scene)
