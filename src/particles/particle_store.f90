@@ -111,8 +111,10 @@ contains
          work(:n, 1) = self%column(order, c)
          self%column(:n, c) = work(:n, 1)
       end do
-      call permute_ids(self%id, order)
-      if (.not. self%one_body) self%body(:n) = self%body(order)
+      call permute_ids(self%id, order, work(:, 1))
+      if (self%one_body) return
+      work(:n, 1) = self%body(order)
+      self%body(:n) = nint(work(:n, 1), i4)
    end subroutine permute
 
    !> `together` columns into another order.
@@ -133,17 +135,19 @@ contains
       end do
    end subroutine permute_columns
 
-   !> Ids into another order.
-   pure subroutine permute_ids(id, order)
+   !> Ids into another order, their bits by way of the work array: nothing is allocated in a step.
+   pure subroutine permute_ids(id, order, work)
       integer(i8), intent(inout), contiguous :: id(:)
       integer(i4), intent(in) :: order(:)
-      integer(i8) :: moved(size(order))
+      real(wp), intent(inout), contiguous :: work(:)
       integer :: p
       !GCC$ novector
       do p = 1, size(order)
-         moved(p) = id(order(p))
+         work(p) = transfer(id(order(p)), work(p))
       end do
-      id(:size(order)) = moved
+      do p = 1, size(order)
+         id(p) = transfer(work(p), id(p))
+      end do
    end subroutine permute_ids
 
    !> Last particle of the run of particles of one body that begins at `first`.
