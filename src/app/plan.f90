@@ -49,6 +49,7 @@ contains
          price%base = price%base + found%library_bytes
       end if
       price%stores = price%stores*flight%most_particles/flight%particles
+      price%buffers = price%buffers*flight%most_particles/flight%particles
       price%tiles = price%tiles*flight%most_blocks/flight%blocks
       call say_plan(console, scene, model, found, flight, price, first)
       call say_table(console, model, found, price)
