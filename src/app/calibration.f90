@@ -45,12 +45,13 @@ module m_calibration
 
 contains
 
-   !> Collective: cost of a step of the model as the scene begins, with all particles awake; then with the tools pressed in.
-   subroutine calibrate(found, scene, model)
+   !> Collective: cost of a step of the model as the scene begins, with all particles awake; then with the tools pressed in. Steps that
+   !> fail are an error, but for those with the tools pressed in, which are left out.
+   subroutine calibrate(found, scene, model, error)
       type(calibration_t), intent(out) :: found
       type(scene_t), intent(in) :: scene
       type(model_t), intent(inout) :: model
-      type(error_t) :: error
+      type(error_t), intent(inout) :: error
       real(wp) :: began, resting_points, time
       began = wall_time()
       found%trouble = ''
@@ -66,9 +67,12 @@ contains
          call warm_up(scene, model, error)
       end if
       if (.not. error%happened()) call time_steps(found, scene, model, resting_points, error)
+      if (error%happened()) then
+         error%message = 'no plan can be made, for the first steps of the scene fail: '//error%message
+         return
+      end if
       call time_output(found, scene, model)
-      if (size(model%contact%tools) > 0 .and. .not. error%happened()) call press(found, scene, model, resting_points)
-      if (error%happened()) found%trouble = error%message
+      if (size(model%contact%tools) > 0) call press(found, scene, model, resting_points)
       found%seconds = model%communicator%maximum(wall_time() - began)
    end subroutine calibrate
 
@@ -84,6 +88,7 @@ contains
                n = particles%count
                if (n > 0) particles%column(:n, x:x + 2) = particles%column(:n, x:x + 2) + little*model%levels(1)%grid%cell
             end associate
+            call model%levels(l)%blocks(b)%stir()
          end do
       end do
    end subroutine nudge

@@ -6,14 +6,16 @@ module m_expectation
    use m_scene, only: scene_t
    use m_model, only: model_t
    use m_particle_store, only: spare_room
+   use m_flight, only: follow_flight, flight_t, model_bytes
    use m_forecast, only: rates_t, prospect_t, rates_of, look_ahead, contact_steps
    implicit none
    private
 
    real(wp), parameter :: enough_share = 0.05_wp   !< of the scene, or
    real(wp), parameter :: enough_seconds = 5.0_wp  !< of steps in which
-   real(wp), parameter :: enough_awake = 0.7_wp    !< of the particle-steps had something to do; or, with however few of them,
-   real(wp), parameter :: late_share = 0.2_wp      !< of the scene
+   real(wp), parameter :: enough_awake = 0.7_wp    !< of the particle-steps had something to do; or, when
+   real(wp), parameter :: late_share = 0.2_wp      !< of the scene is over,
+   real(wp), parameter :: some_awake = 0.1_wp      !< of them: fewer tell nothing
    integer, parameter :: fewest_steps = 10
    integer, parameter :: enough_points = 50        !< contact points in a step on average, for their cost to be told from that
 
@@ -70,12 +72,12 @@ contains
       if (self%made) return
       if (model%step < self%window_step) call self%open_window(model, elapsed) ! the guard has gone back
       if (model%step < self%next_look .or. model%step == self%window_step) return
-      self%next_look = max(model%step + fewest_steps, self%first_step + 3*(model%step - self%first_step)/2)
+      self%next_look = max(model%step + fewest_steps, self%first_step + 6*(model%step - self%first_step)/5)
       seen = real(model%communicator%sum_count(model%particle_steps - self%particle_steps), wp)
       resting = real(model%communicator%sum_count(model%particle_steps_at_rest - self%at_rest), wp)
       awake = 1.0_wp - resting/max(seen, 1.0_wp)
       share = (model%time - self%first_time)/(scene%end_time - self%first_time)
-      if (share < late_share .and. awake < enough_awake) then
+      if (awake < merge(enough_awake, some_awake, share < late_share)) then
          call self%open_window(model, elapsed)
       else if (share >= enough_share .or. model%communicator%maximum(elapsed - self%began) >= enough_seconds) then
          call make(self, scene, model, elapsed, awake)
@@ -91,8 +93,8 @@ contains
       real(wp), intent(in) :: awake !< share of the particle-steps
       type(rates_t) :: rates
       type(prospect_t) :: prospect
-      real(wp) :: points, seconds(5), spent, done, written, held
-      integer :: b, l
+      real(wp) :: points, seconds(5), spent, done, written, bytes(2)
+      type(flight_t) :: flight
       spent = model%communicator%maximum(elapsed - self%began)
       done = real(model%step - self%window_step, wp)
       written = model%communicator%maximum(model%timers%seconds(phase_output) - self%before%seconds(phase_output))
@@ -109,14 +111,12 @@ contains
       self%made = .true.
       self%step = model%step
       self%elapsed = model%communicator%maximum(elapsed)
-      self%total = self%elapsed + seconds(1)
-      held = 0.0_wp
-      do l = 1, size(model%levels)
-         do b = 1, size(model%levels(l)%blocks)
-            held = held + real(model%levels(l)%blocks(b)%bytes(), wp)
-         end do
-      end do
-      self%memory = model%communicator%sum_real(real(peak_memory(), wp) + spare_room*held)
+      flight = follow_flight(scene, model)
+      self%total = self%elapsed + seconds(1) + (flight%particle_load - 1.0_wp)*seconds(2) + (flight%block_load - 1.0_wp)*seconds(3)
+      bytes = model_bytes(model)
+      self%memory = model%communicator%sum_real(real(peak_memory(), wp)) + spare_room*bytes(1) &
+                    + (flight%most_particles/flight%particles - 1.0_wp)*(1.0_wp + spare_room)*bytes(1) &
+                    + (flight%most_blocks/flight%blocks - 1.0_wp)*bytes(2)
    end subroutine make
 
 end module m_expectation

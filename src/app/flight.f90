@@ -2,18 +2,21 @@
 !> taken to keep its shape and the velocity that its scene gives it.
 module m_flight
    use mpi_f08
-   use m_kinds, only: wp
+   use m_kinds, only: wp, i8
    use m_scene, only: scene_t
    use m_decomposition, only: all_owners
    use m_model, only: model_t, add_parents
    implicit none
    private
-   public :: follow_flight, flight_t
+   public :: follow_flight, flight_t, model_bytes
 
-   !> Of all ranks: how many there are now, and at most during the scene.
+   !> Of all ranks: how many there are now, and at most until the scene ends; and how many times as much as now there is to do in a
+   !> step of the coarsest level, on average until then.
    type :: flight_t
       real(wp) :: blocks = 1.0_wp, most_blocks = 1.0_wp
       real(wp) :: particles = 1.0_wp, most_particles = 1.0_wp
+      real(wp) :: block_load = 1.0_wp    !< of what goes with blocks
+      real(wp) :: particle_load = 1.0_wp !< of what goes with particles
    contains
       procedure :: changes
    end type flight_t
@@ -38,15 +41,15 @@ contains
       changes = self%most_blocks > self%blocks .or. self%most_particles > self%particles
    end function changes
 
-   !> Collective: follow all bodies to the end of the scene.
+   !> Collective: follow all bodies from where they are to the end of the scene.
    type(flight_t) function follow_flight(scene, model) result(flight)
       type(scene_t), intent(in) :: scene
       type(model_t), intent(in) :: model
       type(flyer_t), allocatable :: flyers(:)
-      real(wp), allocatable :: held(:)
-      logical, allocatable :: entered(:)
+      real(wp), allocatable :: held(:), steps(:), visited(:)
+      logical, allocatable :: entered(:), here(:)
       integer, allocatable :: there(:)
-      real(wp) :: fastest, time
+      real(wp) :: ahead, fastest
       integer :: b, f, moment, moments
       there = all_owners(model%levels)
       flight%blocks = count(there >= 0)
@@ -54,23 +57,29 @@ contains
       flight%particles = real(model%communicator%sum_count(model%particle_count()), wp)
       flight%most_particles = flight%particles
       fastest = maxval([(norm2(scene%bodies(b)%velocity), b=1, size(scene%bodies))])
-      moments = ceiling(min(fastest*scene%end_time/(stride*model%levels(size(model%levels))%grid%cell), real(most_moments, wp)))
-      if (moments == 0) return
+      ahead = scene%end_time - model%time
+      moments = ceiling(min(fastest*ahead/(stride*model%levels(size(model%levels))%grid%cell), real(most_moments, wp)))
+      if (moments <= 0) return
       flyers = all_flyers(scene, model)
-      allocate (held(moments), source=0.0_wp)
-      allocate (entered(size(there)), source=.false.)
-      do moment = 1, moments
-         time = moment*scene%end_time/moments
+      allocate (held(0:moments), steps(0:moments), visited(0:moments), source=0.0_wp)
+      allocate (entered(size(there)), here(size(there)), source=.false.)
+      do moment = 0, moments
+         here = .false.
          do f = 1, size(flyers)
-            call look(model, flyers(f), time*flyers(f)%velocity, entered, held(moment))
+            call look(model, flyers(f), (moment*ahead/moments)*flyers(f)%velocity, here, held(moment), steps(moment))
          end do
+         call MPI_Allreduce(MPI_IN_PLACE, here, size(here), MPI_LOGICAL, MPI_LOR, model%communicator%comm)
+         visited(moment) = count(here)
+         entered = entered .or. here
       end do
       call MPI_Allreduce(MPI_IN_PLACE, held, size(held), MPI_DOUBLE_PRECISION, MPI_SUM, model%communicator%comm)
-      call MPI_Allreduce(MPI_IN_PLACE, entered, size(entered), MPI_LOGICAL, MPI_LOR, model%communicator%comm)
+      call MPI_Allreduce(MPI_IN_PLACE, steps, size(steps), MPI_DOUBLE_PRECISION, MPI_SUM, model%communicator%comm)
       there = merge(0, -1, there >= 0 .or. entered)
       call add_parents(model%levels, there)
       flight%most_blocks = count(there >= 0)
       flight%most_particles = max(flight%particles, maxval(held))
+      flight%block_load = max(1.0_wp, sum(visited)/(size(visited)*max(1.0_wp, visited(0)))) ! bodies that meet do not pass
+      flight%particle_load = sum(steps)/(size(steps)*max(1.0_wp, steps(0)))
    end function follow_flight
 
    !> What this rank's blocks hold, body by body.
@@ -102,18 +111,20 @@ contains
       end do
    end function all_flyers
 
-   !> Mark the blocks that a part of a body is in when it has gone so far, and count its particles: eight for one, level by level.
-   subroutine look(model, flyer, way, entered, held)
+   !> Mark the blocks that a part of a body is in when it has gone so far, and count its particles, eight for one, level by level, and
+   !> their steps in one of the coarsest level.
+   subroutine look(model, flyer, way, entered, held, steps)
       type(model_t), intent(in) :: model
       type(flyer_t), intent(in) :: flyer
       real(wp), intent(in) :: way(3) !< m
       logical, intent(inout) :: entered(:)
-      real(wp), intent(inout) :: held
-      real(wp) :: low(3), high(3)
+      real(wp), intent(inout) :: held, steps
+      real(wp) :: low(3), high(3), particles
       integer :: l, home
-      low = flyer%low + way
-      high = flyer%high + way
-      if (any(high < model%levels(1)%grid%lower .or. low > model%levels(1)%grid%upper)) return
+      associate (grid => model%levels(1)%grid) ! at its sides what flies is held, or the run ends
+         low = min(max(flyer%low + way, grid%lower), grid%upper - (flyer%high - flyer%low))
+      end associate
+      high = low + (flyer%high - flyer%low)
       home = 1
       do l = 1, size(model%levels)
          if (.not. model%levels(l)%region%overlaps(low, high)) exit
@@ -123,7 +134,26 @@ contains
          end if
          call model%mark_around(l, max(low, model%levels(l)%region%lower), min(high, model%levels(l)%region%upper), entered)
       end do
-      held = held + flyer%particles*8.0_wp**(home - flyer%level)
+      particles = flyer%particles*8.0_wp**(home - flyer%level)
+      held = held + particles
+      steps = steps + particles*merge(2.0_wp**(home - 1), 1.0_wp, model%method%subcycle)
    end subroutine look
+
+   !> Collective: bytes of particles and of the rest of all levels.
+   function model_bytes(model) result(bytes)
+      type(model_t), intent(in) :: model
+      real(wp) :: bytes(2)
+      integer(i8) :: stores, all
+      integer :: b, l
+      stores = 0
+      all = 0
+      do l = 1, size(model%levels)
+         all = all + model%levels(l)%bytes()
+         do b = 1, size(model%levels(l)%blocks)
+            stores = stores + model%levels(l)%blocks(b)%bytes()
+         end do
+      end do
+      bytes = real([model%communicator%sum_count(stores), model%communicator%sum_count(all - stores)], wp)
+   end function model_bytes
 
 end module m_flight

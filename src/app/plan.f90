@@ -10,7 +10,7 @@ module m_plan
    use m_particle_store, only: spare_room
    use m_forecast, only: particle_rows
    use m_calibration, only: calibrate, calibration_t
-   use m_flight, only: follow_flight, flight_t
+   use m_flight, only: follow_flight, flight_t, model_bytes
    use m_alternatives, only: price_t, say_alternatives
    use m_console, only: console_t
    use m_cost_report, only: cost_t, write_cost_report, cost_line_length
@@ -21,12 +21,13 @@ module m_plan
 
 contains
 
-   !> Collective: measure, and say. The model is spent afterwards.
-   subroutine print_plan(console, scene, model, kept)
+   !> Collective: measure, and say. The model is spent afterwards. A scene whose first steps fail has no plan.
+   subroutine print_plan(console, scene, model, kept, error)
       type(console_t), intent(inout) :: console
       type(scene_t), intent(in) :: scene
       type(model_t), intent(inout) :: model
       real(wp), intent(in) :: kept !< memory of the guard's copies on all ranks, bytes
+      type(error_t), intent(inout) :: error
       type(calibration_t) :: found
       type(price_t) :: price
       type(flight_t) :: flight
@@ -35,9 +36,11 @@ contains
       bytes = model_bytes(model)
       bytes(1) = (1.0_wp + spare_room)*bytes(1)
       flight = follow_flight(scene, model)
-      call calibrate(found, scene, model)
+      call calibrate(found, scene, model, error)
+      if (error%happened()) return
       seconds = found%prospect%seconds(found%rates, model%timers%names)
-      price = price_t(particles=seconds(2), blocks=seconds(3), contact=found%prospect%steps*found%rates%contact, &
+      price = price_t(particles=flight%particle_load*seconds(2), blocks=flight%block_load*seconds(3), &
+                      contact=found%prospect%steps*found%rates%contact, &
                       contact_points=found%prospect%touches*found%rates%contact_point, output=seconds(5))
       price%stores = bytes(1)
       price%tiles = bytes(2)
@@ -52,27 +55,10 @@ contains
       price%buffers = price%buffers*flight%most_particles/flight%particles
       price%tiles = price%tiles*flight%most_blocks/flight%blocks
       call say_plan(console, scene, model, found, flight, price, first)
-      call say_table(console, model, found, price)
+      call say_table(console, model, found, flight, price)
       call say_alternatives(console, scene, model, found, price)
       call console%line('planned: '//scene%title//'; nothing was run and nothing written')
    end subroutine print_plan
-
-   !> Collective: bytes of particles and of the rest of all levels.
-   function model_bytes(model) result(bytes)
-      type(model_t), intent(in) :: model
-      real(wp) :: bytes(2)
-      integer(i8) :: stores, all
-      integer :: b, l
-      stores = 0
-      all = 0
-      do l = 1, size(model%levels)
-         all = all + model%levels(l)%bytes()
-         do b = 1, size(model%levels(l)%blocks)
-            stores = stores + model%levels(l)%blocks(b)%bytes()
-         end do
-      end do
-      bytes = real([model%communicator%sum_count(stores), model%communicator%sum_count(all - stores)], wp)
-   end function model_bytes
 
    !> Collective: the figures of the scene as it is.
    subroutine say_plan(console, scene, model, found, flight, price, first)
@@ -114,10 +100,11 @@ contains
    end subroutine say_plan
 
    !> Collective: predicted seconds by phase, effect and level, as the closing summary of a run has the real ones.
-   subroutine say_table(console, model, found, price)
+   subroutine say_table(console, model, found, flight, price)
       type(console_t), intent(inout) :: console
       type(model_t), intent(in) :: model
       type(calibration_t), intent(in) :: found
+      type(flight_t), intent(in) :: flight
       type(price_t), intent(in) :: price
       type(cost_t) :: cost
       type(error_t) :: error
@@ -129,9 +116,9 @@ contains
       steps = found%prospect%steps
       do l = 1, size(model%levels)
          where (particle_rows(size(cost%timers%names), cost%timers%names))
-            cost%timers%on_levels(:, l) = steps*(1.0_wp - found%prospect%rest)*found%rates%rows(:, l)
+            cost%timers%on_levels(:, l) = flight%particle_load*steps*(1.0_wp - found%prospect%rest)*found%rates%rows(:, l)
          elsewhere
-            cost%timers%on_levels(:, l) = steps*found%rates%rows(:, l)
+            cost%timers%on_levels(:, l) = flight%block_load*steps*found%rates%rows(:, l)
          end where
       end do
       n = size(model%levels)
@@ -140,7 +127,7 @@ contains
       cost%timers%seconds(phase_output) = price%output
       allocate (cost%level_steps(n))
       do l = 1, n
-         cost%level_steps(l) = nint(steps*merge(2.0_wp**(l - 1), 1.0_wp, model%method%subcycle) &
+         cost%level_steps(l) = nint(flight%particle_load*steps*merge(2.0_wp**(l - 1), 1.0_wp, model%method%subcycle) &
                                     *real(model%communicator%sum_count(model%levels(l)%particle_count()), wp), i8)
       end do
       cost%particle_steps = sum(cost%level_steps)

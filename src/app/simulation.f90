@@ -90,7 +90,7 @@ contains
          call self%console%line('guard      '//self%guard%sentence(self%model))
          call self%balance%begin(self%model)
          call self%guard%save(self%model, self%balance, written=.true.)
-         call print_plan(self%console, self%scene, self%model, self%guard%kept_bytes(self%model))
+         call print_plan(self%console, self%scene, self%model, self%guard%kept_bytes(self%model), self%error)
          return
       end if
       if (.not. before%happened) then

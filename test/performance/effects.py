@@ -9,7 +9,7 @@ is empty, their files are gone, and so is everything in the step that asks for t
 where the machine lets it (then of the build opt), else by callgrind (of the build avx2: it knows no AVX-512). Start and end of a
 run drop out: the figure is the difference of a longer and a shorter run, over the difference of their particle-steps. A scene
 that calls for an effect cannot run on the bare build: only the full one is measured. Exits 1 when a scene without effects costs
-more than 1 % more.
+more than 1 % more; or less: then the bare build does something else.
 """
 import argparse
 import os
@@ -83,6 +83,7 @@ def strip(source):
     nodes, step = source/'stepping/node_step.f90', source/'stepping/particle_step.f90'
     for path in nodes, step:
         replace(path, r' \.and\. \.not\. model%effect_step\(l\)%\w+', '')
+    replace(nodes, r'\.not\. model%effect_step\(l\)%works \.and\. ', '')
     replace(nodes, r'= model%effect_step\(l\)%works', '= .false.')
     # means over cells: the second loop over blocks, and what waits for it
     replace(step, r'(?s)      if \(\.not\. shares_cells\) return\n.*?(?=   end subroutine to_particles)', '')
@@ -202,18 +203,20 @@ def count_scene(counter, programs, name, work):
         return text.replace('particles_per_cell=8', 'particles_per_cell=1') if thin else text
     updates = 2e6 if counter.perf else 4e5  # worth waiting for
     longer = 2 if thin else 1 + max(1, min(20, int(updates/particles)))
-    figures, runs = [], []
+    figures, taken = [], set()
     for program in programs:
         runs = []
         for steps in (1, longer):
             said, instructions = counter.run(program, scene((steps - 0.5)*step/end))
-            if steps_of(said) != steps:
-                raise SystemExit(f'{name}: {steps_of(said)} steps, not {steps}')
-            runs.append((updates_of(said), instructions))
+            runs.append((updates_of(said), instructions, steps_of(said)))
             if program == programs[0]:
-                spoken, rows = said, rows_entered(out/'cost.dat', steps)
+                spoken, rows = said, rows_entered(out/'cost.dat', steps_of(said))
+        taken.add((runs[0][2], runs[1][2]))  # where waves become faster, some more than asked for
         figures.append((runs[1][1] - runs[0][1])/(runs[1][0] - runs[0][0]))
-    return figures, spoken, rows, f'{longer - 1}{" *" if thin else ""}'
+    few, many = taken.pop()
+    if taken or not 1 <= few < many:
+        raise SystemExit(f'{name}: {few} and {many} steps on one program, {taken} on the other')
+    return figures, spoken, rows, f'{many - few}{" *" if thin else ""}'
 
 
 def main():
@@ -230,20 +233,21 @@ def main():
     groups = effect_groups(ROOT/'src')
     head(['scene', 'effects on (B a particle)', 'fields [B a particle]', 'rows entered, calls a step', 'steps counted',
           'instructions a particle-step', 'bare build', 'more [%]'])
-    dearest = None
+    shares = {}
     for name in options.only or sorted(path.stem for path in (ROOT/'input').glob('*.nml')):
         calls = called_for(name, groups)
         figures, said, rows, steps = count_scene(counter, [full] if calls else [full, bare], name, work)
         effects = re.search(r'^effects +(.*?)(?:; left out: .*)?$', said, re.M)[1].replace(' B a particle', '')
         more = 100*(figures[0]/figures[1] - 1) if not calls else None
         if more is not None:
-            dearest = max(more, dearest if dearest is not None else more)
+            shares[name] = more
         row([name, effects, re.search(r'together (\d+) B', said)[1], rows, steps, f'{figures[0]:.1f}',
              f'{figures[1]:.1f}' if more is not None else '', f'{more:.2f}' if more is not None else ''])
     print(f'\nOne rank, build {counter.build}, counted by {counter.name}. '
           '* with one particle a cell: eight take the counter too long.')
-    if dearest is not None and dearest > ALLOWED:
-        raise SystemExit(f'FAILED: a scene without effects costs {dearest:.2f} % more than on the bare build, allowed {ALLOWED} %')
+    wrong = {name: f'{more:.2f} %' for name, more in shares.items() if abs(more) > ALLOWED}
+    if wrong:
+        raise SystemExit(f'FAILED: scenes without effects cost that much more than on the bare build, allowed {ALLOWED} % either way: {wrong}')
 
 
 if __name__ == '__main__':

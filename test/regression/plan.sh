@@ -1,6 +1,6 @@
 #!/bin/sh
 # mode='plan': writes nothing, exits 0, and says what the run then has (plan.py): a scene with a tool, one with levels, one without
-# either. A plan of bad input, and one of a run that goes on, are refused.
+# either, and one that moves at once. A plan of bad input, and one of a run that goes on, are refused; a scene that fails has none.
 #test: limit 200
 . "$(dirname "$0")/../harness/env.sh"
 
@@ -23,6 +23,8 @@ sed "s:'out/two_spheres':'out':; s/,'tecplot'//" "$ROOT/input/two_spheres.nml" >
 planned spheres spheres.nml 1
 sed "s:'out/incline':'out':; s/end_time=0.3/end_time=0.03/" "$ROOT/input/incline.nml" >incline.nml
 planned incline incline.nml 1
+sed "s:'out/taylor':'out':; s/end_time=80e-6/end_time=4e-6/; s/every=20e-6/every=1e-6/" "$ROOT/input/taylor.nml" >taylor.nml
+planned taylor taylor.nml 1 impact
 planned levels "$ROOT/test/io/levels.nml" 2 flying
 
 sed "s/cell_size=[0-9.e-]*/cell_size=-1/" plan_cone.nml >bad.nml
@@ -37,3 +39,11 @@ sed "s/mode='plan'/mode='guess'/" plan_cone.nml >other.nml
 status=0
 "$GIMP3D" <other.nml >other.log 2>&1 || status=$?
 [ $status -eq 2 ] && grep -q "mode='guess'" other.log || fail "another mode: status $status, $(cat other.log)"
+
+sed "s/&scene /\&scene mode='plan', /" "$ROOT/test/regression/leaving.nml" >leaving.nml
+for n in 1 2; do
+   status=0
+   run_scene $n leaving.nml leaving.log || status=$?
+   [ $status -eq 3 ] && grep -q '^gimp3d: no plan can be made, for the first steps of the scene fail: .* left the grid' leaving.log ||
+      fail "plan of a scene that fails, on $n: status $status, $(cat leaving.log)"
+done
