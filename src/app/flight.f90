@@ -32,6 +32,7 @@ module m_flight
    real(wp), parameter :: stride = 2.0_wp   !< of the fastest body from one moment to the next, in cells of the finest level: a quarter
                                             !< of a block
    integer, parameter :: most_moments = 1000
+   integer, parameter :: most_counts = 20   !< of the blocks that are visited at a time, over all ranks
 
 contains
 
@@ -46,11 +47,11 @@ contains
       type(scene_t), intent(in) :: scene
       type(model_t), intent(in) :: model
       type(flyer_t), allocatable :: flyers(:)
-      real(wp), allocatable :: held(:), steps(:), visited(:)
+      real(wp), allocatable :: held(:), steps(:)
       logical, allocatable :: entered(:), here(:)
       integer, allocatable :: there(:)
-      real(wp) :: ahead, fastest
-      integer :: b, f, moment, moments
+      real(wp) :: ahead, fastest, visited(0:most_counts)
+      integer :: b, counts, f, moment, moments, n
       there = all_owners(model%levels)
       flight%blocks = count(there >= 0)
       flight%most_blocks = flight%blocks
@@ -61,24 +62,29 @@ contains
       moments = ceiling(min(fastest*ahead/(stride*model%levels(size(model%levels))%grid%cell), real(most_moments, wp)))
       if (moments <= 0) return
       flyers = all_flyers(scene, model)
-      allocate (held(0:moments), steps(0:moments), visited(0:moments), source=0.0_wp)
+      allocate (held(0:moments), steps(0:moments), source=0.0_wp)
       allocate (entered(size(there)), here(size(there)), source=.false.)
+      counts = min(moments, most_counts)
+      n = 0
       do moment = 0, moments
          here = .false.
          do f = 1, size(flyers)
             call look(model, flyers(f), (moment*ahead/moments)*flyers(f)%velocity, here, held(moment), steps(moment))
          end do
-         call MPI_Allreduce(MPI_IN_PLACE, here, size(here), MPI_LOGICAL, MPI_LOR, model%communicator%comm)
-         visited(moment) = count(here)
          entered = entered .or. here
+         if (moment*counts < n*moments) cycle
+         call MPI_Allreduce(MPI_IN_PLACE, here, size(here), MPI_LOGICAL, MPI_LOR, model%communicator%comm)
+         visited(n) = count(here)
+         n = n + 1
       end do
+      call MPI_Allreduce(MPI_IN_PLACE, entered, size(entered), MPI_LOGICAL, MPI_LOR, model%communicator%comm)
       call MPI_Allreduce(MPI_IN_PLACE, held, size(held), MPI_DOUBLE_PRECISION, MPI_SUM, model%communicator%comm)
       call MPI_Allreduce(MPI_IN_PLACE, steps, size(steps), MPI_DOUBLE_PRECISION, MPI_SUM, model%communicator%comm)
       there = merge(0, -1, there >= 0 .or. entered)
       call add_parents(model%levels, there)
       flight%most_blocks = count(there >= 0)
       flight%most_particles = max(flight%particles, maxval(held))
-      flight%block_load = max(1.0_wp, sum(visited)/(size(visited)*max(1.0_wp, visited(0)))) ! bodies that meet do not pass
+      flight%block_load = max(1.0_wp, sum(visited(:n - 1))/(n*max(1.0_wp, visited(0)))) ! bodies that meet do not pass
       flight%particle_load = sum(steps)/(size(steps)*max(1.0_wp, steps(0)))
    end function follow_flight
 
