@@ -6,8 +6,7 @@ module m_expectation
    use m_scene, only: scene_t
    use m_model, only: model_t
    use m_particle_store, only: spare_room
-   use m_flight, only: follow_flight, flight_t, model_bytes
-   use m_forecast, only: rates_t, prospect_t, rates_of, look_ahead, contact_steps
+   use m_forecast, only: rates_t, prospect_t, rates_of, look_ahead, contact_steps, model_bytes
    implicit none
    private
 
@@ -94,7 +93,6 @@ contains
       type(rates_t) :: rates
       type(prospect_t) :: prospect
       real(wp) :: points, seconds(5), spent, done, written, bytes(2)
-      type(flight_t) :: flight
       spent = model%communicator%maximum(elapsed - self%began)
       done = real(model%step - self%window_step, wp)
       written = model%communicator%maximum(model%timers%seconds(phase_output) - self%before%seconds(phase_output))
@@ -111,12 +109,13 @@ contains
       self%made = .true.
       self%step = model%step
       self%elapsed = model%communicator%maximum(elapsed)
-      flight = follow_flight(scene, model)
-      self%total = self%elapsed + seconds(1) + (flight%particle_load - 1.0_wp)*seconds(2) + (flight%block_load - 1.0_wp)*seconds(3)
+      self%total = self%elapsed + seconds(1)
       bytes = model_bytes(model)
-      self%memory = model%communicator%sum_real(real(peak_memory(), wp)) + spare_room*bytes(1) &
-                    + (flight%most_particles/flight%particles - 1.0_wp)*(1.0_wp + spare_room)*bytes(1) &
-                    + (flight%most_blocks/flight%blocks - 1.0_wp)*bytes(2)
+      associate (flight => prospect%flight)
+         self%memory = model%communicator%sum_real(real(peak_memory(), wp)) &
+                       + ((1.0_wp + spare_room)*flight%most_particles/flight%particles - 1.0_wp)*bytes(1) &
+                       + (flight%most_blocks/flight%blocks - 1.0_wp)*bytes(2)
+      end associate
    end subroutine make
 
 end module m_expectation

@@ -8,9 +8,8 @@ module m_plan
    use m_scene, only: scene_t
    use m_model, only: model_t
    use m_particle_store, only: spare_room
-   use m_forecast, only: particle_rows
+   use m_forecast, only: particle_rows, model_bytes
    use m_calibration, only: calibrate, calibration_t
-   use m_flight, only: follow_flight, flight_t, model_bytes
    use m_alternatives, only: price_t, say_alternatives
    use m_console, only: console_t
    use m_cost_report, only: cost_t, write_cost_report, cost_line_length
@@ -30,17 +29,14 @@ contains
       type(error_t), intent(inout) :: error
       type(calibration_t) :: found
       type(price_t) :: price
-      type(flight_t) :: flight
       real(wp) :: seconds(5), first, bytes(2)
       first = console%elapsed() ! reading and building
       bytes = model_bytes(model)
       bytes(1) = (1.0_wp + spare_room)*bytes(1)
-      flight = follow_flight(scene, model)
       call calibrate(found, scene, model, error)
       if (error%happened()) return
       seconds = found%prospect%seconds(found%rates, model%timers%names)
-      price = price_t(particles=flight%particle_load*seconds(2), blocks=flight%block_load*seconds(3), &
-                      contact=found%prospect%steps*found%rates%contact, &
+      price = price_t(particles=seconds(2), blocks=seconds(3), contact=found%prospect%steps*found%rates%contact, &
                       contact_points=found%prospect%touches*found%rates%contact_point, output=seconds(5))
       price%stores = bytes(1)
       price%tiles = bytes(2)
@@ -51,26 +47,27 @@ contains
          price%buffers = price%buffers + found%writing_bytes
          price%base = price%base + found%library_bytes
       end if
-      price%stores = price%stores*flight%most_particles/flight%particles
-      price%buffers = price%buffers*flight%most_particles/flight%particles
-      price%tiles = price%tiles*flight%most_blocks/flight%blocks
-      call say_plan(console, scene, model, found, flight, price, first)
-      call say_table(console, model, found, flight, price)
+      associate (flight => found%prospect%flight)
+         price%stores = price%stores*flight%most_particles/flight%particles
+         price%buffers = price%buffers*flight%most_particles/flight%particles
+         price%tiles = price%tiles*flight%most_blocks/flight%blocks
+      end associate
+      call say_plan(console, scene, model, found, price, first)
+      call say_table(console, model, found, price)
       call say_alternatives(console, scene, model, found, price)
       call console%line('planned: '//scene%title//'; nothing was run and nothing written')
    end subroutine print_plan
 
    !> Collective: the figures of the scene as it is.
-   subroutine say_plan(console, scene, model, found, flight, price, first)
+   subroutine say_plan(console, scene, model, found, price, first)
       type(console_t), intent(inout) :: console
       type(scene_t), intent(in) :: scene
       type(model_t), intent(in) :: model
       type(calibration_t), intent(in) :: found
-      type(flight_t), intent(in) :: flight
       type(price_t), intent(in) :: price
       real(wp), intent(in) :: first !< s until the first step
       character(len=:), allocatable :: text
-      associate (prospect => found%prospect)
+      associate (prospect => found%prospect, flight => found%prospect%flight)
          call console%line('')
          call console%line('plan       by '//to_text(found%steps)//' steps timed on '//to_text(model%communicator%ranks)// &
                            ' rank(s) in '//duration(found%seconds))
@@ -100,36 +97,34 @@ contains
    end subroutine say_plan
 
    !> Collective: predicted seconds by phase, effect and level, as the closing summary of a run has the real ones.
-   subroutine say_table(console, model, found, flight, price)
+   subroutine say_table(console, model, found, price)
       type(console_t), intent(inout) :: console
       type(model_t), intent(in) :: model
       type(calibration_t), intent(in) :: found
-      type(flight_t), intent(in) :: flight
       type(price_t), intent(in) :: price
       type(cost_t) :: cost
       type(error_t) :: error
       character(len=cost_line_length), allocatable :: lines(:)
-      real(wp) :: steps
+      real(wp) :: steps, particle_load, block_load, held(size(model%levels))
       integer :: l, n
       cost%timers = model%timers
       cost%timers%calls = 0
       steps = found%prospect%steps
+      particle_load = found%prospect%flight%particle_load
+      block_load = found%prospect%flight%block_load
       do l = 1, size(model%levels)
          where (particle_rows(size(cost%timers%names), cost%timers%names))
-            cost%timers%on_levels(:, l) = flight%particle_load*steps*(1.0_wp - found%prospect%rest)*found%rates%rows(:, l)
+            cost%timers%on_levels(:, l) = particle_load*(1.0_wp - found%prospect%rest)*steps*found%rates%rows(:, l)
          elsewhere
-            cost%timers%on_levels(:, l) = flight%block_load*steps*found%rates%rows(:, l)
+            cost%timers%on_levels(:, l) = block_load*steps*found%rates%rows(:, l)
          end where
       end do
       n = size(model%levels)
       cost%timers%on_levels(phase_contact, n) = price%contact + price%contact_points
       cost%timers%seconds = sum(cost%timers%on_levels, dim=2)
       cost%timers%seconds(phase_output) = price%output
-      allocate (cost%level_steps(n))
-      do l = 1, n
-         cost%level_steps(l) = nint(flight%particle_load*steps*merge(2.0_wp**(l - 1), 1.0_wp, model%method%subcycle) &
-                                    *real(model%communicator%sum_count(model%levels(l)%particle_count()), wp), i8)
-      end do
+      held = [(real(model%communicator%sum_count(model%levels(l)%particle_count()), wp), l=1, n)]*model%steps_of_levels()
+      cost%level_steps = nint(steps*found%prospect%flight%particle_steps*held/sum(held), i8)
       cost%particle_steps = sum(cost%level_steps)
       cost%elapsed = price%time()
       call write_cost_report(model%communicator, cost, '', lines, error)

@@ -8,10 +8,11 @@ module m_forecast
    use m_scene, only: scene_t
    use m_tool, only: tool_t
    use m_model, only: model_t
+   use m_flight, only: flight_t, follow_flight
    use m_time_step, only: steps_between
    implicit none
    private
-   public :: rates_t, prospect_t, rates_of, look_ahead, contact_points, contact_steps, particle_rows
+   public :: rates_t, prospect_t, rates_of, look_ahead, contact_points, contact_steps, particle_rows, model_bytes
 
    integer, parameter :: halvings = 6       !< of one of them, to find when tools touch
    integer, parameter, public :: parts = 20 !< of the time to come, each with its own number of contact points
@@ -38,6 +39,7 @@ module m_forecast
       real(wp) :: rest = 0.0_wp             !< particle-steps of blocks at rest, over the particle-steps of all: at most 1
       real(wp) :: rows = 0.0_wp             !< of histories
       real(wp) :: snapshots = 0.0_wp
+      type(flight_t) :: flight
    contains
       procedure :: seconds
    end type prospect_t
@@ -128,6 +130,7 @@ contains
       end do
       prospect%steps = max(1.0_wp, real(ceiling(steps_between(scene, model, model%time, scene%end_time) - 1.0e-6_wp, i8), wp))
       call find_rest(prospect, scene, model)
+      prospect%flight = follow_flight(scene, model)
       every = scene%output%history_every
       if (every <= 0.0_wp) every = scene%end_time/1000
       prospect%rows = min(prospect%steps, 1 + (scene%end_time - model%time)/every)
@@ -255,11 +258,28 @@ contains
       type(rates_t), intent(in) :: rates
       character(len=*), intent(in) :: names(:) !< of the rows
       real(wp) :: spent(5)
-      spent(2) = self%steps*(1.0_wp - self%rest)*sum(rates%particles(names))
-      spent(3) = self%steps*rates%blocks(names)
+      spent(2) = self%flight%particle_load*self%steps*(1.0_wp - self%rest)*sum(rates%particles(names))
+      spent(3) = self%flight%block_load*self%steps*rates%blocks(names)
       spent(4) = self%steps*rates%contact + self%touches*rates%contact_point
       spent(5) = self%rows*rates%history + self%snapshots*rates%snapshot
       spent(1) = sum(spent(2:5))
    end function seconds
+
+   !> Collective: bytes of particles and of the rest of all levels.
+   function model_bytes(model) result(bytes)
+      type(model_t), intent(in) :: model
+      real(wp) :: bytes(2)
+      integer(i8) :: stores, all
+      integer :: b, l
+      stores = 0
+      all = 0
+      do l = 1, size(model%levels)
+         all = all + model%levels(l)%bytes()
+         do b = 1, size(model%levels(l)%blocks)
+            stores = stores + model%levels(l)%blocks(b)%bytes()
+         end do
+      end do
+      bytes = real([model%communicator%sum_count(stores), model%communicator%sum_count(all - stores)], wp)
+   end function model_bytes
 
 end module m_forecast

@@ -49,6 +49,7 @@ def main():
         one, other = (int(find(r"^(\d+) particle-steps on", text, "particle-steps")[1]) for text in (plan, run))
         if not 0.6 < one / other < 1.6:
             wrong.append(f"{one} particle-steps were planned, {other} done")
+        print(f"   {most[0]} node blocks planned, {there[0]} in the end; {most[1]} particles, {there[1]}; {one} particle-steps, {other}")
     time = float(find(r"^time       .*\(([0-9.e+-]+) s\)", plan, "time")[1])
     took = float(find(r'AUXDATA elapsed_s="(.*)"', (directory / "cost.dat").read_text(), "time in cost.dat")[1])
     if not 0.1 < time / took < 10:

@@ -2,13 +2,13 @@
 !> taken to keep its shape and the velocity that its scene gives it.
 module m_flight
    use mpi_f08
-   use m_kinds, only: wp, i8
+   use m_kinds, only: wp
    use m_scene, only: scene_t
    use m_decomposition, only: all_owners
    use m_model, only: model_t, add_parents
    implicit none
    private
-   public :: follow_flight, flight_t, model_bytes
+   public :: follow_flight, flight_t
 
    !> Of all ranks: how many there are now, and at most until the scene ends; and how many times as much as now there is to do in a
    !> step of the coarsest level, on average until then.
@@ -17,6 +17,7 @@ module m_flight
       real(wp) :: particles = 1.0_wp, most_particles = 1.0_wp
       real(wp) :: block_load = 1.0_wp    !< of what goes with blocks
       real(wp) :: particle_load = 1.0_wp !< of what goes with particles
+      real(wp) :: particle_steps = 0.0_wp !< in a step of the coarsest level, on average
    contains
       procedure :: changes
    end type flight_t
@@ -47,16 +48,19 @@ contains
       type(scene_t), intent(in) :: scene
       type(model_t), intent(in) :: model
       type(flyer_t), allocatable :: flyers(:)
-      real(wp), allocatable :: held(:), steps(:)
+      real(wp), allocatable :: held(:), steps(:), block_steps(:)
       logical, allocatable :: entered(:), here(:)
       integer, allocatable :: there(:)
-      real(wp) :: ahead, fastest, visited(0:most_counts)
-      integer :: b, counts, f, moment, moments, n
+      real(wp) :: ahead, fastest, particles, visited(0:most_counts)
+      integer :: b, counts, f, home, l, level_steps(size(model%levels)), moment, moments, n
+      level_steps = model%steps_of_levels()
       there = all_owners(model%levels)
       flight%blocks = count(there >= 0)
       flight%most_blocks = flight%blocks
       flight%particles = real(model%communicator%sum_count(model%particle_count()), wp)
       flight%most_particles = flight%particles
+      flight%particle_steps = model%communicator%sum_real(sum([(real(level_steps(l), wp)*model%levels(l)%particle_count(), &
+                                                                l=1, size(level_steps))]))
       fastest = maxval([(norm2(scene%bodies(b)%velocity), b=1, size(scene%bodies))])
       ahead = scene%end_time - model%time
       moments = ceiling(min(fastest*ahead/(stride*model%levels(size(model%levels))%grid%cell), real(most_moments, wp)))
@@ -64,17 +68,20 @@ contains
       flyers = all_flyers(scene, model)
       allocate (held(0:moments), steps(0:moments), source=0.0_wp)
       allocate (entered(size(there)), here(size(there)), source=.false.)
+      block_steps = [(spread(real(level_steps(l), wp), 1, product(model%levels(l)%grid%blocks)), l=1, size(model%levels))]
       counts = min(moments, most_counts)
       n = 0
       do moment = 0, moments
          here = .false.
          do f = 1, size(flyers)
-            call look(model, flyers(f), (moment*ahead/moments)*flyers(f)%velocity, here, held(moment), steps(moment))
+            call look(model, flyers(f), (moment*ahead/moments)*flyers(f)%velocity, here, particles, home)
+            held(moment) = held(moment) + particles
+            steps(moment) = steps(moment) + particles*level_steps(home)
          end do
          entered = entered .or. here
          if (moment*counts < n*moments) cycle
          call MPI_Allreduce(MPI_IN_PLACE, here, size(here), MPI_LOGICAL, MPI_LOR, model%communicator%comm)
-         visited(n) = count(here)
+         visited(n) = sum(block_steps, mask=here)
          n = n + 1
       end do
       call MPI_Allreduce(MPI_IN_PLACE, entered, size(entered), MPI_LOGICAL, MPI_LOR, model%communicator%comm)
@@ -84,8 +91,9 @@ contains
       call add_parents(model%levels, there)
       flight%most_blocks = count(there >= 0)
       flight%most_particles = max(flight%particles, maxval(held))
-      flight%block_load = max(1.0_wp, sum(visited(:n - 1))/(n*max(1.0_wp, visited(0)))) ! bodies that meet do not pass
+      flight%block_load = max(1.0_wp, sum(visited(:n - 1))/(n*max(1.0_wp, visited(0)))) ! bodies that meet do not share theirs
       flight%particle_load = sum(steps)/(size(steps)*max(1.0_wp, steps(0)))
+      flight%particle_steps = flight%particle_load*flight%particle_steps
    end function follow_flight
 
    !> What this rank's blocks hold, body by body.
@@ -117,16 +125,17 @@ contains
       end do
    end function all_flyers
 
-   !> Mark the blocks that a part of a body is in when it has gone so far, and count its particles, eight for one, level by level, and
-   !> their steps in one of the coarsest level.
-   subroutine look(model, flyer, way, entered, held, steps)
+   !> Mark the blocks that a part of a body is in when it has gone so far; the level where it lives then, and how many particles it is
+   !> there: eight for one, level by level.
+   subroutine look(model, flyer, way, entered, particles, home)
       type(model_t), intent(in) :: model
       type(flyer_t), intent(in) :: flyer
       real(wp), intent(in) :: way(3) !< m
       logical, intent(inout) :: entered(:)
-      real(wp), intent(inout) :: held, steps
-      real(wp) :: low(3), high(3), particles
-      integer :: l, home
+      real(wp), intent(out) :: particles
+      integer, intent(out) :: home
+      real(wp) :: low(3), high(3)
+      integer :: l
       associate (grid => model%levels(1)%grid) ! at its sides what flies is held, or the run ends
          low = min(max(flyer%low + way, grid%lower), grid%upper - (flyer%high - flyer%low))
       end associate
@@ -141,25 +150,6 @@ contains
          call model%mark_around(l, max(low, model%levels(l)%region%lower), min(high, model%levels(l)%region%upper), entered)
       end do
       particles = flyer%particles*8.0_wp**(home - flyer%level)
-      held = held + particles
-      steps = steps + particles*merge(2.0_wp**(home - 1), 1.0_wp, model%method%subcycle)
    end subroutine look
-
-   !> Collective: bytes of particles and of the rest of all levels.
-   function model_bytes(model) result(bytes)
-      type(model_t), intent(in) :: model
-      real(wp) :: bytes(2)
-      integer(i8) :: stores, all
-      integer :: b, l
-      stores = 0
-      all = 0
-      do l = 1, size(model%levels)
-         all = all + model%levels(l)%bytes()
-         do b = 1, size(model%levels(l)%blocks)
-            stores = stores + model%levels(l)%blocks(b)%bytes()
-         end do
-      end do
-      bytes = real([model%communicator%sum_count(stores), model%communicator%sum_count(all - stores)], wp)
-   end function model_bytes
 
 end module m_flight
