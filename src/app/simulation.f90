@@ -54,7 +54,8 @@ module m_simulation
       procedure, private :: meet_fault
    end type simulation_t
 
-   integer, parameter :: rebalance_every = 200        !< steps
+   integer, parameter :: rebalance_every = 100        !< steps
+   integer, parameter :: placement_lasts = 500        !< steps: moves of blocks are to pay in so many, for work drifts slowly
 
 contains
 
@@ -144,7 +145,7 @@ contains
       end if
       if (mod(self%model%step, int(rebalance_every, i8)) == 0) then
          call self%model%fold()
-         call self%model%rebalance(self%error)
+         call self%model%rebalance(placement_lasts, self%error)
       end if
       self%facts%guard = self%guard%facts()
       call self%keeper%keep(self%scene, self%model, self%balance, self%facts, self%recorder, self%course%stop_reason, self%error)

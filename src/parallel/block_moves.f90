@@ -1,10 +1,12 @@
-!> What a partition of the blocks leaves to be gained. METIS balances each constraint in itself and up to a tolerance; a step takes as
-!> long as the slowest rank of each. Where blocks are few, moves and swaps of single blocks shorten it by some per cent.
+!> What a partition of the blocks leaves to be gained, and what it costs to get there. METIS balances each constraint in itself and up to
+!> a tolerance, and numbers its parts as it likes; a step takes as long as the slowest rank of each constraint. Where blocks are few, moves
+!> and swaps of single blocks shorten it by some per cent; where blocks have a rank already, they are often all that is needed.
 module m_block_moves
-   use m_kinds, only: wp
+   use m_kinds, only: wp, i8
+   use m_sorting, only: sorted_order
    implicit none
    private
-   public :: block_graph_t, shorten_step
+   public :: block_graph_t, shorten_step, step_length, stay_at_home
 
    integer, parameter :: most_swaps = 250000      !< that are looked at between two ranks; above, blocks are so small that moves do
    real(wp), parameter :: worth_while = 1.0e-4_wp !< of a step
@@ -15,6 +17,8 @@ module m_block_moves
       integer, allocatable :: weight(:, :) !< (constraints, blocks)
       real(wp), allocatable :: times(:)    !< (constraints): how often that is done
       real(wp) :: edge_cost = 0.0_wp       !< of each weight of an edge between ranks
+      integer, allocatable :: home(:)      !< (blocks): ranks on which they are now; not allocated where they are on none
+      real(wp) :: move_cost = 0.0_wp       !< of each weight that goes to another rank, in every step that the partition is for
    end type block_graph_t
 
    !> A block that goes to another rank, and one that comes for it.
@@ -27,7 +31,8 @@ module m_block_moves
 contains
 
    !> Hand single blocks of the slowest ranks to ranks next to them, or swap them for theirs, until no step becomes shorter by that:
-   !> sum over constraints of times * slowest rank, plus edge_cost * cut.
+   !> sum over constraints of times * slowest rank, plus edge_cost * cut. Each change must also be worth its move_cost to its two ranks:
+   !> what the slowest of many has too much, the next has almost.
    pure subroutine shorten_step(graph, ranks, part)
       type(block_graph_t), intent(in) :: graph
       integer, intent(in) :: ranks
@@ -64,6 +69,72 @@ contains
          if (best%back > 0) call give(best%back, from, graph%weight(:, best%back), load, part)
       end do
    end subroutine shorten_step
+
+   !> A step, and a step's share of the moves that lead to the partition: sum over constraints of times * slowest rank, edge_cost * cut, and
+   !> move_cost times what leaves and enters the rank that has most to move.
+   pure real(wp) function step_length(graph, ranks, part) result(length)
+      type(block_graph_t), intent(in) :: graph
+      integer, intent(in) :: ranks, part(:) !< as in shorten_step
+      real(wp) :: load(size(graph%times), 0:ranks - 1), moved(0:ranks - 1)
+      integer(i8) :: cut
+      integer :: e, i
+      load = 0.0_wp
+      moved = 0.0_wp
+      cut = 0
+      do i = 1, size(part)
+         load(:, part(i)) = load(:, part(i)) + graph%weight(:, i)
+         do e = graph%offsets(i) + 1, graph%offsets(i + 1)
+            if (part(1 + graph%adjacent(e)) > part(i)) cut = cut + graph%edge_weights(e)
+         end do
+         if (.not. allocated(graph%home)) cycle
+         if (graph%home(i) == part(i)) cycle
+         moved(part(i)) = moved(part(i)) + sum(graph%weight(:, i))
+         moved(graph%home(i)) = moved(graph%home(i)) + sum(graph%weight(:, i))
+      end do
+      length = dot_product(graph%times, maxval(load, dim=2)) + graph%edge_cost*cut + graph%move_cost*maxval(moved)
+   end function step_length
+
+   !> Number the parts so that much stays where it is: what a part and a rank have in common decides, the largest first.
+   pure subroutine stay_at_home(graph, ranks, part)
+      type(block_graph_t), intent(in) :: graph
+      integer, intent(in) :: ranks
+      integer, intent(inout) :: part(:)
+      integer(i8) :: in_common(size(part))
+      integer, dimension(size(part)) :: one, home, order
+      integer :: i, k, n, name(0:ranks - 1)
+      logical :: taken(0:ranks - 1)
+      order = sorted_order(int(part, i8), int(graph%home, i8))
+      n = 0
+      do k = 1, size(part)
+         i = order(k)
+         if (n > 0) then
+            if (one(n) == part(i) .and. home(n) == graph%home(i)) then
+               in_common(n) = in_common(n) + sum(graph%weight(:, i))
+               cycle
+            end if
+         end if
+         n = n + 1
+         one(n) = part(i)
+         home(n) = graph%home(i)
+         in_common(n) = sum(graph%weight(:, i))
+      end do
+      order(:n) = sorted_order(-in_common(:n), int(one(:n), i8))
+      name = -1
+      taken = .false.
+      do k = 1, n
+         associate (part_ => one(order(k)), rank => home(order(k)))
+            if (name(part_) >= 0 .or. taken(rank)) cycle
+            name(part_) = rank
+            taken(rank) = .true.
+         end associate
+      end do
+      do k = 0, ranks - 1
+         if (name(k) >= 0) cycle
+         name(k) = findloc(taken, .false., dim=1) - 1
+         taken(name(k)) = .true.
+      end do
+      part = name(part)
+   end subroutine stay_at_home
 
    !> Hand a block to a rank.
    pure subroutine give(block, to, work, load, part)
@@ -107,12 +178,16 @@ contains
          k = pull_of(mine(i), r, s)
          given = graph%weight(:, mine(i))
          gain = now - step_of(given) - graph%edge_cost*k
-         if (gain > best%gain .and. size(mine) > 1) best = change_t(gain, mine(i), s)
+         if (gain > best%gain .and. size(mine) > 1) then
+            if (pays(given, k, sum(given))) best = change_t(gain, mine(i), s)
+         end if
          if (size(mine) > most_swaps/size(theirs)) cycle
          do j = 1, size(theirs)
             gain = now - step_of(given - graph%weight(:, theirs(j))) - graph%edge_cost*(k + pull(j))
             if (gain > best%gain) gain = gain - graph%edge_cost*2*edge_between(mine(i), theirs(j))
-            if (gain > best%gain) best = change_t(gain, mine(i), s, theirs(j))
+            if (gain <= best%gain) cycle
+            if (pays(given - graph%weight(:, theirs(j)), k + pull(j), sum(given) + sum(graph%weight(:, theirs(j))))) &
+               best = change_t(gain, mine(i), s, theirs(j))
          end do
       end do
    contains
@@ -121,6 +196,15 @@ contains
          real(wp), intent(in) :: work(:)
          step_of = sum(graph%times*max(others, load(:, r) - work, load(:, s) + work))
       end function step_of
+
+      !> True when the two ranks gain more by so much work that has gone from r to s than it costs to move what moves.
+      pure logical function pays(work, cut, moved)
+         real(wp), intent(in) :: work(:), moved
+         integer, intent(in) :: cut !< what it grows by
+         pays = graph%move_cost <= 0.0_wp
+         if (.not. pays) pays = sum(graph%times*(max(load(:, r), load(:, s)) - max(load(:, r) - work, load(:, s) + work))) &
+                                > graph%edge_cost*cut + graph%move_cost*moved
+      end function pays
 
       !> What the cut grows by when a block goes from its rank to another.
       pure integer function pull_of(block, home, abroad)

@@ -10,7 +10,7 @@ module m_placement
    use m_level, only: level_t, tile_last
    use m_decomposition, only: blocks_before
    use m_metis, only: partition_graph
-   use m_block_moves, only: block_graph_t, shorten_step
+   use m_block_moves, only: block_graph_t, shorten_step, step_length, stay_at_home
    implicit none
    private
    public :: work_t, work_of, lists_work, choose_owners, slowest, shared_out
@@ -28,6 +28,8 @@ module m_placement
                                               !< with it goes how uneven the bins are, and how often the particles are sorted
    integer, parameter :: point_cost = 16 !< of a contact point, in particles
    real(wp), parameter :: shared_cost = 0.1_wp !< of a node shared with another rank, in particles
+   real(wp), parameter :: move_cost = 6.0_wp    !< of a particle that leaves or enters a rank, in its steps
+   real(wp), parameter :: well_shared = 1.01_wp !< a step over one of evenly shared work that need not be shorter
    integer, parameter :: shared_with_parent = 6**3 !< nodes of the level above that a block exchanges with its parent
 
 contains
@@ -86,16 +88,18 @@ contains
       shared_out = dot_product(work%times, sum(real(work%weight, wp), dim=2))/ranks
    end function shared_out
 
-   !> Collective: an owner for every block that exists, the same on every rank; -1 elsewhere.
-   subroutine choose_owners(communicator, levels, work, owner, error)
+   !> Collective: an owner for every block that exists, the same on every rank; -1 elsewhere. Where blocks have owners already, `steps`
+   !> says for how many steps the new ones are to stand: what they save in so many must be worth the move.
+   subroutine choose_owners(communicator, levels, work, owner, error, steps)
       type(communicator_t), intent(in) :: communicator
-      type(level_t), intent(in) :: levels(:) !< only their grids matter
+      type(level_t), intent(in) :: levels(:)     !< only their grids matter
       type(work_t), intent(in) :: work
-      integer, intent(out) :: owner(:)       !< by number
+      integer, intent(inout) :: owner(:)         !< by number; on entry it only matters with `steps`
       type(error_t), intent(inout) :: error
+      integer, intent(in), optional :: steps
       logical :: failed
       failed = .false.
-      if (communicator%is_root()) call place(levels, work, communicator%ranks, owner, failed)
+      if (communicator%is_root()) call place(levels, work, communicator%ranks, owner, failed, steps)
       call MPI_Bcast(failed, 1, MPI_LOGICAL, 0, communicator%comm)
       if (failed) then
          call fail(error, exit_numerical, 'METIS could not place the blocks on the ranks; try another number of ranks')
@@ -104,53 +108,83 @@ contains
       call MPI_Bcast(owner, size(owner), MPI_INTEGER, 0, communicator%comm)
    end subroutine choose_owners
 
-   !> An owner of every block, each level and contact balanced in themselves: of what METIS offers for two ways and several tolerances,
-   !> what makes the shortest step, which moves of single blocks then make shorter. With no more blocks than ranks, one block a rank.
-   subroutine place(levels, work, ranks, owner, failed)
+   !> An owner of every block, each level and contact balanced in themselves. Blocks that have owners stay, but for single ones that move,
+   !> unless that leaves too much to be gained and METIS has something better, moves included.
+   subroutine place(levels, work, ranks, owner, failed, steps)
       type(level_t), intent(in) :: levels(:)
       type(work_t), intent(in) :: work
       integer, intent(in) :: ranks
-      integer, intent(out) :: owner(:)
+      integer, intent(inout) :: owner(:)
       logical, intent(out) :: failed
-      real(wp), parameter :: tolerances(2, 3) = reshape([1.01_wp, 1.2_wp, 1.03_wp, 1.2_wp, 1.2_wp, 1.03_wp], [2, 3]) !< heaviest
-                                                                                    ! part over the mean: of levels, of contact
-      integer, allocatable :: best(:), offered(:), part(:), there(:), vertex(:)
+      integer, intent(in), optional :: steps
+      integer, allocatable :: best(:), offered(:), there(:), vertex(:)
       type(block_graph_t) :: graph
-      real(wp) :: length, shortest
-      integer :: cut, n, t, way
-      logical :: refused
-      there = pack([(n, n=1, size(owner))], work%exists)
-      owner = -1
+      integer :: n
       failed = .false.
-      if (ranks == 1 .or. size(there) <= ranks) then
-         owner(there) = [(merge(0, n - 1, ranks == 1), n=1, size(there))]
-         return
-      end if
+      there = pack([(n, n=1, size(owner))], work%exists)
       allocate (vertex(size(owner)), source=0)
       vertex(there) = [(n, n=1, size(there))]
       call make_graph(levels, vertex, there, graph%offsets, graph%adjacent, graph%edge_weights)
       graph%weight = work%weight(:, there)
       graph%times = work%times
       graph%edge_cost = shared_cost*2.0_wp/ranks
-      allocate (part(size(there)), offered(size(owner)), source=-1)
+      if (present(steps)) then
+         graph%home = owner(there)
+         graph%move_cost = move_cost/steps
+         best = graph%home
+         call shorten_step(graph, ranks, best)
+         if (step_length(graph, ranks, best) > step_length(graph, ranks, graph%home)) best = graph%home
+         owner = -1
+         owner(there) = best
+         if (slowest(work, owner, ranks) <= well_shared*shared_out(work, ranks)) return ! METIS need not be asked
+      end if
+      call ask_metis(graph, ranks, size(levels), offered, failed)
+      if (present(steps)) then
+         if (failed) offered = best ! which stands
+         failed = .false.
+         call stay_at_home(graph, ranks, offered)
+         if (step_length(graph, ranks, offered) >= step_length(graph, ranks, best)) return
+      end if
+      if (failed) return
+      owner = -1
+      owner(there) = offered
+   end subroutine place
+
+   !> Of what METIS offers for two ways and several tolerances, what makes the shortest step, which moves of single blocks then make shorter.
+   !> With no more blocks than ranks, one block a rank.
+   subroutine ask_metis(graph, ranks, levels, best, failed)
+      type(block_graph_t), intent(in) :: graph
+      integer, intent(in) :: ranks, levels !< of its constraints, the first ones
+      integer, allocatable, intent(out) :: best(:)
+      logical, intent(out) :: failed
+      real(wp), parameter :: tolerances(2, 3) = reshape([1.01_wp, 1.2_wp, 1.03_wp, 1.2_wp, 1.2_wp, 1.03_wp], [2, 3]) !< heaviest
+                                                                                    ! part over the mean: of levels, of contact
+      type(block_graph_t) :: anywhere
+      integer :: part(size(graph%weight, 2)), cut, n, t, way
+      real(wp) :: length, shortest
+      logical :: refused
+      failed = .false.
+      if (ranks == 1 .or. size(part) <= ranks) then
+         best = [(merge(0, n - 1, ranks == 1), n=1, size(part))]
+         return
+      end if
+      anywhere = graph
+      anywhere%move_cost = 0.0_wp
       shortest = huge(shortest)
       do way = 1, 2
          do t = 1, size(tolerances, 2)
             call partition_graph(graph%offsets, graph%adjacent, graph%weight, graph%edge_weights, ranks, way == 1, &
-                                 [spread(tolerances(1, t), 1, size(levels)), tolerances(2, t)], part, cut, refused)
+                                 [spread(tolerances(1, t), 1, levels), tolerances(2, t)], part, cut, refused)
             if (refused) cycle
-            offered(there) = part
-            length = slowest(work, offered, ranks) + graph%edge_cost*cut
+            length = step_length(anywhere, ranks, part)
             if (length >= shortest) cycle
             shortest = length
             best = part
          end do
       end do
-      failed = shortest >= huge(shortest)
-      if (failed) return
-      call shorten_step(graph, ranks, best)
-      owner(there) = best
-   end subroutine place
+      failed = .not. allocated(best)
+      if (.not. failed) call shorten_step(anywhere, ranks, best)
+   end subroutine ask_metis
 
    !> The graph of the blocks that exist, by their vertices, which count as their numbers do: edges to neighbours, parents and children,
    !> weighted by the nodes that two blocks share (METIS manual, CSR; vertices from 0).

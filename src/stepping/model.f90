@@ -13,7 +13,7 @@ module m_model
    use m_grid_level, only: make_grid_level
    use m_level, only: level_t, tile_last, node_values
    use m_body, only: fill_block, count_in_block, expected_count
-   use m_placement, only: work_t, work_of, lists_work, choose_owners, slowest, shared_out
+   use m_placement, only: work_t, work_of, lists_work, choose_owners
    use m_decomposition, only: set_owners, all_owners, settle_blocks, blocks_before
    use m_region, only: make_region
    use m_composite, only: composite_t
@@ -76,7 +76,6 @@ module m_model
       procedure :: mark_around
       procedure :: rebalance
       procedure :: steps_of_levels
-      procedure, private :: place_better
       procedure, private :: count_work
       procedure :: particle_count
       procedure :: fold
@@ -89,8 +88,6 @@ module m_model
    end type model_t
 
    real(wp), parameter :: furthest = 0.45_wp            !< way of a particle in a step of the coarsest level, in its cells: above safety
-   real(wp), parameter :: worth_moving = 0.99_wp        !< blocks move for a step that takes so much of its time
-   real(wp), parameter :: at_any_price = 1.0e9_wp       !< they move for any
 
 contains
 
@@ -151,7 +148,7 @@ contains
          call fill(self, scene, l)
       end do
       call self%prepare_blocks()
-      if (size(self%levels) > 1 .and. self%communicator%ranks > 1) call self%place_better(at_any_price, error)
+      if (size(self%levels) > 1) call self%rebalance(huge(1), error)
       do e = 1, size(self%effects)
          call self%effects(e)%effect%verify(self%communicator, self%levels, size(scene%tools), error)
       end do
@@ -440,34 +437,24 @@ contains
       call self%connect()
    end subroutine make_wanted
 
-   !> Collective: place the blocks anew when the ranks' shares of the work have drifted apart.
-   subroutine rebalance(self, error)
-      class(model_t), intent(inout) :: self
-      type(error_t), intent(inout) :: error
-      if (self%communicator%ranks == 1) return
-      call self%timers%enter(phase_balance)
-      call self%place_better(worth_moving, error)
-      call self%timers%leave()
-   end subroutine rebalance
-
-   !> Collective: place the blocks anew by what they hold now, where a step then takes at most a given part of its time. A level alone
+   !> Collective: place the blocks anew by what they hold now, where that pays in so many steps of the coarsest level. A level alone
    !> loses its empty blocks by that; of several levels all stay: which blocks are there decides in which order slaves are handed up,
    !> and must not depend on the ranks.
-   subroutine place_better(self, at_most, error)
+   subroutine rebalance(self, steps, error)
       class(model_t), intent(inout) :: self
-      real(wp), intent(in) :: at_most
+      integer, intent(in) :: steps
       type(error_t), intent(inout) :: error
       type(work_t) :: work
-      integer, allocatable :: owner(:)
-      real(wp) :: limit
+      integer, allocatable :: now(:), owner(:)
+      if (self%communicator%ranks == 1) return
+      call self%timers%enter(phase_balance)
       work = self%count_work()
-      owner = all_owners(self%levels)
-      limit = at_most*slowest(work, owner, self%communicator%ranks)
-      if (shared_out(work, self%communicator%ranks) > limit) return ! METIS need not be asked
-      call choose_owners(self%communicator, self%levels, work, owner, error)
-      if (error%happened()) return
-      if (slowest(work, owner, self%communicator%ranks) <= limit) call self%place_anew(owner)
-   end subroutine place_better
+      now = all_owners(self%levels)
+      owner = now
+      call choose_owners(self%communicator, self%levels, work, owner, error, steps)
+      if (.not. error%happened() .and. any(work%exists .and. owner /= now)) call self%place_anew(owner)
+      call self%timers%leave()
+   end subroutine rebalance
 
    !> Steps that each level takes in one of the coarsest.
    pure function steps_of_levels(self) result(steps)

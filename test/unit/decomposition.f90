@@ -9,7 +9,7 @@ program decomposition
    use m_grid_level, only: make_grid_level
    use m_level, only: level_t
    use m_placement, only: work_t, work_of, lists_work, choose_owners, slowest, shared_out
-   use m_block_moves, only: block_graph_t, shorten_step
+   use m_block_moves, only: block_graph_t, shorten_step, step_length, stay_at_home
    use m_materials, only: material_of
    use m_model, only: model_t
    use m_advance, only: advance
@@ -28,6 +28,8 @@ program decomposition
    call pressed_corner()
    call disordered_corner()
    call single_moves()
+   call numbers_of_parts()
+   call work_that_drifts()
    call one_block()
    call holes()
    call tool_on_a_corner()
@@ -183,6 +185,7 @@ contains
          before = length_of(graph, part, ranks)
          call shorten_step(graph, ranks, part)
          after = length_of(graph, part, ranks)
+         call test%check_close(step_length(graph, ranks, part), after, 1.0e-9_wp, 'the length of a step is that of its definition')
          if (comm%is_root()) print '(3x,a,2f9.1)', 'single moves: a step before and after, in particles:', before, after
          call test%check(all(part >= 0 .and. part < ranks), 'every block still has a rank')
          call test%check(after <= before, 'moves of blocks never make a step longer')
@@ -202,6 +205,88 @@ contains
          call test%check(least >= after*(1.0_wp - 2.0e-4_wp), 'no single move or swap is left that makes the step shorter')
       end do
    end subroutine single_moves
+
+   !> Parts are numbered by where their blocks are: as before when nothing but the numbers has changed; and each number once whatever they
+   !> have in common with the ranks.
+   subroutine numbers_of_parts()
+      integer, parameter :: n = 60, ranks = 6
+      type(block_graph_t) :: graph
+      integer :: before(n), i, part(n), r
+      graph%weight = reshape([(100 + modulo(37*i, 41), i=1, n)], [1, n])
+      before = [((i - 1)/10, i=1, n)]
+      graph%home = before
+      part = modulo(5*before + 2, ranks)
+      call stay_at_home(graph, ranks, part)
+      call test%check(all(part == before), 'parts that are those of before keep their ranks')
+      part = modulo(5*before + 2, ranks)
+      part(::7) = modulo(part(::7) + 1, ranks)
+      call stay_at_home(graph, ranks, part)
+      call test%check_equal(count(part /= before), size(part(::7)), 'nor do others move than those that have changed part')
+      part = modulo([(i*i, i=1, n)], ranks)
+      before = part
+      graph%home = 0*part + 3
+      call stay_at_home(graph, ranks, part)
+      call test%check(all(part >= 0 .and. part < ranks), 'a number of a rank for each part')
+      do r = 0, ranks - 1
+         if (count(before == r) == 0) cycle
+         call test%check(all(pack(part, before == r) == part(findloc(before, r, dim=1))), 'a part keeps together')
+         call test%check_equal(count(part == part(findloc(before, r, dim=1))), count(before == r), 'by itself')
+      end do
+   end subroutine numbers_of_parts
+
+   !> The blocks of a body on 2, 8 and 16 ranks become up to 1.6 times as dear towards one edge: few of them move, and a step is almost as short
+   !> as with all of them placed anew; in one step no move pays, and work that stays moves nothing.
+   subroutine work_that_drifts()
+      type(level_t) :: levels(1)
+      type(error_t) :: error
+      type(work_t) :: work
+      integer, allocatable :: before(:), counts(:), lists(:), now(:)
+      integer :: index, parts, place(3)
+      real(wp) :: anew, moved, much, stayed
+      levels = levels_of([96, 96, 64])
+      allocate (counts(product(levels(1)%grid%blocks)), source=-1)
+      allocate (lists(size(counts)), source=0)
+      do index = 1, size(counts)
+         place = levels(1)%grid%block_place(index)
+         if (any(place > [11, 11, 7])) cycle
+         counts(index) = 8*8**3
+         lists(index) = nint(0.6_wp*counts(index)*(place(1) + place(2))/22.0_wp)
+      end do
+      do parts = 2, 16
+         if (all(parts /= [2, 8, 16])) cycle
+         before = 0*counts
+         call choose_owners(as_of(parts), levels, work_of(levels, counts), before, error)
+         now = before
+         call choose_owners(as_of(parts), levels, work_of(levels, counts), now, error, steps=500)
+         moved = share_of(now /= before, counts)
+         call test%check(moved < 0.1_wp, 'hardly a block moves where the work has not changed')
+         work = work_of(levels, counts, lists=lists)
+         stayed = slowest(work, before, parts)/shared_out(work, parts)
+         now = before
+         call choose_owners(as_of(parts), levels, work, now, error, steps=1)
+         call test%check(all(now == before), 'no move pays in one step')
+         call choose_owners(as_of(parts), levels, work, now, error, steps=500)
+         call test%check(.not. error%happened(), 'blocks move where the work has changed')
+         moved = share_of(now /= before, counts)
+         much = slowest(work, now, parts)/shared_out(work, parts)
+         now = before
+         call choose_owners(as_of(parts), levels, work, now, error)
+         anew = slowest(work, now, parts)/shared_out(work, parts)
+         if (comm%is_root()) print '(3x,a,i3,a,3f7.3,a,2f7.3)', 'drifting work on', parts, &
+            ' ranks: step over the mean if all stay, some move, all are placed anew:', stayed, much, anew, '; moved:', &
+            moved, share_of(now /= before, counts)
+         call test%check(much <= 1.05_wp .and. much < stayed, 'a step is as short as it should be')
+         call test%check(much <= anew + 0.02_wp, 'almost as short as with all blocks placed anew')
+         call test%check(moved <= 0.35_wp, 'most blocks stay')
+      end do
+   end subroutine work_that_drifts
+
+   !> Share of the blocks that are there.
+   pure real(wp) function share_of(these, counts)
+      logical, intent(in) :: these(:)
+      integer, intent(in) :: counts(:)
+      share_of = real(count(these), wp)/count(counts >= 0)
+   end function share_of
 
    !> Length of a step from nothing but its definition.
    pure real(wp) function length_of(graph, part, ranks) result(length)
@@ -292,7 +377,7 @@ contains
       call owned_once(model)
       particles = comm%sum_count(model%levels(1)%particle_count())
       call test%check(particles == 512_i8, 'steps with empty ranks keep all particles')
-      call model%rebalance(error)
+      call model%rebalance(500, error)
       call owned_once(model)
       particles = comm%sum_count(model%levels(1)%particle_count())
       call test%check(particles == 512_i8, 'rebalancing few blocks keeps all particles')
@@ -331,7 +416,7 @@ contains
       call test%check(.not. error%happened(), 'a model with a tool is built')
       call press(model, below=32.0_wp, above=15.0_wp)
       before = most_over_mean(model)
-      call model%rebalance(error)
+      call model%rebalance(500, error)
       call test%check(.not. error%happened(), 'blocks are placed anew')
       call owned_once(model)
       after = most_over_mean(model)
