@@ -6,9 +6,9 @@ module m_block_moves
    use m_sorting, only: sorted_order
    implicit none
    private
-   public :: block_graph_t, shorten_step, step_length, stay_at_home
+   public :: block_graph_t, shorten_step, step_length, busiest, stay_at_home
 
-   integer, parameter :: most_swaps = 250000      !< that are looked at between two ranks; above, blocks are so small that moves do
+   integer, parameter :: most_swaps = 10000       !< that are looked at between two ranks; above, blocks are so small that moves do
    real(wp), parameter :: worth_while = 1.0e-4_wp !< of a step
 
    !> Blocks as METIS takes them, and the step they make.
@@ -42,10 +42,7 @@ contains
       integer :: c, e, from, i, s, slow(size(graph%times))
       integer, allocatable :: mine(:)
       logical :: near(0:ranks - 1)
-      load = 0.0_wp
-      do i = 1, size(part)
-         load(:, part(i)) = load(:, part(i)) + graph%weight(:, i)
-      end do
+      load = load_of(graph, ranks, part)
       least = worth_while*dot_product(graph%times, sum(load, dim=2))/ranks
       do
          best = change_t(gain=least)
@@ -75,14 +72,12 @@ contains
    pure real(wp) function step_length(graph, ranks, part) result(length)
       type(block_graph_t), intent(in) :: graph
       integer, intent(in) :: ranks, part(:) !< as in shorten_step
-      real(wp) :: load(size(graph%times), 0:ranks - 1), moved(0:ranks - 1)
+      real(wp) :: moved(0:ranks - 1)
       integer(i8) :: cut
       integer :: e, i
-      load = 0.0_wp
       moved = 0.0_wp
       cut = 0
       do i = 1, size(part)
-         load(:, part(i)) = load(:, part(i)) + graph%weight(:, i)
          do e = graph%offsets(i) + 1, graph%offsets(i + 1)
             if (part(1 + graph%adjacent(e)) > part(i)) cut = cut + graph%edge_weights(e)
          end do
@@ -91,8 +86,27 @@ contains
          moved(part(i)) = moved(part(i)) + sum(graph%weight(:, i))
          moved(graph%home(i)) = moved(graph%home(i)) + sum(graph%weight(:, i))
       end do
-      length = dot_product(graph%times, maxval(load, dim=2)) + graph%edge_cost*cut + graph%move_cost*maxval(moved)
+      length = busiest(graph, ranks, part) + graph%edge_cost*cut + graph%move_cost*maxval(moved)
    end function step_length
+
+   !> Sum over constraints of times * slowest rank.
+   pure real(wp) function busiest(graph, ranks, part)
+      type(block_graph_t), intent(in) :: graph
+      integer, intent(in) :: ranks, part(:) !< as in shorten_step
+      busiest = dot_product(graph%times, maxval(load_of(graph, ranks, part), dim=2))
+   end function busiest
+
+   !> Work of the ranks: (constraints, ranks from 0).
+   pure function load_of(graph, ranks, part) result(load)
+      type(block_graph_t), intent(in) :: graph
+      integer, intent(in) :: ranks, part(:) !< as in shorten_step
+      real(wp) :: load(size(graph%times), 0:ranks - 1)
+      integer :: i
+      load = 0.0_wp
+      do i = 1, size(part)
+         load(:, part(i)) = load(:, part(i)) + graph%weight(:, i)
+      end do
+   end function load_of
 
    !> Number the parts so that much stays where it is: what a part and a rank have in common decides, the largest first.
    pure subroutine stay_at_home(graph, ranks, part)

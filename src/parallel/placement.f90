@@ -10,7 +10,7 @@ module m_placement
    use m_level, only: level_t, tile_last
    use m_decomposition, only: blocks_before
    use m_metis, only: partition_graph
-   use m_block_moves, only: block_graph_t, shorten_step, step_length, stay_at_home
+   use m_block_moves, only: block_graph_t, shorten_step, step_length, busiest, stay_at_home
    implicit none
    private
    public :: work_t, work_of, lists_work, choose_owners, slowest, shared_out
@@ -30,6 +30,8 @@ module m_placement
    real(wp), parameter :: shared_cost = 0.1_wp !< of a node shared with another rank, in particles
    real(wp), parameter :: move_cost = 6.0_wp    !< of a particle that leaves or enters a rank, in its steps
    real(wp), parameter :: well_shared = 1.01_wp !< a step over one of evenly shared work that need not be shorter
+   integer, parameter :: asking_cost = 30       !< of METIS, once, for a block, in steps of a particle; and one more for each rank
+   integer, parameter :: ways = 6               !< of asking it: by halves or by all parts at once, and three sets of tolerances
    integer, parameter :: shared_with_parent = 6**3 !< nodes of the level above that a block exchanges with its parent
 
 contains
@@ -89,7 +91,8 @@ contains
    end function shared_out
 
    !> Collective: an owner for every block that exists, the same on every rank; -1 elsewhere. Where blocks have owners already, `steps`
-   !> says for how many steps the new ones are to stand: what they save in so many must be worth the move.
+   !> says for how many steps the new ones are to stand: what they save in so many must be worth the move. Then blocks stay, but for single
+   !> ones that move, unless that leaves too much to be gained and METIS has something better, moves included.
    subroutine choose_owners(communicator, levels, work, owner, error, steps)
       type(communicator_t), intent(in) :: communicator
       type(level_t), intent(in) :: levels(:)     !< only their grids matter
@@ -97,94 +100,119 @@ contains
       integer, intent(inout) :: owner(:)         !< by number; on entry it only matters with `steps`
       type(error_t), intent(inout) :: error
       integer, intent(in), optional :: steps
-      logical :: failed
-      failed = .false.
-      if (communicator%is_root()) call place(levels, work, communicator%ranks, owner, failed, steps)
-      call MPI_Bcast(failed, 1, MPI_LOGICAL, 0, communicator%comm)
-      if (failed) then
-         call fail(error, exit_numerical, 'METIS could not place the blocks on the ranks; try another number of ranks')
-         return
-      end if
-      call MPI_Bcast(owner, size(owner), MPI_INTEGER, 0, communicator%comm)
-   end subroutine choose_owners
-
-   !> An owner of every block, each level and contact balanced in themselves. Blocks that have owners stay, but for single ones that move,
-   !> unless that leaves too much to be gained and METIS has something better, moves included.
-   subroutine place(levels, work, ranks, owner, failed, steps)
-      type(level_t), intent(in) :: levels(:)
-      type(work_t), intent(in) :: work
-      integer, intent(in) :: ranks
-      integer, intent(inout) :: owner(:)
-      logical, intent(out) :: failed
-      integer, intent(in), optional :: steps
-      integer, allocatable :: best(:), offered(:), there(:), vertex(:)
       type(block_graph_t) :: graph
+      integer, allocatable :: offered(:), part(:), there(:)
       integer :: n
-      failed = .false.
+      logical :: content, refused
       there = pack([(n, n=1, size(owner))], work%exists)
-      allocate (vertex(size(owner)), source=0)
-      vertex(there) = [(n, n=1, size(there))]
-      call make_graph(levels, vertex, there, graph%offsets, graph%adjacent, graph%edge_weights)
-      graph%weight = work%weight(:, there)
-      graph%times = work%times
-      graph%edge_cost = shared_cost*2.0_wp/ranks
+      graph = graph_of(levels, work, there, communicator%ranks)
+      content = .false.
       if (present(steps)) then
          graph%home = owner(there)
          graph%move_cost = move_cost/steps
-         best = graph%home
-         call shorten_step(graph, ranks, best)
-         if (step_length(graph, ranks, best) > step_length(graph, ranks, graph%home)) best = graph%home
-         owner = -1
-         owner(there) = best
-         if (slowest(work, owner, ranks) <= well_shared*shared_out(work, ranks)) return ! METIS need not be asked
+         part = graph%home
+         if (communicator%is_root()) call move_single(graph, communicator, steps, part, content)
+         call MPI_Bcast(content, 1, MPI_LOGICAL, 0, communicator%comm)
       end if
-      call ask_metis(graph, ranks, size(levels), offered, failed)
-      if (present(steps)) then
-         if (failed) offered = best ! which stands
-         failed = .false.
-         call stay_at_home(graph, ranks, offered)
-         if (step_length(graph, ranks, offered) >= step_length(graph, ranks, best)) return
+      if (.not. content) then
+         call ask_metis(communicator, graph, size(levels), offered, refused)
+         if (.not. present(steps)) then
+            if (refused) then
+               call fail(error, exit_numerical, 'METIS could not place the blocks on the ranks; try another number of ranks')
+               return
+            end if
+            part = offered
+         else if (communicator%is_root() .and. .not. refused) then
+            call stay_at_home(graph, communicator%ranks, offered)
+            if (step_length(graph, communicator%ranks, offered) < step_length(graph, communicator%ranks, part)) part = offered
+         end if
       end if
-      if (failed) return
+      call MPI_Bcast(part, size(part), MPI_INTEGER, 0, communicator%comm)
       owner = -1
-      owner(there) = offered
-   end subroutine place
+      owner(there) = part
+   end subroutine choose_owners
 
-   !> Of what METIS offers for two ways and several tolerances, what makes the shortest step, which moves of single blocks then make shorter.
-   !> With no more blocks than ranks, one block a rank.
-   subroutine ask_metis(graph, ranks, levels, best, failed)
+   !> Move single blocks where that pays. `content` when what a step may still gain is not worth asking METIS.
+   subroutine move_single(graph, communicator, steps, part, content)
       type(block_graph_t), intent(in) :: graph
-      integer, intent(in) :: ranks, levels !< of its constraints, the first ones
+      type(communicator_t), intent(in) :: communicator
+      integer, intent(in) :: steps
+      integer, intent(inout) :: part(:)
+      logical, intent(out) :: content
+      real(wp) :: asking, even
+      associate (ranks => communicator%ranks, home => graph%home)
+         call shorten_step(graph, ranks, part)
+         if (step_length(graph, ranks, part) > step_length(graph, ranks, home)) part = home
+         even = dot_product(graph%times, sum(real(graph%weight, wp), dim=2))/ranks
+         asking = (asking_cost + ranks)*size(part)*turns(communicator)
+         content = busiest(graph, ranks, part) - even <= max((well_shared - 1.0_wp)*even, asking/steps)
+      end associate
+   end subroutine move_single
+
+   !> How often a rank asks METIS when all share the ways of asking.
+   integer function turns(communicator)
+      type(communicator_t), intent(in) :: communicator
+      integer :: ranks
+      call MPI_Comm_size(communicator%comm, ranks)
+      turns = (ways + ranks - 1)/ranks
+   end function turns
+
+   !> Collective: of what METIS offers for two methods and several tolerances, which the ranks share, what makes the shortest step; moves of
+   !> single blocks then make it shorter. With no more blocks than ranks, one block a rank.
+   subroutine ask_metis(communicator, graph, levels, best, refused)
+      type(communicator_t), intent(in) :: communicator
+      type(block_graph_t), intent(in) :: graph
+      integer, intent(in) :: levels !< of its constraints, the first ones
       integer, allocatable, intent(out) :: best(:)
-      logical, intent(out) :: failed
-      real(wp), parameter :: tolerances(2, 3) = reshape([1.01_wp, 1.2_wp, 1.03_wp, 1.2_wp, 1.2_wp, 1.03_wp], [2, 3]) !< heaviest
-                                                                                    ! part over the mean: of levels, of contact
+      logical, intent(out) :: refused
+      real(wp), parameter :: tolerances(2, ways/2) = reshape([1.01_wp, 1.2_wp, 1.03_wp, 1.2_wp, 1.2_wp, 1.03_wp], [2, ways/2]) !<
+                                                                             ! heaviest part over the mean: of levels, of contact
       type(block_graph_t) :: anywhere
-      integer :: part(size(graph%weight, 2)), cut, n, t, way
-      real(wp) :: length, shortest
-      logical :: refused
-      failed = .false.
+      integer :: part(size(graph%weight, 2)), cut, n, ranks, way
+      real(wp) :: shortest(2), length
+      logical :: unable
+      ranks = communicator%ranks
+      allocate (best(size(part)), source=-1)
+      refused = .false.
       if (ranks == 1 .or. size(part) <= ranks) then
          best = [(merge(0, n - 1, ranks == 1), n=1, size(part))]
          return
       end if
       anywhere = graph
       anywhere%move_cost = 0.0_wp
-      shortest = huge(shortest)
-      do way = 1, 2
-         do t = 1, size(tolerances, 2)
-            call partition_graph(graph%offsets, graph%adjacent, graph%weight, graph%edge_weights, ranks, way == 1, &
-                                 [spread(tolerances(1, t), 1, levels), tolerances(2, t)], part, cut, refused)
-            if (refused) cycle
-            length = step_length(anywhere, ranks, part)
-            if (length >= shortest) cycle
-            shortest = length
-            best = part
-         end do
+      shortest = [huge(shortest), real(communicator%rank, wp)]
+      call MPI_Comm_size(communicator%comm, n)
+      do way = 1 + communicator%rank, ways, n
+         call partition_graph(graph%offsets, graph%adjacent, graph%weight, graph%edge_weights, ranks, way <= ways/2, &
+                              [spread(tolerances(1, 1 + mod(way, ways/2)), 1, levels), tolerances(2, 1 + mod(way, ways/2))], &
+                              part, cut, unable)
+         if (unable) cycle
+         length = step_length(anywhere, ranks, part)
+         if (length >= shortest(1)) cycle
+         shortest(1) = length
+         best = part
       end do
-      failed = .not. allocated(best)
-      if (.not. failed) call shorten_step(anywhere, ranks, best)
+      call MPI_Allreduce(MPI_IN_PLACE, shortest, 1, MPI_2DOUBLE_PRECISION, MPI_MINLOC, communicator%comm)
+      refused = shortest(1) >= huge(shortest)
+      if (refused) return
+      if (communicator%rank == nint(shortest(2))) call shorten_step(anywhere, ranks, best)
+      call MPI_Bcast(best, size(best), MPI_INTEGER, nint(shortest(2)), communicator%comm)
    end subroutine ask_metis
+
+   !> The graph of the blocks that exist, and what they weigh.
+   type(block_graph_t) function graph_of(levels, work, there, ranks) result(graph)
+      type(level_t), intent(in) :: levels(:)
+      type(work_t), intent(in) :: work
+      integer, intent(in) :: there(:) !< their numbers
+      integer, intent(in) :: ranks
+      integer :: n, vertex(size(work%exists))
+      vertex = 0
+      vertex(there) = [(n, n=1, size(there))]
+      call make_graph(levels, vertex, there, graph%offsets, graph%adjacent, graph%edge_weights)
+      graph%weight = work%weight(:, there)
+      graph%times = work%times
+      graph%edge_cost = shared_cost*2.0_wp/ranks
+   end function graph_of
 
    !> The graph of the blocks that exist, by their vertices, which count as their numbers do: edges to neighbours, parents and children,
    !> weighted by the nodes that two blocks share (METIS manual, CSR; vertices from 0).

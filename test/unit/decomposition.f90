@@ -234,7 +234,7 @@ contains
       end do
    end subroutine numbers_of_parts
 
-   !> The blocks of a body on 2, 8 and 16 ranks become up to 1.6 times as dear towards one edge: few of them move, and a step is almost as short
+   !> The blocks of a body on 2, 8, 16 and 64 ranks become up to 1.6 times as dear towards one edge: few of them move, and a step is almost as short
    !> as with all of them placed anew; in one step no move pays, and work that stays moves nothing.
    subroutine work_that_drifts()
       type(level_t) :: levels(1)
@@ -252,8 +252,8 @@ contains
          counts(index) = 8*8**3
          lists(index) = nint(0.6_wp*counts(index)*(place(1) + place(2))/22.0_wp)
       end do
-      do parts = 2, 16
-         if (all(parts /= [2, 8, 16])) cycle
+      do parts = 2, 64
+         if (all(parts /= [2, 8, 16, 64])) cycle
          before = 0*counts
          call choose_owners(as_of(parts), levels, work_of(levels, counts), before, error)
          now = before
