@@ -1,11 +1,20 @@
 !> The ranks of a run, and the one way in which they agree that something failed.
 module m_communicator
+   use, intrinsic :: iso_c_binding, only: c_char, c_int, c_null_char
    use mpi_f08
    use m_kinds, only: wp, i8
    use m_errors, only: error_t
    implicit none
    private
    public :: communicator_t
+
+   interface
+      integer(c_int) function c_setenv(name, value, overwrite) bind(c, name='setenv')
+         import :: c_char, c_int
+         character(kind=c_char), intent(in) :: name(*), value(*)
+         integer(c_int), value :: overwrite
+      end function c_setenv
+   end interface
 
    !> A group of ranks. Made once by the application and passed down.
    type :: communicator_t
@@ -26,9 +35,13 @@ module m_communicator
 
 contains
 
-   !> Initialise MPI and take a communicator of our own.
+   !> Initialise MPI and take a communicator of our own. Open MPI guards a file pointer that ranks might share, and nobody uses, by a named
+   !> semaphore of the machine: whoever is killed while it opens a file leaves that locked, and later runs, of other directories too, would
+   !> wait for it for ever in a file of the same name. The component that does so is left out, unless the environment chooses.
    subroutine start(self)
       class(communicator_t), intent(out) :: self
+      integer(c_int) :: status
+      status = c_setenv('OMPI_MCA_sharedfp'//c_null_char, '^sm'//c_null_char, 0_c_int) ! no room: then as it was
       call MPI_Init()
       call MPI_Comm_dup(MPI_COMM_WORLD, self%comm)
       call MPI_Comm_rank(self%comm, self%rank)
