@@ -144,7 +144,7 @@ contains
          call shorten_step(graph, ranks, part)
          if (step_length(graph, ranks, part) > step_length(graph, ranks, home)) part = home
          even = dot_product(graph%times, sum(real(graph%weight, wp), dim=2))/ranks
-         asking = (asking_cost + ranks)*size(part)*turns(communicator)
+         asking = real(asking_cost + ranks, wp)*size(part)*turns(communicator)
          content = busiest(graph, ranks, part) - even <= max((well_shared - 1.0_wp)*even, asking/steps)
       end associate
    end subroutine move_single
