@@ -6,7 +6,7 @@ module m_block_moves
    use m_sorting, only: sorted_order
    implicit none
    private
-   public :: block_graph_t, shorten_step, step_length, busiest, stay_at_home
+   public :: block_graph_t, shorten_step, step_length, busiest, evenly_shared, stay_at_home
 
    integer, parameter :: most_swaps = 10000       !< that are looked at between two ranks; above, blocks are so small that moves do
    real(wp), parameter :: worth_while = 1.0e-4_wp !< of a step
@@ -43,7 +43,7 @@ contains
       integer, allocatable :: mine(:)
       logical :: near(0:ranks - 1)
       load = load_of(graph, ranks, part)
-      least = worth_while*dot_product(graph%times, sum(load, dim=2))/ranks
+      least = worth_while*evenly_shared(graph, ranks)
       do
          best = change_t(gain=least)
          slow = maxloc(load, dim=2) - 1
@@ -95,6 +95,13 @@ contains
       integer, intent(in) :: ranks, part(:) !< as in shorten_step
       busiest = dot_product(graph%times, maxval(load_of(graph, ranks, part), dim=2))
    end function busiest
+
+   !> The same if all ranks had the same share of each.
+   pure real(wp) function evenly_shared(graph, ranks)
+      type(block_graph_t), intent(in) :: graph
+      integer, intent(in) :: ranks
+      evenly_shared = dot_product(graph%times, sum(real(graph%weight, wp), dim=2))/ranks
+   end function evenly_shared
 
    !> Work of the ranks: (constraints, ranks from 0).
    pure function load_of(graph, ranks, part) result(load)

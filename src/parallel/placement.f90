@@ -10,10 +10,10 @@ module m_placement
    use m_level, only: level_t, tile_last
    use m_decomposition, only: blocks_before
    use m_metis, only: partition_graph
-   use m_block_moves, only: block_graph_t, shorten_step, step_length, busiest, stay_at_home
+   use m_block_moves, only: block_graph_t, shorten_step, step_length, busiest, evenly_shared, stay_at_home
    implicit none
    private
-   public :: work_t, work_of, lists_work, choose_owners, slowest, shared_out
+   public :: work_t, work_of, lists_work, choose_owners
 
    !> What there is to do in the blocks of all levels, by number, as if in so many particles.
    type :: work_t
@@ -70,26 +70,6 @@ contains
       lists_work = nint(bin_cost*bins + jump_cost*jumps)
    end function lists_work
 
-   !> Time of a step, in particles: of each level and of contact, that of the slowest rank.
-   pure real(wp) function slowest(work, owner, ranks)
-      type(work_t), intent(in) :: work
-      integer, intent(in) :: owner(:), ranks !< as from choose_owners
-      real(wp) :: load(size(work%times), 0:ranks - 1)
-      integer :: n
-      load = 0.0_wp
-      do n = 1, size(owner)
-         if (work%exists(n)) load(:, owner(n)) = load(:, owner(n)) + work%weight(:, n)
-      end do
-      slowest = dot_product(work%times, maxval(load, dim=2))
-   end function slowest
-
-   !> Time of a step if all ranks had the same share of everything, in particles.
-   pure real(wp) function shared_out(work, ranks)
-      type(work_t), intent(in) :: work
-      integer, intent(in) :: ranks
-      shared_out = dot_product(work%times, sum(real(work%weight, wp), dim=2))/ranks
-   end function shared_out
-
    !> Collective: an owner for every block that exists, the same on every rank; -1 elsewhere. Where blocks have owners already, `steps`
    !> says for how many steps the new ones are to stand: what they save in so many must be worth the move. Then blocks stay, but for single
    !> ones that move, unless that leaves too much to be gained and METIS has something better, moves included.
@@ -143,7 +123,7 @@ contains
       associate (ranks => communicator%ranks, home => graph%home)
          call shorten_step(graph, ranks, part)
          if (step_length(graph, ranks, part) > step_length(graph, ranks, home)) part = home
-         even = dot_product(graph%times, sum(real(graph%weight, wp), dim=2))/ranks
+         even = evenly_shared(graph, ranks)
          asking = real(asking_cost + ranks, wp)*size(part)*turns(communicator)
          content = busiest(graph, ranks, part) - even <= max((well_shared - 1.0_wp)*even, asking/steps)
       end associate
@@ -152,9 +132,9 @@ contains
    !> How often a rank asks METIS when all share the ways of asking.
    integer function turns(communicator)
       type(communicator_t), intent(in) :: communicator
-      integer :: ranks
-      call MPI_Comm_size(communicator%comm, ranks)
-      turns = (ways + ranks - 1)/ranks
+      integer :: sharing ! in tests, and in the model of many ranks, not the ranks that blocks are placed on
+      call MPI_Comm_size(communicator%comm, sharing)
+      turns = (ways + sharing - 1)/sharing
    end function turns
 
    !> Collective: of what METIS offers for two methods and several tolerances, which the ranks share, what makes the shortest step; moves of
@@ -168,7 +148,7 @@ contains
       real(wp), parameter :: tolerances(2, ways/2) = reshape([1.01_wp, 1.2_wp, 1.03_wp, 1.2_wp, 1.2_wp, 1.03_wp], [2, ways/2]) !<
                                                                              ! heaviest part over the mean: of levels, of contact
       type(block_graph_t) :: anywhere
-      integer :: part(size(graph%weight, 2)), cut, n, ranks, way
+      integer :: part(size(graph%weight, 2)), cut, n, ranks, sharing, way
       real(wp) :: shortest(2), length
       logical :: unable
       ranks = communicator%ranks
@@ -181,8 +161,8 @@ contains
       anywhere = graph
       anywhere%move_cost = 0.0_wp
       shortest = [huge(shortest), real(communicator%rank, wp)]
-      call MPI_Comm_size(communicator%comm, n)
-      do way = 1 + communicator%rank, ways, n
+      call MPI_Comm_size(communicator%comm, sharing)
+      do way = 1 + communicator%rank, ways, sharing
          call partition_graph(graph%offsets, graph%adjacent, graph%weight, graph%edge_weights, ranks, way <= ways/2, &
                               [spread(tolerances(1, 1 + mod(way, ways/2)), 1, levels), tolerances(2, 1 + mod(way, ways/2))], &
                               part, cut, unable)

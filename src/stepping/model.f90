@@ -148,7 +148,7 @@ contains
          call fill(self, scene, l)
       end do
       call self%prepare_blocks()
-      if (size(self%levels) > 1) call self%rebalance(huge(1), error)
+      if (size(self%levels) > 1) call self%rebalance(huge(1), error) ! moves cost nothing beside all steps
       do e = 1, size(self%effects)
          call self%effects(e)%effect%verify(self%communicator, self%levels, size(scene%tools), error)
       end do

@@ -8,7 +8,7 @@ program decomposition
    use m_scene, only: scene_t, grid_spec_t, body_spec_t, tool_spec_t, tool_sphere
    use m_grid_level, only: make_grid_level
    use m_level, only: level_t
-   use m_placement, only: work_t, work_of, lists_work, choose_owners, slowest, shared_out
+   use m_placement, only: work_t, work_of, lists_work, choose_owners
    use m_block_moves, only: block_graph_t, shorten_step, step_length, stay_at_home
    use m_materials, only: material_of
    use m_model, only: model_t
@@ -234,8 +234,8 @@ contains
       end do
    end subroutine numbers_of_parts
 
-   !> The blocks of a body on 2, 8, 16 and 64 ranks become up to 1.6 times as dear towards one edge: few of them move, and a step is almost as short
-   !> as with all of them placed anew; in one step no move pays, and work that stays moves nothing.
+   !> The blocks of a body on 2, 8, 16 and 64 ranks become up to 1.6 times as dear towards one edge: few of them move, and a step is
+   !> almost as short as with all of them placed anew; in one step no move pays, and work that stays moves hardly a block.
    subroutine work_that_drifts()
       type(level_t) :: levels(1)
       type(error_t) :: error
@@ -280,6 +280,24 @@ contains
          call test%check(moved <= 0.35_wp, 'most blocks stay')
       end do
    end subroutine work_that_drifts
+
+   !> Time of a step, in particles: of each level and of contact, that of the slowest rank.
+   pure real(wp) function slowest(work, owner, ranks)
+      type(work_t), intent(in) :: work
+      integer, intent(in) :: owner(:), ranks !< as from choose_owners
+      integer :: c, r
+      slowest = 0.0_wp
+      do c = 1, size(work%times)
+         slowest = slowest + work%times(c)*maxval([(sum(work%weight(c, :), mask=owner == r), r=0, ranks - 1)])
+      end do
+   end function slowest
+
+   !> Time of a step if all ranks had the same share of everything, in particles.
+   pure real(wp) function shared_out(work, ranks)
+      type(work_t), intent(in) :: work
+      integer, intent(in) :: ranks
+      shared_out = dot_product(work%times, sum(real(work%weight, wp), dim=2))/ranks
+   end function shared_out
 
    !> Share of the blocks that are there.
    pure real(wp) function share_of(these, counts)
