@@ -56,6 +56,14 @@ rm driver/test/unit/failing.sh
 printf '#test: limit 1\nsleep 30\n' >driver/test/unit/hanging.sh
 must_fail 'a hanging test' 'stopped at its limit' driver
 rm driver/test/unit/hanging.sh
+printf 'until [ -f begun ]; do sleep 0.1; done\n' >driver/test/unit/waiting.sh
+driver >first.log 2>&1 &
+until [ -s driver/build/opt/test/log/runs ]; do sleep 0.1; done
+must_fail 'a second run beside the first' "process $(cat driver/build/opt/test/log/runs), is going on" driver
+touch driver/begun
+wait $! || { cat first.log; fail 'the first of two runs does not pass'; }
+[ "$(tail -n 1 first.log)" = '2 passed, 0 failed' ] || fail 'a second run disturbed the first'
+rm driver/test/unit/waiting.sh
 printf '!test: ranks 1 2\nprogram absent\nend program\n' >driver/test/unit/absent.f90
 must_fail 'programs that were not built' '1 passed, 2 failed' driver
 must_fail 'a suite that does not exist' 'no suite' driver units

@@ -1,6 +1,6 @@
 #!/bin/sh
 # 100 000 steps with contact, two levels and checkpoints on 2 ranks: memory flat, no file left open.
-#test: limit 5400
+#test: limit 900
 #test: long
 . "$(dirname "$0")/../harness/env.sh"
 PYTHONPATH=$ROOT/test/restart "$PYTHON" "$ROOT/test/restart/soak.py" 100000 2
