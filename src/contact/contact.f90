@@ -150,21 +150,21 @@ contains
       integer, intent(in) :: neighbours(:)
       real(wp), intent(in) :: time_step
       real(wp) :: compliance(self%candidates%count + 2*self%candidates%rubbing)
-      integer :: c, node(cell_nodes), t
+      integer :: c, place(3, cell_nodes), t
       real(wp) :: weight(cell_nodes)
       associate (list => self%candidates%list(:self%candidates%count))
-         call self%system%begin(communicator, [(self%tools(t)%mobility(time_step), t=1, size(self%tools))])
+         call self%system%begin(communicator, level%grid%cells, [(self%tools(t)%mobility(time_step), t=1, size(self%tools))])
          do c = 1, size(list)
-            call nodes_of(level, list(c), node, weight)
-            call self%system%add_row(node, weight, list(c)%facing, list(c)%tool, &
+            call nodes_of(level, list(c), place, weight)
+            call self%system%add_row(place, weight, list(c)%facing, list(c)%tool, &
                                      dot_product(list(c)%normal, self%tools(list(c)%tool)%spec%axis))
          end do
          compliance(:size(list)) = self%spec%compliance*time_step/list%mass
          do c = 1, size(list)
             if (list(c)%rubbing == 0) cycle
-            call nodes_of(level, list(c), node, weight)
+            call nodes_of(level, list(c), place, weight)
             do t = 1, 2
-               call self%system%add_row(node, weight, list(c)%mirror*list(c)%tangent(:, t), list(c)%tool, &
+               call self%system%add_row(place, weight, list(c)%mirror*list(c)%tangent(:, t), list(c)%tool, &
                                         dot_product(list(c)%tangent(:, t), self%tools(list(c)%tool)%spec%axis))
                compliance(self%system%rows) = give*compliance(c)
             end do
@@ -180,10 +180,10 @@ contains
    end subroutine assemble
 
    !> Nodes of a candidate in the grid and the weights of its contact point on them.
-   pure subroutine nodes_of(level, c, node, weight)
+   pure subroutine nodes_of(level, c, place, weight)
       type(level_t), intent(in) :: level
       type(candidate_t), intent(in) :: c
-      integer, intent(out) :: node(cell_nodes)
+      integer, intent(out) :: place(3, cell_nodes)
       real(wp), intent(out) :: weight(cell_nodes)
       integer :: i, j, k, s, at(3)
       logical :: held(3)
@@ -192,7 +192,7 @@ contains
          do j = 0, 1
             do i = 0, 1
                s = s + 1
-               call image_node(level, c, [i, j, k], node(s), at, held)
+               call image_node(level, c, [i, j, k], place(:, s), at, held)
                weight(s) = c%weight(i, 1)*c%weight(j, 2)*c%weight(k, 3)
             end do
          end do
@@ -206,7 +206,7 @@ contains
       type(candidate_t), intent(in) :: c
       integer, intent(in) :: row
       real(wp), intent(in) :: time_step
-      integer :: i, j, k, s, node, at(3)
+      integer :: i, j, k, s, place(3), at(3)
       real(wp) :: mass
       logical :: held(3)
       s = 0
@@ -214,7 +214,7 @@ contains
          do j = 0, 1
             do i = 0, 1
                s = s + 1
-               call image_node(level, c, [i, j, k], node, at, held)
+               call image_node(level, c, [i, j, k], place, at, held)
                mass = level%solved(1, at(1), at(2), at(3), c%block)
                system%mobility(:, system%node(s, row)) = 0.0_wp
                if (mass > 0.0_wp) system%mobility(:3, system%node(s, row)) = merge(0.0_wp, time_step/mass, held)
@@ -224,33 +224,20 @@ contains
    end subroutine set_mobility
 
    !> The node that stands for a candidate's node: itself, or its mirror inside a symmetry plane where the contact point lies on
-   !> the plane and the node beyond has no weight. `node` is its number in the grid (nodes from -1 to cells + 1), `at` its place in
-   !> the block's tile.
-   pure subroutine image_node(level, c, offset, node, at, held)
+   !> the plane and the node beyond has no weight. `image` is its place in the grid (from -1 to cells + 1), `at` that in the block's
+   !> tile.
+   pure subroutine image_node(level, c, offset, image, at, held)
       type(level_t), intent(in) :: level
       type(candidate_t), intent(in) :: c
       integer, intent(in) :: offset(3)
-      integer, intent(out) :: node, at(3)
+      integer, intent(out) :: image(3), at(3)
       logical, intent(out) :: held(3)
-      integer :: place(3), image(3)
+      integer :: place(3)
       logical :: turned(3)
       place = block_size*level%blocks(c%block)%place + c%corner + offset
       call held_components(level%grid, place, held, turned, image)
       at = image - block_size*level%blocks(c%block)%place + 1
-      associate (n => level%grid%cells + 3)
-         node = image(1) + 2 + n(1)*(image(2) + 1 + n(2)*(image(3) + 1))
-      end associate
    end subroutine image_node
-
-   !> Place in the grid of a node that image_node has numbered.
-   pure function node_place(level, node) result(place)
-      type(level_t), intent(in) :: level
-      integer, intent(in) :: node
-      integer :: place(3)
-      associate (n => level%grid%cells + 3)
-         place = [mod(node - 1, n(1)), mod((node - 1)/n(1), n(2)), (node - 1)/(n(1)*n(2))] - 1
-      end associate
-   end function node_place
 
    !> Forces of the candidates: no tension, no pressure across a gap, no way into the tool; friction where a tool has any.
    subroutine solve(self, level, time_step, error)
@@ -409,7 +396,7 @@ contains
       changed = .false.
       do r = 1, size(parts)
          do n = 1, size(parts(r)%node)
-            call push_node(level, node_place(level, parts(r)%node(n)), parts(r)%force(:3, n), time_step, changed)
+            call push_node(level, self%system%place_of(parts(r)%node(n)), parts(r)%force(:3, n), time_step, changed)
          end do
       end do
       do b = 1, size(level%blocks)

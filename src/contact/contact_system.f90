@@ -15,13 +15,13 @@ module m_contact_system
    type :: shared_nodes_t
       integer :: rank = -1
       integer, allocatable :: nodes(:)  !< local numbers, in the order of the grid
-      integer, allocatable :: theirs(:) !< nodes in the grid that its rows touch, rising
+      integer(i8), allocatable :: theirs(:) !< nodes in the grid that its rows touch, rising
       real(wp), allocatable :: given(:, :), taken(:, :) !< (3, :), N
    end type shared_nodes_t
 
    !> Forces that the rows of one rank give to nodes.
    type :: nodal_forces_t
-      integer, allocatable :: node(:)      !< in the grid, rising
+      integer(i8), allocatable :: node(:)  !< in the grid, rising
       real(wp), allocatable :: force(:, :) !< (4, :), N; the last is idle
    end type nodal_forces_t
 
@@ -33,7 +33,9 @@ module m_contact_system
       integer :: nodes = 0
       logical :: gives_way = .false.             !< some tool does
       integer(i8) :: products = 0                !< times the operator was applied, over the run
-      integer, allocatable :: node(:, :)         !< (8, rows): node in the grid, counted from 1; then its local number
+      integer :: extent(3) = 0                   !< nodes of the grid along each axis, from -1 on
+      integer, allocatable :: place(:, :, :)     !< (3, 8, rows): node in the grid, from -1
+      integer, allocatable :: node(:, :)         !< (8, rows): the same, local number
       real(wp), allocatable :: weight(:, :)      !< (8, rows): of the contact point on its nodes
       real(wp), allocatable :: direction(:, :)   !< (4, rows): in which a force acts; the last is 0
       type(cell_rows_t) :: normal_rows, friction_rows !< as products take them
@@ -45,7 +47,7 @@ module m_contact_system
       real(wp), allocatable :: force(:, :)       !< (4, nodes): work
       real(wp), allocatable :: scale(:)          !< (rows): makes the diagonal 1
       real(wp), allocatable :: softness(:)       !< (rows): what the compliance adds to the diagonal
-      integer, allocatable :: grid_node(:)       !< (nodes): node in the grid
+      integer(i8), allocatable :: grid_node(:)   !< (nodes): number in the grid, from 1, x fastest; rising
       type(shared_nodes_t), allocatable :: shared(:)
    contains
       procedure :: begin
@@ -56,6 +58,7 @@ module m_contact_system
       procedure :: multiply
       procedure :: respond
       procedure :: nodal_forces
+      procedure :: place_of
       procedure :: set_scale
       procedure :: pair_scales
       procedure, private :: spread
@@ -66,46 +69,48 @@ module m_contact_system
 contains
 
    !> Start an empty system.
-   subroutine begin(self, communicator, tool_mobility)
+   subroutine begin(self, communicator, cells, tool_mobility)
       class(contact_system_t), intent(inout) :: self
       type(communicator_t), intent(in) :: communicator
+      integer, intent(in) :: cells(3)          !< of the grid
       real(wp), intent(in) :: tool_mobility(:) !< (tools), the same on all ranks, s/kg
       self%communicator = communicator
       self%rows = 0
       self%nodes = 0
+      self%extent = cells + 3
       self%tool_mobility = tool_mobility
       self%tool_push = 0.0_wp*tool_mobility
       self%gives_way = any(tool_mobility > 0.0_wp)
-      if (.not. allocated(self%node)) allocate (self%node(cell_nodes, 64), self%weight(cell_nodes, 64), &
+      if (.not. allocated(self%place)) allocate (self%place(3, cell_nodes, 64), self%weight(cell_nodes, 64), &
                                                    self%direction(width, 64), self%tool(64), self%along(64))
    end subroutine begin
 
    !> Add a row: the nodes of its contact point in the grid, their weights, the direction in which its force acts; the tool that
    !> the force acts on in turn, and what of it is along the tool's axis.
-   subroutine add_row(self, node, weight, direction, tool, along)
+   subroutine add_row(self, place, weight, direction, tool, along)
       class(contact_system_t), intent(inout) :: self
-      integer, intent(in) :: node(cell_nodes), tool
+      integer, intent(in) :: place(3, cell_nodes), tool
       real(wp), intent(in) :: weight(cell_nodes), direction(3), along
-      integer, allocatable :: more_nodes(:, :), more_tools(:)
+      integer, allocatable :: more_places(:, :, :), more_tools(:)
       real(wp), allocatable :: more_weights(:, :), more_directions(:, :), more_along(:)
       integer :: n
       n = self%rows
-      if (n == size(self%node, 2)) then
-         allocate (more_nodes(cell_nodes, 2*n), more_weights(cell_nodes, 2*n), more_directions(width, 2*n), more_tools(2*n), &
-                   more_along(2*n))
-         more_nodes(:, :n) = self%node
+      if (n == size(self%place, 3)) then
+         allocate (more_places(3, cell_nodes, 2*n), more_weights(cell_nodes, 2*n), more_directions(width, 2*n), &
+                   more_tools(2*n), more_along(2*n))
+         more_places(:, :, :n) = self%place
          more_weights(:, :n) = self%weight
          more_directions(:, :n) = self%direction
          more_tools(:n) = self%tool
          more_along(:n) = self%along
-         call move_alloc(more_nodes, self%node)
+         call move_alloc(more_places, self%place)
          call move_alloc(more_weights, self%weight)
          call move_alloc(more_directions, self%direction)
          call move_alloc(more_tools, self%tool)
          call move_alloc(more_along, self%along)
       end if
       self%rows = n + 1
-      self%node(:, n + 1) = node
+      self%place(:, :, n + 1) = place
       self%weight(:, n + 1) = weight
       self%direction(:, n + 1) = [direction, 0.0_wp]
       self%tool(n + 1) = tool
@@ -120,42 +125,54 @@ contains
       self%last = last
    end subroutine activate
 
-   !> All rows are there: number the nodes that they touch, in the order of the grid, over the range of their numbers, and put the
-   !> rows of a cell together.
+   !> All rows are there: number the nodes that they touch, in the order of the grid, and put the rows of a cell together.
    subroutine number_nodes(self, normal)
       class(contact_system_t), intent(inout) :: self
       integer, intent(in) :: normal !< rows of normal forces, the first ones
-      integer, allocatable :: number(:)
-      integer :: c, first, last, n
-      n = self%rows
+      integer, allocatable :: x(:), y(:), z(:)                   ! the places along each axis that occur, rising
+      integer, allocatable :: x_rank(:), y_rank(:), z_rank(:)    ! which of them a place is
+      integer, allocatable :: number(:, :, :)
+      integer :: c, i, j, k, s
+      call list_places(self%place(1, :, :self%rows), x, x_rank)
+      call list_places(self%place(2, :, :self%rows), y, y_rank)
+      call list_places(self%place(3, :, :self%rows), z, z_rank)
+      allocate (number(size(x), size(y), size(z)), source=0)
+      do c = 1, self%rows
+         do s = 1, cell_nodes
+            associate (at => self%place(:, s, c))
+               number(x_rank(at(1)), y_rank(at(2)), z_rank(at(3))) = 1
+            end associate
+         end do
+      end do
+      self%nodes = count(number > 0)
       if (allocated(self%grid_node)) deallocate (self%grid_node)
-      if (n == 0) then
-         allocate (self%grid_node(0))
-      else
-         first = minval(self%node(:, :n))
-         last = maxval(self%node(:, :n))
-         allocate (number(first:last), source=0)
-         do c = 1, n
-            number(self%node(:, c)) = 1
+      allocate (self%grid_node(self%nodes))
+      s = 0
+      do k = 1, size(z)
+         do j = 1, size(y)
+            do i = 1, size(x)
+               if (number(i, j, k) == 0) cycle
+               s = s + 1
+               number(i, j, k) = s
+               self%grid_node(s) = grid_number(self%extent, [x(i), y(j), z(k)])
+            end do
          end do
-         self%nodes = 0
-         do c = first, last
-            if (number(c) == 0) cycle
-            self%nodes = self%nodes + 1
-            number(c) = self%nodes
-         end do
-         allocate (self%grid_node(self%nodes))
-         do c = first, last
-            if (number(c) > 0) self%grid_node(number(c)) = c
-         end do
-         do c = 1, n
-            self%node(:, c) = number(self%node(:, c))
-         end do
+      end do
+      if (allocated(self%node)) then
+         if (size(self%node, 2) < self%rows) deallocate (self%node)
       end if
+      if (.not. allocated(self%node)) allocate (self%node(cell_nodes, size(self%place, 3)))
+      do c = 1, self%rows
+         do s = 1, cell_nodes
+            associate (at => self%place(:, s, c))
+               self%node(s, c) = number(x_rank(at(1)), y_rank(at(2)), z_rank(at(3)))
+            end associate
+         end do
+      end do
       self%normal = normal
       call self%normal_rows%sort(self%nodes, self%node(:, :normal), self%weight(:, :normal), self%direction(:, :normal))
-      call self%friction_rows%sort(self%nodes, self%node(:, normal + 1:n), self%weight(:, normal + 1:n), &
-                                   self%direction(:, normal + 1:n))
+      call self%friction_rows%sort(self%nodes, self%node(:, normal + 1:self%rows), self%weight(:, normal + 1:self%rows), &
+                                   self%direction(:, normal + 1:self%rows))
       if (allocated(self%force)) then
          if (size(self%force, 2) >= self%nodes) return
          deallocate (self%force, self%mobility)
@@ -164,6 +181,42 @@ contains
                 self%mobility(width, self%nodes + self%nodes/2), source=0.0_wp)
    end subroutine number_nodes
 
+   !> The places along an axis that occur, rising, and which of them a place is; 0 where it does not occur.
+   pure subroutine list_places(at, places, rank)
+      integer, intent(in) :: at(:, :)
+      integer, allocatable, intent(out) :: places(:)
+      integer, allocatable, intent(out) :: rank(:) !< from the lowest place to the highest
+      integer :: i, n, p
+      allocate (rank(minval(at):maxval(at)), source=0)
+      do n = 1, size(at, 2)
+         rank(at(:, n)) = 1
+      end do
+      allocate (places(sum(rank)))
+      i = 0
+      do p = lbound(rank, 1), ubound(rank, 1)
+         if (rank(p) == 0) cycle
+         i = i + 1
+         rank(p) = i
+         places(i) = p
+      end do
+   end subroutine list_places
+
+   !> Number of a node in the grid, from 1, x fastest: there may be more than 2**31.
+   pure integer(i8) function grid_number(extent, place)
+      integer, intent(in) :: extent(3), place(3) !< places from -1 on
+      grid_number = place(1) + 2 + extent(1)*(place(2) + 1 + extent(2)*(place(3) + 1_i8))
+   end function grid_number
+
+   !> Place in the grid, from -1 on, of a node by its number.
+   pure function place_of(self, number) result(place)
+      class(contact_system_t), intent(in) :: self
+      integer(i8), intent(in) :: number
+      integer :: place(3)
+      integer(i8) :: n(3)
+      n = self%extent
+      place = int([mod(number - 1, n(1)), mod((number - 1)/n(1), n(2)), (number - 1)/(n(1)*n(2))] - 1)
+   end function place_of
+
    !> Learn which nodes the neighbour ranks' rows touch too. Collective among neighbours.
    subroutine connect(self, neighbours)
       class(contact_system_t), intent(inout) :: self
@@ -171,18 +224,18 @@ contains
       type(MPI_Request) :: requests(size(neighbours))
       type(MPI_Status) :: status
       type(MPI_Message) :: message
-      integer, allocatable :: theirs(:)
+      integer(i8), allocatable :: theirs(:)
       integer :: count, n
       if (allocated(self%shared)) deallocate (self%shared)
       allocate (self%shared(size(neighbours)))
       do n = 1, size(neighbours)
-         call MPI_Isend(self%grid_node, self%nodes, MPI_INTEGER, neighbours(n), 3, self%communicator%comm, requests(n))
+         call MPI_Isend(self%grid_node, self%nodes, MPI_INTEGER8, neighbours(n), 3, self%communicator%comm, requests(n))
       end do
       do n = 1, size(neighbours)
          call MPI_Mprobe(neighbours(n), 3, self%communicator%comm, message, status)
-         call MPI_Get_count(status, MPI_INTEGER, count)
+         call MPI_Get_count(status, MPI_INTEGER8, count)
          allocate (theirs(count))
-         call MPI_Mrecv(theirs, count, MPI_INTEGER, message, MPI_STATUS_IGNORE)
+         call MPI_Mrecv(theirs, count, MPI_INTEGER8, message, MPI_STATUS_IGNORE)
          self%shared(n)%rank = neighbours(n)
          self%shared(n)%nodes = common(self%grid_node, theirs)
          count = size(self%shared(n)%nodes)
@@ -194,7 +247,7 @@ contains
 
    !> Places in `ours` of the values that stand in `theirs` too; both rise.
    pure function common(ours, theirs) result(places)
-      integer, intent(in) :: ours(:), theirs(:)
+      integer(i8), intent(in) :: ours(:), theirs(:)
       integer, allocatable :: places(:)
       integer :: found(min(size(ours), size(theirs))), n, a, b
       n = 0
