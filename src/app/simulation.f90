@@ -103,6 +103,7 @@ contains
       end if
       if (self%scene%output%present) call self%console%open_log(self%communicator, self%scene%output%directory//'/run.log', &
                                                                 self%error, resume=before%in_place)
+      if (self%error%happened()) return ! what an older run left to go on from is still there
       call self%keeper%start(self%scene, self%model, self%console%elapsed(), before%newest_here())
       call self%guard%start(self%scene%guard, self%model, longest_step(self%scene, self%model, self%model%time))
       if (before%happened) call self%guard%remember(self%facts%guard)

@@ -135,10 +135,11 @@ contains
       call self%sum_up(communicator, level, time_step)
       do t = 1, size(self%tools)
          call self%tools(t)%end_step(time + time_step, time_step)
-         if (self%tools(t)%is_pushed() .and. .not. abs(self%tools(t)%speed)*time_step <= fastest*level%grid%cell) &
+         if (.not. abs(self%tools(t)%speed)*time_step <= fastest*level%grid%cell) &
             call fail(error, exit_numerical, 'time '//to_text(time + time_step)//' s: the tool '//self%tools(t)%spec%name// &
-                      ' moves by more than '//to_text(fastest)//' cells in a step; try a larger mass or smaller loads', &
-                      may_heal=.true.)
+                      ' moves by more than '//to_text(fastest)//' cells in a step; try '// &
+                      trim(merge('a larger mass or smaller loads ', 'a smaller step or slower speeds', &
+                                 self%tools(t)%is_pushed())), may_heal=.true.)
       end do
    end subroutine push
 
@@ -248,6 +249,7 @@ contains
       real(wp), dimension(self%candidates%count) :: b, x, w
       real(wp) :: gap, strongest
       integer :: c, iterations
+      logical :: settled
       call self%system%activate(1, self%candidates%count)
       do c = 1, self%candidates%count
          associate (it => self%candidates%list(c))
@@ -263,13 +265,15 @@ contains
                       ' has a speed or force that is not a number; try a smaller safety', may_heal=.true.)
          end associate
       end do
+      settled = .true.
       self%step_residual = 0.0_wp
       if (self%friction%present) then
-         call self%sweep(level, b, x)
+         call self%sweep(level, b, x, settled)
       else
          call self%solve_normal(b, x, iterations)
       end if
       self%solves = self%solves + 1
+      if (.not. (settled .and. self%step_residual <= self%spec%tolerance)) self%unsolved = self%unsolved + 1
       call self%system%multiply(x, w)
       call self%check_solution(level, b, x, w, error)
       strongest = self%system%communicator%maximum(maxval([0.0_wp, x*self%system%scale(:size(x))]))
@@ -308,7 +312,6 @@ contains
       real(wp), intent(in) :: residual
       character(len=*), intent(in) :: effort
       self%worst_residual = max(self%worst_residual, residual)
-      if (residual > self%spec%tolerance) self%unsolved = self%unsolved + 1
       if (residual <= self%step_residual) return
       self%step_residual = residual
       if (residual > self%spec%tolerance) self%effort = effort
@@ -331,7 +334,7 @@ contains
                  to_text(most_unsolved)//' steps running'
       off = merge(abs(w - b), max(0.0_wp, b - w), x > 0.0_wp)
       worst = maxval([-1.0_wp, off])
-      if (worst >= self%system%communicator%maximum(worst)) &
+      if (worst >= self%system%communicator%maximum(worst) .and. size(off) > 0) &
          call fail(error, exit_numerical, &
                    candidate_text(self%candidates%list(maxloc(off, dim=1)), self%tools, level, self%time)// &
                    ': the contact problem was not solved, relative residual '//to_text(self%step_residual, 3)//' after '// &
@@ -341,10 +344,11 @@ contains
 
    !> Normal forces with the friction held, and friction with the normal forces held, in turn until the normal problem is solved
    !> with the friction that belongs to it (theory.md, eq. friction-sweeps). On return b holds what the friction does to it.
-   subroutine sweep(self, level, b, x)
+   subroutine sweep(self, level, b, x, settled)
       class(contact_t), intent(inout) :: self
       type(level_t), intent(in) :: level
       real(wp), intent(inout) :: b(:), x(:)
+      logical, intent(out) :: settled !< in as many rounds as are allowed
       real(wp) :: free(size(b)), dragged(size(b)), pushed(2*self%candidates%rubbing), radius(self%candidates%rubbing), residual
       integer :: c, iterations, n, round, rows
       n = self%candidates%count
@@ -356,7 +360,7 @@ contains
             call self%system%respond([n + 1, rows], self%friction%force, [1, n], dragged)
             b = free - dragged
             call self%solve_normal(b, x, iterations)
-            if (self%step_residual > hopeless_residual .or. (round > 1 .and. iterations == 0)) exit
+            if (.not. self%step_residual <= hopeless_residual .or. (round > 1 .and. iterations == 0)) exit
             self%friction%sweeps = self%friction%sweeps + 1
             do c = 1, n
                if (list(c)%rubbing == 0) cycle
@@ -367,10 +371,10 @@ contains
             call self%system%respond([1, n], x, [n + 1, rows], pushed)
             call self%friction%solve(self%system, radius, pushed, self%spec%tolerance, products*self%spec%max_iterations, residual)
             call self%judge(residual, to_text(products*self%spec%max_iterations)//' products for friction')
-            if (self%step_residual > hopeless_residual) exit
+            if (.not. self%step_residual <= hopeless_residual) exit
          end do
          call self%system%activate(1, n)
-         if (round > most_sweeps) self%unsolved = self%unsolved + 1
+         settled = round <= most_sweeps
          call self%friction%hand_out(self%system, list)
       end associate
    end subroutine sweep

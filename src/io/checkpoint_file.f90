@@ -72,8 +72,8 @@ contains
             if (ok) call sync_file(path(:index(path, '/', back=.true.)), ok)
             if (.not. ok) call fail(error, exit_files, 'cannot write '//path//': it does not get to the disk')
          end if
-         if (error%happened()) call remove_file(part_name(path), ok)
       end if
+      if (communicator%is_root() .and. error%happened()) call remove_file(part_name(path), ok)
       call communicator%agree(error)
    end subroutine seal_checkpoint
 

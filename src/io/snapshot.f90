@@ -106,11 +106,17 @@ contains
       if (given /= self%n_total) then
          call fail(error, exit_numerical, 'snapshot of step '//to_text(self%step)//': the ranks hold '//to_text(given)// &
                    ' particles and not '//to_text(self%n_total))
-      else if (overlaps(where_to) .or. positions /= (self%n_total*(self%n_total - 1))/2) then
+      else if (overlaps(where_to) .or. positions /= triangle(self%n_total)) then
          call fail(error, exit_numerical, 'snapshot of step '//to_text(self%step)//': the runs of particles overlap')
       end if
       call communicator%agree(error)
    end subroutine check
+
+   !> Sum of 0 to n - 1, which is halved before it grows too large for its kind.
+   pure integer(i8) function triangle(n)
+      integer(i8), intent(in) :: n
+      triangle = merge((n/2)*(n - 1), n*((n - 1)/2), mod(n, 2_i8) == 0)
+   end function triangle
 
    !> Shapes on this rank.
    subroutine check_arrays(self, error)

@@ -56,7 +56,7 @@ contains
          do j = 0, size(change, 2) - 1
             do i = 0, size(change, 1) - 1
                if (change(i, j, k) <= largest*factor**classes) cycle
-               r = 1 + int(log(change(i, j, k)/largest)/log(factor))
+               r = min(classes, 1 + int(log(change(i, j, k)/largest)/log(factor)))
                first(:, r) = min(first(:, r), [i, j, k])
                last(:, r) = max(last(:, r), [i, j, k])
             end do

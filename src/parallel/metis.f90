@@ -1,6 +1,6 @@
 !> The two routines of METIS that are used, through C binding.
 module m_metis
-   use m_kinds, only: wp
+   use m_kinds, only: wp, i8
    use, intrinsic :: iso_c_binding, only: c_int, c_float, c_ptr, c_null_ptr
    implicit none
    private
@@ -23,7 +23,8 @@ module m_metis
 contains
 
    !> Part (from 0) of every vertex of a graph; `offsets` and `adjacent` count from 0 (METIS manual, CSR). By halves of halves, or
-   !> all parts at once. `failed` when METIS refuses.
+   !> all parts at once. `failed` when METIS refuses. METIS adds up weights in 32 bits: where they come to more, it is given smaller ones in
+   !> the same proportions.
    subroutine partition_graph(offsets, adjacent, vertex_weights, edge_weights, parts, by_halves, imbalance, part, cut, failed)
       integer(c_int), intent(in) :: offsets(:), adjacent(:), edge_weights(:), parts
       integer(c_int), intent(in), contiguous :: vertex_weights(:, :) !< (constraints, vertices): each is balanced in itself
@@ -32,15 +33,23 @@ contains
       integer(c_int), intent(out) :: part(:)
       integer, intent(out) :: cut       !< weight of the edges between parts
       logical, intent(out) :: failed
-      integer(c_int) :: status
       integer(c_int), parameter :: okay = 1
+      integer(i8), parameter :: room = 2_i8**30
+      integer(c_int) :: status, weights(size(vertex_weights, 1), size(vertex_weights, 2))
+      integer :: c
+      integer(i8) :: total
+      do c = 1, size(weights, 1)
+         total = sum(int(vertex_weights(c, :), i8))
+         weights(c, :) = int(vertex_weights(c, :)/(1 + total/room), c_int)
+         where (vertex_weights(c, :) > 0) weights(c, :) = max(weights(c, :), 1)
+      end do
       if (by_halves) then
          status = metis_part_graph_recursive(size(part, kind=c_int), size(vertex_weights, 1, kind=c_int), offsets, adjacent, &
-                                             vertex_weights, c_null_ptr, edge_weights, parts, c_null_ptr, &
+                                             weights, c_null_ptr, edge_weights, parts, c_null_ptr, &
                                              real(imbalance, c_float), c_null_ptr, cut, part)
       else
          status = metis_part_graph_kway(size(part, kind=c_int), size(vertex_weights, 1, kind=c_int), offsets, adjacent, &
-                                        vertex_weights, c_null_ptr, edge_weights, parts, c_null_ptr, &
+                                        weights, c_null_ptr, edge_weights, parts, c_null_ptr, &
                                         real(imbalance, c_float), c_null_ptr, cut, part)
       end if
       failed = status /= okay

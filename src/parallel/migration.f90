@@ -13,8 +13,8 @@ module m_migration
    private
    public :: migration_t, frame_of, entered, take_out
 
-   integer, parameter :: extra = 5 !< after a particle's columns a record holds: id's bits, body, block index, bin (0: not known), disorder
-                                   !< of the block if the particle moves with it, `arrives` if it arrives there
+   integer, parameter :: extra = 6 !< after a particle's columns a record holds: id's bits, body, block index, bin (0: not known), disorder
+                                   !< of the block if the particle moves with it, `arrives` if it arrives there, and its jumps
    real(wp), parameter :: arrives = -1.0_wp
 
    integer, parameter :: fewest = 64 !< records that there is room for, where there is any
@@ -99,10 +99,10 @@ contains
       integer(i4), intent(in) :: body
       self%moved = self%moved + 1
       if (rank == here) then
-         call self%incoming%add(values, id, body, index, 0_i4, arrives)
+         call self%incoming%add(values, id, body, index, 0_i4, arrives, 0.0_wp)
       else
          self%sent = self%sent + 1
-         call self%outgoing(rank)%add(values, id, body, index, 0_i4, arrives)
+         call self%outgoing(rank)%add(values, id, body, index, 0_i4, arrives, 0.0_wp)
       end if
    end subroutine send
 
@@ -224,6 +224,7 @@ contains
          block%arrived = block%arrived + 1
       else
          block%disorder = record(n + 5)
+         block%jumps = record(n + 6)
       end if
       block%at_rest = .false.
       block%sums_hold = .false.
@@ -245,7 +246,8 @@ contains
             do p = 1, block%particles%count
                call self%outgoing(rank)%add(block%particles%column(p, :), block%particles%id(p), block%particles%body(p), &
                                             block%index, block%cells%bin(p), &
-                                            merge(arrives, block%disorder, p > block%particles%count - block%arrived))
+                                            merge(arrives, block%disorder, p > block%particles%count - block%arrived), &
+                                            block%jumps)
             end do
             block%particles%count = 0
          end associate
@@ -288,20 +290,21 @@ contains
    end subroutine prepare
 
    !> Append a particle, bound for the block `index` and, where `bin` is not 0, for a bin there.
-   subroutine add(self, values, id, body, index, bin, disorder)
+   subroutine add(self, values, id, body, index, bin, disorder, jumps)
       class(parcel_t), intent(inout) :: self
       real(wp), intent(in) :: values(:)
       integer(i8), intent(in) :: id
       integer(i4), intent(in) :: body, bin
       integer, intent(in) :: index
       real(wp), intent(in) :: disorder !< of the block with which it moves, or `arrives`
+      real(wp), intent(in) :: jumps    !< of that block
       integer :: columns
       columns = size(values)
       call make_room(self, 1)
       self%count = self%count + 1
       self%records(:columns, self%count) = values
       self%records(columns + 1:, self%count) = [transfer(id, 1.0_wp), real(body, wp), real(index, wp), real(bin, wp), &
-                                                 disorder]
+                                                 disorder, jumps]
    end subroutine add
 
    !> Room for `more` records; grows by half.

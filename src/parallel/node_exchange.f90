@@ -36,7 +36,8 @@ contains
       type(communicator_t), intent(in) :: communicator
       type(level_t), intent(in) :: level
       logical :: neighbour(0:communicator%ranks - 1)
-      integer, allocatable :: lengths(:), places(:)
+      integer, allocatable :: lengths(:)
+      integer(MPI_ADDRESS_KIND), allocatable :: places(:)
       integer :: m, n, r, place(3)
       call self%release()
       neighbour = .false.
@@ -57,11 +58,12 @@ contains
       end do
    end subroutine build
 
-   !> The runs of values, in the pool, of all tiles of rank `from` that rank `to` needs; the same order on both ranks.
+   !> The runs of values (where each begins: bytes) in the pool, of all tiles of rank `from` that rank `to` needs; the same order on both ranks.
    subroutine shared_runs(level, from, to, lengths, places)
       type(level_t), intent(in) :: level
       integer, intent(in) :: from, to
-      integer, allocatable, intent(out) :: lengths(:), places(:)
+      integer, allocatable, intent(out) :: lengths(:)
+      integer(MPI_ADDRESS_KIND), allocatable, intent(out) :: places(:)
       integer :: index, place(3), slot
       allocate (lengths(0), places(0))
       do index = 1, product(level%grid%blocks)
@@ -93,9 +95,11 @@ contains
    subroutine add_runs(shared, slot, lengths, places)
       logical, intent(in) :: shared(0:tile_last, 0:tile_last, 0:tile_last)
       integer, intent(in) :: slot
-      integer, allocatable, intent(inout) :: lengths(:), places(:)
-      integer, parameter :: width = tile_last + 1
-      integer :: i, j, k, first, run_length(width*width*width), run_place(width*width*width), runs
+      integer, allocatable, intent(inout) :: lengths(:)
+      integer(MPI_ADDRESS_KIND), allocatable, intent(inout) :: places(:)
+      integer, parameter :: width = tile_last + 1, bytes_a_node = node_values*storage_size(1.0_wp)/8
+      integer :: i, j, k, first, run_length(width*width*width), runs
+      integer(MPI_ADDRESS_KIND) :: run_place(width*width*width)
       runs = 0
       do k = 0, tile_last
          do j = 0, tile_last
@@ -109,7 +113,7 @@ contains
                   end do
                   runs = runs + 1
                   run_length(runs) = node_values*(i - first + 1)
-                  run_place(runs) = node_values*(first + width*(j + width*(k + width*(slot - 1))))
+                  run_place(runs) = bytes_a_node*(first + width*(j + width*(k + width*(slot - 1_MPI_ADDRESS_KIND))))
                end if
                i = i + 1
             end do
@@ -120,9 +124,10 @@ contains
    end subroutine add_runs
 
    subroutine make_type(lengths, places, datatype)
-      integer, intent(in) :: lengths(:), places(:)
+      integer, intent(in) :: lengths(:)
+      integer(MPI_ADDRESS_KIND), intent(in) :: places(:)
       type(MPI_Datatype), intent(out) :: datatype
-      call MPI_Type_indexed(size(lengths), lengths, places, MPI_DOUBLE_PRECISION, datatype)
+      call MPI_Type_create_hindexed(size(lengths), lengths, places, MPI_DOUBLE_PRECISION, datatype)
       call MPI_Type_commit(datatype)
    end subroutine make_type
 

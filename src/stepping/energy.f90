@@ -44,20 +44,29 @@ contains
    function measure(model) result(sums)
       type(model_t), intent(in) :: model
       type(sums_t) :: sums
-      real(wp), allocatable :: parts(:, :)
+      real(wp), allocatable :: parts(:, :) ! of every block that exists, on any rank
       real(wp) :: total(sum_count)
-      integer :: b, l
-      allocate (parts(sum_count, blocks_before(model%levels, size(model%levels) + 1)), source=0.0_wp)
+      integer :: b, i, j, k, l, n
+      allocate (parts(sum_count, sum([(count(model%levels(l)%owner >= 0), l=1, size(model%levels))])), source=0.0_wp)
+      n = 0
       do l = 1, size(model%levels)
-         do b = 1, size(model%levels(l)%blocks)
-            associate (part => parts(:, blocks_before(model%levels, l) + model%levels(l)%blocks(b)%index))
-               if (model%levels(l)%blocks(b)%sums_hold) then
-                  part = model%levels(l)%blocks(b)%sums
-               else
-                  part = block_sums(model, l, b)
-               end if
-            end associate
-         end do
+         associate (level => model%levels(l), last => model%levels(l)%grid%blocks - 1)
+            do k = 0, last(3)
+               do j = 0, last(2)
+                  do i = 0, last(1)
+                     if (level%owner(i, j, k) < 0) cycle
+                     n = n + 1
+                     b = level%slot(i, j, k)
+                     if (b == 0 .or. b > size(level%blocks)) cycle ! another rank's
+                     if (level%blocks(b)%sums_hold) then
+                        parts(:, n) = level%blocks(b)%sums
+                     else
+                        parts(:, n) = block_sums(model, l, b)
+                     end if
+                  end do
+               end do
+            end do
+         end associate
       end do
       call MPI_Allreduce(MPI_IN_PLACE, parts, size(parts), MPI_DOUBLE_PRECISION, MPI_SUM, model%communicator%comm)
       total = 0.0_wp

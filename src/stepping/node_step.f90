@@ -96,6 +96,11 @@ contains
       integer, intent(in) :: l
       integer :: b
       call model%timers%enter(phase_exchange)
+      associate (level => model%levels(l))
+         do b = 1, size(level%blocks) ! parents without particles hold what was handed up to their nodes
+            if (level%blocks(b)%particles%count == 0) call clear(level%gathered(:, :, :, :, b), level%reach(:, :, b))
+         end do
+      end associate
       call model%exchange(l)%start(model%communicator, model%levels(l)%gathered)
       call model%exchange(l)%wait(model%levels(l)%gathered)
       do b = 1, size(model%levels(l)%blocks)

@@ -18,8 +18,13 @@ contains
       type(scene_t), intent(in) :: scene
       type(model_t), intent(in) :: model
       type(error_t), intent(inout) :: error
-      real(wp) :: limit
-      limit = safety_limit(scene)*model%stepped_cell()/(model%wave_speed() + model%bounds%particle_speed)
+      real(wp) :: limit, speed
+      integer :: t
+      speed = model%bounds%particle_speed
+      do t = 1, size(scene%tools)
+         if (allocated(scene%tools(t)%speeds)) speed = max(speed, maxval(abs(scene%tools(t)%speeds)))
+      end do
+      limit = safety_limit(scene)*model%stepped_cell()/(model%wave_speed() + speed)
       if (scene%time%time_step > limit) call fail(error, exit_input, '&time time_step='// &
           to_text(scene%time%time_step)//': must be at most '//to_text(limit)//' s, '// &
           to_text(safety_limit(scene))//' cells over the speed of sound')

@@ -24,6 +24,7 @@ program decomposition
    do parts = 1, 16
       call large_body(parts)
       call few_blocks(parts)
+      call very_many_particles(parts)
    end do
    call pressed_corner()
    call disordered_corner()
@@ -341,6 +342,23 @@ contains
       meets = any([((part(i) == one .and. part(i + 1) == other) .or. (part(i) == other .and. part(i + 1) == one), &
                     i=1, size(part) - 1)])
    end function meets
+
+   !> Five thousand million particles: their number, which METIS would add up, is more than 32 bits hold.
+   subroutine very_many_particles(parts)
+      integer, intent(in) :: parts
+      type(level_t) :: levels(1)
+      type(error_t) :: error
+      integer, allocatable :: counts(:), owner(:)
+      integer :: held(0:parts - 1), r
+      levels = levels_of([78, 78, 78])
+      allocate (counts(product(levels(1)%grid%blocks)), source=5000000)
+      allocate (owner(size(counts)))
+      call choose_owners(as_of(parts), levels, work_of(levels, counts), owner, error)
+      call test%check(.not. error%happened(), 'METIS places very many particles')
+      held = [(count(owner == r), r=0, parts - 1)]
+      call test%check(minval(held) > 0 .and. maxval(held)*parts <= 1.15_wp*size(counts), &
+                      'very many particles are balanced within 15 %')
+   end subroutine very_many_particles
 
    !> Up to five blocks, for more ranks than blocks or fewer.
    subroutine few_blocks(parts)
