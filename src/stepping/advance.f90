@@ -14,7 +14,7 @@ module m_advance
    use m_contact_complaints, only: forbid_contact
    use m_complaints, only: check_missing
    use m_node_step, only: clock_t, to_nodes, solve
-   use m_particle_step, only: to_particles, strain, take_next_position
+   use m_particle_step, only: to_particles, strain, take_next_position, tidy
    implicit none
    private
    public :: advance
@@ -182,10 +182,17 @@ contains
       integer, intent(in) :: l
       type(error_t), intent(inout) :: error
       logical :: new_blocks
+      integer :: b
       call agree(model, l, new_blocks, error)
       if (error%happened()) return
       call model%timers%enter(phase_migration)
-      if (new_blocks) call model%create_blocks()
+      if (new_blocks) then
+         call model%create_blocks()
+         do b = 1, size(model%levels(l)%blocks) ! whose particles had no place to go to: with the order that they would have by now
+            if (model%levels(l)%blocks(b)%leaver_count > 0) call tidy(model, l, b)
+         end do
+         call model%timers%enter(phase_migration)
+      end if
       call model%migration(l)%move_leavers(model%communicator, model%levels(l), model%exchange(l)%ranks)
       model%particle_steps = model%particle_steps + model%levels(l)%particle_count()
       model%level_steps(l) = model%level_steps(l) + model%levels(l)%particle_count()

@@ -26,7 +26,7 @@ module m_particle_step
    use m_speed_bounds, only: include_speeds
    implicit none
    private
-   public :: to_particles, strain, take_next_position
+   public :: to_particles, strain, take_next_position, tidy
 
 contains
 

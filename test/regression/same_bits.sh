@@ -24,6 +24,10 @@ for domain in stretch corners; do
       run_scene $n scene.nml || { cat run_$n.log; fail "on $n ranks"; }
    done
 done
+for n in 1 2 4; do
+   sed "s:'out':'mirrors_$n':" "$scenes/same_bits_mirrors.nml" >scene.nml
+   run_scene $n scene.nml || { cat run_$n.log; fail "between mirrors on $n ranks"; }
+done
 PYTHONPATH=$scenes "$PYTHON" - <<'END'
 from runs import *
 
@@ -35,6 +39,8 @@ for update in ("usl", "musl", "effects"):
     way = np.linalg.norm(way, axis=1).mean() / 0.1
     print(f"   {update}: the particles moved {way:.1f} cells on average")
     require(f"{update}: particles changed block", way > 4)
+for ranks in (2, 4):
+    same_bits("mirrors_1", f"mirrors_{ranks}")
 history = energy("effects_4")
 require("effects: work and damped energy", abs(history["external_work"][-1]) > 50 and history["damped"][-1] > 100)
 for domain in ("stretch", "corners"):
