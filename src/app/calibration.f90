@@ -100,9 +100,16 @@ contains
       type(error_t), intent(inout) :: error
       integer :: n
       do n = 1, warm_steps
-         if (.not. error%happened()) call advance(model, longest_step(scene, model, model%time), error)
+         if (.not. error%happened()) call advance(model, timed_step(scene, model), error)
       end do
    end subroutine warm_up
+
+   !> A step (s) that is not for its own sake: so short that the scene is not over before all have been timed.
+   pure real(wp) function timed_step(scene, model)
+      type(scene_t), intent(in) :: scene
+      type(model_t), intent(in) :: model
+      timed_step = min(longest_step(scene, model, model%time), scene%end_time/(2*(warm_steps + 2*fewest_steps)))
+   end function timed_step
 
    !> Collective: steps until it has been long enough, then as many again, which count. `points`: contact points in a step.
    subroutine time_steps(found, scene, model, points, error)
@@ -118,7 +125,7 @@ contains
       most = max(fewest_steps, min(most_steps, nint(at_most*found%prospect%steps))) ! the scene must not be over by then
       began = wall_time()
       do
-         call advance(model, longest_step(scene, model, model%time), error)
+         call advance(model, timed_step(scene, model), error)
          if (error%happened()) return
          found%steps = found%steps + 1
          elapsed = model%communicator%maximum(wall_time() - began)
@@ -128,7 +135,7 @@ contains
       handled = model%contact%handled
       began = wall_time()
       do n = 1, found%steps
-         call advance(model, longest_step(scene, model, model%time), error)
+         call advance(model, timed_step(scene, model), error)
          if (error%happened()) return
       end do
       elapsed = model%communicator%maximum(wall_time() - began)

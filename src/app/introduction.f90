@@ -48,8 +48,12 @@ contains
          if (size(model%levels) > 1) call introduce_levels(console, model, time_step)
          call console%line('particles  '//to_text(particles)//' on '//to_text(model%communicator%ranks)//' rank(s), '// &
                                 si(real(bytes, wp), 'B')//' in all, '//to_text(real(bytes, wp)/particles, 3)//' B a particle')
-         call console%line('time       '//si(scene%end_time, 's')//' in steps of '//si(time_step, 's')//', about '// &
-                                to_text(ceiling(scene%end_time/time_step, i8))//' steps')
+         if (model%time < scene%end_time) then
+            call console%line('time       '//si(scene%end_time, 's')//' in steps of '//si(time_step, 's')//', about '// &
+                              to_text(ceiling(scene%end_time/time_step, i8))//' steps')
+         else
+            call console%line('time       '//si(scene%end_time, 's')//': the run is there; nothing is left to be done')
+         end if
          call console%line('fields     '//fields_text(model%levels(1)%table))
          call console%line('effects    '//effects_text(scene, catalogue, model))
       end associate

@@ -88,6 +88,11 @@ contains
       call before%checkpoint%restore(model, balance, facts, error)
       call before%checkpoint%close()
       if (error%happened()) return
+      if (scene%end_time < model%time*(1.0_wp - 1.0e-12_wp)) then
+         call fail(error, exit_input, '&scene end_time='//to_text(scene%end_time)//': must be at least '//to_text(model%time)// &
+                   ' s, where the run stands in '//before%checkpoint%path)
+         return
+      end if
       resumption%directory = before%checkpoint%directory
       resumption%in_place = before%in_place
       resumption%probes = facts%probes

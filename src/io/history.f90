@@ -5,7 +5,7 @@
 !> a run that is taken up again carries over the whole lines of it.
 module m_history
    use m_kinds, only: wp
-   use m_constants, only: exit_files, exit_numerical
+   use m_constants, only: exit_files, exit_numerical, longest_line
    use m_errors, only: error_t, fail
    use m_communicator, only: communicator_t
    use m_part_file, only: part_name, open_part, publish_part
@@ -216,8 +216,8 @@ contains
       real(wp) :: values(self%columns)
       integer :: old, status
       logical :: ignored
-      open (newunit=old, file=part_name(from), status='old', action='read', recl=65536, iostat=status)
-      if (status /= 0) open (newunit=old, file=from, status='old', action='read', recl=65536, iostat=status)
+      open (newunit=old, file=part_name(from), status='old', action='read', recl=longest_line, iostat=status)
+      if (status /= 0) open (newunit=old, file=from, status='old', action='read', recl=longest_line, iostat=status)
       if (status /= 0) return
       do
          read (old, '(a)', iostat=status) line

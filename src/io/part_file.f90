@@ -2,7 +2,7 @@
 module m_part_file
    use, intrinsic :: iso_c_binding, only: c_char, c_int, c_long, c_null_char
    use m_kinds, only: i8
-   use m_constants, only: exit_files
+   use m_constants, only: exit_files, longest_line
    use m_errors, only: error_t, fail
    use m_communicator, only: communicator_t
    use m_filesystem, only: rename_file, remove_file
@@ -52,7 +52,7 @@ contains
       type(error_t), intent(inout) :: error
       integer :: status
       character(len=256) :: reason
-      open (newunit=unit, file=part_name(path), status='replace', action='readwrite', form='formatted', recl=65536, &
+      open (newunit=unit, file=part_name(path), status='replace', action='readwrite', form='formatted', recl=longest_line, &
             iostat=status, iomsg=reason)
       if (status /= 0) call fail(error, exit_files, 'cannot write '//path//': '//trim(reason))
    end subroutine open_part

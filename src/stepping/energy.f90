@@ -27,6 +27,7 @@ module m_energy
       type(sums_t) :: start, now
       real(wp) :: external_work = 0.0_wp      !< done by tools and effects, J
       real(wp) :: damped = 0.0_wp             !< taken out by effects, friction and the merging of particles, J
+      real(wp) :: driven = 0.0_wp             !< what effects that are to take energy out have put in, on balance, J
       real(wp) :: largest = 0.0_wp            !< largest energy or work seen, J: what the error is relative to
       real(wp) :: worst = 0.0_wp              !< largest error seen, J
    contains
@@ -159,6 +160,7 @@ contains
       self%external_work = sum(model%contact%states%work) + sum(model%effect_step%external_work)
       self%damped = sum(model%effect_step%damped) + self%now%dissipated + sum(model%contact%states%heat) &
                     + model%lost
+      self%driven = max(0.0_wp, -sum(model%effect_step%damped))
       self%largest = max(self%largest, abs(self%external_work), abs(self%damped), self%now%energy())
       self%worst = max(self%worst, abs(self%excess()))
    end subroutine follow
@@ -170,27 +172,29 @@ contains
       real(wp), intent(out) :: created !< energy that is there and should not be, J
       real(wp), intent(out) :: largest !< largest energy or work seen, J
       type(sums_t) :: now
-      real(wp) :: booked(2), work, damped
+      real(wp) :: booked(3), work, damped, driven
       integer :: b, l
       now = measure(model)
       booked = 0.0_wp
       do l = 1, size(model%levels)
          do b = 1, size(model%levels(l)%blocks)
-            booked = booked + model%effect_step(l)%booked(model%levels(l)%blocks(b)%index)
+            booked(:2) = booked(:2) + model%effect_step(l)%booked(model%levels(l)%blocks(b)%index)
          end do
       end do
-      booked(2) = sum(model%lost_in_merging) - booked(2)
-      call MPI_Allreduce(MPI_IN_PLACE, booked, 2, MPI_DOUBLE_PRECISION, MPI_SUM, model%communicator%comm)
+      booked(3) = sum(model%lost_in_merging)
+      call MPI_Allreduce(MPI_IN_PLACE, booked, 3, MPI_DOUBLE_PRECISION, MPI_SUM, model%communicator%comm)
       work = sum(model%contact%states%work) + sum(model%effect_step%external_work) + booked(1)
-      damped = sum(model%effect_step%damped) + booked(2) + now%dissipated + sum(model%contact%states%heat) + model%lost
-      created = now%energy() - self%start%energy() - work + damped
+      damped = sum(model%effect_step%damped) - booked(2)
+      driven = max(0.0_wp, -damped)
+      damped = damped + booked(3) + now%dissipated + sum(model%contact%states%heat) + model%lost
+      created = now%energy() - self%start%energy() - work + damped + driven
       largest = max(self%largest, abs(work), abs(damped), now%energy())
    end subroutine glance
 
    !> Energy that is there and should not be (above 0) or is missing, J.
    pure real(wp) function excess(self)
       class(balance_t), intent(in) :: self
-      excess = self%now%energy() - self%start%energy() - self%external_work + self%damped
+      excess = self%now%energy() - self%start%energy() - self%external_work + self%damped + self%driven
    end function excess
 
    !> The same relative to the largest energy or work seen.

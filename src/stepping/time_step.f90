@@ -18,6 +18,7 @@ contains
       type(scene_t), intent(in) :: scene
       type(model_t), intent(in) :: model
       type(error_t), intent(inout) :: error
+      real(wp), parameter :: most_steps = 1.0e15_wp
       real(wp) :: limit, speed
       integer :: t
       speed = model%bounds%particle_speed
@@ -27,7 +28,11 @@ contains
       limit = safety_limit(scene)*model%stepped_cell()/(model%wave_speed() + speed)
       if (scene%time%time_step > limit) call fail(error, exit_input, '&time time_step='// &
           to_text(scene%time%time_step)//': must be at most '//to_text(limit)//' s, '// &
-          to_text(safety_limit(scene))//' cells over the speed of sound')
+          to_text(safety_limit(scene))//' cells over the speed of sound plus that of the fastest particle or tool')
+      if (error%happened()) return
+      if (scene%end_time > most_steps*longest_step(scene, model, model%time)) call fail(error, exit_input, '&scene end_time='// &
+          to_text(scene%end_time)//': would take more than '//to_text(most_steps)//' steps of '// &
+          to_text(longest_step(scene, model, model%time))//' s')
    end subroutine check_time_step
 
    !> Time step (s) of the coarsest level: safety cell / (c + |v|), c and |v| as they are now; or the given one. Shortened a little,
