@@ -1,5 +1,6 @@
 !> What a scene may call for by name: a material law (`model='...'` of &material) or an effect (a group of its own).
 module m_offer
+   use m_text, only: to_text
    use m_group_reader, only: group_reader_t, name_length
    implicit none
    private
@@ -9,7 +10,9 @@ module m_offer
    type, abstract, public :: offer_t
       character(len=:), allocatable :: name
       logical :: repeats = .false. !< an effect's group may stand in a scene more than once
+      integer :: line = 0          !< of the scene, on which its group begins; 0: it was not read
    contains
+      procedure :: group_text
       procedure(variables_interface), deferred :: variables
    end type offer_t
 
@@ -35,6 +38,14 @@ module m_offer
    end interface
 
 contains
+
+   !> How a sentence about its group begins: `line 7, &name`.
+   pure function group_text(self) result(text)
+      class(offer_t), intent(in) :: self
+      character(len=:), allocatable :: text
+      text = '&'//self%name
+      if (self%line > 0) text = 'line '//to_text(self%line)//', '//text
+   end function group_text
 
    !> Append an offer under a name (lower case).
    subroutine offer(slots, name, it)

@@ -71,7 +71,10 @@ contains
          do number = 1, text%count_groups(offers(e)%it%name)
             n = n + 1
             allocate (effects(n)%it, source=offers(e)%it)
-            call group%begin(text%groups(text%find_group(offers(e)%it%name, number)))
+            associate (found => text%groups(text%find_group(offers(e)%it%name, number)))
+               effects(n)%it%line = found%line
+               call group%begin(found)
+            end associate
             call effects(n)%it%variables(group)
             call group%finish(error)
             if (error%happened()) return

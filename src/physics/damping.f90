@@ -13,6 +13,7 @@ module m_damping
    public :: damping_t
 
    integer, parameter :: kind_local = 1, kind_viscous = 2
+   real(wp), parameter :: at_most = 0.2_wp !< of the velocity is taken in a step: stable with waves at any safety (theory.md, Time step)
    character(len=*), parameter :: kind_words(2) = [character(len=7) :: 'local', 'viscous']
 
    type, extends(effect_t) :: damping_t
@@ -22,6 +23,7 @@ module m_damping
       procedure :: variables
       procedure :: hooks
       procedure :: verify
+      procedure :: longest_step
       procedure :: on_nodes
    end type damping_t
 
@@ -53,8 +55,16 @@ contains
       type(error_t), intent(inout) :: error
       associate (unused => communicator%rank, unused_too => size(levels)); end associate
       if (self%kind == kind_local .and. tools > 0 .and. self%coefficient > 0.0_wp) &
-         call fail(error, exit_input, '&damping kind=''local'': not with a &tool, whose load it would falsify; allowed: viscous')
+         call fail(error, exit_input, self%group_text()// &
+                   ' kind=''local'': not with a &tool, whose load it would falsify; allowed: viscous')
    end subroutine verify
+
+   !> A step that takes so much of the velocity is stable.
+   pure real(wp) function longest_step(self)
+      class(damping_t), intent(in) :: self
+      longest_step = huge(1.0_wp)
+      if (self%kind == kind_viscous .and. self%coefficient > 0.0_wp) longest_step = at_most/self%coefficient
+   end function longest_step
 
    !> a <- a - c |a| sign(v) for each component, or a <- a - c v; v is the velocity at the beginning of the step.
    pure subroutine on_nodes(self, time, time_step, tile)

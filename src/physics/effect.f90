@@ -37,6 +37,7 @@ module m_effect
       procedure :: initialise
       procedure :: verify
       procedure :: wave_factor
+      procedure :: longest_step
       procedure :: dissipated
       procedure :: acceleration
       procedure :: add_forces
@@ -108,6 +109,13 @@ contains
       associate (unused => self%repeats, m => mach); end associate
       wave_factor = 1.0_wp
    end function wave_factor
+
+   !> Time step (s) that the effect allows whatever the waves do.
+   pure real(wp) function longest_step(self)
+      class(effect_t), intent(in) :: self
+      associate (unused => self%repeats); end associate
+      longest_step = huge(1.0_wp)
+   end function longest_step
 
    !> Energy (J) that the effect has taken out of particles first..last so far, other than through nodes (the model measures that).
    pure real(wp) function dissipated(self, column, first, last)

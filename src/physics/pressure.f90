@@ -129,7 +129,7 @@ contains
       found = abs(communicator%sum_real(found))
       patch = product(pack(self%upper - self%lower, self%upper > self%lower))
       if (abs(found - patch) <= covered*patch) return
-      call fail(error, exit_input, '&pressure: '//to_text(found, 6)//' m2 of the patch of '//to_text(patch, 6)// &
+      call fail(error, exit_input, self%group_text()//': '//to_text(found, 6)//' m2 of the patch of '//to_text(patch, 6)// &
                 ' m2 lie on faces of bodies; allowed: a patch that lies wholly on faces of bodies, along the grid')
    end subroutine verify
 

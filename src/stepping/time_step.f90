@@ -13,29 +13,44 @@ module m_time_step
 
 contains
 
-   !> A given time step must be one with which the explicit scheme can be stable.
+   !> A given time step must be one with which the explicit scheme can be stable, and the scene must end after some number of steps.
    subroutine check_time_step(scene, model, error)
       type(scene_t), intent(in) :: scene
       type(model_t), intent(in) :: model
       type(error_t), intent(inout) :: error
       real(wp), parameter :: most_steps = 1.0e15_wp
-      real(wp) :: limit, speed
+      real(wp) :: by_effects, by_waves, speed
       integer :: t
       speed = model%bounds%particle_speed
       do t = 1, size(scene%tools)
          if (allocated(scene%tools(t)%speeds)) speed = max(speed, maxval(abs(scene%tools(t)%speeds)))
       end do
-      limit = safety_limit(scene)*model%stepped_cell()/(model%wave_speed() + speed)
-      if (scene%time%time_step > limit) call fail(error, exit_input, '&time time_step='// &
-          to_text(scene%time%time_step)//': must be at most '//to_text(limit)//' s, '// &
-          to_text(safety_limit(scene))//' cells over the speed of sound plus that of the fastest particle or tool')
-      if (error%happened()) return
-      if (scene%end_time > most_steps*longest_step(scene, model, model%time)) call fail(error, exit_input, '&scene end_time='// &
-          to_text(scene%end_time)//': would take more than '//to_text(most_steps)//' steps of '// &
-          to_text(longest_step(scene, model, model%time))//' s')
+      by_waves = safety_limit(scene)*model%stepped_cell()/(model%wave_speed() + speed)
+      by_effects = allowed_by_effects(model)
+      if (scene%time%time_step > by_waves) then
+         call fail(error, exit_input, '&time time_step='//to_text(scene%time%time_step)//': must be at most '// &
+                   to_text(by_waves)//' s, '//to_text(safety_limit(scene))// &
+                   ' cells over the speed of sound plus that of the fastest particle or tool')
+      else if (scene%time%time_step > by_effects) then
+         call fail(error, exit_input, '&time time_step='//to_text(scene%time%time_step)//': must be at most '// &
+                   to_text(by_effects)//' s, what viscous &damping allows')
+      else if (scene%end_time > most_steps*longest_step(scene, model, model%time)) then
+         call fail(error, exit_input, '&scene end_time='//to_text(scene%end_time)//': would take more than '// &
+                   to_text(most_steps)//' steps of '//to_text(longest_step(scene, model, model%time))//' s')
+      end if
    end subroutine check_time_step
 
-   !> Time step (s) of the coarsest level: safety cell / (c + |v|), c and |v| as they are now; or the given one. Shortened a little,
+   !> Time step (s) that the scene's effects allow.
+   pure real(wp) function allowed_by_effects(model) result(allowed)
+      type(model_t), intent(in) :: model
+      integer :: e
+      allowed = huge(1.0_wp)
+      do e = 1, size(model%effects)
+         allowed = min(allowed, model%effects(e)%effect%longest_step())
+      end do
+   end function allowed_by_effects
+
+   !> Time step (s) of the coarsest level: safety cell / (c + |v|), c and |v| as they are now, or what effects allow; or the given one. Shortened a little,
    !> so that a whole number of such steps ends at the end time: a short last step would show in the contact load.
    pure real(wp) function next_time_step(scene, model, share) result(time_step)
       type(scene_t), intent(in) :: scene
@@ -61,7 +76,7 @@ contains
       do t = 1, size(model%contact%tools)
          speed = max(speed, abs(model%contact%tools(t)%speed_at(time)))
       end do
-      time_step = scene%time%safety*model%stepped_cell()/(model%wave_speed() + speed)
+      time_step = min(scene%time%safety*model%stepped_cell()/(model%wave_speed() + speed), allowed_by_effects(model))
    end function longest_step
 
    !> Steps of the coarsest level between two times (s), with waves and particles as fast as they are now and tools as they will be.

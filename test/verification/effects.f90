@@ -34,6 +34,7 @@ program effects
    call free_fall(body_force_t(name='body force', field=field), update_usl, 'the same as a body force')
    call free_fall(tile_force_t(name='tile force', field=field), update_usl, 'the same as forces on tiles')
    call viscous_decay()
+   call damping_that_drives()
    call bar_to_rest()
    call column_to_rest()
    call hooks_on_particles()
@@ -148,6 +149,31 @@ contains
       call test%check_close(balance%external_work, 0.0_wp, 0.0_wp, 'viscous: no external work')
       call model%release()
    end subroutine viscous_decay
+
+   !> v = v0 (1 - c dt)^n with c dt = 2.4, which a scene may not have: what damping has put in is energy from nowhere.
+   subroutine damping_that_drives()
+      integer, parameter :: steps = 6
+      type(model_t) :: model
+      type(error_t) :: error
+      type(balance_t) :: balance
+      real(wp) :: created, largest
+      integer :: step
+      call set_effects(model, damping_t(name='damping', kind=viscous, coefficient=2.4_wp/time_step))
+      call model%build(comm, flying(update_usl), error)
+      call balance%begin(model)
+      do step = 1, steps
+         call advance(model, time_step, error)
+      end do
+      call balance%glance(model, created, largest)
+      call balance%follow(model)
+      call test%check_close(balance%now%kinetic, 1.4_wp**(2*steps)*balance%start%kinetic, 1.0e-12_wp*balance%now%kinetic, &
+                            'driven: kinetic energy')
+      call test%check_close(created, balance%now%kinetic - balance%start%kinetic, 1.0e-12_wp*balance%now%kinetic, &
+                            'driven: a glance sees what came from nowhere')
+      call test%check_close(balance%excess(), created, 1.0e-12_wp*balance%now%kinetic, 'driven: so does the balance')
+      call test%check(balance%error() > 0.9_wp, 'driven: which is off')
+      call model%release()
+   end subroutine damping_that_drives
 
    !> A bar along z of 2 x 2 x `high` cells, without cross contraction.
    function bar(high, on_roller) result(scene)

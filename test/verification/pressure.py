@@ -114,7 +114,7 @@ def refused():
                 + "&body material='soft', shape='box', lower=0.3,0.3,0.5, upper=0.8,0.8,1 /\n"
                 + patch(lower, upper, 1.0) + "&output directory='refused' /\n")
         said = re.findall("^gimp3d: .*", run(text, 2, allowed=(2,)), re.M)
-        found = re.search(r"&pressure: (\S+) m2 of the patch of \S+ m2 lie on faces of bodies; allowed: a patch", said[0])
+        found = re.search(r"line \d+, &pressure: (\S+) m2 of the patch of \S+ m2 lie on faces of bodies; allowed: a patch", said[0])
         require(f"a patch {name} is refused in one sentence: {said}",
                 len(said) == 1 and found is not None and math.isclose(float(found[1]), exact, abs_tol=1e-12))
         require(f"nothing is written for a patch {name}", not Path("refused").exists())
