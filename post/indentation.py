@@ -15,7 +15,7 @@ def share_of_body(case, tool):
         direction = side // 2
         plane = grid["upper" if side % 2 else "lower"][direction]
         through_axis = abs(axis[direction]) < 1e-6 and abs(plane - tip[direction]) < 1e-6 * grid["cell_size"][0]
-        if grid["boundary"][side] in ("symmetry", "roller") and through_axis:
+        if grid["boundary"][side] == "symmetry" and through_axis:
             share /= 2
     return share
 

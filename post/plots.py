@@ -16,6 +16,7 @@ What a run did not write is not drawn; exit status 1 if there was nothing to dra
 """
 import argparse
 import os
+import re
 import sys
 from pathlib import Path
 
@@ -172,8 +173,16 @@ def half_sizes(particles):
     return np.broadcast_to(size, (particles.ids.size, 3))
 
 
+def snapshots_of(run):
+    """The run's own snapshots, in order: those that its index names, if it has one; older runs may have left others beside them."""
+    index = run.directory/"particles.xdmf"
+    if not index.exists():
+        return sorted(run.directory.glob("particles_*.h5"), key=lambda path: int(path.stem.split("_")[1]))
+    return [run.directory/name for name in dict.fromkeys(re.findall(r"particles_\d+\.h5", index.read_text()))]
+
+
 def draw_section(run, options):
-    snapshots = sorted(run.directory.glob("particles_*.h5"), key=lambda path: int(path.stem.split("_")[1]))
+    snapshots = snapshots_of(run)
     if options.snapshot is None and not snapshots:
         return False
     particles = Particles(options.snapshot or snapshots[-1])

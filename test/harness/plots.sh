@@ -25,6 +25,14 @@ plots levels || { cat out.log; fail 'pictures of a run with levels'; }
 png levels/section.png
 if cmp -s levels/section.png sphere/section.png; then fail 'the edges of levels are not drawn'; fi
 
+# a snapshot that the run's index does not name is an older run's
+cp sphere/section.png at_the_end.png
+echo '<Grid><DataItem>particles_00000000.h5:/VTKHDF/Points</DataItem><DataItem>particles_00000900.h5:/VTKHDF/Points</DataItem></Grid>' \
+   >sphere/particles.xdmf
+plots sphere || { cat out.log; fail 'pictures of a run with an older snapshot beside its own'; }
+if cmp -s sphere/section.png at_the_end.png; then fail 'a snapshot of an older run is drawn'; fi
+rm sphere/particles.xdmf
+
 reference=$ROOT/test/references/fem/sphere_hypo_h0.1.csv
 plots --finite-elements "$reference" sphere || { cat out.log; fail 'the reference curve'; }
 grep -q 'finite elements (sphere_hypo_h0.1).*mean -[3-9]\.' out.log ||
