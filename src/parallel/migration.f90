@@ -17,6 +17,7 @@ module m_migration
                                    !< of the block if the particle moves with it, `arrives` if it arrives there, and its jumps
    real(wp), parameter :: arrives = -1.0_wp
 
+   integer, parameter :: first_tag = 16 !< of messages that are not asked for: this and the number of the level
    integer, parameter :: fewest = 64 !< records that there is room for, where there is any
 
    !> Records of particles under way: one column a particle.
@@ -126,16 +127,9 @@ contains
       class(migration_t), intent(inout) :: self
       type(communicator_t), intent(in) :: communicator
       type(level_t), intent(inout) :: level
-      call exchange(self, communicator, others(communicator))
+      call exchange_unasked(self, communicator, first_tag + level%number)
       call settle(self%incoming, level)
    end subroutine deliver
-
-   !> All ranks but this.
-   pure function others(communicator)
-      type(communicator_t), intent(in) :: communicator
-      integer :: others(communicator%ranks - 1), r
-      others = [(merge(r - 1, r, r <= communicator%rank), r=1, communicator%ranks - 1)]
-   end function others
 
    !> The block that a leaver has entered.
    pure function entered(level, block, p) result(place)
@@ -188,6 +182,44 @@ contains
       end do
       call MPI_Waitall(size(neighbours), requests, MPI_STATUSES_IGNORE)
    end subroutine exchange
+
+   !> Collective: what this rank has for others goes to them, who need not know that anything comes; what comes in is added to
+   !> `incoming`. All is there when every rank has been told that its messages have been received (nonblocking consensus: Hoefler,
+   !> Siebert and Lumsdaine 2010). A rank may leave while another is still asked: exchanges in a row need different tags.
+   subroutine exchange_unasked(self, communicator, tag)
+      class(migration_t), intent(inout) :: self
+      type(communicator_t), intent(in) :: communicator
+      integer, intent(in) :: tag
+      type(MPI_Request) :: requests(communicator%ranks), all_done
+      type(MPI_Status) :: status
+      type(MPI_Message) :: message
+      logical :: comes, received, over
+      integer :: count, n, r
+      n = 0
+      do r = 0, communicator%ranks - 1
+         if (self%outgoing(r)%count == 0) cycle
+         n = n + 1
+         call MPI_Issend(self%outgoing(r)%records, self%outgoing(r)%count, self%record, r, tag, communicator%comm, requests(n))
+      end do
+      received = .false.
+      over = .false.
+      do while (.not. over)
+         call MPI_Improbe(MPI_ANY_SOURCE, tag, communicator%comm, comes, message, status)
+         if (comes) then
+            call MPI_Get_count(status, self%record, count)
+            call make_room(self%incoming, count)
+            call MPI_Mrecv(self%incoming%records(:, self%incoming%count + 1:self%incoming%count + count), count, self%record, &
+                           message, MPI_STATUS_IGNORE)
+            self%incoming%count = self%incoming%count + count
+         end if
+         if (received) then
+            call MPI_Test(all_done, over, MPI_STATUS_IGNORE)
+         else
+            call MPI_Testall(n, requests, received, MPI_STATUSES_IGNORE)
+            if (received) call MPI_Ibarrier(communicator%comm, all_done)
+         end if
+      end do
+   end subroutine exchange_unasked
 
    !> Store what has come in, sorted by block and id.
    subroutine settle(incoming, level)
@@ -252,7 +284,7 @@ contains
             block%particles%count = 0
          end associate
       end do
-      call exchange(self, communicator, others(communicator))
+      call exchange_unasked(self, communicator, first_tag + level%number)
    end subroutine move_blocks
 
    !> Store the blocks that have come in, their particles in the order in which they were stored before.
