@@ -189,15 +189,19 @@ contains
       bytes = communicator%sum_count(bytes)
    end function size_of
 
-   !> One rank: remove what was begun of checkpoints in a directory; those that are whole stay.
+   !> One rank: remove what was begun of checkpoints and snapshots in a directory, and what MPI had beside it; those that are whole stay.
    subroutine remove_parts(directory)
       character(len=*), intent(in) :: directory
-      type(path_t), allocatable :: paths(:)
+      type(path_t), allocatable :: checkpoints(:), snapshots(:)
       integer :: n
       logical :: ignored
-      call list_files(directory, any_checkpoint//'.part*', paths)
-      do n = 1, size(paths)
-         call remove_file(paths(n)%text, ignored)
+      call list_files(directory, any_checkpoint//'.part*', checkpoints)
+      call list_files(directory, 'particles_[0-9]*.part*', snapshots)
+      do n = 1, size(checkpoints)
+         call remove_file(checkpoints(n)%text, ignored)
+      end do
+      do n = 1, size(snapshots)
+         call remove_file(snapshots(n)%text, ignored)
       end do
    end subroutine remove_parts
 

@@ -1,7 +1,7 @@
 """What a run does on signals and at its wall limit."""
 from restarts import *
 
-END = 0.4
+END = 0.8
 
 
 def send(process, ranks, number):
