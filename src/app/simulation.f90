@@ -83,7 +83,7 @@ contains
       self%course%particles = self%communicator%sum_count(self%model%particle_count())
       sums = measure(self%model)
       self%course%momentum = sums%momentum
-      call check_time_step(self%scene, self%model, self%error)
+      if (.not. before%happened) call check_time_step(self%scene, self%model, self%error) ! later, particles may be faster
       if (self%error%happened()) return
       if (self%scene%plans) then
          call introduce(self%console, self%scene, self%catalogue, self%model, self%course%particles)

@@ -186,10 +186,12 @@ contains
       integer, intent(in) :: at(:, :)
       integer, allocatable, intent(out) :: places(:)
       integer, allocatable, intent(out) :: rank(:) !< from the lowest place to the highest
-      integer :: i, n, p
+      integer :: i, n, p, s
       allocate (rank(minval(at):maxval(at)), source=0)
       do n = 1, size(at, 2)
-         rank(at(:, n)) = 1
+         do s = 1, size(at, 1)
+            rank(at(s, n)) = 1
+         end do
       end do
       allocate (places(sum(rank)))
       i = 0

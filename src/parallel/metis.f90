@@ -35,9 +35,11 @@ contains
       logical, intent(out) :: failed
       integer(c_int), parameter :: okay = 1
       integer(i8), parameter :: room = 2_i8**30
-      integer(c_int) :: status, weights(size(vertex_weights, 1), size(vertex_weights, 2))
+      integer(c_int), allocatable :: weights(:, :)
+      integer(c_int) :: status
       integer :: c
       integer(i8) :: total
+      allocate (weights, mold=vertex_weights)
       do c = 1, size(weights, 1)
          total = sum(int(vertex_weights(c, :), i8))
          weights(c, :) = int(vertex_weights(c, :)/(1 + total/room), c_int)

@@ -58,7 +58,8 @@ contains
       end do
    end subroutine build
 
-   !> The runs of values (where each begins: bytes) in the pool, of all tiles of rank `from` that rank `to` needs; the same order on both ranks.
+   !> The runs of values of all tiles of rank `from` that rank `to` needs, and where in the pool each begins (bytes); the same order on
+   !> both ranks.
    subroutine shared_runs(level, from, to, lengths, places)
       type(level_t), intent(in) :: level
       integer, intent(in) :: from, to

@@ -59,11 +59,8 @@ contains
                      n = n + 1
                      b = level%slot(i, j, k)
                      if (b == 0 .or. b > size(level%blocks)) cycle ! another rank's
-                     if (level%blocks(b)%sums_hold) then
-                        parts(:, n) = level%blocks(b)%sums
-                     else
-                        parts(:, n) = block_sums(model, l, b)
-                     end if
+                     parts(:, n) = level%blocks(b)%sums
+                     if (.not. level%blocks(b)%sums_hold) parts(:, n) = block_sums(model, l, b)
                   end do
                end do
             end do

@@ -19,25 +19,27 @@ contains
       type(model_t), intent(in) :: model
       type(error_t), intent(inout) :: error
       real(wp), parameter :: most_steps = 1.0e15_wp
-      real(wp) :: by_effects, by_waves, speed
-      integer :: t
+      real(wp) :: speed
+      integer :: e, t
       speed = model%bounds%particle_speed
       do t = 1, size(scene%tools)
          if (allocated(scene%tools(t)%speeds)) speed = max(speed, maxval(abs(scene%tools(t)%speeds)))
       end do
-      by_waves = safety_limit(scene)*model%stepped_cell()/(model%wave_speed() + speed)
-      by_effects = allowed_by_effects(model)
-      if (scene%time%time_step > by_waves) then
-         call fail(error, exit_input, '&time time_step='//to_text(scene%time%time_step)//': must be at most '// &
-                   to_text(by_waves)//' s, '//to_text(safety_limit(scene))// &
-                   ' cells over the speed of sound plus that of the fastest particle or tool')
-      else if (scene%time%time_step > by_effects) then
-         call fail(error, exit_input, '&time time_step='//to_text(scene%time%time_step)//': must be at most '// &
-                   to_text(by_effects)//' s, what viscous &damping allows')
-      else if (scene%end_time > most_steps*longest_step(scene, model, model%time)) then
-         call fail(error, exit_input, '&scene end_time='//to_text(scene%end_time)//': would take more than '// &
-                   to_text(most_steps)//' steps of '//to_text(longest_step(scene, model, model%time))//' s')
-      end if
+      call allow(safety_limit(scene)*model%stepped_cell()/(model%wave_speed() + speed), &
+                 to_text(safety_limit(scene))//' cells over the speed of sound plus that of the fastest particle or tool')
+      do e = 1, size(model%effects)
+         call allow(model%effects(e)%effect%longest_step(), 'the longest that '//model%effects(e)%effect%group_text()//' allows')
+      end do
+      if (scene%end_time > most_steps*longest_step(scene, model, model%time)) call fail(error, exit_input, '&scene end_time='// &
+          to_text(scene%end_time)//': would take more than '//to_text(most_steps)//' steps of '// &
+          to_text(longest_step(scene, model, model%time))//' s')
+   contains
+      subroutine allow(limit, reason)
+         real(wp), intent(in) :: limit !< s
+         character(len=*), intent(in) :: reason
+         if (scene%time%time_step > limit) call fail(error, exit_input, '&time time_step='//to_text(scene%time%time_step)// &
+             ': must be at most '//to_text(limit)//' s, '//reason)
+      end subroutine allow
    end subroutine check_time_step
 
    !> Time step (s) that the scene's effects allow.
@@ -50,8 +52,9 @@ contains
       end do
    end function allowed_by_effects
 
-   !> Time step (s) of the coarsest level: safety cell / (c + |v|), c and |v| as they are now, or what effects allow; or the given one. Shortened a little,
-   !> so that a whole number of such steps ends at the end time: a short last step would show in the contact load.
+   !> Time step (s) of the coarsest level: safety cell / (c + |v|), c and |v| as they are now, or what effects allow; or the given
+   !> one. Shortened a little, so that a whole number of such steps ends at the end time: a short last step would show in the contact
+   !> load.
    pure real(wp) function next_time_step(scene, model, share) result(time_step)
       type(scene_t), intent(in) :: scene
       type(model_t), intent(in) :: model

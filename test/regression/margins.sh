@@ -45,6 +45,12 @@ refused 'steps without number' 'end_time=0.05: would take more than 1e15 steps' 
 { head_of 0.05; echo "$block / &time time_step=2e-4 / &tool shape='flat', radius=0.2, tip=0.5,0.5,0.6, times=0,1, speeds=0,3000 /"; } >fast.nml
 refused 'a tool too fast for the given step' '&time time_step=0.0002: must be at most' fast.nml
 
+{ head_of 0.05; echo "$block / &tool shape='flat', radius=0.2, tip=0.5,0.5,0.9, times=0,1e-6, speeds=0,3000 /"; } >jump.nml
+status=0
+"$GIMP3D" <jump.nml >jump.log 2>&1 || status=$?
+[ $status -eq 3 ] && grep -q 'the tool tool1 moves by more than 0.4 cells in a step; try a smaller step or slower speeds' jump.log ||
+   { cat jump.log; fail "a tool whose speed jumps within a step: status $status"; }
+
 # sentences name the line
 { head_of 0.01; echo "$block /"; echo "&pressure lower=0.3,0.3,0.9, upper=0.5,0.5,0.9, times=0, values=1 /"; } >patch.nml
 refused 'a patch beside all bodies' 'line 5, &pressure: 0 m2' patch.nml
