@@ -4,6 +4,7 @@ module m_candidates
    use m_kinds, only: wp
    use m_constants, only: block_size
    use m_scene, only: boundary_symmetry, safety_allowed
+   use m_vectors, only: tangents
    use m_tool, only: tool_t
    use m_level, only: level_t
    use m_block, only: block_t
@@ -15,7 +16,7 @@ module m_candidates
    use m_stencil, only: bin_place, hat_weights
    implicit none
    private
-   public :: candidate_t, candidates_t, first_inside, normal_speed, point_velocity, fastest, recovery
+   public :: candidate_t, candidates_t, first_inside, touches, normal_speed, point_velocity, fastest, recovery
 
    !> A particle that would end the step inside a tool, or within a margin of it.
    type :: candidate_t
@@ -33,7 +34,7 @@ module m_candidates
       real(wp) :: tangent(3, 2) = 0.0_wp !< across the normal, as the tool sees them
       real(wp) :: drag(2) = 0.0_wp       !< friction on the body along the tangents, N
       real(wp) :: last_drag(3) = 0.0_wp  !< the same in the last step, N
-      logical :: touches = .false. !< its contact point ends the step on the tool
+      logical :: touches = .false. !< its face ends the step on the tool (eq. contact-area)
    end type candidate_t
 
    !> Those of this rank.
@@ -54,6 +55,7 @@ module m_candidates
 
    real(wp), parameter :: fastest = maxval(safety_allowed) !< no contact point comes nearer by more cells in a step
    real(wp), parameter :: margin = 0.05_wp        !< candidates come in this far before they touch, in particle edges
+   real(wp), parameter :: touching = 1.0e-4_wp    !< a smaller gap is none, in particle edges
    real(wp), parameter :: recovery = 0.01_wp      !< overlap is taken back by at most this much a step, in particle edges
 
 contains
@@ -211,7 +213,7 @@ contains
             self%rubbing = self%rubbing + 1
             c%rubbing = self%rubbing
             c%last_drag = column(p, self%traction:self%traction + 2)*c%area
-            call set_tangents(c)
+            c%tangent = tangents(c%normal)
          end if
          call keep(self, c)
       end associate
@@ -244,6 +246,20 @@ contains
       end associate
       particle = 0
    end subroutine first_inside
+
+   !> True when a candidate that ends the step at a gap (m) counts as touching: where the gap is none, and where it is no wider than the
+   !> tool's surface bends over a cell, which the nodes cannot follow (eq. contact-area).
+   pure logical function touches(c, tools, level, gap)
+      type(candidate_t), intent(in) :: c
+      type(tool_t), intent(in) :: tools(:)
+      type(level_t), intent(in) :: level
+      real(wp), intent(in) :: gap
+      touches = gap < touching*sqrt(c%area)
+      if (touches .or. gap > margin*sqrt(c%area)) return
+      associate (column => level%blocks(c%block)%particles%column, x => level%layout%position)
+         touches = gap < tools(c%tool)%sagitta(column(c%particle, x:x + 2), c%normal, level%grid%cell)
+      end associate
+   end function touches
 
    !> Append a candidate to the list.
    subroutine keep(self, candidate)
@@ -300,20 +316,6 @@ contains
       c%facing = c%mirror*c%normal
       call hat_weights(node, folded, c%corner, c%weight)
    end subroutine set_cell
-
-   !> Two directions across the normal.
-   pure subroutine set_tangents(c)
-      type(candidate_t), intent(inout) :: c
-      real(wp) :: first(3)
-      associate (n => c%normal)
-         first = 0.0_wp
-         first(minloc(abs(n), dim=1)) = 1.0_wp
-         first = first - dot_product(first, n)*n
-         first = first/norm2(first)
-         c%tangent(:, 1) = first
-         c%tangent(:, 2) = [n(2)*first(3) - n(3)*first(2), n(3)*first(1) - n(1)*first(3), n(1)*first(2) - n(2)*first(1)]
-      end associate
-   end subroutine set_tangents
 
    !> Speed along the normal that a contact point gets from the solved nodes, m/s.
    pure real(wp) function normal_speed(level, c) result(speed)

@@ -13,7 +13,7 @@ module m_contact
    use m_materials, only: materials_t
    use m_boundary, only: held_components, constrain_nodes
    use m_contact_complaints, only: check_nodes, candidate_text
-   use m_candidates, only: candidate_t, candidates_t, normal_speed, point_velocity, fastest, recovery
+   use m_candidates, only: candidate_t, candidates_t, touches, normal_speed, point_velocity, fastest, recovery
    use m_friction, only: friction_t
    use m_contact_system, only: contact_system_t, nodal_forces_t, cell_nodes
    use m_petsc_solver, only: petsc_solver_t
@@ -65,7 +65,6 @@ module m_contact
       procedure, private :: sum_up
    end type contact_t
 
-   real(wp), parameter :: touching = 1.0e-4_wp    !< a smaller gap counts as contact, in particle edges
    real(wp), parameter :: far_above = 100.0_wp    !< times the tolerance: a residual that is a fault in so many steps running:
    integer, parameter :: most_unsolved = 10
    integer, parameter :: most_sweeps = 50         !< over normal forces and friction in a step
@@ -282,7 +281,7 @@ contains
             it%force = x(c)*self%system%scale(c)
             gap = 0.0_wp
             if (self%system%scale(c) > 0.0_wp) gap = max(0.0_wp, (w(c) - b(c))/self%system%scale(c)*time_step)
-            it%touches = gap < touching*sqrt(it%area)
+            it%touches = max(x(c), w(c)) > 0.0_wp .and. touches(it, self%tools, level, gap) ! no force, no touch
             if (it%force > 0.0_wp) self%worst_bridge = max(self%worst_bridge, it%force*gap/(strongest*level%grid%cell))
             level%blocks(it%block)%particles%column(it%particle, self%candidates%pressure) = it%force/it%area
             if (it%rubbing > 0) then

@@ -1,13 +1,14 @@
 #!/usr/bin/env python3
 """Press the shipped tools into the references' cylinder on several grids and set the load beside finite elements.
 
-usage: indentation.py WORK GIMP3D RANKS TOOL=CELLS,CELLS,... [TOOL=...] [--bound TOOL=PERCENT ...] [--falling TOOL ...]
+usage: indentation.py WORK GIMP3D RANKS TOOL=CELLS,CELLS,... [TOOL=...] [--bound TOOL=PERCENT ...] [--falling TOOL ...] [--area TOOL=PERCENT ...]
 
 TOOL is sphere, cone or flat: the scenes input/sphere.nml, input/cone_cylinder.nml, input/flat_cylinder.nml; flat8 is flat with 8
 particles a cell instead of 1. CELLS is the number of cells along the cylinder's radius and height of 20 um. Per grid and depth the
 load is a straight line fitted to the run's load within 2 % of the depth range on both sides; the reference is the finest file in test/references/fem.
 --bound   the mean of |error| over the second half of the depth range on the finest grid must be below this
 --falling and must fall with every finer grid
+--area    the mean of contact_area over the reference's, second half of the depth range, finest grid, must be within this of 1
 Always: kinetic energy below 1 % of the tool's work over the second half of the depth range, and overlap below 0.01 cells.
 """
 import argparse
@@ -45,7 +46,7 @@ def half_space(tool, depth, young=70e9, poisson=0.33):
 
 
 def run(tool, cells, work, gimp3d, ranks):
-    """Run one grid; loads (N, whole body), depths (m), and facts."""
+    """Run one grid; depths (m), loads (N) and contact areas (m2) of the whole body, and facts."""
     scene, name, _ = SCENES[tool]
     cell = RADIUS/cells
     out = work/f'{tool}_{cells}'
@@ -60,13 +61,13 @@ def run(tool, cells, work, gimp3d, ranks):
         sys.exit(f'{tool} on {cells} cells ended with status {log.returncode}:\n{log.stdout[-2000:]}{log.stderr[-500:]}')
     history, share = table(out/f'tool_{name}.dat')
     energy, _ = table(out/'energy.dat')
-    depth, load = history[:, 1], history[:, 4]/share
+    depth, load, area = history[:, 1], history[:, 4]/share, history[:, 5]/share
     late = np.searchsorted(depth, 0.5*depth[-1])
     kinetic = np.max(energy[late:, 1]/energy[late:, 5])
     overlap = history[:, 6].max()/cell
     seconds = float(re.search(r'^all +\S+ +(\S+)', log.stdout, re.M).group(1))
     particles = int(re.search(r'^particles +(\d+)', log.stdout, re.M).group(1))
-    return depth, load, dict(kinetic=kinetic, overlap=overlap, seconds=seconds, particles=particles)
+    return depth, load, area, dict(kinetic=kinetic, overlap=overlap, seconds=seconds, particles=particles)
 
 
 def at_depths(depth, load, wanted):
@@ -82,29 +83,34 @@ def at_depths(depth, load, wanted):
 
 def study(tool, grids, args):
     """One tool on all its grids; the list of faults."""
-    reference = np.loadtxt(ROOT/'test/references/fem'/SCENES[tool][2], delimiter=',', comments='#', usecols=(0, 1), skiprows=3)
-    wanted, exact = reference[:, 0]*1e-6, reference[:, 1]*1e-6
+    reference = np.loadtxt(ROOT/'test/references/fem'/SCENES[tool][2], delimiter=',', comments='#', usecols=(0, 1, 2), skiprows=3)
+    wanted, exact, exact_area = reference[:, 0]*1e-6, reference[:, 1]*1e-6, np.pi*(reference[:, 2]*1e-6)**2
     late = wanted > 0.5*wanted[-1]*(1 - 1e-9)
-    errors, faults, columns = [], [], []
+    errors, faults, columns, areas = [], [], [], []
     for cells in grids:
-        depth, load, facts = run(tool, cells, args.work, args.gimp3d, args.ranks)
+        depth, load, area, facts = run(tool, cells, args.work, args.gimp3d, args.ranks)
         error = 100*(at_depths(depth, load, wanted)/exact - 1)
         errors.append(np.mean(abs(error[late])))
         columns.append(error)
+        areas.append(100*(at_depths(depth, area, wanted)/exact_area - 1))
+        area_error = np.mean(areas[-1][late])
         print(f'{tool} cell {RADIUS/cells*1e9:.0f} nm: {facts["particles"]} particles, {facts["seconds"]:.1f} s; mean |error| '
               f'{errors[-1]:.2f} %, largest {abs(error[late]).max():.2f} % over the second half; kinetic/work at most '
-              f'{100*facts["kinetic"]:.2f} %, overlap at most {facts["overlap"]:.1e} cells', flush=True)
+              f'{100*facts["kinetic"]:.2f} %, overlap at most {facts["overlap"]:.1e} cells; contact area {area_error:+.1f} % in the mean', flush=True)
         if not facts['kinetic'] < 0.01:
             faults.append(f'{tool} {cells}: kinetic energy {100*facts["kinetic"]:.2f} % of the work, must be below 1 %')
         if not facts['overlap'] < 0.01:
             faults.append(f'{tool} {cells}: overlap {facts["overlap"]:.2e} cells, must be below 0.01')
     print(f'{tool}: depth [um], finite elements [mN], half-space theory [% off], run [% off] on cells of '
-          + ', '.join(f'{RADIUS/cells*1e9:.0f} nm' for cells in grids))
+          + ', '.join(f'{RADIUS/cells*1e9:.0f} nm' for cells in grids) + '; the same of the contact area')
     for i in range(len(wanted)):
         theory = 100*(half_space(tool, wanted[i])/exact[i] - 1)
-        print(f'  {wanted[i]*1e6:7.4f} {exact[i]*1e3:10.4f} {theory:+8.2f} ' + ' '.join(f'{c[i]:+8.2f}' for c in columns))
+        print(f'  {wanted[i]*1e6:7.4f} {exact[i]*1e3:10.4f} {theory:+8.2f} ' + ' '.join(f'{c[i]:+8.2f}' for c in columns) + ';'
+              + ' '.join(f'{a[i]:+8.1f}' for a in areas))
     if tool in args.bound and not errors[-1] < args.bound[tool]:
         faults.append(f'{tool}: mean |error| {errors[-1]:.2f} % on the finest grid, must be below {args.bound[tool]} %')
+    if tool in args.area and not abs(area_error) < args.area[tool]:
+        faults.append(f'{tool}: mean contact area {area_error:+.1f} % off on the finest grid, must be within {args.area[tool]} %')
     if tool in args.falling and not all(b < a for a, b in zip(errors, errors[1:])):
         faults.append(f'{tool}: the error does not fall with every finer grid: {errors}')
     return faults
@@ -117,9 +123,10 @@ def main():
     parser.add_argument('ranks', type=int)
     parser.add_argument('study', nargs='+')
     parser.add_argument('--bound', nargs='*', default=[])
+    parser.add_argument('--area', nargs='*', default=[])
     parser.add_argument('--falling', nargs='*', default=[])
     args = parser.parse_args()
-    args.bound = {tool: float(value) for tool, value in (word.split('=') for word in args.bound)}
+    args.bound, args.area = ({tool: float(value) for tool, value in (word.split('=') for word in words)} for words in (args.bound, args.area))
     faults = []
     for word in args.study:
         tool, grids = word.split('=')

@@ -5,6 +5,7 @@ program tools
    use m_constants, only: pi
    use m_communicator, only: communicator_t
    use m_scene, only: tool_spec_t, tool_sphere, tool_cone, tool_flat, tool_berkovich, tool_cylinder, tool_wedge
+   use m_vectors, only: cross
    use m_tool, only: tool_t, make_tool
    use m_assertions, only: assertions_t
    use m_chance, only: chance_t, keep_worst, say
@@ -23,6 +24,7 @@ program tools
       call convexity(shape_number)
    end do
    call special_places()
+   call bends()
    do round = 1, 50
       call travel()
    end do
@@ -288,6 +290,36 @@ contains
          call test%check_close(norm2(normal), 1.0_wp, 1.0e-14_wp, trim(names(k))//': on the axis inside there is a normal')
       end do
    end subroutine special_places
+
+   !> How far a surface bends over a width: a sphere everywhere alike, a cylinder half as much, flat faces not at all.
+   subroutine bends()
+      type(tool_t) :: tool
+      real(wp), parameter :: width = 0.02_wp
+      real(wp) :: gap, normal(3), place(3), bent
+      integer :: k
+      do k = 1, size(shapes)
+         tool = some_tool(k)
+         tool%spec%axis = [0.0_wp, 0.0_wp, -1.0_wp]
+         tool%spec%tip = 0.0_wp
+         tool = make_tool(tool%spec)
+         place = 0.3_wp*(tool%shape%edge + cross(tool%spec%axis, tool%shape%edge)) ! away from ridges
+         call tool%gap_and_normal(place, gap, normal)
+         if (shapes(k) /= tool_flat) place = place - gap*normal ! on the surface
+         if (shapes(k) /= tool_flat) call tool%gap_and_normal(place, gap, normal)
+         bent = tool%sagitta(place, normal, width)
+         select case (shapes(k))
+         case (tool_sphere)
+            call test%check_close(bent, sqrt(tool%spec%radius**2 + 0.25_wp*width**2) - tool%spec%radius, 1.0e-14_wp, &
+                                  'sphere: bends')
+         case (tool_cylinder)
+            call test%check_close(bent, width**2/(16.0_wp*tool%spec%radius), 1.0e-3_wp*bent, 'cylinder: bends')
+         case (tool_cone)
+            call test%check(bent > 0.0_wp .and. bent < width**2/8.0_wp/norm2(place(:2)), 'cone: bends')
+         case default
+            call test%check_close(bent, 0.0_wp, 1.0e-14_wp, trim(names(k))//': a face does not bend')
+         end select
+      end do
+   end subroutine bends
 
    !> A random table of speeds; between random times the way is the integral.
    subroutine travel()
