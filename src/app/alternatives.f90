@@ -67,7 +67,8 @@ contains
       end do
       if (size(scene%tools) > 0) call say(console, 'the tools at a tenth of their speed', &
                                           scaled(price, 10.0_wp*step_by_speed(scene, model)), price)
-      call say(console, 'half the safety', scaled(price, 2.0_wp), price)
+      call say(console, trim(merge('half the safety   ', 'half the time_step', scene%time%time_step <= 0.0_wp)), &
+               scaled(price, 2.0_wp), price)
    end subroutine say_alternatives
 
    subroutine say(console, name, what, price)

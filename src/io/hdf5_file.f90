@@ -94,18 +94,19 @@ contains
       integer(hid_t) :: data, file_space, memory_space
       integer :: status, ignored
       if (error%happened()) return
+      data = -1_hid_t
       call make_spaces(extent, where_to, file_space, memory_space, status)
-      if (status >= 0) then
+      call self%settle(status, 'table '//name, error) ! before each of HDF5's collective calls: a rank left alone in one waits for ever
+      if (.not. error%happened()) then
          call h5dcreate_f(self%file, name, number_type(kind), file_space, data, status)
          call self%settle(status, 'table '//name, error)
-         if (status >= 0) then
-            if (extent(2) > 0 .and. .not. error%happened()) then
-               call h5dwrite_f(data, number_type(kind), numbers, status, memory_space, file_space, self%transfer)
-            end if
-            call h5dclose_f(data, ignored)
-            status = min(status, ignored)
-         end if
       end if
+      if (extent(2) > 0 .and. .not. error%happened()) then
+         call h5dwrite_f(data, number_type(kind), numbers, status, memory_space, file_space, self%transfer)
+         call self%settle(status, 'table '//name, error)
+      end if
+      status = 0
+      if (data >= 0) call h5dclose_f(data, status)
       if (file_space >= 0) call h5sclose_f(file_space, ignored)
       if (memory_space >= 0) call h5sclose_f(memory_space, ignored)
       call self%settle(status, 'table '//name, error)

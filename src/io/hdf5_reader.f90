@@ -97,6 +97,7 @@ contains
       integer(i8) :: found(2)
       integer :: status, ignored
       place = numbers
+      data = -1_hid_t
       if (error%happened()) return
       call self%find_extent(name, found, error)
       if (error%happened()) return
@@ -104,10 +105,9 @@ contains
       if (error%happened() .or. extent(2) == 0) return
       call make_spaces(extent, where_to, file_space, memory_space, status)
       if (status >= 0) call h5dopen_f(self%file, name, data, status)
-      if (status >= 0) then
-         call h5dread_f(data, number_type(kind), place, status, memory_space, file_space, self%transfer)
-         call h5dclose_f(data, ignored)
-      end if
+      call self%settle(status, 'table '//name, error) ! a rank left alone in a collective read waits for ever
+      if (.not. error%happened()) call h5dread_f(data, number_type(kind), place, status, memory_space, file_space, self%transfer)
+      if (data >= 0) call h5dclose_f(data, ignored)
       if (file_space >= 0) call h5sclose_f(file_space, ignored)
       if (memory_space >= 0) call h5sclose_f(memory_space, ignored)
       call self%settle(status, 'table '//name, error)
