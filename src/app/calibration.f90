@@ -45,8 +45,8 @@ module m_calibration
 
 contains
 
-   !> Collective: cost of a step of the model as the scene begins, with all particles awake; then with the tools pressed in. Steps that
-   !> fail are an error, but for those with the tools pressed in, which are left out.
+   !> Collective: cost of a step of the model as the scene begins, with all particles awake; then with the tools pressed in. Steps
+   !> that fail are an error, but for those with the tools pressed in, which are left out.
    subroutine calibrate(found, scene, model, error)
       type(calibration_t), intent(out) :: found
       type(scene_t), intent(in) :: scene

@@ -35,9 +35,10 @@ module m_communicator
 
 contains
 
-   !> Initialise MPI and take a communicator of our own. Open MPI guards a file pointer that ranks might share, and nobody uses, by a named
-   !> semaphore of the machine: whoever is killed while it opens a file leaves that locked, and later runs, of other directories too, would
-   !> wait for it for ever in a file of the same name. The component that does so is left out, unless the environment chooses.
+   !> Initialise MPI and take a communicator of our own. Open MPI guards a file pointer that ranks might share, and nobody uses, by
+   !> a named semaphore of the machine: whoever is killed while it opens a file leaves that locked, and later runs, of other
+   !> directories too, would wait for it for ever in a file of the same name. The component that does so is left out, unless the
+   !> environment chooses.
    subroutine start(self)
       class(communicator_t), intent(out) :: self
       integer(c_int) :: status

@@ -61,7 +61,8 @@ module m_candidates
 contains
 
    !> The candidates of a step: contact points (centres moved towards the tool by penetration_factor of the present thickness
-   !> along the normal) that the free motion would carry into a tool, or almost. Their last two pressures become the start of the solve.
+   !> along the normal) that the free motion would carry into a tool, or almost. Their last two pressures become the start of the
+   !> solve.
    subroutine find(self, tools, level, materials, time_step, overlap)
       class(candidates_t), intent(inout) :: self
       type(tool_t), intent(in) :: tools(:)
@@ -86,8 +87,8 @@ contains
       end do
    end subroutine find
 
-   !> Consider the particles of a block that may be near enough to a tool: rows of bins, bins and particles that are surely too far away
-   !> are not looked into.
+   !> Consider the particles of a block that may be near enough to a tool: rows of bins, bins and particles that are surely too far
+   !> away are not looked into.
    subroutine search(self, tool, level, materials, time_step, b, t, far, overlap)
       class(candidates_t), intent(inout) :: self
       type(tool_t), intent(in) :: tool
@@ -142,8 +143,8 @@ contains
       if (self%traction > 0) column(:count, self%traction:self%traction + 2) = 0.0_wp
    end subroutine turn_page
 
-   !> True where the gap at a place outside a tool and its normal tell that the gap is above a limit some way off: tools are convex, so
-   !> a gap is nowhere smaller than it is foretold so. Most bins of a block and most particles of a bin need not be asked then.
+   !> True where the gap at a place outside a tool and its normal tell that the gap is above a limit some way off: tools are convex,
+   !> so a gap is nowhere smaller than it is foretold so. Most bins of a block and most particles of a bin need not be asked then.
    pure logical function surely_beyond(limit, gap, normal, way)
       real(wp), intent(in) :: limit, gap, normal(3), way(3) !< m
       surely_beyond = gap > 0.0_wp .and. gap + dot_product(normal, way) > limit
@@ -247,8 +248,8 @@ contains
       particle = 0
    end subroutine first_inside
 
-   !> True when a candidate that ends the step at a gap (m) counts as touching: where the gap is none, and where it is no wider than the
-   !> tool's surface bends over a cell, which the nodes cannot follow (eq. contact-area).
+   !> True when a candidate that ends the step at a gap (m) counts as touching: where the gap is none, and where it is no wider than
+   !> the tool's surface bends over a cell, which the nodes cannot follow (eq. contact-area).
    pure logical function touches(c, tools, level, gap)
       type(candidate_t), intent(in) :: c
       type(tool_t), intent(in) :: tools(:)

@@ -338,8 +338,8 @@ contains
       call MPI_Waitall(size(requests), requests, MPI_STATUSES_IGNORE)
    end subroutine nodal_forces
 
-   !> Collective: contact forces of the active rows of all ranks to the nodes that this one's rows touch, and to tools that give way.
-   !> Messages find their receives there when they come.
+   !> Collective: contact forces of the active rows of all ranks to the nodes that this one's rows touch, and to tools that give
+   !> way. Messages find their receives there when they come.
    subroutine share(self, forces)
       class(contact_system_t), intent(inout) :: self
       real(wp), intent(in), contiguous :: forces(:) !< of this rank's, N

@@ -1,8 +1,8 @@
 !> Bound-constrained quadratic problems on PETSc: minimise 1/2 x'Mx - b'x over x >= 0, M given by its product.
-!> The only module that includes PETSc. An error inside PETSc aborts all ranks with PETSc's own words. Guesses which unknowns are free come first, with
-!> PETSc's conjugate gradients for those; where they run in a circle, TAO's gradient projection with conjugate gradients (Moré and Toraldo 1991)
-!> goes on. That is asked for the change from the start value: what the objective falls by is then no difference of large numbers, whose rounding
-!> would send its line searches to and fro where the start is good.
+!> The only module that includes PETSc. An error inside PETSc aborts all ranks with PETSc's own words. Guesses which unknowns are
+!> free come first, with PETSc's conjugate gradients for those; where they run in a circle, TAO's gradient projection with conjugate
+!> gradients (Moré and Toraldo 1991) goes on. That is asked for the change from the start value: what the objective falls by is
+!> then no difference of large numbers, whose rounding would send its line searches to and fro where the start is good.
 module m_petsc_solver
 #include <petsc/finclude/petsctao.h>
 #undef MPI_Comm
@@ -33,7 +33,8 @@ module m_petsc_solver
 
    real(wp), parameter :: largest_right_side = 1.0e100_wp !< its norm; what is larger, or not a number, has no solution
    integer, parameter :: together = 25              !< iterations after which the change so far becomes the start
-   real(wp), parameter :: rough = 0.001_wp          !< conjugate gradients of one guess need come no lower than this, of what it began with
+   real(wp), parameter :: rough = 0.001_wp          !< conjugate gradients of one guess need come no lower than this, of what it
+                                                    !< began with
    real(wp), parameter :: rounding = 1.0e-13_wp     !< of the largest unknown
    real(wp), parameter :: enough = 0.3_wp           !< conjugate gradients need come no lower than this, of the tolerance; with 0.9,
                                                     !< friction's sweeps are soon above it again
@@ -129,15 +130,16 @@ contains
       nullify (current_operator)
    end subroutine solve
 
-   !> Guess which unknowns are free, solve for them, and guess anew from what has become negative or wants to grow: a primal-dual active
-   !> set method (Hintermüller, Ito and Kunisch 2003), whose first guess is mostly right or almost, for the start is that of the last steps. It may
-   !> end in a cycle; then `norm`, that of the projected gradient, is above `tolerance`, or no number.
+   !> Guess which unknowns are free, solve for them, and guess anew from what has become negative or wants to grow: a primal-dual
+   !> active set method (Hintermüller, Ito and Kunisch 2003), whose first guess is mostly right or almost, for the start is that of
+   !> the last steps. It may end in a cycle; then `norm`, that of the projected gradient, is above `tolerance`, or no number.
    subroutine solve_free(self, tolerance, max_iterations, iterations, norm)
       class(petsc_solver_t), intent(inout) :: self
       real(wp), intent(in) :: tolerance
       integer, intent(in) :: max_iterations
       integer, intent(inout) :: iterations
       PetscReal, intent(out) :: norm
+      PetscReal :: lowest
       PetscScalar, pointer :: x(:), b(:), gradient(:), free(:), change(:)
       PetscErrorCode :: ierr
       KSPConvergedReason :: reason
@@ -158,7 +160,8 @@ contains
          PetscCallA(VecNorm(self%right_side, NORM_2, norm, ierr))
          if (norm <= tolerance .or. iterations >= min(self%guesses, max_iterations)) return
          if (.not. norm <= largest_right_side) return ! a start so far off that PETSc would abort: gradient projection leaves it
-         PetscCallA(KSPSetTolerances(self%ksp, 1.0e-30_wp, max(enough*tolerance, rough*norm), PETSC_DEFAULT_REAL, PETSC_DEFAULT_INTEGER, ierr))
+         lowest = max(enough*tolerance, rough*norm)
+         PetscCallA(KSPSetTolerances(self%ksp, 1.0e-30_wp, lowest, PETSC_DEFAULT_REAL, PETSC_DEFAULT_INTEGER, ierr))
          PetscCallA(KSPSolve(self%ksp, self%right_side, self%change, ierr))
          PetscCallA(KSPGetConvergedReason(self%ksp, reason, ierr))
          iterations = iterations + 1
@@ -200,8 +203,8 @@ contains
       end do
    end subroutine solve_bounded
 
-   !> The problem of the change from the start: its right-hand side b - M start, bounds that keep the sum from falling below 0. A start that
-   !> is worse than none is put to 0: what the objective then falls by would be mostly that start's.
+   !> The problem of the change from the start: its right-hand side b - M start, bounds that keep the sum from falling below 0. A
+   !> start that is worse than none is put to 0: what the objective then falls by would be mostly that start's.
    subroutine begin(self)
       class(petsc_solver_t), intent(inout) :: self
       PetscScalar :: quadratic, linear
@@ -219,8 +222,8 @@ contains
       PetscCallA(VecScale(self%lower, -1.0_wp, ierr))
    end subroutine begin
 
-   !> Take the change into the start. Unknowns that are nothing but rounding are 0: gradient projection takes them for free ones that it
-   !> must not shorten, and then no step is short enough.
+   !> Take the change into the start. Unknowns that are nothing but rounding are 0: gradient projection takes them for free ones
+   !> that it must not shorten, and then no step is short enough.
    subroutine go_on(start, change)
       Vec :: start, change
       PetscScalar, pointer :: array(:)
@@ -258,7 +261,8 @@ contains
       PetscCallA(VecRestoreArrayF90(y, to, ierr))
    end subroutine multiply
 
-   !> The same between free unknowns. The others are 0 in all that conjugate gradients multiply, for they are in what they begin with.
+   !> The same between free unknowns. The others are 0 in all that conjugate gradients multiply, for they are in what they begin
+   !> with.
    subroutine multiply_free(matrix, x, y, ierr)
       Mat :: matrix
       Vec :: x, y

@@ -189,7 +189,8 @@ contains
       bytes = communicator%sum_count(bytes)
    end function size_of
 
-   !> One rank: remove what was begun of checkpoints and snapshots in a directory, and what MPI had beside it; those that are whole stay.
+   !> One rank: remove what was begun of checkpoints and snapshots in a directory, and what MPI had beside it; those that are whole
+   !> stay.
    subroutine remove_parts(directory)
       character(len=*), intent(in) :: directory
       type(path_t), allocatable :: checkpoints(:), snapshots(:)

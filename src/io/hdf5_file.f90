@@ -96,7 +96,8 @@ contains
       if (error%happened()) return
       data = -1_hid_t
       call make_spaces(extent, where_to, file_space, memory_space, status)
-      call self%settle(status, 'table '//name, error) ! before each of HDF5's collective calls: a rank left alone in one waits for ever
+      call self%settle(status, 'table '//name, error) ! before each of HDF5's collective calls: a rank left alone in one waits for
+                                                      ! ever
       if (.not. error%happened()) then
          call h5dcreate_f(self%file, name, number_type(kind), file_space, data, status)
          call self%settle(status, 'table '//name, error)

@@ -86,9 +86,10 @@ contains
       end do
    end subroutine find_longest
 
-   !> The particle `first` and those behind it together: one lane a particle, one quantity after the other, so that its seven sums and
-   !> the weights along x fit into sixteen registers. Planes stay a loop (`unroll 1`): as straight code, all loads of the nodes come
-   !> first and are spilled. What is taken by those that are not of the same bin is nonsense, and overwritten when their turn comes.
+   !> The particle `first` and those behind it together: one lane a particle, one quantity after the other, so that its seven sums
+   !> and the weights along x fit into sixteen registers. Planes stay a loop (`unroll 1`): as straight code, all loads of the nodes
+   !> come first and are spilled. What is taken by those that are not of the same bin is nonsense, and overwritten when their turn
+   !> comes.
    pure subroutine take_group(stencil, first, i, j, k, tile, taken)
       type(stencil_t), intent(in) :: stencil
       integer, intent(in) :: first, i, j, k

@@ -14,8 +14,8 @@ module m_particle_to_node
 
    !> What the particles of a chunk give, one lane a node quantity. Lanes that are never written stay 0.
    type :: load_t
-      real(wp) :: momentum(half, 0:3, chunk) = 0.0_wp !< mass and momentum; and what affine momentum adds from node to node along each
-                                                      !< axis, m L h, nothing to the mass
+      real(wp) :: momentum(half, 0:3, chunk) = 0.0_wp !< mass and momentum; and what affine momentum adds from node to node along
+                                                      !< each axis, m L h, nothing to the mass
       real(wp) :: force(half, 3, chunk) = 0.0_wp      !< -V sigma, a column an axis; the last lane is spare
    end type load_t
 
@@ -128,8 +128,8 @@ contains
       end do
    end subroutine set_face
 
-   !> Add mass and momentum of a run of particles of one bin to the 27 nodes around it. One lane a node quantity; plane by plane, with
-   !> the plane's nine sums in registers over the particles.
+   !> Add mass and momentum of a run of particles of one bin to the 27 nodes around it. One lane a node quantity; plane by plane,
+   !> with the plane's nine sums in registers over the particles.
    pure subroutine add_momentum(load, stencil, face, first, last, i, j, k, tile)
       type(load_t), intent(in) :: load
       type(stencil_t), intent(in) :: stencil

@@ -19,8 +19,8 @@ module m_stencil
    end type frame_t
 
    !> Up to `chunk` particles that follow each other in a block's list, whatever their bins: weights (1) and slopes (1/m), by
-   !> particle, node (-1, 0, 1) and axis; and the offset from the nearest node (cells). Vectors may read `batch` - 1 beyond the last.
-   !> Kernels keep theirs from call to call (Makefile): defaults are not set again.
+   !> particle, node (-1, 0, 1) and axis; and the offset from the nearest node (cells). Vectors may read `batch` - 1 beyond the
+   !> last. Kernels keep theirs from call to call (Makefile): defaults are not set again.
    type :: stencil_t
       real(wp) :: weight(chunk + batch, -1:1, 3) = 0.0_wp
       real(wp) :: slope(chunk + batch, -1:1, 3) = 0.0_wp
@@ -29,7 +29,8 @@ module m_stencil
       integer(i4) :: member(chunk) = 0        !< number of the particle in the block
       logical :: in_order = .false.           !< the particles follow each other in memory too
       integer :: runs = 0                     !< runs of particles of one bin
-      integer :: run_place(3, chunk) = 0      !< their bins' places in the block, from 0: also the lowest of the 27 nodes in the tile
+      integer :: run_place(3, chunk) = 0      !< their bins' places in the block, from 0: also the lowest of the 27 nodes in the
+                                              !< tile
       integer(i4) :: run_first(chunk + 1) = 1 !< of the chunk's particles; run r ends before run_first(r + 1)
    end type stencil_t
 

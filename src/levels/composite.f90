@@ -1,8 +1,8 @@
 !> One composite space of two levels: the nodes of the finer one that are not inside its region are slaves of the nodes of the
 !> coarser one (theory.md, eqs slaves, hand-up, half-steps).
 !>
-!> Between an edge block (m_edge) and its parent travels one cube of nodes each way: up what the slaves were given, down how they move.
-!> Ranks exchange one message a neighbour and way.
+!> Between an edge block (m_edge) and its parent travels one cube of nodes each way: up what the slaves were given, down how they
+!> move. Ranks exchange one message a neighbour and way.
 module m_composite
    use mpi_f08
    use m_kinds, only: wp, i8
@@ -27,21 +27,25 @@ module m_composite
       integer :: messages_each(2) = 0       !< sent by this rank in one exchange, up and down
       integer(i8) :: bytes_each(2) = 0
       integer(i8) :: messages = 0, bytes = 0 !< sent by this rank over the run
-      logical :: labelled = .false.         !< particles at the edge have been pushed to different times, and carry velocity gradients
+      logical :: labelled = .false.         !< particles at the edge have been pushed to different times, and carry velocity
+                                            !< gradients
       integer, private :: values = node_values !< of a node of a cube; 3 more where there are labels
-      integer, allocatable, private :: by_index(:) !< edges with their parent here, by rising index of the block: the order in which a
-                                                   !< parent adds
+      integer, allocatable, private :: by_index(:) !< edges with their parent here, by rising index of the block: the order in which
+                                                   !< a parent adds
       real(wp), allocatable, private :: up(:, :, :, :, :), down(:, :, :, :, :) !< (values, 0:5, 0:5, 0:5, edges)
       real(wp), allocatable, private :: first(:, :, :, :, :) !< what was handed up in the first of two steps, of the own edges
-      real(wp), allocatable :: pushed(:, :, :, :, :) !< what effects on nodes add to the acceleration of the coarser ones, where there
-                                                     !< are any: (3, 0:9, 0:9, 0:9, blocks), m/s2
+      real(wp), allocatable :: pushed(:, :, :, :, :) !< what effects on nodes add to the acceleration of the coarser ones, where
+                                                     !< there are any: (3, 0:9, 0:9, 0:9, blocks), m/s2
       integer, allocatable, private :: receiver(:) !< number of a block among those that receive, 0 for others
-      real(wp), allocatable, private :: grown(:, :, :, :, :) !< eq. lead, of the nodes of these: force of the finer level that has grown, N,
-                                                             !< (3, 0:9, 0:9, 0:9, receivers)
-      real(wp), allocatable, private :: ahead(:, :, :, :, :) !< and the velocity that gradients of coarser particles are ahead by, m/s
-      real(wp), allocatable, private :: own_mass(:, :, :, :) !< of the nodes of parents, without what is handed up: (0:9, 0:9, 0:9, blocks)
+      real(wp), allocatable, private :: grown(:, :, :, :, :) !< eq. lead, of the nodes of these: force of the finer level that has
+                                                             !< grown, N, (3, 0:9, 0:9, 0:9, receivers)
+      real(wp), allocatable, private :: ahead(:, :, :, :, :) !< and the velocity that gradients of coarser particles are ahead by,
+                                                             !< m/s
+      real(wp), allocatable, private :: own_mass(:, :, :, :) !< of the nodes of parents, without what is handed up: (0:9, 0:9, 0:9,
+                                                             !< blocks)
       integer, allocatable, private :: ranks(:)
-      type(MPI_Datatype), allocatable, private :: of_blocks(:), of_parents(:) !< cubes shared with each rank: of own blocks, own parents
+      type(MPI_Datatype), allocatable, private :: of_blocks(:), of_parents(:) !< cubes shared with each rank: of own blocks, own
+                                                                              !< parents
       integer, allocatable, private :: cubes(:, :) !< how many these are: (2, ranks)
    contains
       procedure :: build
@@ -170,8 +174,8 @@ contains
       call MPI_Type_commit(datatype)
    end subroutine make_type
 
-   !> Nodes of the coarser level inside the region have no particles; what a particle that touches the edge gives them by rounding is
-   !> dropped. It would be a node of hardly any mass, with an acceleration without bound.
+   !> Nodes of the coarser level inside the region have no particles; what a particle that touches the edge gives them by rounding
+   !> is dropped. It would be a node of hardly any mass, with an acceleration without bound.
    pure subroutine clear_covered(coarse, fine)
       type(level_t), intent(inout) :: coarse
       type(level_t), intent(in) :: fine
@@ -294,8 +298,8 @@ contains
       self%grown(:, :, :, :, self%receiver(b)) = sums(2:4, :, :, :)
    end subroutine keep_grown
 
-   !> What velocity gradients of slaves are to know of the forces on the nodes of a parent, as an acceleration in the places of a velocity,
-   !> inside the boundary conditions: of the finer level's force what has grown, and what effects push all nodes with.
+   !> What velocity gradients of slaves are to know of the forces on the nodes of a parent, as an acceleration in the places of a
+   !> velocity, inside the boundary conditions: of the finer level's force what has grown, and what effects push all nodes with.
    pure subroutine known_to_gradients(self, coarse, b, mass, growth, tile)
       class(composite_t), intent(in) :: self
       type(level_t), intent(in) :: coarse
@@ -317,7 +321,8 @@ contains
       call constrain_nodes(coarse%grid, coarse%blocks(b)%place, tile)
    end subroutine known_to_gradients
 
-   !> Set the velocity by which gradients are ahead of the motion (eq. lead) on the slaves of block b of the finer level, which has some.
+   !> Set the velocity by which gradients are ahead of the motion (eq. lead) on the slaves of block b of the finer level, which has
+   !> some.
    pure subroutine lead_slaves(self, b, time_step, asked, tile)
       class(composite_t), intent(in) :: self
       integer, intent(in) :: b
@@ -364,8 +369,9 @@ contains
    end subroutine take_cubes
 
    !> Correct the solved nodes of block b of the coarser level by what the two finer steps really gave the slaves, and hand the
-   !> corrected motion down (theory.md, eq. half-steps). `change` is the sum over blocks of replace_in_parents: mass, momentum and change
-   !> of force of the slaves, mass of the slaves alone. A node whose mass has more than doubled begins anew with what it carries now.
+   !> corrected motion down (theory.md, eq. half-steps). `change` is the sum over blocks of replace_in_parents: mass, momentum and
+   !> change of force of the slaves, mass of the slaves alone. A node whose mass has more than doubled begins anew with what it
+   !> carries now.
    subroutine correct(self, coarse, b, time_step, flip_fraction, change)
       class(composite_t), intent(inout) :: self
       type(level_t), intent(inout) :: coarse

@@ -1,8 +1,8 @@
-!> A block of the finer level of two whose tile holds slaves: which these are, what they give to the nodes that they depend on, and how
-!> they follow them (theory.md, eqs slaves, hand-up, affine-edge, lead).
+!> A block of the finer level of two whose tile holds slaves: which these are, what they give to the nodes that they depend on, and
+!> how they follow them (theory.md, eqs slaves, hand-up, affine-edge, lead).
 !>
-!> All slaves of a block depend on 6 x 6 x 6 nodes of the coarser level, a cube, which lies in the tile of one block there, its parent. The
-!> values of a node in a cube are those of a node in a tile; where there are labels and gradients, three more.
+!> All slaves of a block depend on 6 x 6 x 6 nodes of the coarser level, a cube, which lies in the tile of one block there, its
+!> parent. The values of a node in a cube are those of a node in a tile; where there are labels and gradients, three more.
 module m_edge
    use m_kinds, only: wp
    use m_constants, only: block_size
@@ -19,8 +19,8 @@ module m_edge
    public :: edge_t, has_slaves, list_slaves, gather_slaves, take_lead, take_cube, take_leads, set_motion, set_leads
 
    integer, parameter, public :: cube_last = 5 !< cubes run from 0 to here
-   integer, parameter, public :: lead_first = node_values + 1, lead_last = node_values + 3 !< going up the force that has grown, going down
-                                                                                           !< how far gradients are to be ahead
+   integer, parameter, public :: lead_first = node_values + 1, lead_last = node_values + 3 !< going up the force that has grown,
+                                                                                           !< down how far gradients are to be ahead
    real(wp), parameter :: shares(0:3) = [1.0_wp, 0.5_wp, 0.25_wp, 0.125_wp] !< of a slave that lies between nodes along so many axes
    real(wp), parameter :: barely = 1.0e-9_wp    !< a node with this share of the mass of the next has none
 
@@ -108,7 +108,8 @@ contains
       logical, intent(in) :: affine
       real(wp), intent(out), contiguous :: cube(:, 0:, 0:, 0:)
       integer :: s, at(3), low(3), high(3), i, j, k, q
-      real(wp) :: share, given(node_values), change(3, 3), along(node_values, 3) ! what is given, and what it changes by along the axes
+      real(wp) :: share, given(node_values), change(3, 3), along(node_values, 3) ! what is given, and what it changes by along the
+                                                                                 ! axes
       cube = 0.0_wp
       along = 0.0_wp
       do s = 1, size(edge%slave, 2)
@@ -136,8 +137,8 @@ contains
       end do
    end subroutine add_slaves
 
-   !> By how much the momentum of a slave's mass changes from it to the next node along each of some axes: from the velocities of the
-   !> nodes on both sides, or of one where the other has no mass, but for rounding. Columns are axes.
+   !> By how much the momentum of a slave's mass changes from it to the next node along each of some axes: from the velocities of
+   !> the nodes on both sides, or of one where the other has no mass, but for rounding. Columns are axes.
    pure subroutine change_of_momentum(tile, at, along, change)
       real(wp), intent(in) :: tile(node_values, 0:tile_last, 0:tile_last, 0:tile_last)
       integer, intent(in) :: at(3)
@@ -165,9 +166,9 @@ contains
       end associate
    end subroutine change_of_momentum
 
-   !> What a block's particles have been given of the forces of the finer level before its time (theory.md, eq. labels): half a step of
-   !> the force of the stress that has grown while the edge was there. Every block takes that of its own particles out of its cube, and
-   !> hands that force up for the gradients.
+   !> What a block's particles have been given of the forces of the finer level before its time (theory.md, eq. labels): half a step
+   !> of the force of the stress that has grown while the edge was there. Every block takes that of its own particles out of its
+   !> cube, and hands that force up for the gradients.
    subroutine take_lead(edge, fine, half, cube)
       type(edge_t), intent(in) :: edge
       type(level_t), intent(inout) :: fine !< its work list is used
@@ -219,8 +220,8 @@ contains
       end associate
    end subroutine take_cube
 
-   !> Beside that motion, how far gradients are to be ahead of it, for each second: the acceleration that they are to know of (in the
-   !> places of a velocity) less that of the motion (theory.md, eq. lead).
+   !> Beside that motion, how far gradients are to be ahead of it, for each second: the acceleration that they are to know of (in
+   !> the places of a velocity) less that of the motion (theory.md, eq. lead).
    pure subroutine take_leads(edge, known, cube)
       type(edge_t), intent(in) :: edge
       real(wp), intent(in) :: known(node_values, 0:tile_last, 0:tile_last, 0:tile_last)
@@ -230,7 +231,8 @@ contains
       end associate
    end subroutine take_leads
 
-   !> The slaves move with the nodes that they depend on, linearly in time (theory.md, eq. half-steps). One without mass moves nobody.
+   !> The slaves move with the nodes that they depend on, linearly in time (theory.md, eq. half-steps). One without mass moves
+   !> nobody.
    pure subroutine set_motion(edge, cube, remaining, tile)
       type(edge_t), intent(in) :: edge
       real(wp), intent(in), contiguous :: cube(:, 0:, 0:, 0:)
@@ -264,8 +266,8 @@ contains
       end do
    end subroutine set_leads
 
-   !> Some values of a slave, as many as a node has, from those of the nodes that it depends on (theory.md, eq. slaves): half of each
-   !> of two along each axis, which are the same one where it lies on it.
+   !> Some values of a slave, as many as a node has, from those of the nodes that it depends on (theory.md, eq. slaves): half of
+   !> each of two along each axis, which are the same one where it lies on it.
    pure subroutine follow(cube, at, first, values)
       real(wp), intent(in), contiguous :: cube(:, 0:, 0:, 0:)
       integer, intent(in) :: at(3) !< the slave's place in the tile

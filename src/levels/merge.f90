@@ -12,7 +12,8 @@ module m_merge
    private
    public :: merge_siblings
 
-   real(wp), parameter :: distance = 0.5_wp !< of the merged particle from the finer level's region, in cells: it is not to turn back soon
+   real(wp), parameter :: distance = 0.5_wp !< of the merged particle from the finer level's region, in cells: it is not to turn
+                                            !< back soon
 
 contains
 

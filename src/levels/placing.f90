@@ -1,4 +1,5 @@
-!> Where moving levels go: with a tool, or where stress or strain change most from cell to cell (theory.md, eqs level-follow, level-criterion).
+!> Where moving levels go: with a tool, or where stress or strain change most from cell to cell (theory.md, eqs level-follow,
+!> level-criterion).
 module m_placing
    use mpi_f08
    use m_kinds, only: wp

@@ -14,7 +14,8 @@ module m_transfer
    private
    public :: find_changes, change_levels
 
-   real(wp), parameter :: farewell = 0.25_wp !< particles leave this much further outside than they enter, in cells of the finer level
+   real(wp), parameter :: farewell = 0.25_wp !< particles leave this much further outside than they enter, in cells of the finer
+                                             !< level
 
 contains
 
@@ -79,8 +80,8 @@ contains
       block%leavers(:n) = found(:n)
    end subroutine list_changes
 
-   !> Collective: move what find_changes has listed to where it lives, split where it must be. The blocks there must exist. Fails when
-   !> an id has no room for another split.
+   !> Collective: move what find_changes has listed to where it lives, split where it must be. The blocks there must exist. Fails
+   !> when an id has no room for another split.
    subroutine change_levels(communicator, coarse, fine, coarse_migration, fine_migration, splits, error)
       type(communicator_t), intent(in) :: communicator
       type(level_t), intent(inout) :: coarse, fine

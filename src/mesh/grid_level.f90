@@ -29,7 +29,8 @@ module m_grid_level
 
 contains
 
-   !> The grid that a scene asks for, or one of the finer ones over it: level 1 is the scene's, each next one has cells half as large.
+   !> The grid that a scene asks for, or one of the finer ones over it: level 1 is the scene's, each next one has cells half as
+   !> large.
    pure function make_grid_level(spec, level) result(grid)
       type(grid_spec_t), intent(in) :: spec
       integer, intent(in), optional :: level !< 1 where it is not given

@@ -8,8 +8,8 @@ module m_region
    private
    public :: region_t, make_region
 
-   real(wp), parameter :: welcome = 0.25_wp !< what comes so near to a region, in its cells, reaches in: a lattice that ends at an edge
-                                            !< is not to change level with the first movement, or by rounding
+   real(wp), parameter :: welcome = 0.25_wp !< what comes so near to a region, in its cells, reaches in: a lattice that ends at an
+                                            !< edge is not to change level with the first movement, or by rounding
 
    type :: region_t
       real(wp) :: lower(3) = -huge(1.0_wp) !< m; far away where a side is open

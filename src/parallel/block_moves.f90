@@ -1,6 +1,7 @@
-!> What a partition of the blocks leaves to be gained, and what it costs to get there. METIS balances each constraint in itself and up to
-!> a tolerance, and numbers its parts as it likes; a step takes as long as the slowest rank of each constraint. Where blocks are few, moves
-!> and swaps of single blocks shorten it by some per cent; where blocks have a rank already, they are often all that is needed.
+!> What a partition of the blocks leaves to be gained, and what it costs to get there. METIS balances each constraint in itself and
+!> up to a tolerance, and numbers its parts as it likes; a step takes as long as the slowest rank of each constraint. Where blocks
+!> are few, moves and swaps of single blocks shorten it by some per cent; where blocks have a rank already, they are often all that
+!> is needed.
 module m_block_moves
    use m_kinds, only: wp, i8
    use m_sorting, only: sorted_order
@@ -31,8 +32,8 @@ module m_block_moves
 contains
 
    !> Hand single blocks of the slowest ranks to ranks next to them, or swap them for theirs, until no step becomes shorter by that:
-   !> sum over constraints of times * slowest rank, plus edge_cost * cut. Each change must also be worth its move_cost to its two ranks:
-   !> what the slowest of many has too much, the next has almost.
+   !> sum over constraints of times * slowest rank, plus edge_cost * cut. Each change must also be worth its move_cost to its two
+   !> ranks: what the slowest of many has too much, the next has almost.
    pure subroutine shorten_step(graph, ranks, part)
       type(block_graph_t), intent(in) :: graph
       integer, intent(in) :: ranks
@@ -67,8 +68,8 @@ contains
       end do
    end subroutine shorten_step
 
-   !> A step, and a step's share of the moves that lead to the partition: sum over constraints of times * slowest rank, edge_cost * cut, and
-   !> move_cost times what leaves and enters the rank that has most to move.
+   !> A step, and a step's share of the moves that lead to the partition: sum over constraints of times * slowest rank, edge_cost *
+   !> cut, and move_cost times what leaves and enters the rank that has most to move.
    pure real(wp) function step_length(graph, ranks, part) result(length)
       type(block_graph_t), intent(in) :: graph
       integer, intent(in) :: ranks, part(:) !< as in shorten_step

@@ -82,8 +82,8 @@ contains
       end do
    end subroutine find_old
 
-   !> Tiles for all slots: those that hold go with their blocks, others may hold anything and reach everywhere. Pools that must grow get
-   !> room to spare, but the first: most scenes make no blocks. They do not shrink.
+   !> Tiles for all slots: those that hold go with their blocks, others may hold anything and reach everywhere. Pools that must grow
+   !> get room to spare, but the first: most scenes make no blocks. They do not shrink.
    subroutine make_pools(level, old)
       type(level_t), intent(inout) :: level
       integer, intent(in) :: old(:) !< places of the blocks' tiles before, rising; or 0
@@ -119,8 +119,8 @@ contains
       call move_alloc(larger, pool)
    end subroutine fit_pool
 
-   !> Tiles that hold go from their old places to those of their blocks. Both rise, so that none is in the way of another: first all that
-   !> go down, from the lowest on, then all that go up, from the highest on.
+   !> Tiles that hold go from their old places to those of their blocks. Both rise, so that none is in the way of another: first all
+   !> that go down, from the lowest on, then all that go up, from the highest on.
    pure subroutine move_tiles(pool, old, holds)
       real(wp), intent(inout), contiguous :: pool(:, :, :, :, :)
       integer, intent(in) :: old(:)

@@ -23,13 +23,14 @@ module m_metis
 contains
 
    !> Part (from 0) of every vertex of a graph; `offsets` and `adjacent` count from 0 (METIS manual, CSR). By halves of halves, or
-   !> all parts at once. `failed` when METIS refuses. METIS adds up weights in 32 bits: where they come to more, it is given smaller ones in
-   !> the same proportions.
+   !> all parts at once. `failed` when METIS refuses. METIS adds up weights in 32 bits: where they come to more, it is given smaller
+   !> ones in the same proportions.
    subroutine partition_graph(offsets, adjacent, vertex_weights, edge_weights, parts, by_halves, imbalance, part, cut, failed)
       integer(c_int), intent(in) :: offsets(:), adjacent(:), edge_weights(:), parts
       integer(c_int), intent(in), contiguous :: vertex_weights(:, :) !< (constraints, vertices): each is balanced in itself
       logical, intent(in) :: by_halves
-      real(wp), intent(in) :: imbalance(:)  !< (constraints or more): the heaviest part over the mean that is allowed, if it can be had
+      real(wp), intent(in) :: imbalance(:)  !< (constraints or more): the heaviest part over the mean that is allowed, if it can be
+                                            !< had
       integer(c_int), intent(out) :: part(:)
       integer, intent(out) :: cut       !< weight of the edges between parts
       logical, intent(out) :: failed

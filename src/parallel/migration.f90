@@ -13,8 +13,9 @@ module m_migration
    private
    public :: migration_t, frame_of, entered, take_out
 
-   integer, parameter :: extra = 6 !< after a particle's columns a record holds: id's bits, body, block index, bin (0: not known), disorder
-                                   !< of the block if the particle moves with it, `arrives` if it arrives there, and its jumps
+   integer, parameter :: extra = 6 !< after a particle's columns a record holds: id's bits, body, block index, bin (0: not known),
+                                   !< disorder of the block if the particle moves with it, `arrives` if it arrives there, and its
+                                   !< jumps
    real(wp), parameter :: arrives = -1.0_wp
 
    integer, parameter :: first_tag = 16 !< of messages that are not asked for: this and the number of the level
@@ -54,8 +55,8 @@ contains
       frame_of = frame_t(block%origin, level%grid%cell, level%grid%per_cell)
    end function frame_of
 
-   !> After `prepare`: the particles that a block lists as leavers leave it for the blocks that they have entered. Where one of these
-   !> does not exist, all stay, listed.
+   !> After `prepare`: the particles that a block lists as leavers leave it for the blocks that they have entered. Where one of
+   !> these does not exist, all stay, listed.
    subroutine see_off(self, communicator, level, b)
       class(migration_t), intent(inout) :: self
       type(communicator_t), intent(in) :: communicator
@@ -76,8 +77,8 @@ contains
       end associate
    end subroutine see_off
 
-   !> Those that have been seen off, and leavers that are still listed, go to the blocks that they have entered, which must exist; one
-   !> message a neighbour rank. Arrivals are stored in the order of their ids, so that the order does not depend on the ranks.
+   !> Those that have been seen off, and leavers that are still listed, go to the blocks that they have entered, which must exist;
+   !> one message a neighbour rank. Arrivals are stored in the order of their ids, so that the order does not depend on the ranks.
    subroutine move_leavers(self, communicator, level, neighbours)
       class(migration_t), intent(inout) :: self
       type(communicator_t), intent(in) :: communicator

@@ -58,8 +58,8 @@ contains
       end do
    end subroutine build
 
-   !> The runs of values of all tiles of rank `from` that rank `to` needs, and where in the pool each begins (bytes); the same order on
-   !> both ranks.
+   !> The runs of values of all tiles of rank `from` that rank `to` needs, and where in the pool each begins (bytes); the same order
+   !> on both ranks.
    subroutine shared_runs(level, from, to, lengths, places)
       type(level_t), intent(in) :: level
       integer, intent(in) :: from, to
@@ -178,8 +178,8 @@ contains
       deallocate (self%ranks, self%give, self%take, self%requests)
    end subroutine release
 
-   !> Sum over all tiles that hold the nodes of a block, in the order of their block indices; with `reach`, only what the tiles reach,
-   !> and only where the block's own does: the rest of `total` is left as it is.
+   !> Sum over all tiles that hold the nodes of a block, in the order of their block indices; with `reach`, only what the tiles
+   !> reach, and only where the block's own does: the rest of `total` is left as it is.
    pure subroutine sum_tiles(neighbour, gathered, total, reach)
       integer, intent(in) :: neighbour(27) !< slots around the block, 0 where there is none to be added
       real(wp), intent(in) :: gathered(node_values, 0:tile_last, 0:tile_last, 0:tile_last, *)

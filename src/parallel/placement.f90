@@ -1,6 +1,6 @@
 !> Which rank owns which block: METIS on the graph of the blocks of all levels, weighted by particles and contact points, one
-!> constraint a level and one for contact, for ranks wait for each other after each of them; and by the nodes that neighbours, parents
-!> and children share.
+!> constraint a level and one for contact, for ranks wait for each other after each of them; and by the nodes that neighbours,
+!> parents and children share.
 module m_placement
    use mpi_f08
    use m_kinds, only: wp
@@ -24,8 +24,9 @@ module m_placement
 
    integer, parameter :: block_cost = 64 !< of a block's node tile, in particles
    real(wp), parameter :: bin_cost = 0.75_wp !< of a bin that has particles, in particles
-   real(wp), parameter :: jump_cost = 16.0_wp !< of a place where the next particle of the list is not the next in memory, in particles;
-                                              !< with it goes how uneven the bins are, and how often the particles are sorted
+   real(wp), parameter :: jump_cost = 16.0_wp !< of a place where the next particle of the list is not the next in memory, in
+                                              !< particles; with it goes how uneven the bins are, and how often the particles
+                                              !< are sorted
    integer, parameter :: point_cost = 16 !< of a contact point, in particles
    real(wp), parameter :: shared_cost = 0.1_wp !< of a node shared with another rank, in particles
    real(wp), parameter :: move_cost = 6.0_wp    !< of a particle that leaves or enters a rank, in its steps
@@ -70,9 +71,9 @@ contains
       lists_work = nint(bin_cost*bins + jump_cost*jumps)
    end function lists_work
 
-   !> Collective: an owner for every block that exists, the same on every rank; -1 elsewhere. Where blocks have owners already, `steps`
-   !> says for how many steps the new ones are to stand: what they save in so many must be worth the move. Then blocks stay, but for single
-   !> ones that move, unless that leaves too much to be gained and METIS has something better, moves included.
+   !> Collective: an owner for every block that exists, the same on every rank; -1 elsewhere. Where blocks have owners already,
+   !> `steps` says for how many steps the new ones are to stand: what they save in so many must be worth the move. Then blocks stay,
+   !> but for single ones that move, unless that leaves too much to be gained and METIS has something better, moves included.
    subroutine choose_owners(communicator, levels, work, owner, error, steps)
       type(communicator_t), intent(in) :: communicator
       type(level_t), intent(in) :: levels(:)     !< only their grids matter
@@ -137,8 +138,8 @@ contains
       turns = (ways + sharing - 1)/sharing
    end function turns
 
-   !> Collective: of what METIS offers for two methods and several tolerances, which the ranks share, what makes the shortest step; moves of
-   !> single blocks then make it shorter. With no more blocks than ranks, one block a rank.
+   !> Collective: of what METIS offers for two methods and several tolerances, which the ranks share, what makes the shortest step;
+   !> moves of single blocks then make it shorter. With no more blocks than ranks, one block a rank.
    subroutine ask_metis(communicator, graph, levels, best, refused)
       type(communicator_t), intent(in) :: communicator
       type(block_graph_t), intent(in) :: graph
@@ -194,8 +195,8 @@ contains
       graph%edge_cost = shared_cost*2.0_wp/ranks
    end function graph_of
 
-   !> The graph of the blocks that exist, by their vertices, which count as their numbers do: edges to neighbours, parents and children,
-   !> weighted by the nodes that two blocks share (METIS manual, CSR; vertices from 0).
+   !> The graph of the blocks that exist, by their vertices, which count as their numbers do: edges to neighbours, parents and
+   !> children, weighted by the nodes that two blocks share (METIS manual, CSR; vertices from 0).
    subroutine make_graph(levels, vertex, there, offsets, adjacent, edge_weights)
       type(level_t), intent(in) :: levels(:)
       integer, intent(in) :: vertex(:) !< of each block, from 1; 0 where there is none

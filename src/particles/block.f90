@@ -23,7 +23,8 @@ module m_block
       integer(i4), allocatable :: leavers(:) !< particles that left during this step, rising
       integer :: leaver_count = 0
       logical :: at_rest = .false.       !< no particle moves, none is under stress
-      logical :: tile_holds = .false.    !< its tile in `gathered` is what its particles give as they are now, but for what has arrived
+      logical :: tile_holds = .false.    !< its tile in `gathered` is what its particles give as they are now, but for what has
+                                         !< arrived
       logical :: sums_hold = .false.     !< `sums` is of its particles as they are now
       real(wp) :: sums(sum_count) = 0.0_wp !< of its particles, as energy.f90 numbers them
       real(wp) :: wave_speed = 0.0_wp    !< largest of its particles, m/s

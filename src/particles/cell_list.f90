@@ -64,8 +64,8 @@ contains
       other%jumps = self%jumps
    end subroutine hand_over
 
-   !> Build the lists of the particles from `from`, or the first, to `count` from `bin`. Two halves are counted and placed side by side:
-   !> particles of one bin, which follow each other, would wait for each other's sums.
+   !> Build the lists of the particles from `from`, or the first, to `count` from `bin`. Two halves are counted and placed side by
+   !> side: particles of one bin, which follow each other, would wait for each other's sums.
    pure subroutine build(self, count, from)
       class(cell_list_t), intent(inout) :: self
       integer, intent(in) :: count

@@ -124,8 +124,8 @@ contains
       layout%next_position = self%column('next_position')
    end function layout
 
-   !> True when, at edges of levels, momenta of particles stand at several times (theory.md, eq. labels) and they carry gradients, which are to
-   !> stand where the momenta do (eq. lead).
+   !> True when, at edges of levels, momenta of particles stand at several times (theory.md, eq. labels) and they carry gradients,
+   !> which are to stand where the momenta do (eq. lead).
    pure logical function labels_gradients(self)
       class(layout_t), intent(in) :: self
       labels_gradients = self%edge_stress > 0 .and. self%gradient > 0

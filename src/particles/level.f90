@@ -31,9 +31,10 @@ module m_level
       integer, allocatable :: reach(:, :, :)           !< (2, 3, slots): first and last index along each axis of the part of a tile
                                                        !< that can be other than 0: what its particles reach; of mirrors, all
       integer, allocatable :: solved_reach(:, :, :)    !< the same of the tiles in `solved`, of own blocks
-      real(wp), allocatable :: gradient(:, :)          !< work of one block: columns on their way into list order; then body forces; then
-                                                       !< velocity gradients, from nodes to stress
-      real(wp), allocatable :: lead(:, :)              !< work: what the gradients that particles keep are ahead by (levels: eq. lead)
+      real(wp), allocatable :: gradient(:, :)          !< work of one block: columns on their way into list order; then body forces;
+                                                       !< then velocity gradients, from nodes to stress
+      real(wp), allocatable :: lead(:, :)              !< work: what the gradients that particles keep are ahead by (levels: eq.
+                                                       !< lead)
       type(cell_list_t) :: at_edge                     !< work: lists of those of a block's particles that reach an edge of levels
       type(cell_list_t) :: arrivals                    !< work: lists of those that have arrived in a block
    contains

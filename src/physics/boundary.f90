@@ -15,8 +15,8 @@ module m_boundary
 
    integer, parameter :: last = block_size + 1 ! tiles run from 0 to here
    integer, parameter :: first_vector = 2, second_vector = 5 !< places of the two vectors of a node (momentum, force)
-   !> What a mirror image across each axis does to the values of a node: mass, momentum, force, spare; and volume, the six components
-   !> of volume times stress, spare.
+   !> What a mirror image across each axis does to the values of a node: mass, momentum, force, spare; and volume, the six
+   !> components of volume times stress, spare.
    real(wp), parameter :: motion_parity(8, 3) = &
       reshape([1, -1, 1, 1, -1, 1, 1, 1, 1, 1, -1, 1, 1, -1, 1, 1, 1, 1, 1, -1, 1, 1, -1, 1], [8, 3])
    real(wp), parameter :: stress_parity(8, 3) = &

@@ -13,7 +13,8 @@ module m_damping
    public :: damping_t
 
    integer, parameter :: kind_local = 1, kind_viscous = 2
-   real(wp), parameter :: at_most = 0.2_wp !< of the velocity is taken in a step: stable with waves at any safety (theory.md, Time step)
+   real(wp), parameter :: at_most = 0.2_wp !< of the velocity is taken in a step: stable with waves at any safety (theory.md, Time
+                                           !< step)
    character(len=*), parameter :: kind_words(2) = [character(len=7) :: 'local', 'viscous']
 
    type, extends(effect_t) :: damping_t

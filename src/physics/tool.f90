@@ -117,8 +117,8 @@ contains
       call self%shape%gap_and_normal(position - (self%spec%tip + self%travel*self%spec%axis), gap, normal)
    end subroutine gap_and_normal
 
-   !> How far the tool's surface bends away over a width, m: from the middle of chords of this length to the surface, the mean over two
-   !> directions across the normal. 0 under a flat face; width**2/(8 radius) under a sphere.
+   !> How far the tool's surface bends away over a width, m: from the middle of chords of this length to the surface, the mean over
+   !> two directions across the normal. 0 under a flat face; width**2/(8 radius) under a sphere.
    pure real(wp) function sagitta(self, position, normal, width)
       class(tool_t), intent(in) :: self
       real(wp), intent(in) :: position(3) !< near the surface, m

@@ -176,7 +176,8 @@ contains
       end associate
    end subroutine correct
 
-   !> Collective: the particles of level l go to the blocks, and with those of the next finer level to the levels, where they are now.
+   !> Collective: the particles of level l go to the blocks, and with those of the next finer level to the levels, where they are
+   !> now.
    subroutine move_particles(model, l, error)
       type(model_t), intent(inout) :: model
       integer, intent(in) :: l

@@ -1,5 +1,5 @@
-!> Where bodies in flight will be: the blocks that they enter and the particles that they split into (doc/theory.md, Forecast). Each is
-!> taken to keep its shape and the velocity that its scene gives it.
+!> Where bodies in flight will be: the blocks that they enter and the particles that they split into (doc/theory.md, Forecast). Each
+!> is taken to keep its shape and the velocity that its scene gives it.
 module m_flight
    use mpi_f08
    use m_kinds, only: wp
@@ -30,8 +30,8 @@ module m_flight
       integer :: level = 1 !< where they live now
    end type flyer_t
 
-   real(wp), parameter :: stride = 2.0_wp   !< of the fastest body from one moment to the next, in cells of the finest level: a quarter
-                                            !< of a block
+   real(wp), parameter :: stride = 2.0_wp   !< of the fastest body from one moment to the next, in cells of the finest level: a
+                                            !< quarter of a block
    integer, parameter :: most_moments = 1000
    integer, parameter :: most_counts = 20   !< of the blocks that are visited at a time, over all ranks
 
@@ -125,8 +125,8 @@ contains
       end do
    end function all_flyers
 
-   !> Mark the blocks that a part of a body is in when it has gone so far; the level where it lives then, and how many particles it is
-   !> there: eight for one, level by level.
+   !> Mark the blocks that a part of a body is in when it has gone so far; the level where it lives then, and how many particles it
+   !> is there: eight for one, level by level.
    subroutine look(model, flyer, way, entered, particles, home)
       type(model_t), intent(in) :: model
       type(flyer_t), intent(in) :: flyer

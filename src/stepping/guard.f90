@@ -58,7 +58,8 @@ module m_guard
 
    real(wp), parameter :: clean_share = 0.1_wp !< of the limit of energy
    real(wp), parameter :: largest_part = 0.5_wp !< of the free memory that the copies may take
-   real(wp), parameter :: quiet_share = 1.0e-10_wp !< of mass times squared wave speed: while loads only begin, work lags by half a step
+   real(wp), parameter :: quiet_share = 1.0e-10_wp !< of mass times squared wave speed: while loads only begin, work lags by half a
+                                                   !< step
    integer, parameter :: most_doublings = 10   !< of the way that smaller steps are taken past a fault
    integer, parameter :: longest_wait = 10     !< for a clean state, in save_every
 
@@ -152,7 +153,8 @@ contains
       share = 0.5_wp**self%attempt
    end function share
 
-   !> Collective: after each step. Past a trouble the given steps are taken again; a time step that has become very small is a fault.
+   !> Collective: after each step. Past a trouble the given steps are taken again; a time step that has become very small is a
+   !> fault.
    subroutine look_at_step(self, model, time_step, error)
       class(guard_t), intent(inout) :: self
       type(model_t), intent(in) :: model
@@ -210,9 +212,9 @@ contains
                 ' J; try a smaller safety', may_heal=.true.)
    end subroutine look_at_energy
 
-   !> Collective: keep a copy of a state that has passed the look, unless the run is still in the trouble that it went back for or some
-   !> energy looks as if trouble had begun; not for long, though. `written`: this state has gone to the disk and must not go there
-   !> again, so that the copy has to be made.
+   !> Collective: keep a copy of a state that has passed the look, unless the run is still in the trouble that it went back for or
+   !> some energy looks as if trouble had begun; not for long, though. `written`: this state has gone to the disk and must not go
+   !> there again, so that the copy has to be made.
    subroutine save(self, model, balance, written)
       class(guard_t), intent(inout) :: self
       type(model_t), intent(inout) :: model
@@ -241,7 +243,8 @@ contains
    end function can_go_back
 
    !> Collective: back to the copy, and from there steps half as long as before, past the fault and as far again, with each further
-   !> retry of a run twice as far: what is unstable at the given step is so again. Takes the error away; `report` says what happened.
+   !> retry of a run twice as far: what is unstable at the given step is so again. Takes the error away; `report` says what
+   !> happened.
    subroutine go_back(self, model, balance, error, report)
       class(guard_t), intent(inout) :: self
       type(model_t), intent(inout) :: model

@@ -66,7 +66,8 @@ module m_model
       integer(i8), allocatable :: level_steps(:)      !< of these, those on each level
       integer(i8) :: splits = 0                       !< particles that this rank has made by splitting others
       integer(i8) :: particle_steps_at_rest = 0       !< of these, how many had nothing to do
-      logical :: works_ahead = .true.                 !< to nodes of the next step while blocks are in the cache: the same bits, less time
+      logical :: works_ahead = .true.                 !< to nodes of the next step while blocks are in the cache: the same bits,
+                                                      !< less time
       logical :: skip_at_rest = .true.                !< leave out blocks that are at rest: the same bits, less time
    contains
       procedure :: build
@@ -87,7 +88,8 @@ module m_model
       procedure, private :: place_anew
    end type model_t
 
-   real(wp), parameter :: furthest = 0.45_wp            !< way of a particle in a step of the coarsest level, in its cells: above safety
+   real(wp), parameter :: furthest = 0.45_wp            !< way of a particle in a step of the coarsest level, in its cells: above
+                                                        !< safety
 
 contains
 
@@ -306,7 +308,8 @@ contains
       call add_parents(self%levels, counts)
    end subroutine count_particles
 
-   !> Where blocks (values of at least 0) hold slaves their parents are needed too: those that are missing get 0, no particles or rank 0.
+   !> Where blocks (values of at least 0) hold slaves their parents are needed too: those that are missing get 0, no particles or
+   !> rank 0.
    subroutine add_parents(levels, values)
       type(level_t), intent(in) :: levels(:)
       integer, intent(inout) :: values(:) !< one a block of each level, as from count_particles or all_owners
@@ -417,7 +420,8 @@ contains
       end subroutine mark_box
    end subroutine mark_around
 
-   !> Collective: make the blocks that some rank wants and that do not exist yet. A new block belongs to the lowest rank that wants it.
+   !> Collective: make the blocks that some rank wants and that do not exist yet. A new block belongs to the lowest rank that wants
+   !> it.
    subroutine make_wanted(self, wanted, edges_moved)
       class(model_t), intent(inout) :: self
       logical, intent(in) :: wanted(:) !< one a block of each level
@@ -438,8 +442,8 @@ contains
    end subroutine make_wanted
 
    !> Collective: place the blocks anew by what they hold now, where that pays in so many steps of the coarsest level. A level alone
-   !> loses its empty blocks by that; of several levels all stay: which blocks are there decides in which order slaves are handed up,
-   !> and must not depend on the ranks.
+   !> loses its empty blocks by that; of several levels all stay: which blocks are there decides in which order slaves are handed
+   !> up, and must not depend on the ranks.
    subroutine rebalance(self, steps, error)
       class(model_t), intent(inout) :: self
       integer, intent(in) :: steps

@@ -26,8 +26,8 @@ module m_node_step
 contains
 
    !> 1. Lists; 2. particles to nodes, blocks with remote neighbours first; 3. sums over blocks and ranks begin, while inner blocks
-   !> work. Where there is a finer level, what it hands up is added first. Sums that other levels ask for are there on return, others
-   !> are made where the nodes are solved.
+   !> work. Where there is a finer level, what it hands up is added first. Sums that other levels ask for are there on return,
+   !> others are made where the nodes are solved.
    subroutine to_nodes(model, l, time)
       type(model_t), intent(inout) :: model
       integer, intent(in) :: l
@@ -134,8 +134,8 @@ contains
       if (l > 1) takes_more = takes_more .or. model%composite(l)%edge_of(b) > 0
    end function takes_more
 
-   !> Particles of one block, and the forces of effects on it, to its tile: those that have arrived since the others moved come last,
-   !> for the others may have given already.
+   !> Particles of one block, and the forces of effects on it, to its tile: those that have arrived since the others moved come
+   !> last, for the others may have given already.
    subroutine gather(model, l, b, time)
       type(model_t), intent(inout) :: model
       integer, intent(in) :: l, b
@@ -165,8 +165,8 @@ contains
       model%levels(l)%blocks(b)%tile_holds = .true.
    end subroutine give_ahead
 
-   !> The lists of one block, where particles have changed bin, and the order of its particles, where that has come to differ from the
-   !> lists'.
+   !> The lists of one block, where particles have changed bin, and the order of its particles, where that has come to differ from
+   !> the lists'.
    subroutine set_order(model, l, b)
       type(model_t), intent(inout) :: model
       integer, intent(in) :: l, b

@@ -1,4 +1,5 @@
-!> The particles' part of a step of one level, numbered as in theory.md: their motion, stress, where they are, and what they do ahead.
+!> The particles' part of a step of one level, numbered as in theory.md: their motion, stress, where they are, and what they do
+!> ahead.
 module m_particle_step
    use m_kinds, only: wp
    use m_constants, only: exit_numerical
@@ -143,8 +144,8 @@ contains
       end associate
    end subroutine scatter
 
-   !> At the edge of a level: how far the gradients that particles keep are to be ahead of the motion (theory.md, eq. lead), into the
-   !> work array, while particles are where the step began; which particles, into the level's list of those at edges.
+   !> At the edge of a level: how far the gradients that particles keep are to be ahead of the motion (theory.md, eq. lead), into
+   !> the work array, while particles are where the step began; which particles, into the level's list of those at edges.
    subroutine find_leads(model, l, b, time_step, leads)
       type(model_t), intent(inout) :: model
       integer, intent(in) :: l, b
@@ -365,8 +366,8 @@ contains
       rests = .true.
    end function rests
 
-   !> At the end of a step: the particles that have left a block go on their way, if there are blocks where they are, and the others are
-   !> put in order. Whether or not anything is done ahead, for the order decides that of later sums.
+   !> At the end of a step: the particles that have left a block go on their way, if there are blocks where they are, and the others
+   !> are put in order. Whether or not anything is done ahead, for the order decides that of later sums.
    subroutine tidy(model, l, b)
       type(model_t), intent(inout) :: model
       integer, intent(in) :: l, b
@@ -378,8 +379,8 @@ contains
       if (model%levels(l)%blocks(b)%particles%count > 0) call set_order(model, l, b)
    end subroutine tidy
 
-   !> At the end of a step, while the particles of a tidy block are in the cache: what the histories will ask of it, and what it will give
-   !> to its nodes at the beginning of the next step, but for what will arrive.
+   !> At the end of a step, while the particles of a tidy block are in the cache: what the histories will ask of it, and what it
+   !> will give to its nodes at the beginning of the next step, but for what will arrive.
    subroutine work_ahead(model, l, b, clock, error)
       type(model_t), intent(inout) :: model
       integer, intent(in) :: l, b

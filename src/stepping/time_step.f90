@@ -53,8 +53,8 @@ contains
    end function allowed_by_effects
 
    !> Time step (s) of the coarsest level: safety cell / (c + |v|), c and |v| as they are now, or what effects allow; or the given
-   !> one. Shortened a little, so that a whole number of such steps ends at the end time: a short last step would show in the contact
-   !> load.
+   !> one. Shortened a little, so that a whole number of such steps ends at the end time: a short last step would show in the
+   !> contact load.
    pure real(wp) function next_time_step(scene, model, share) result(time_step)
       type(scene_t), intent(in) :: scene
       type(model_t), intent(in) :: model

@@ -34,9 +34,9 @@ contains
 
 end module m_coupled
 
-!> The solver of bound-constrained problems: guesses which unknowns are free, gradient projection alone, and what gradient projection makes
-!> of a bad guess end at the same point, which fulfils the conditions of the problem. Unknowns are coupled across ranks, strongly and with
-!> either sign.
+!> The solver of bound-constrained problems: guesses which unknowns are free, gradient projection alone, and what gradient
+!> projection makes of a bad guess end at the same point, which fulfils the conditions of the problem. Unknowns are coupled across
+!> ranks, strongly and with either sign.
 program bounded
    use mpi_f08
    use m_kinds, only: wp, i8

@@ -1,5 +1,5 @@
-!> Nodes of contact points in a grid of more than 2**31 nodes: places come back from their numbers, rows that share nodes of far-apart
-!> tools find them under one local number, in the order of the grid, and forces arrive at the places that were given.
+!> Nodes of contact points in a grid of more than 2**31 nodes: places come back from their numbers, rows that share nodes of
+!> far-apart tools find them under one local number, in the order of the grid, and forces arrive at the places that were given.
 program node_numbers
    use m_kinds, only: wp, i8
    use m_communicator, only: communicator_t

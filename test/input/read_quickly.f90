@@ -1,7 +1,7 @@
 !> Reads one scene from standard input as gimp3d does, without MPI, for a fuzzer that starts it a thousand times a second.
 !>
-!> Exits 0 where the scene is refused, and where it is accepted and says itself again: written as a namelist and read back it must be
-!> accepted and write the same text. Anything else stops it with a signal.
+!> Exits 0 where the scene is refused, and where it is accepted and says itself again: written as a namelist and read back it must
+!> be accepted and write the same text. Anything else stops it with a signal.
 !test: helper
 program read_quickly
    use, intrinsic :: iso_fortran_env, only: error_unit

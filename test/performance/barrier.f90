@@ -1,7 +1,7 @@
-!> What waiting for each other costs two ranks of equal work on this machine: every rank does arithmetic on an array of its own for a
-!> millisecond or two and then waits for the others, again and again. Prints a line for each size of the array, one that stays in the
-!> cache and one as large as what a rank of E2 goes through in a step: megabytes, milliseconds of one piece of work, and the share of
-!> the pace that the barriers leave (mean of the work over mean of the slowest rank's). What it takes from a
+!> What waiting for each other costs two ranks of equal work on this machine: every rank does arithmetic on an array of its own for
+!> a millisecond or two and then waits for the others, again and again. Prints a line for each size of the array, one that stays in
+!> the cache and one as large as what a rank of E2 goes through in a step: megabytes, milliseconds of one piece of work, and the
+!> share of the pace that the barriers leave (mean of the work over mean of the slowest rank's). What it takes from a
 !> program that does nothing else is taken from every program that waits as often.
 !> usage: mpirun -n RANKS barrier
 program barrier

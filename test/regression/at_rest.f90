@@ -1,6 +1,6 @@
 !test: ranks 1 2
-!> A small box flies into a long bar at rest: leaving out the blocks that are at rest changes no bit of any particle, and neither does
-!> what blocks do ahead, nor of the sums over all.
+!> A small box flies into a long bar at rest: leaving out the blocks that are at rest changes no bit of any particle, and neither
+!> does what blocks do ahead, nor of the sums over all.
 program at_rest
    use m_kinds, only: wp, i8
    use m_errors, only: error_t
@@ -54,8 +54,8 @@ contains
       call plain%release()
    end subroutine hit
 
-   !> With a short time step nothing leaves its block for long and all is done ahead; with a longer one the box goes over into the next
-   !> block and its particles are sorted in between. Sums are taken ahead every third step.
+   !> With a short time step nothing leaves its block for long and all is done ahead; with a longer one the box goes over into the
+   !> next block and its particles are sorted in between. Sums are taken ahead every third step.
    subroutine work_ahead(slower)
       integer, intent(in) :: slower
       type(model_t) :: ahead, plain

@@ -1,8 +1,9 @@
 !test: helper
-!> gimp3d with a fault planted between two steps, for guard.sh. PLANT in the environment: what, after which step, how many times (a run
-!> that goes back passes the step again), on which level, by how much. What:
-!> none; stress: that of one particle is not a number; contact_pressure: that of all is not; throw: one particle at `much` times the speed of sound;
-!> swell: the volume of one particle times `much`; crush: the particles of one cell; heat: all velocities times `much`; safety: `much`, from the start on.
+!> gimp3d with a fault planted between two steps, for guard.sh. PLANT in the environment: what, after which step, how many times (a
+!> run that goes back passes the step again), on which level, by how much. What:
+!> none; stress: that of one particle is not a number; contact_pressure: that of all is not; throw: one particle at `much` times the
+!> speed of sound; swell: the volume of one particle times `much`; crush: the particles of one cell; heat: all velocities times
+!> `much`; safety: `much`, from the start on.
 program guard_planted
    use, intrinsic :: iso_fortran_env, only: error_unit
    use, intrinsic :: ieee_arithmetic, only: ieee_value, ieee_quiet_nan, ieee_set_underflow_mode

@@ -5,8 +5,8 @@
 !>
 !>    alpha = A g(t) h(R),   g = (1 - cos(2 pi t/T))/2,   h = (1 - 4 s^2)^2,   s = (R - 1)/(1/2) for |s| < 1/2, 0 beyond,
 !>
-!> so that at t = T/2 the middle of the ring 0.75 < R < 1.25 has turned by A, shear is R alpha' (7.1 at most for A = 1), and at t = T
-!> all is back where it was. Volume is kept. With G = R alpha' our neo-Hookean law (theory.md, eq. neo-hookean) has in the turned
+!> so that at t = T/2 the middle of the ring 0.75 < R < 1.25 has turned by A, shear is R alpha' (7.1 at most for A = 1), and at t =
+!> T all is back where it was. Volume is kept. With G = R alpha' our neo-Hookean law (theory.md, eq. neo-hookean) has in the turned
 !> polar axes
 !>
 !>    sigma_rr = -mu G^2/3,   sigma_tt = 2 mu G^2/3,   sigma_rt = mu G,
@@ -15,8 +15,9 @@
 !>
 !>    b_r = -R alpha_t^2 + (mu/rho)(2/3 G G' + G^2/R),   b_t = R alpha_tt - (mu/rho)(G' + 2 G/R).
 !>
-!> E = 1000 Pa, nu = 0.3, 1000 kg/m3, T = 1 s. CELLS are those along 1 m; WRONG leaves the shear stress out of the body force. Prints
-!> the largest and the rms error of the places over the cell at T/2 and at T, the number of splits, and whether the run stopped.
+!> E = 1000 Pa, nu = 0.3, 1000 kg/m3, T = 1 s. CELLS are those along 1 m; WRONG leaves the shear stress out of the body force.
+!> Prints the largest and the rms error of the places over the cell at T/2 and at T, the number of splits, and whether the run
+!> stopped.
 module m_vortex
    use m_kinds, only: wp
    use m_constants, only: pi

@@ -104,8 +104,8 @@ contains
       if (maxval(sum(abs(r), dim=2)) > 0.5_wp*frame%cell) r = r*(0.5_wp*frame%cell/maxval(sum(abs(r), dim=2)))
    end function fitted
 
-   !> Weight and slope on a node, plainly: hat functions at the corners, interpolated between them; mean and mean gradient of that by Gauss's
-   !> two-point rules, which are exact for it, gradients by Cramer's rule.
+   !> Weight and slope on a node, plainly: hat functions at the corners, interpolated between them; mean and mean gradient of that
+   !> by Gauss's two-point rules, which are exact for it, gradients by Cramer's rule.
    pure subroutine plain_corner_weights(p, node, weight, slope)
       integer, intent(in) :: p
       real(wp), intent(in) :: node(3)

@@ -92,8 +92,8 @@ contains
       call test%check(minval(load) > 0, 'no part of a large body is empty')
    end subroutine large_body
 
-   !> A tool in the corner of a body of 4 x 4 x 2 blocks (E2): two ranks share particles and contact points; without a word about the
-   !> points, one of them has most.
+   !> A tool in the corner of a body of 4 x 4 x 2 blocks (E2): two ranks share particles and contact points; without a word about
+   !> the points, one of them has most.
    subroutine pressed_corner()
       type(level_t) :: levels(1)
       type(error_t) :: error
@@ -133,8 +133,8 @@ contains
       call test%check(told <= 0.97_wp*untold, 'a step is shorter than with particles alone shared')
    end subroutine pressed_corner
 
-   !> 4 x 4 x 2 blocks alike but for the lists of a corner, which jump: two ranks share what the lists cost too; without a word about them
-   !> one has most of that.
+   !> 4 x 4 x 2 blocks alike but for the lists of a corner, which jump: two ranks share what the lists cost too; without a word
+   !> about them one has most of that.
    subroutine disordered_corner()
       type(level_t) :: levels(1)
       type(error_t) :: error
@@ -166,8 +166,9 @@ contains
       call test%check(untold >= 1.05_wp*shared_out(work, 2), 'of which one has most when it is not said')
    end subroutine disordered_corner
 
-   !> Twelve blocks in a row, some of them with work of a second kind, in three partitions: in the end no move of a block of the slowest
-   !> ranks to a rank next to theirs, and no swap for one of its blocks, makes the step shorter, by an evaluation from nothing.
+   !> Twelve blocks in a row, some of them with work of a second kind, in three partitions: in the end no move of a block of the
+   !> slowest ranks to a rank next to theirs, and no swap for one of its blocks, makes the step shorter, by an evaluation from
+   !> nothing.
    subroutine single_moves()
       integer, parameter :: n = 12, ranks = 3
       type(block_graph_t) :: graph
@@ -207,8 +208,8 @@ contains
       end do
    end subroutine single_moves
 
-   !> Parts are numbered by where their blocks are: as before when nothing but the numbers has changed; and each number once whatever they
-   !> have in common with the ranks.
+   !> Parts are numbered by where their blocks are: as before when nothing but the numbers has changed; and each number once
+   !> whatever they have in common with the ranks.
    subroutine numbers_of_parts()
       integer, parameter :: n = 60, ranks = 6
       type(block_graph_t) :: graph

@@ -88,7 +88,8 @@ contains
       call test%check(good, 'removal takes the right ones and leaves the others whole')
    end subroutine store
 
-   !> Runs of particles of one body, beside looking at every particle, in stores that get, lose and sort particles of one body and of several.
+   !> Runs of particles of one body, beside looking at every particle, in stores that get, lose and sort particles of one body and
+   !> of several.
    subroutine runs_of_bodies()
       type(particle_store_t) :: particles
       real(wp) :: work(400, 4)
@@ -124,7 +125,8 @@ contains
       call test%check(known .and. mixed, 'stores of one body and of several were among them')
    end subroutine runs_of_bodies
 
-   !> The bins whose 27 nodes hold one of some nodes, and the lists of these bins alone, against the same by looking at every particle.
+   !> The bins whose 27 nodes hold one of some nodes, and the lists of these bins alone, against the same by looking at every
+   !> particle.
    subroutine part_of_lists()
       integer, parameter :: n = 700, rounds = 20
       type(cell_list_t) :: whole, part

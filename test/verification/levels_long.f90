@@ -1,7 +1,7 @@
 !> Nested levels: a bar rings for 10 000 coarse steps and 20 periods at least, beside the same on one level (levels_waves has the
-!> short form). Its level 2 is over the middle third, level 3 in the middle of that. Energy (the mean over a period) stays between 0.97
-!> and 1.01 of that at the start for a bar of 60 cells, as in one dimension (theory.md). A bar of 24 cells, and a cube of 12 with a
-!> cube of 8 in it, lose much of it in so many periods on one level too; there nothing may be gained.
+!> short form). Its level 2 is over the middle third, level 3 in the middle of that. Energy (the mean over a period) stays between
+!> 0.97 and 1.01 of that at the start for a bar of 60 cells, as in one dimension (theory.md). A bar of 24 cells, and a cube of 12
+!> with a cube of 8 in it, lose much of it in so many periods on one level too; there nothing may be gained.
 !test: long
 !test: limit 900
 program levels_long

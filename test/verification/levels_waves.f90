@@ -17,7 +17,8 @@ program levels_waves
    real(wp), parameter :: width = 6.0_wp*cell, height = 1.0e-3_wp*wave, safety = 0.4_wp
    type(communicator_t) :: comm
    type(assertions_t) :: test
-   !> Of the pulse: direction, middle at the start, half a step's way on levels. Saved, so that `pulse` need not find them on a stack.
+   !> Of the pulse: direction, middle at the start, half a step's way on levels. Saved, so that `pulse` need not find them on a
+   !> stack.
    real(wp), save :: way(3), begun, lag(2)
    logical :: affine
    integer :: a
@@ -92,7 +93,8 @@ contains
          case (3); call add_level(scene, [0, 0, 0], [42, 2, 2])
          case (5)
             call add_level(scene, [42, 0, 0], [56, 2, 2]) ! the pulse has passed them when it is measured: particles that touch an
-            call add_level(scene, [46, 0, 0], [52, 2, 2]) ! edge have impulses of the finer side ahead of time (theory.md, eq. labels)
+            call add_level(scene, [46, 0, 0], [52, 2, 2]) ! edge have impulses of the finer side ahead of time (theory.md, eq.
+                                                          ! labels)
          end select
          call model%build(comm, scene, error)
          call set_pulse(model, manner)

@@ -1,8 +1,9 @@
 !test: ranks 2
 !test: limit 300
 !> The recovered-stress estimate (theory.md, eq. recovered) against the true error of the particles' stress, on the axis-aligned
-!> manufactured solution (m_manufactured). A particle's stress is that of its half cell, so its error is of first order; the estimate
-!> must fall with it, and stay within 15 % of it. A uniform stress has none, whatever the domains are, at free surfaces too.
+!> manufactured solution (m_manufactured). A particle's stress is that of its half cell, so its error is of first order; the
+!> estimate must fall with it, and stay within 15 % of it. A uniform stress has none, whatever the domains are, at free surfaces
+!> too.
 program stress_error
    use m_kinds, only: wp
    use m_errors, only: error_t
