@@ -245,27 +245,35 @@ contains
    end subroutine solve_block
 
    !> Effects on the solved nodes of a block. What they add to the acceleration is kept where a finer level's two steps will ask for
-   !> it.
+   !> it; also of nodes that have no mass yet, for the finer level's particles may reach them in the second.
    subroutine push_nodes(model, l, b, clock)
       type(model_t), intent(inout) :: model
       integer, intent(in) :: l, b
       type(clock_t), intent(in) :: clock
       integer, allocatable :: slave(:, :)
       real(wp), allocatable :: before(:, :, :, :)
-      logical :: kept
+      logical :: bare(0:tile_last, 0:tile_last, 0:tile_last), kept
+      integer :: q
       allocate (slave(4, 0))
       if (l > 1) then
          if (model%composite(l)%edge_of(b) > 0) slave = model%composite(l)%edges(model%composite(l)%edge_of(b))%slave
       end if
       kept = l < size(model%levels)
       if (kept) kept = model%composite(l + 1)%receives(b)
-      if (kept) before = model%levels(l)%solved(5:7, :, :, :, b)
+      if (kept) then
+         before = model%levels(l)%solved(5:7, :, :, :, b)
+         bare = .not. model%levels(l)%solved(1, :, :, :, b) > 0.0_wp
+         where (bare) model%levels(l)%solved(1, :, :, :, b) = tiny(1.0_wp)
+      end if
       call model%effect_step(l)%change_nodes(model%effects, model%levels(l), b, clock%time, clock%step, slave, model%timers)
       if (.not. kept) return
       associate (composite => model%composite(l + 1))
          if (.not. allocated(composite%pushed)) &
             allocate (composite%pushed(3, 0:tile_last, 0:tile_last, 0:tile_last, size(model%levels(l)%blocks)), source=0.0_wp)
          composite%pushed(:, :, :, :, b) = model%levels(l)%solved(5:7, :, :, :, b) - before
+         do q = 1, 7
+            where (bare) model%levels(l)%solved(q, :, :, :, b) = 0.0_wp
+         end do
       end associate
    end subroutine push_nodes
 

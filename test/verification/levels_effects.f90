@@ -121,7 +121,7 @@ contains
       call test%check_close(off(1), 0.0_wp, near, 'free fall: velocity of every particle, '//name//', '//manner%text())
       call test%check(off(2) < 0.01_wp, 'free fall: way')
       call test%check_close(off(3), 0.0_wp, near, 'free fall: no stress, '//name//', '//manner%text())
-      call test%check_close(off(4), 0.0_wp, 1.0e-3_wp*near + 1.0e-12_wp, 'free fall: momentum, '//name//', '//manner%text())
+      call test%check_close(off(4), 0.0_wp, 1.0e-13_wp, 'free fall: momentum, '//name//', '//manner%text())
       call test%check_close(off(5:6), [0.0_wp, 0.0_wp], near, 'free fall: work and balance, '//name//', '//manner%text())
       call model%release()
    end subroutine free_fall
