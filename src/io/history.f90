@@ -4,11 +4,12 @@
 !> it its name. So `<path>` never holds a torn line: only a run that is killed leaves a `.part`, whose last line may be torn, and
 !> a run that is taken up again carries over the whole lines of it.
 module m_history
-   use m_kinds, only: wp
+   use m_kinds, only: wp, i8
    use m_constants, only: exit_files, exit_numerical, longest_line
    use m_errors, only: error_t, fail
    use m_communicator, only: communicator_t
-   use m_part_file, only: part_name, open_part, publish_part
+   use m_part_file, only: part_name, publish_part
+   use m_text_file, only: text_file_t
    use m_filesystem, only: remove_file, rename_file, sync_file
    use m_tecplot_snapshot, only: quoted
    use m_text, only: to_text, exact_text
@@ -37,7 +38,7 @@ module m_history
       character(len=:), allocatable :: path
       logical :: is_open = .false.
       logical :: is_whole = .true. !< no row was lost
-      integer :: unit = 0
+      type(text_file_t) :: file
       integer :: columns = 0
       real(wp) :: flushed = 0.0_wp
    contains
@@ -70,7 +71,7 @@ contains
       if (communicator%is_root() .and. .not. error%happened()) then
          first_name = path
          if (present(keep_until)) first_name = path//'.new'
-         call open_part(first_name, self%unit, error)
+         call self%file%open(first_name, error)
          self%is_open = .not. error%happened()
          if (self%is_open) call put_header(self, header, error)
          if (self%is_open .and. present(keep_until)) then
@@ -97,12 +98,13 @@ contains
    subroutine sync(self, error)
       class(history_t), intent(inout) :: self
       type(error_t), intent(inout) :: error
-      integer :: status
+      type(error_t) :: lost
       logical :: ok
       if (.not. self%is_open) return
-      flush (self%unit, iostat=status)
-      ok = status == 0
-      if (ok) call sync_file(part_name(self%path), ok)
+      call self%file%flush(lost)
+      call note(self, lost, error)
+      if (lost%happened()) return
+      call sync_file(part_name(self%path), ok)
       if (.not. ok) call fail(error, exit_files, 'cannot write '//self%path//': it does not get to the disk')
    end subroutine sync
 
@@ -111,8 +113,7 @@ contains
       class(history_t), intent(inout) :: self
       real(wp), intent(in) :: values(:)
       type(error_t), intent(inout) :: error
-      integer :: status
-      character(len=256) :: reason
+      type(error_t) :: lost
       character(len=value_width*size(values)) :: line
       if (.not. self%is_open) return
       if (size(values) /= self%columns) then
@@ -120,14 +121,12 @@ contains
          return
       end if
       write (line, value_format) values
-      write (self%unit, '(a)', iostat=status, iomsg=reason) line
-      if (status == 0 .and. wall_time() - self%flushed > flush_every) then
-         flush (self%unit, iostat=status, iomsg=reason)
+      call self%file%put(line, lost)
+      if (wall_time() - self%flushed > flush_every) then
+         call self%file%flush(lost)
          self%flushed = wall_time()
       end if
-      if (status == 0) return
-      self%is_whole = .false.
-      call fail(error, exit_files, 'cannot write '//self%path//': '//trim(reason))
+      call note(self, lost, error)
    end subroutine append
 
    !> Remove the last rows again. Nothing happens on the other ranks; rank 0 may get an error.
@@ -135,34 +134,34 @@ contains
       class(history_t), intent(inout) :: self
       integer, intent(in) :: rows
       type(error_t), intent(inout) :: error
-      integer :: n, status
-      character(len=256) :: reason
+      type(error_t) :: lost
       if (.not. self%is_open .or. rows == 0) return
-      do n = 1, rows
-         backspace (self%unit, iostat=status, iomsg=reason)
-         if (status /= 0) exit
-      end do
-      if (status == 0) endfile (self%unit, iostat=status, iomsg=reason)
-      if (status == 0) backspace (self%unit, iostat=status, iomsg=reason)
-      if (status == 0) return
-      self%is_whole = .false.
-      call fail(error, exit_files, 'cannot write '//self%path//': '//trim(reason))
+      call self%file%take_back(rows*(value_width*self%columns + 1_i8), lost)
+      call note(self, lost, error)
    end subroutine take_back
+
+   !> Rows that are lost are an error, and the curve is not whole from here on.
+   subroutine note(self, lost, error)
+      type(history_t), intent(inout) :: self
+      type(error_t), intent(in) :: lost
+      type(error_t), intent(inout) :: error
+      if (.not. lost%happened()) return
+      self%is_whole = .false.
+      call fail(error, lost%status, lost%message)
+   end subroutine note
 
    !> End the curve: the file gets its name, also when the run ends early. If a row could not be written it stays a `.part`.
    subroutine close_history(self, error)
       class(history_t), intent(inout) :: self
       type(error_t), intent(inout) :: error
       type(error_t) :: closing
-      integer :: status
       if (.not. self%is_open) return
       self%is_open = .false.
-      if (.not. self%is_whole) then
-         close (self%unit, iostat=status)
-         return
-      end if
-      call publish_part(self%path, self%unit, closing)
-      if (closing%happened()) call fail(error, closing%status, closing%message)
+      call self%file%close(closing)
+      call note(self, closing, error)
+      if (.not. self%is_whole) return
+      call publish_part(self%path, closing)
+      call note(self, closing, error)
    end subroutine close_history
 
    !> Title, variables, zone and facts.
@@ -171,26 +170,25 @@ contains
       type(history_header_t), intent(in) :: header
       type(error_t), intent(inout) :: error
       character(len=:), allocatable :: line, note
-      character(len=256) :: reason
-      integer :: c, equals, status
+      integer :: c, equals
       line = 'VARIABLES='//quoted(trim(header%columns(1)))
       do c = 2, size(header%columns)
          line = line//', '//quoted(trim(header%columns(c)))
       end do
-      write (self%unit, '(a)', iostat=status, iomsg=reason) 'TITLE='//quoted(header%title), line
+      call self%file%put('TITLE='//quoted(header%title), error)
+      call self%file%put(line, error)
       line = 'ZONE T='//quoted(header%zone)//', STRANDID='//to_text(header%strand)//', SOLUTIONTIME='// &
              exact_text(header%solution_time)//', DATAPACKING=POINT'
-      if (status == 0) write (self%unit, '(a)', iostat=status, iomsg=reason) line
+      call self%file%put(line, error)
       if (allocated(header%notes)) then
          do c = 1, size(header%notes)
             note = trim(header%notes(c))
             equals = max(1, index(note//'=', '='))
             line = 'AUXDATA '//identifier(note(1:equals - 1))//'='//quoted(note(equals + 1:))
-            if (status == 0) write (self%unit, '(a)', iostat=status, iomsg=reason) line
+            call self%file%put(line, error)
          end do
       end if
-      if (status == 0) flush (self%unit, iostat=status, iomsg=reason)
-      if (status /= 0) call fail(error, exit_files, 'cannot write '//self%path//': '//trim(reason))
+      call self%file%flush(error)
    end subroutine put_header
 
    !> A name as Tecplot wants it: letters, digits and underscores.
@@ -229,8 +227,8 @@ contains
          call self%append(values, error)
       end do
       close (old)
-      if (.not. error%happened()) flush (self%unit, iostat=status)
-      if (.not. error%happened() .and. status == 0) call sync_file(part_name(self%path//'.new'), ignored)
+      if (.not. error%happened()) call self%file%flush(error)
+      if (.not. error%happened()) call sync_file(part_name(self%path//'.new'), ignored)
    end subroutine carry_over
 
 end module m_history

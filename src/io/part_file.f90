@@ -2,14 +2,14 @@
 module m_part_file
    use, intrinsic :: iso_c_binding, only: c_char, c_int, c_long, c_null_char
    use m_kinds, only: i8
-   use m_constants, only: exit_files, longest_line
+   use m_constants, only: exit_files
    use m_errors, only: error_t, fail
    use m_communicator, only: communicator_t
    use m_filesystem, only: rename_file, remove_file
    use m_text, only: to_text
    implicit none
    private
-   public :: part_name, open_part, publish_part, discard_part, empty_part, begin_shared_part, finish_shared_part
+   public :: part_name, publish_part, discard_part, empty_part, begin_shared_part, finish_shared_part
 
    integer(c_int), parameter :: permissions = 438 ! rw-rw-rw-, less the umask
    integer(c_int), parameter :: input_output_error = 5, too_large = 27, no_space = 28, over_quota = 122
@@ -45,30 +45,6 @@ contains
       name = path//'.part'
    end function part_name
 
-   !> One rank: open `<path>.part` as a new, empty text file.
-   subroutine open_part(path, unit, error)
-      character(len=*), intent(in) :: path
-      integer, intent(out) :: unit
-      type(error_t), intent(inout) :: error
-      integer :: status
-      character(len=256) :: reason
-      open (newunit=unit, file=part_name(path), status='replace', action='readwrite', form='formatted', recl=longest_line, &
-            iostat=status, iomsg=reason)
-      if (status /= 0) call fail(error, exit_files, 'cannot write '//path//': '//trim(reason))
-   end subroutine open_part
-
-   !> One rank: close the unit and give the file its name; after an error, take it away instead.
-   subroutine publish_part(path, unit, error)
-      character(len=*), intent(in) :: path
-      integer, intent(in) :: unit
-      type(error_t), intent(inout) :: error
-      integer :: status
-      character(len=256) :: reason
-      close (unit, iostat=status, iomsg=reason)
-      if (status /= 0) call fail(error, exit_files, 'cannot write '//path//': '//trim(reason))
-      call name_part(path, error)
-   end subroutine publish_part
-
    !> One rank: remove what was written of a file that will not be finished.
    subroutine discard_part(path)
       character(len=*), intent(in) :: path
@@ -77,7 +53,7 @@ contains
    end subroutine discard_part
 
    !> One rank: `<path>.part`, closed, gets its name, or goes if an error stands.
-   subroutine name_part(path, error)
+   subroutine publish_part(path, error)
       character(len=*), intent(in) :: path
       type(error_t), intent(inout) :: error
       logical :: ok
@@ -86,7 +62,7 @@ contains
          if (.not. ok) call fail(error, exit_files, 'cannot write '//path//': '//part_name(path)//' cannot be renamed to it')
       end if
       if (error%happened()) call discard_part(path)
-   end subroutine name_part
+   end subroutine publish_part
 
    !> Free what `<path>.part` takes on the disk while it may still be open.
    subroutine empty_part(path)
@@ -102,18 +78,11 @@ contains
       character(len=*), intent(in) :: path
       integer(i8), intent(in) :: bytes
       type(error_t), intent(inout) :: error
-      integer :: unit
-      if (communicator%is_root()) then
-         call open_part(path, unit, error)
-         if (.not. error%happened()) then
-            close (unit)
-            call reserve(path, bytes, error)
-         end if
-      end if
+      if (communicator%is_root() .and. .not. error%happened()) call reserve(path, bytes, error)
       call communicator%agree(error)
    end subroutine begin_shared_part
 
-   !> Take room on the disk for the part. File systems that cannot tell are believed.
+   !> Make the part, empty, and take room on the disk for it. File systems that cannot tell are believed.
    subroutine reserve(path, bytes, error)
       character(len=*), intent(in) :: path
       integer(i8), intent(in) :: bytes
@@ -121,7 +90,10 @@ contains
       integer(c_int) :: descriptor, status, ignored
       character(len=:), allocatable :: reason
       descriptor = c_creat(part_name(path)//c_null_char, permissions)
-      if (descriptor < 0) return
+      if (descriptor < 0) then
+         call fail(error, exit_files, 'cannot write '//path//': '//part_name(path)//' cannot be made')
+         return
+      end if
       status = c_reserve(descriptor, 0_c_long, int(max(1_i8, bytes), c_long))
       ignored = c_close(descriptor)
       select case (status)
@@ -155,7 +127,7 @@ contains
             call fail(error, exit_files, 'cannot write '//path//': '//to_text(found)//' of '//to_text(bytes)// &
                       ' bytes are on the disk')
          end if
-         call name_part(path, error)
+         call publish_part(path, error)
       end if
       call communicator%agree(error)
    end subroutine finish_shared_part

@@ -8,7 +8,8 @@ module m_recorder
    use m_text, only: to_text
    use m_scene, only: scene_t, boundary_symmetry
    use m_scene_writer, only: scene_as_namelist
-   use m_part_file, only: open_part, publish_part
+   use m_part_file, only: publish_part
+   use m_text_file, only: text_file_t
    use m_model, only: model_t
    use m_energy, only: balance_t
    use m_probe, only: probe_t, choose_particle, read_probe
@@ -162,12 +163,12 @@ contains
       character(len=*), intent(in) :: path
       type(scene_t), intent(in) :: scene
       type(error_t), intent(inout) :: error
-      integer :: unit, status
-      call open_part(path, unit, error)
+      type(text_file_t) :: file
+      call file%open(path, error)
       if (error%happened()) return
-      write (unit, '(a)', iostat=status) scene_as_namelist(scene)
-      if (status /= 0) call fail(error, exit_files, 'cannot write '//path)
-      call publish_part(path, unit, error)
+      call file%put(scene_as_namelist(scene), error)
+      call file%close(error)
+      call publish_part(path, error)
    end subroutine write_case
 
    !> True at the start, at the end, and whenever the next row's time has come.

@@ -3,7 +3,8 @@
 module m_xdmf_index
    use m_errors, only: error_t
    use m_communicator, only: communicator_t
-   use m_part_file, only: open_part, publish_part
+   use m_part_file, only: publish_part
+   use m_text_file, only: text_file_t
    use m_text, only: to_text
    implicit none
    private
@@ -82,35 +83,19 @@ contains
    subroutine write_index(self, error)
       class(xdmf_index_t), intent(in) :: self
       type(error_t), intent(inout) :: error
-      integer :: unit, e
-      call open_part(self%path, unit, error)
+      type(text_file_t) :: file
+      integer :: e
+      call file%open(self%path, error)
       if (error%happened()) return
-      call put('<?xml version="1.0" ?>')
-      call put('<!DOCTYPE Xdmf SYSTEM "Xdmf.dtd" []>')
-      call put('<Xdmf Version="2.0">')
-      call put(' <Domain>')
-      call put('  <Grid Name="'//self%name//'" GridType="Collection" CollectionType="Temporal">')
+      call file%put('<?xml version="1.0" ?>'//newline//'<!DOCTYPE Xdmf SYSTEM "Xdmf.dtd" []>'//newline//'<Xdmf Version="2.0">'// &
+                    newline//' <Domain>', error)
+      call file%put('  <Grid Name="'//self%name//'" GridType="Collection" CollectionType="Temporal">', error)
       do e = 1, size(self%entries)
-         call put(self%entries(e)%text)
+         call file%put(self%entries(e)%text, error)
       end do
-      call put('  </Grid>')
-      call put(' </Domain>')
-      call put('</Xdmf>')
-      call publish_part(self%path, unit, error)
-
-   contains
-
-      subroutine put(line)
-         use m_constants, only: exit_files
-         use m_errors, only: fail
-         character(len=*), intent(in) :: line
-         character(len=256) :: reason
-         integer :: status
-         if (error%happened()) return
-         write (unit, '(a)', iostat=status, iomsg=reason) line
-         if (status /= 0) call fail(error, exit_files, 'cannot write '//self%path//': '//trim(reason))
-      end subroutine put
-
+      call file%put('  </Grid>'//newline//' </Domain>'//newline//'</Xdmf>', error)
+      call file%close(error)
+      call publish_part(self%path, error)
    end subroutine write_index
 
    !> Take over the entries of the index on the disk up to a step.

@@ -27,6 +27,16 @@ check "a file that may not grow: status $status, $(said limited.log)" [ $status 
 check 'one sentence' once limited.log
 check 'nothing begun is left' [ -z "$(ls limited | grep '^checkpoint.*part')" ]
 
+# histories that may not grow beyond 8 kB, nothing else written: no torn file under its own name
+histories=$(grep -v '^&checkpoint' <<<"$limited")
+(ulimit -f 8; "$GIMP3D" <<<"${histories//OUT/short}" >short.log 2>&1)
+status=$?
+check "histories that may not grow: status $status, $(said short.log)" [ $status = 4 ]
+check 'one sentence' once short.log
+torn() { for file in short/*.dat short/case.nml; do [ -e "$file" ] && [ -n "$(tail -c 1 "$file")" ] && echo "$file"; done; true; }
+check "what is there under its own name is whole: $(ls short | grep -v 'part$' | tr '\n' ' ')" [ -z "$(torn)" ]
+check 'the history that lost a row keeps the name of its part' [ -e short/energy.dat.part -a ! -e short/energy.dat ]
+
 # a small file system, where root may mount one
 mkdir -p small
 trap 'umount small 2>/dev/null' EXIT
