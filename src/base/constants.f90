@@ -15,4 +15,8 @@ module m_constants
 
    integer, parameter, public :: longest_line = 2**30   !< characters of a line of text in a file: none is cut
    integer, parameter, public :: block_size = 8     !< nodes (and node-centred bins) of a block along each axis
+
+   !> Half sizes that follow the material are taken this much smaller: a face that stays on a node plane, as at a side of the grid,
+   !> must not reach the next node by a rounding (theory.md, eq. fit).
+   real(wp), parameter, public :: short_of = 1.0_wp - 1.0e-9_wp
 end module m_constants

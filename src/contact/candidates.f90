@@ -181,7 +181,7 @@ contains
       integer, intent(in) :: number(4) !< of the block, the particle, the bin and the tool
       real(wp), intent(inout) :: overlap
       type(candidate_t) :: c
-      real(wp) :: area, edge, thickness, position(3)
+      real(wp) :: area, edge, thickness, to_face, position(3)
       integer :: m, p
       p = number(2)
       associate (block => level%blocks(number(1)), column => level%blocks(number(1))%particles%column, at => level%layout)
@@ -204,7 +204,9 @@ contains
          c%block = number(1)
          c%particle = p
          c%tool = number(4)
-         position = position - tool%spec%penetration_factor*thickness*c%normal
+         to_face = 0.5_wp*edge
+         if (at%domain > 0 .or. at%half_sizes) to_face = level%to_face(column(p, :), c%normal)
+         position = position - to_face*c%normal
          call set_cell(c, level%grid, block%place, bin_place(number(3)), (position - block%origin)*level%grid%per_cell)
          if (c%gap + time_step*(normal_speed(level, c) - dot_product(c%normal, tool%velocity())) > margin*edge) return
          c%area = area

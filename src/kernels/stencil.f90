@@ -1,7 +1,7 @@
 !> Weights of particles on the 27 nodes around their bins, in chunks of a block's list, and where a block's arrays stand.
 module m_stencil
    use m_kinds, only: wp, i4
-   use m_constants, only: block_size
+   use m_constants, only: block_size, short_of
    use m_field_table, only: layout_t
    use m_cell_list, only: cell_list_t
    implicit none
@@ -33,10 +33,6 @@ module m_stencil
                                               !< tile
       integer(i4) :: run_first(chunk + 1) = 1 !< of the chunk's particles; run r ends before run_first(r + 1)
    end type stencil_t
-
-   !> Half sizes that follow the material are taken this much smaller: a face that stays on a node plane, as at a side of the grid,
-   !> must not reach the next node by a rounding (theory.md, eq. fit).
-   real(wp), parameter :: short_of = 1.0_wp - 1.0e-9_wp
 
 contains
 

@@ -1,6 +1,7 @@
 !> Particles whose domains have become too long are split in two (doc/theory.md, eq. split). Ids of halves: see doc/design.md.
 module m_split
    use m_kinds, only: wp, i8
+   use m_constants, only: short_of
    use m_block, only: block_t
    use m_particle_store, only: particle_store_t
    use m_field_table, only: field_table_t, layout_t
@@ -8,7 +9,7 @@ module m_split
    use m_region, only: region_t
    implicit none
    private
-   public :: split_long, split_in_eight, must_split, half_edges, extents, octant_of, child_id, longest
+   public :: split_long, split_in_eight, must_split, half_edges, fitted_edges, extents, octant_of, child_id, longest
 
    integer, parameter, public :: id_bits = 50          !< ids of particles that were never split are below 2^id_bits
    integer, parameter, public :: most_generations = 12 !< splits that an id has room for; it stays below 2^62
@@ -166,6 +167,20 @@ contains
          end do
       end if
    end function half_edges
+
+   !> The same as the weights see them: no further than the nodes reach (theory.md, eq. fit).
+   pure function fitted_edges(values, layout, cell) result(r)
+      real(wp), intent(in) :: values(:) !< the particle's columns
+      type(layout_t), intent(in) :: layout
+      real(wp), intent(in) :: cell !< m
+      real(wp) :: r(3, 3)
+      r = half_edges(values, layout)
+      if (layout%domain > 0) then
+         r = r*min(1.0_wp, 0.5_wp*cell/maxval(sum(abs(r), dim=2)))
+      else if (layout%half_sizes) then
+         r = min(short_of*r, 0.5_wp*cell)
+      end if
+   end function fitted_edges
 
    !> Split particle p across half edge k. With the velocity gradient L each half has the velocity of its own centre.
    subroutine halve(particles, p, k, layout, extensive)
