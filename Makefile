@@ -252,7 +252,7 @@ map:
 plots:
 	@[ -n "$(RUN)" ] || { echo "Say which run: make plots RUN=out/cone"; exit 1; }
 	@$(MAKE) --no-print-directory venv
-	@$(python) post/plots.py $(PLOT_OPTIONS) $(RUN)
+	@$(python) post/plots.py $(PLOT_OPTIONS) "$(RUN)"
 
 ## study       SCENE=input/hertz.nml: what its accuracy costs (doc/accuracy_cost.md); QUANTITY=load, BUDGET=300 (s), STUDY_OPTIONS
 study:

@@ -6,18 +6,11 @@ import numpy as np
 from run_data import Unreadable
 
 
-def share_of_body(case, tool):
-    """The part of the body that a scene models: a symmetry plane through the tool's axis halves it."""
-    grid = case["grid"][0]
-    axis, tip = unit_axis(tool), tool["tip"]
-    share = 1.0
-    for side in range(6):
-        direction = side // 2
-        plane = grid["upper" if side % 2 else "lower"][direction]
-        through_axis = abs(axis[direction]) < 1e-6 and abs(plane - tip[direction]) < 1e-6 * grid["cell_size"][0]
-        if grid["boundary"][side] == "symmetry" and through_axis:
-            share /= 2
-    return share
+def share_of_body(history):
+    """The part of the body that a scene models, as the head of the tool's history says: a symmetry plane through its axis halves it."""
+    if "model_share" not in history.notes:
+        raise Unreadable("the tool's history does not say its model_share")
+    return float(history.notes["model_share"])
 
 
 def unit_axis(tool):

@@ -69,7 +69,8 @@ class Run:
 
     @property
     def title(self):
-        return (self.case.get("scene", [{}])[0].get("title") or [self.directory.name])[0]
+        title = (self.case.get("scene", [{}])[0].get("title") or [self.directory.name])[0]
+        return title.replace("$", r"\$")  # a title is no formula
 
     def tool_history(self, tool):
         path = self.directory / f"tool_{tool['name'][0]}.dat"
@@ -92,7 +93,7 @@ def draw_load_depth(run, options):
 
 def load_depth(run, tool, history, options):
     """Depth from first touch, load against the tool's way: both of the full body."""
-    share = indentation.share_of_body(run.case, tool)
+    share = indentation.share_of_body(history)
     _, gap = indentation.indented_body(run.case, tool)
     depth = history["depth"] - gap
     load = -sum(history[f"load_{axis}"] * direction for axis, direction in zip("xyz", indentation.unit_axis(tool))) / share
@@ -116,7 +117,7 @@ def load_depth(run, tool, history, options):
     depth_factor, depth_unit = scaled("m", depth)
     load_factor, load_unit = scaled("N", load)
     figure, axes = plt.subplots(figsize=(5.6, 4.0))
-    model = {1.0: "", 0.5: ", half model x 2", 0.25: ", quarter model x 4"}[share]
+    model = {1.0: "", 0.5: ", half model x 2", 0.25: ", quarter model x 4"}.get(share, f", model x {1 / share:g}")
     axes.plot(depth / depth_factor, load / load_factor, color="C0", label=f"gimp3d{model}")
     for label, x, y, style in curves:
         shown = x <= smooth[-1] * 1.02
@@ -277,7 +278,7 @@ def close_up(run, particles, whole, tip, across, up):
         return None
     cell = particles.cells[-1] if particles.cells.size else run.case["grid"][0]["cell_size"][0]
     time = particles.time
-    area = np.interp(time, history["time"], history["contact_area"]) / indentation.share_of_body(run.case, tool)
+    area = np.interp(time, history["time"], history["contact_area"]) / indentation.share_of_body(history)
     reach = max(2.5 * np.sqrt(max(area, 0.0) / np.pi), 6 * cell)
     if not 2 * reach < 0.6 * (whole[1] - whole[0]):
         return None

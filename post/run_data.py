@@ -19,6 +19,7 @@ class History:
 
     def __init__(self, path):
         self.zones = 0
+        self.notes = {}  # AUXDATA
         names, blocks, in_variables, packed = [], [], False, False
         try:
             lines = path.read_text().splitlines()
@@ -28,6 +29,9 @@ class History:
             text = line.strip()
             upper = text.upper()
             continued, in_variables = in_variables, False
+            note = re.fullmatch(r'AUXDATA\s+(\w+)\s*=\s*"(.*)"', text)
+            if note:
+                self.notes[note[1]] = note[2]
             if not text or upper.startswith(("#", "TITLE", "AUXDATA")):
                 continue
             if upper.startswith("VARIABLES") or (continued and text.startswith('"')):
@@ -129,7 +133,10 @@ def words_of_group(text, at, name, where="the scene"):
 def read_namelists(source):
     """The groups of a namelist file (its path, or its text): name -> list of dictionaries, one for each time the group stands
     there; every variable is a list of its values."""
-    text, where = (source, "the scene") if isinstance(source, str) else (source.read_text(), source)
+    try:
+        text, where = (source, "the scene") if isinstance(source, str) else (source.read_text(), source)
+    except UnicodeDecodeError as error:
+        raise Unreadable(f"{source}: {error}")
     groups, at = {}, 0
     while True:
         start = re.compile(r"^[ \t]*&(\w+)", re.M).search(text, at)

@@ -43,7 +43,7 @@ def load(run, quantity):
     tool, name = tool_of(run, quantity)
     history = History(run.directory / f"tool_{name}.dat")
     _, gap = indentation.indented_body(run.case, tool)
-    share = indentation.share_of_body(run.case, tool)
+    share = indentation.share_of_body(history)
     along = indentation.unit_axis(tool)
     return history["depth"] - gap, -sum(history[f"load_{axis}"] * part for axis, part in zip("xyz", along)) / share
 

@@ -29,7 +29,8 @@ module m_calibration
       real(wp) :: pressed_time = 0.0_wp        !< where tools stood then, as time of the scene, s
       real(wp) :: pressed_points = 0.0_wp      !< contact points in each of those
       real(wp) :: seconds = 0.0_wp             !< that all this took
-      real(wp) :: snapshot_bytes = 0.0_wp      !< of one snapshot, of all ranks
+      real(wp) :: snapshot_bytes = 0.0_wp      !< of the numbers of one snapshot, of all ranks
+      real(wp) :: file_bytes = 0.0_wp          !< of its files, all formats together
       real(wp) :: writing_bytes = 0.0_wp       !< of memory that writing it takes besides, of all ranks
       real(wp) :: library_bytes = 0.0_wp       !< and that the libraries for it take
       character(len=:), allocatable :: trouble !< why contact was not measured pressed in; empty: it was, or needs not be
@@ -37,6 +38,8 @@ module m_calibration
 
    real(wp), parameter :: enough = 1.0_wp      !< s of steps are timed, if they are not more than
    real(wp), parameter :: library = 5.0e6_wp   !< bytes of HDF5 with MPI's files, a rank, when a file is written (performance.md)
+   real(wp), parameter :: topology = 17.0_wp   !< bytes a particle of what makes points of particles in an HDF5 snapshot
+   real(wp), parameter :: number_width = 25.0_wp !< characters of a number in a Tecplot file
    real(wp), parameter :: few = 20.0_wp        !< contact points do not tell what each takes
    real(wp), parameter :: little = 1.0e-6_wp   !< cells
    real(wp), parameter :: more = 1.5_wp        !< times as many contact points tell what each takes
@@ -177,6 +180,10 @@ contains
       end do
       if (scene%output%tecplot) found%rates%snapshot = found%rates%snapshot + model%communicator%maximum(value*bytes/8.0_wp)
       found%snapshot_bytes = model%communicator%sum_real(bytes)
+      found%file_bytes = 0.0_wp
+      if (scene%output%hdf5) found%file_bytes = found%snapshot_bytes &
+                                                + topology*model%communicator%sum_real(1.0_wp*size(snapshot%id))
+      if (scene%output%tecplot) found%file_bytes = found%file_bytes + number_width/8.0_wp*found%snapshot_bytes
       largest = largest + 12.0_wp*size(snapshot%id) ! their order
       found%writing_bytes = model%communicator%sum_real(largest)
       found%library_bytes = model%communicator%ranks*library

@@ -1,7 +1,7 @@
 !> The last words of a run: what it cost, and what it is worth. The same stands in cost.dat.
 module m_closing_summary
    use m_kinds, only: wp, i8
-   use m_errors, only: error_t
+   use m_errors, only: error_t, fail
    use m_communicator, only: communicator_t
    use m_text, only: to_text, si, duration
    use m_timers, only: phase_contact
@@ -52,6 +52,7 @@ contains
       type(error_t), intent(inout) :: error
       type(cost_t) :: cost
       type(facts_t) :: facts
+      type(error_t) :: trouble
       character(len=cost_line_length), allocatable :: table(:)
       character(len=:), allocatable :: verdict, path
       integer :: l
@@ -73,7 +74,8 @@ contains
       cost%notes = facts%notes
       path = ''
       if (scene%output%present) path = scene%output%directory//'/cost.dat'
-      call write_cost_report(model%communicator, cost, path, table, error)
+      call write_cost_report(model%communicator, cost, path, table, trouble)
+      if (trouble%happened()) call fail(error, trouble%status, trouble%message) ! after a fault it is that which counts
       verdict = 'finished: '//scene%title
       if (course%stop_reason /= '') verdict = course%stop_reason
       if (error%happened()) verdict = 'stopped: '//error%message

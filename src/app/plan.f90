@@ -77,8 +77,8 @@ contains
          call console%line('memory     '//si(price%memory(), 'B')//' on all ranks together: particles '//si(price%stores, 'B')// &
                            ', node tiles '//si(price%tiles, 'B')//', copies and buffers of output '//si(price%buffers, 'B')// &
                            ', all else '//si(price%base, 'B'))
-         call console%line('output     '//to_text(nint(prospect%snapshots))//' snapshots of '//si(found%snapshot_bytes, 'B')// &
-                           ', '//to_text(nint(prospect%rows))//' rows of histories, '//to_text(price%output, 3)// &
+         call console%line('output     '//to_text(nint(prospect%snapshots, i8))//' snapshots of '//si(found%file_bytes, 'B')// &
+                           ', '//to_text(nint(prospect%rows, i8))//' rows of histories, '//to_text(price%output, 3)// &
                            ' s without the disk''s own time')
          if (prospect%rest > 0.0_wp) call console%line('at rest    '//to_text(100.0_wp*prospect%rest, 3)// &
                                                        ' % of the particle-steps')

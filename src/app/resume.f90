@@ -89,7 +89,7 @@ contains
       call before%checkpoint%close()
       if (error%happened()) return
       if (scene%end_time < model%time*(1.0_wp - 1.0e-12_wp)) then
-         call fail(error, exit_input, '&scene end_time='//to_text(scene%end_time)//': must be at least '//to_text(model%time)// &
+         call fail(error, exit_input, scene%place('end_time')//': must be at least '//to_text(model%time)// &
                    ' s, where the run stands in '//before%checkpoint%path)
          return
       end if

@@ -67,7 +67,6 @@ contains
       self%course%stop_reason = ''
       call self%communicator%start()
       call self%console%start(self%communicator)
-      call catch_signals()
       call known_materials(self%catalogue)
       call known_effects(self%catalogue)
       call read_run(self%communicator, self%catalogue, self%scene, before, self%error)
@@ -94,6 +93,7 @@ contains
          call print_plan(self%console, self%scene, self%model, self%guard%kept_bytes(self%model), self%error)
          return
       end if
+      call catch_signals() ! from here on there is something to keep
       if (.not. before%happened) then
          self%facts%particles = self%course%particles
          call self%balance%begin(self%model)

@@ -5,7 +5,7 @@ module m_filesystem
    implicit none
    private
    public :: make_directory, can_make_directory, is_directory, is_writable, rename_file, remove_file
-   public :: read_file, read_standard_input, sync_file, list_files, same_file
+   public :: read_file, read_standard_input, sync_file, list_files, same_file, system_reason
 
    integer(c_int), parameter :: may_search = 1, may_write = 2, permissions = 511 ! rwxrwxrwx, less the umask
    integer, parameter :: piece = 65536
@@ -99,6 +99,13 @@ module m_filesystem
          import :: c_int, c_ptr
          type(c_ptr), value :: stream
       end function c_fclose
+      type(c_ptr) function c_errno_location() bind(c, name='__errno_location')
+         import :: c_ptr
+      end function c_errno_location
+      type(c_ptr) function c_strerror(number) bind(c, name='strerror')
+         import :: c_ptr, c_int
+         integer(c_int), value :: number
+      end function c_strerror
    end interface
 
 contains
@@ -304,5 +311,21 @@ contains
       status = c_fclose(stream)
       text = buffer(:min(length, limit + 1))
    end subroutine read_stream
+
+   !> Why the last call of the C library has failed, in the system's words.
+   function system_reason() result(reason)
+      character(len=:), allocatable :: reason
+      integer(c_int), pointer :: number
+      character(kind=c_char), pointer :: letters(:)
+      type(c_ptr) :: text
+      integer :: i
+      call c_f_pointer(c_errno_location(), number)
+      text = c_strerror(number)
+      call c_f_pointer(text, letters, [c_strlen(text)])
+      allocate (character(len=size(letters)) :: reason)
+      do i = 1, size(letters)
+         reason(i:i) = letters(i)
+      end do
+   end function system_reason
 
 end module m_filesystem

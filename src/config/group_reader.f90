@@ -374,10 +374,17 @@ contains
       call self%check_count(found, 1, expected, good)
       if (.not. good) return
       text = trim(self%group%entries(found)%value_text(1))
-      good = self%group%entries(found)%values(1)%quoted .and. len(text) > 0 .and. len(text) <= longest
+      good = self%group%entries(found)%values(1)%quoted .and. len(text) > 0 .and. characters(text) <= longest
       if (good) value = text
       if (.not. good) call self%refuse(name, expected)
    end subroutine get_text
+
+   !> Characters of a text in UTF-8: bytes that do not go on with one.
+   pure integer function characters(text)
+      character(len=*), intent(in) :: text
+      integer :: i
+      characters = count([(ichar(text(i:i)) < 128 .or. ichar(text(i:i)) >= 192, i=1, len(text))])
+   end function characters
 
    !> A name, fit to be part of a file name; `value` comes in as the default.
    subroutine get_name(self, name, value, required)

@@ -54,6 +54,7 @@ contains
       integer :: count
       allocate (self%groups(0))
       call refuse_control_characters(text, error)
+      if (.not. error%happened()) call refuse_other_encodings(text, error)
       if (error%happened()) return
       cursor%text = text
       if (index(text, char(239)//char(187)//char(191)) == 1) cursor%at = 4 ! the byte order mark of some editors
@@ -93,6 +94,28 @@ contains
          return
       end do
    end subroutine refuse_control_characters
+
+   !> A scene is UTF-8: a byte above 127 begins a character of two to four bytes, and as many of 128 to 191 follow.
+   subroutine refuse_other_encodings(text, error)
+      character(len=*), intent(in) :: text
+      type(error_t), intent(inout) :: error
+      integer :: code, i, line, more
+      line = 1
+      more = 0
+      do i = 1, len(text)
+         code = ichar(text(i:i))
+         if (code == 10) line = line + 1
+         if (code >= 128 .and. code < 192 .and. more > 0) then
+            more = more - 1
+         else if (more > 0 .or. (code >= 128 .and. code < 194) .or. code > 244) then
+            exit
+         else if (code >= 194) then
+            more = merge(1, merge(2, 3, code < 240), code < 224)
+         end if
+      end do
+      if (i > len(text) .and. more == 0) return
+      call fail(error, exit_input, 'line '//to_text(line)//': a character is not UTF-8; save the scene as UTF-8')
+   end subroutine refuse_other_encodings
 
    !> The group that begins at the cursor.
    subroutine parse_group(cursor, group, error)
@@ -318,12 +341,15 @@ contains
    !> Whether the word at the cursor is the name of the next variable: an = comes behind it.
    logical function name_follows(cursor)
       type(cursor_t), intent(in) :: cursor
-      integer :: at
+      type(cursor_t) :: ahead
+      integer :: length
       name_follows = .false.
-      at = cursor%at + scan(cursor%text(cursor%at:), word_ends) - 1
-      if (at <= cursor%at) return
-      at = at + verify(cursor%text(at:), blanks) - 1
-      name_follows = cursor%text(at:at) == '='
+      length = scan(cursor%text(cursor%at:), word_ends) - 1
+      if (length <= 0) return
+      ahead = cursor
+      ahead%at = cursor%at + length
+      call ahead%skip()
+      name_follows = ahead%next() == '='
    end function name_follows
 
    !> Whether all characters are ASCII.

@@ -138,6 +138,13 @@ module m_scene
       real(wp) :: wall_limit = 0.0_wp    !< s of the clock on the wall after which the run ends; 0: none
    end type checkpoint_spec_t
 
+   !> How a sentence begins about a value that can only be judged when the model stands: `line 7, &body shape='sphere'`.
+   type, public :: place_t
+      character(len=:), allocatable :: variable !< `end_time`, `time_step`, `cell_size`, `body`
+      integer :: number = 1                     !< of the group, where there may be several
+      character(len=:), allocatable :: text
+   end type place_t
+
    !> A whole scene.
    type, public :: scene_t
       character(len=:), allocatable :: title
@@ -156,6 +163,27 @@ module m_scene
       type(level_spec_t), allocatable :: levels(:)  !< from coarse to fine
       type(probe_spec_t), allocatable :: probes(:)
       type(offer_slot_t), allocatable :: effects(:) !< in the order of the catalogue, then of the text
+      type(place_t), allocatable :: places(:)       !< in the text that it was read from
+   contains
+      procedure :: place
    end type scene_t
+
+contains
+
+   !> How a sentence about a variable (or the group of that name) begins; where the scene was not read, its name.
+   pure function place(self, variable, number) result(text)
+      class(scene_t), intent(in) :: self
+      character(len=*), intent(in) :: variable
+      integer, intent(in), optional :: number
+      character(len=:), allocatable :: text
+      integer :: wanted, n
+      text = variable
+      wanted = 1
+      if (present(number)) wanted = number
+      if (.not. allocated(self%places)) return
+      do n = 1, size(self%places)
+         if (self%places(n)%variable == variable .and. self%places(n)%number == wanted) text = self%places(n)%text
+      end do
+   end function place
 
 end module m_scene

@@ -19,6 +19,7 @@ module m_scene_groups
    integer, parameter :: longest_title = 200, longest_path = 1000
    real(wp), parameter :: largest_penetration_factor = 0.5_wp
    real(wp), parameter :: largest_friction = 10.0_wp
+   integer, parameter :: fewest_cells = 8**3 !< of a box that a criterion places: the smallest refines four cells along each axis
    integer, parameter :: most_retries = 20 ! a millionth of the time step
    real(wp), parameter :: berkovich_angle = 65.27_wp !< degrees between axis and face
    real(wp), parameter :: default_every_wall = 600.0_wp !< s
@@ -445,7 +446,7 @@ contains
       if (level%follow > 0 .and. level%criterion /= criterion_none) &
          call group%refuse('criterion', 'not together with follow; a level moves by one or the other')
       if (level%criterion == criterion_none .and. group%is_writing()) return
-      call group%get('max_cells', level%max_cells, least=1)
+      call group%get('max_cells', level%max_cells, least=fewest_cells)
       if (level%criterion == criterion_none .and. group%is_given('max_cells')) &
          call group%refuse('max_cells', 'only with criterion=''stress'' or ''strain''')
    end subroutine describe_level

@@ -6,7 +6,7 @@ module m_scene_reader
    use m_filesystem, only: read_standard_input, can_make_directory
    use m_namelist_text, only: namelist_text_t
    use m_offer, only: catalogue_t
-   use m_scene, only: scene_t
+   use m_scene, only: scene_t, place_t
    use m_scene_checks, only: check_scene
    use m_scene_groups, only: read_groups
    implicit none
@@ -55,9 +55,22 @@ contains
       end if
       if (.not. error%happened()) call read_groups(parsed, catalogue, scene, error)
       if (.not. error%happened()) call check_scene(parsed, scene, error)
+      if (.not. error%happened()) call note_places(parsed, scene)
       if (looks .and. .not. error%happened()) call check_directory(communicator, parsed, scene, error)
       call communicator%agree(error)
    end subroutine interpret_scene
+
+   !> Where in the text stands what only the model can judge.
+   subroutine note_places(parsed, scene)
+      type(namelist_text_t), intent(in) :: parsed
+      type(scene_t), intent(inout) :: scene
+      integer :: i
+      scene%places = [place_t('end_time', 1, parsed%place('scene', 1, 'end_time')), &
+                      place_t('cell_size', 1, parsed%place('grid', 1, 'cell_size')), &
+                      (place_t('body', i, parsed%place('body', i, 'shape')), i=1, size(scene%bodies))]
+      if (parsed%count_groups('time') > 0) &
+         scene%places = [scene%places, place_t('time_step', 1, parsed%place('time', 1, 'time_step'))]
+   end subroutine note_places
 
    !> The output can be written. Rank 0 looks; what it makes to see it removes.
    subroutine check_directory(communicator, parsed, scene, error)

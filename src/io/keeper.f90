@@ -18,6 +18,8 @@ module m_keeper
    !> What a rank asks of the run; the largest of all ranks counts.
    integer, parameter :: asks_checkpoint = 1, asks_end_limit = 2, asks_end_interrupt = 3, asks_end_terminate = 4
 
+   real(wp), parameter :: slow_disk = 1.0e8_wp !< bytes a second
+
    type :: keeper_t
       private
       type(checkpoint_spec_t) :: spec
@@ -30,7 +32,8 @@ module m_keeper
       integer :: made = 0                       !< so many multiples of `every` are behind
       integer :: row = phase_output             !< of the timers
       real(wp) :: began = 0.0_wp, last_wall = 0.0_wp !< s
-      real(wp) :: longest = 0.0_wp              !< a checkpoint has taken, s
+      real(wp) :: longest = 0.0_wp              !< a checkpoint has taken, s; before the first, what it may take
+      real(wp) :: asked_at = 0.0_wp, step = 0.0_wp !< when this rank was last asked, and the time between two such times, s
    contains
       procedure :: start
       procedure :: request
@@ -58,6 +61,8 @@ contains
       if (last /= '') self%last_step = model%step
       self%last_wall = wall_time()
       self%began = self%last_wall - elapsed
+      self%asked_at = self%last_wall
+      if (self%writes .and. self%spec%wall_limit > 0.0_wp) self%longest = model%communicator%sum_real(bytes_of(model))/slow_disk
       if (self%spec%every > 0.0_wp) self%made = int(model%time/self%spec%every*(1.0_wp + 1.0e-12_wp))
       if (self%spec%present) self%row = model%timers%row_of('checkpoint')
       if (.not. self%writes) return
@@ -69,7 +74,7 @@ contains
 
    !> What this rank asks for before a step.
    integer function request(self)
-      class(keeper_t), intent(in) :: self
+      class(keeper_t), intent(inout) :: self
       real(wp) :: now
       request = 0
       select case (signal_caught())
@@ -80,9 +85,21 @@ contains
       if (.not. self%root) return
       now = wall_time()
       if (self%spec%every_wall > 0.0_wp .and. now - self%last_wall >= self%spec%every_wall) request = max(request, asks_checkpoint)
-      if (self%spec%wall_limit > 0.0_wp .and. now - self%began + 2.0_wp*self%longest >= self%spec%wall_limit) &
+      self%step = max(now - self%asked_at, 0.9_wp*self%step) ! the longest, but one long ago counts less and less
+      self%asked_at = now
+      if (self%spec%wall_limit > 0.0_wp .and. now - self%began + 2.0_wp*(self%step + self%longest) >= self%spec%wall_limit) &
          request = max(request, asks_end_limit)
    end function request
+
+   !> What this rank's particles take in a checkpoint.
+   pure real(wp) function bytes_of(model)
+      type(model_t), intent(in) :: model
+      integer :: l
+      bytes_of = 0.0_wp
+      do l = 1, size(model%levels)
+         bytes_of = bytes_of + 8.0_wp*model%levels(l)%table%columns*model%levels(l)%particle_count()
+      end do
+   end function bytes_of
 
    !> Whether a checkpoint is to be written after this step.
    pure logical function is_due(self, model)

@@ -5,7 +5,7 @@ module m_part_file
    use m_constants, only: exit_files
    use m_errors, only: error_t, fail
    use m_communicator, only: communicator_t
-   use m_filesystem, only: rename_file, remove_file
+   use m_filesystem, only: rename_file, remove_file, system_reason
    use m_text, only: to_text
    implicit none
    private
@@ -91,7 +91,7 @@ contains
       character(len=:), allocatable :: reason
       descriptor = c_creat(part_name(path)//c_null_char, permissions)
       if (descriptor < 0) then
-         call fail(error, exit_files, 'cannot write '//path//': '//part_name(path)//' cannot be made')
+         call fail(error, exit_files, 'cannot write '//path//': '//system_reason())
          return
       end if
       status = c_reserve(descriptor, 0_c_long, int(max(1_i8, bytes), c_long))

@@ -3,7 +3,7 @@ module m_recorder
    use m_kinds, only: wp, i8
    use m_constants, only: exit_files
    use m_errors, only: error_t, fail
-   use m_filesystem, only: make_directory
+   use m_filesystem, only: make_directory, remove_file
    use m_communicator, only: communicator_t
    use m_text, only: to_text
    use m_scene, only: scene_t, boundary_symmetry
@@ -87,6 +87,7 @@ contains
          call make_directory(self%directory, ok)
          if (.not. ok) call fail(error, exit_files, 'cannot make the directory '//self%directory)
          if (ok) call write_case(self%directory//'/case.nml', scene, error)
+         call remove_file(self%directory//'/cost.dat', ok) ! of an earlier run; this one's is written at its end
       end if
       call model%communicator%agree(error)
       if (error%happened()) return
@@ -105,11 +106,11 @@ contains
       ok = .false.
       if (present(resumption)) ok = resumption%in_place
       if (ok) then
-         call self%particles_index%start(model%communicator, self%directory, 'particles', int(model%step))
-         call self%levels_index%start(model%communicator, self%directory, 'levels', int(model%step))
+         call self%particles_index%start(model%communicator, self%directory, 'particles', error, int(model%step))
+         call self%levels_index%start(model%communicator, self%directory, 'levels', error, int(model%step))
       else
-         call self%particles_index%start(model%communicator, self%directory, 'particles')
-         call self%levels_index%start(model%communicator, self%directory, 'levels')
+         call self%particles_index%start(model%communicator, self%directory, 'particles', error)
+         call self%levels_index%start(model%communicator, self%directory, 'levels', error)
       end if
    contains
       subroutine begin(history, name, header)

@@ -1,10 +1,11 @@
 !> Text files through the C library. The Fortran library reports success where a full disk has taken nothing (libgfortran 12: write,
 !> flush and close alike), so that files would be torn without a word; here every failure is an error.
 module m_text_file
-   use, intrinsic :: iso_c_binding, only: c_char, c_int, c_long, c_size_t, c_ptr, c_null_char, c_null_ptr, c_associated, c_f_pointer
+   use, intrinsic :: iso_c_binding, only: c_char, c_int, c_long, c_size_t, c_ptr, c_null_char, c_null_ptr, c_associated
    use m_kinds, only: i8
    use m_constants, only: exit_files
    use m_errors, only: error_t, fail
+   use m_filesystem, only: system_reason
    use m_part_file, only: part_name
    implicit none
    private
@@ -64,17 +65,6 @@ module m_text_file
          integer(c_int), value :: descriptor
          integer(c_long), value :: length
       end function c_ftruncate
-      type(c_ptr) function c_errno_location() bind(c, name='__errno_location')
-         import :: c_ptr
-      end function c_errno_location
-      type(c_ptr) function c_strerror(number) bind(c, name='strerror')
-         import :: c_ptr, c_int
-         integer(c_int), value :: number
-      end function c_strerror
-      integer(c_size_t) function c_strlen(text) bind(c, name='strlen')
-         import :: c_size_t, c_ptr
-         type(c_ptr), value :: text
-      end function c_strlen
    end interface
 
 contains
@@ -132,19 +122,7 @@ contains
    subroutine complain(self, error)
       class(text_file_t), intent(in) :: self
       type(error_t), intent(inout) :: error
-      integer(c_int), pointer :: number
-      character(kind=c_char), pointer :: letters(:)
-      character(len=:), allocatable :: reason
-      type(c_ptr) :: text
-      integer :: i
-      call c_f_pointer(c_errno_location(), number)
-      text = c_strerror(number)
-      call c_f_pointer(text, letters, [c_strlen(text)])
-      allocate (character(len=size(letters)) :: reason)
-      do i = 1, size(letters)
-         reason(i:i) = letters(i)
-      end do
-      call fail(error, exit_files, 'cannot write '//self%path//': '//reason)
+      call fail(error, exit_files, 'cannot write '//self%path//': '//system_reason())
    end subroutine complain
 
 end module m_text_file

@@ -31,7 +31,8 @@ contains
    end subroutine followed_box
 
    !> Collective: the sides, in nodes of the level `fine`, of the smallest box around the cells of the coarser level in which von
-   !> Mises stress (or strain) changes most, as many as the budget allows. `found` is false where nothing changes.
+   !> Mises stress (or strain) changes most, as many as the budget allows. `found` is false where nothing changes, and where the
+   !> budget does not allow the smallest box there.
    subroutine judged_box(communicator, levels, fine, materials, criterion, max_cells, found, low, high)
       type(communicator_t), intent(in) :: communicator
       type(level_t), intent(in) :: levels(:)
@@ -69,7 +70,15 @@ contains
          a = min(a, first(:, r))
          z = max(z, last(:, r))
          call box_around(levels, fine, a, z, tried_low, tried_high)
-         if (r > 1 .and. product(real(tried_high - tried_low, wp)) > max_cells) exit
+         if (product(real(tried_high - tried_low, wp)) > max_cells) then
+            if (r > 1) exit
+            a = maxloc(change) - 1 ! the first of the largest alone
+            call box_around(levels, fine, a, a, tried_low, tried_high)
+            found = .not. product(real(tried_high - tried_low, wp)) > max_cells
+            low = tried_low
+            high = tried_high
+            exit
+         end if
          low = tried_low
          high = tried_high
       end do

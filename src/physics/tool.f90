@@ -22,6 +22,7 @@ module m_tool
       procedure :: react
       procedure :: end_step
       procedure :: speed_at
+      procedure :: fastest
       procedure :: travel_between
       procedure :: mobility
       procedure :: gap_and_normal
@@ -86,6 +87,15 @@ contains
          speed_at = value_at(self%spec%times, self%spec%speeds, time)
       end if
    end function speed_at
+
+   !> Largest speed (m/s) that is given between two times (s), or that of now where loads push.
+   pure real(wp) function fastest(self, from, to)
+      class(tool_t), intent(in) :: self
+      real(wp), intent(in) :: from, to
+      fastest = max(abs(self%speed_at(from)), abs(self%speed_at(to)))
+      if (self%is_pushed()) return
+      fastest = max(fastest, maxval(abs(self%spec%speeds), mask=self%spec%times > from .and. self%spec%times < to))
+   end function fastest
 
    !> Distance (m) that the given speeds make between two times (s).
    pure real(wp) function travel_between(self, from, to) result(distance)

@@ -15,6 +15,7 @@ module m_forecast
    public :: rates_t, prospect_t, rates_of, look_ahead, contact_points, contact_steps, particle_rows, model_bytes
 
    integer, parameter :: halvings = 6       !< of one of them, to find when tools touch
+   real(wp), parameter :: many = 1.0e15_wp  !< snapshots: more are not counted
    integer, parameter, public :: parts = 20 !< of the time to come, each with its own number of contact points
 
    !> Wall-clock time that one step of the coarsest level takes, with all that it steps in it. The seconds of rows are means over
@@ -133,11 +134,13 @@ contains
       prospect%flight = follow_flight(scene, model)
       every = scene%output%history_every
       if (every <= 0.0_wp) every = scene%end_time/1000
-      prospect%rows = min(prospect%steps, 1 + (scene%end_time - model%time)/every)
+      prospect%rows = 0.0_wp
+      if (scene%output%present) prospect%rows = min(prospect%steps, 1 + (scene%end_time - model%time)/every)
       if (.not. scene%output%present .or. .not. (scene%output%hdf5 .or. scene%output%tecplot)) return
       prospect%snapshots = 1.0_wp
-      if (scene%output%every > 0.0_wp) prospect%snapshots = real(ceiling(scene%end_time/scene%output%every*(1.0_wp - 1.0e-9_wp)) &
-                                                                 - int(model%time/scene%output%every), wp)
+      if (scene%output%every > 0.0_wp) prospect%snapshots = min(prospect%steps, 0.0_wp &
+         + ceiling(scene%end_time/max(scene%output%every, scene%end_time/many)*(1.0_wp - 1.0e-9_wp), i8) &
+         - int(model%time/max(scene%output%every, scene%end_time/many), i8))
    end subroutine look_ahead
 
    !> Times that contact is solved in a step of the coarsest level.

@@ -34,6 +34,7 @@ module m_guard
       integer(i8) :: looked = 0           !< step of the last look at all fields
       logical :: clean = .true.           !< no energy to speak of had come from nowhere at that look
       integer :: attempt = 0              !< times that the present trouble has been met; 0: none
+      logical :: gave_up = .false.        !< the model stands as in the copy
       real(wp) :: until = 0.0_wp          !< time from which the given step is taken again, s
       integer, public :: retries = 0  !< of the run
       real(wp) :: last_retry = 0.0_wp     !< time of the last of them, s
@@ -279,6 +280,7 @@ contains
       if (self%attempt > 0) error%message = error%message//'; '//count_text(self%attempt)//' with steps down to 1/'// &
                                             to_text(2**self%attempt)//' did not get past it'
       call self%saved%give_back(model, balance)
+      self%gave_up = .true.
    end subroutine give_up
 
    !> True when the copy is of the model as it stands.
@@ -295,6 +297,8 @@ contains
       text = 'guard: no retries'
       if (self%retries > 0) text = 'guard: '//count_text(self%retries)//', the last at time '//si(self%last_retry, 's')// &
                                    ' (run.log has them all)'
+      if (self%gave_up) text = text//'; figures of this summary are of the last good state, step '//to_text(self%saved%step)// &
+                               ', time '//si(self%saved%time, 's')
    end function summary
 
    pure function count_text(retries) result(text)

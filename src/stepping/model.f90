@@ -136,10 +136,11 @@ contains
       type(error_t), intent(inout) :: error
       integer, allocatable :: counts(:), owner(:)
       integer :: e, l
-      call require_memory(self, sum(expected_count(scene%bodies, self%levels(1)%grid)), 0.0_wp, error)
+      call require_memory(self, scene%place('cell_size'), sum(expected_count(scene%bodies, self%levels(1)%grid)), 0.0_wp, error)
       if (error%happened()) return
-      call count_particles(self, scene, counts)
-      call require_memory(self, sum(real(max(counts, 0), wp)), real(count(counts >= 0), wp), error)
+      call count_particles(self, scene, counts, error)
+      if (error%happened()) return
+      call require_memory(self, scene%place('cell_size'), sum(real(max(counts, 0), wp)), real(count(counts >= 0), wp), error)
       if (error%happened()) return
       allocate (owner(size(counts)))
       call choose_owners(self%communicator, self%levels, work_of(self%levels, counts, self%steps_of_levels()), owner, error)
@@ -274,8 +275,9 @@ contains
    end subroutine declare_fields
 
    !> Collective: refuse what does not fit into the memory of the machines.
-   subroutine require_memory(self, particles, blocks, error)
+   subroutine require_memory(self, place, particles, blocks, error)
       class(model_t), intent(in) :: self
+      character(len=*), intent(in) :: place     !< how the sentence begins
       real(wp), intent(in) :: particles, blocks !< how many
       real(wp), parameter :: bytes_beside = 24.0_wp !< id, body and place in the lists of a particle
       real(wp), parameter :: tile_bytes = 2*8.0_wp*node_values*(tile_last + 1)**3 !< node sums of a block
@@ -283,29 +285,39 @@ contains
       real(wp) :: needed, free
       free = free_memory(self%communicator)
       needed = particles*(bytes_per_column*self%levels(1)%table%columns + bytes_beside) + blocks*tile_bytes
-      if (needed > free) call fail(error, exit_input, 'the scene makes about '//to_text(particles, 3)//' particles, which need '// &
-         si(needed, 'B')//' of memory; '//si(free, 'B')//' are free: take larger cells, fewer particles_per_cell or more machines')
+      if (needed > free) call fail(error, exit_input, place//': the scene makes about '//to_text(particles, 3)// &
+         ' particles, which need '//si(needed, 'B')//' of memory; '//si(free, 'B')// &
+         ' are free: take larger cells, fewer particles_per_cell or more machines')
    end subroutine require_memory
 
    !> Collective: particles of each block of each level by index, -1 where there are none; each rank counts a share of the blocks.
-   subroutine count_particles(self, scene, counts)
+   subroutine count_particles(self, scene, counts, error)
       class(model_t), intent(in) :: self
       type(scene_t), intent(in) :: scene
       integer, allocatable, intent(out) :: counts(:)
-      integer :: before, body, index, l
+      type(error_t), intent(inout) :: error !< a body that holds none
+      integer(i8) :: of_body(size(scene%bodies))
+      integer :: before, body, found, index, l
+      of_body = 0
       allocate (counts(blocks_before(self%levels, size(self%levels) + 1)), source=0)
       do l = 1, size(self%levels)
          before = blocks_before(self%levels, l)
          do index = 1 + self%communicator%rank, product(self%levels(l)%grid%blocks), self%communicator%ranks
             do body = 1, size(scene%bodies)
-               counts(before + index) = counts(before + index) &
-                  + count_in_block(self%levels, l, self%levels(l)%grid%block_place(index), scene%bodies(body))
+               found = count_in_block(self%levels, l, self%levels(l)%grid%block_place(index), scene%bodies(body))
+               counts(before + index) = counts(before + index) + found
+               of_body(body) = of_body(body) + found
             end do
          end do
       end do
       call MPI_Allreduce(MPI_IN_PLACE, counts, size(counts), MPI_INTEGER, MPI_SUM, self%communicator%comm)
       where (counts == 0) counts = -1
       call add_parents(self%levels, counts)
+      do body = 1, size(of_body)
+         of_body(body) = self%communicator%sum_count(of_body(body))
+         if (of_body(body) == 0) call fail(error, exit_input, scene%place('body', body)// &
+            ': the body holds no particle: the centre of none lies in it; allowed: a larger body, or a smaller cell_size')
+      end do
    end subroutine count_particles
 
    !> Where blocks (values of at least 0) hold slaves their parents are needed too: those that are missing get 0, no particles or

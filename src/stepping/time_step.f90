@@ -22,22 +22,22 @@ contains
       real(wp) :: speed
       integer :: e, t
       speed = model%bounds%particle_speed
-      do t = 1, size(scene%tools)
-         if (allocated(scene%tools(t)%speeds)) speed = max(speed, maxval(abs(scene%tools(t)%speeds)))
+      do t = 1, size(model%contact%tools)
+         speed = max(speed, model%contact%tools(t)%fastest(model%time, scene%end_time))
       end do
       call allow(safety_limit(scene)*model%stepped_cell()/(model%wave_speed() + speed), &
                  to_text(safety_limit(scene))//' cells over the speed of sound plus that of the fastest particle or tool')
       do e = 1, size(model%effects)
          call allow(model%effects(e)%effect%longest_step(), 'the longest that '//model%effects(e)%effect%group_text()//' allows')
       end do
-      if (scene%end_time > most_steps*longest_step(scene, model, model%time)) call fail(error, exit_input, '&scene end_time='// &
-          to_text(scene%end_time)//': would take more than '//to_text(most_steps)//' steps of '// &
+      if (scene%end_time > most_steps*longest_step(scene, model, model%time)) &
+         call fail(error, exit_input, scene%place('end_time')//': would take more than '//to_text(most_steps)//' steps of '// &
           to_text(longest_step(scene, model, model%time))//' s')
    contains
       subroutine allow(limit, reason)
          real(wp), intent(in) :: limit !< s
          character(len=*), intent(in) :: reason
-         if (scene%time%time_step > limit) call fail(error, exit_input, '&time time_step='//to_text(scene%time%time_step)// &
+         if (scene%time%time_step > limit) call fail(error, exit_input, scene%place('time_step')// &
              ': must be at most '//to_text(limit)//' s, '//reason)
       end subroutine allow
    end subroutine check_time_step

@@ -19,10 +19,11 @@ tools = {"sphere": ("radius=1.0e-05", lambda e, d: 4 / 3 * e * math.sqrt(10e-6) 
          "flat": ("radius=2.0E-06", lambda e, d: 2 * 2e-6 * e * d)}
 
 
-def dat(path, columns, rows):
+def dat(path, columns, rows, note='model="part"'):
     names = " ".join(f'"{name}"' for name in columns)
     path.write_text(f'TITLE = "fabricated"\nVARIABLES = {names}\n'
-                    'ZONE T="history", STRANDID=1, SOLUTIONTIME=0\nAUXDATA model="part"\n'
+                    'ZONE T="history", STRANDID=1, SOLUTIONTIME=0\n'
+                    f'AUXDATA {note}\n'
                     + "".join(" ".join(f"{value:.10e}" for value in row) + "\n" for row in rows))
 
 
@@ -49,7 +50,8 @@ def main():
     load = share * load_of(modulus, np.maximum(depth - gap, 0))
     area = share * math.pi * 10e-6 * np.maximum(depth - gap, 0)
     dat(directory / "tool_tip.dat", ["time [s]", "depth [m]", "load_x [N]", "load_y [N]", "load_z [N]", "contact_area [m2]",
-                                     "max_gap_violation [m]"], np.c_[time, depth, 0 * load, 0 * load, load, area, 0 * load])
+                                     "max_gap_violation [m]"], np.c_[time, depth, 0 * load, 0 * load, load, area, 0 * load],
+        f'model_share="{share}"')
     work = np.cumsum(np.r_[0, np.diff(depth) * load[1:]])
     dat(directory / "energy.dat", ["time [s]", "kinetic [J]", "strain [J]", "plastic [J]", "external_work [J]", "balance_error [1]",
                                    "momentum_z [kg m/s]", "mass [kg]"],

@@ -43,7 +43,7 @@ grep -q '^steps      2 of' run_1.log || fail 'the plan of two steps says another
 { head_of 0.05; echo "$block / &time time_step=1e-30 /"; } >steps.nml
 refused 'steps without number' 'end_time=0.05: would take more than 1e15 steps' steps.nml
 { head_of 0.05; echo "$block / &time time_step=2e-4 / &tool shape='flat', radius=0.2, tip=0.5,0.5,0.6, times=0,1, speeds=0,3000 /"; } >fast.nml
-refused 'a tool too fast for the given step' '&time time_step=0.0002: must be at most' fast.nml
+refused 'a tool too fast for the given step' '&time time_step=2e-4: must be at most' fast.nml
 
 { head_of 0.05; echo "$block / &tool shape='flat', radius=0.2, tip=0.5,0.5,0.9, times=0,1e-6, speeds=0,3000 /"; } >jump.nml
 status=0
