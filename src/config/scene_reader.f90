@@ -65,11 +65,23 @@ contains
       type(namelist_text_t), intent(in) :: parsed
       type(scene_t), intent(inout) :: scene
       integer :: i
-      scene%places = [place_t('end_time', 1, parsed%place('scene', 1, 'end_time')), &
-                      place_t('cell_size', 1, parsed%place('grid', 1, 'cell_size')), &
-                      (place_t('body', i, parsed%place('body', i, 'shape')), i=1, size(scene%bodies))]
-      if (parsed%count_groups('time') > 0) &
-         scene%places = [scene%places, place_t('time_step', 1, parsed%place('time', 1, 'time_step'))]
+      allocate (scene%places(3 + size(scene%bodies)))
+      call note(scene%places(1), 'scene', 'end_time', 1, 'end_time')
+      call note(scene%places(2), 'grid', 'cell_size', 1, 'cell_size')
+      call note(scene%places(3), 'time', 'time_step', 1, 'time_step')
+      do i = 1, size(scene%bodies)
+         call note(scene%places(3 + i), 'body', 'shape', i, 'body')
+      end do
+   contains
+      subroutine note(place, group, variable, number, name)
+         type(place_t), intent(inout) :: place
+         character(len=*), intent(in) :: group, variable, name
+         integer, intent(in) :: number
+         place%variable = name
+         place%number = number
+         place%text = '&'//group//' '//variable
+         if (parsed%count_groups(group) >= number) place%text = parsed%place(group, number, variable)
+      end subroutine note
    end subroutine note_places
 
    !> The output can be written. Rank 0 looks; what it makes to see it removes.
