@@ -39,6 +39,7 @@ module m_calibration
    real(wp), parameter :: enough = 1.0_wp      !< s of steps are timed, if they are not more than
    real(wp), parameter :: library = 5.0e6_wp   !< bytes of HDF5 with MPI's files, a rank, when a file is written (performance.md)
    real(wp), parameter :: topology = 17.0_wp   !< bytes a particle of what makes points of particles in an HDF5 snapshot
+   real(wp), parameter :: names = 65536.0_wp   !< bytes of names, attributes and groups in it
    real(wp), parameter :: number_width = 25.0_wp !< characters of a number in a Tecplot file
    real(wp), parameter :: few = 20.0_wp        !< contact points do not tell what each takes
    real(wp), parameter :: little = 1.0e-6_wp   !< cells
@@ -181,7 +182,7 @@ contains
       if (scene%output%tecplot) found%rates%snapshot = found%rates%snapshot + model%communicator%maximum(value*bytes/8.0_wp)
       found%snapshot_bytes = model%communicator%sum_real(bytes)
       found%file_bytes = 0.0_wp
-      if (scene%output%hdf5) found%file_bytes = found%snapshot_bytes &
+      if (scene%output%hdf5) found%file_bytes = names + found%snapshot_bytes &
                                                 + topology*model%communicator%sum_real(1.0_wp*size(snapshot%id))
       if (scene%output%tecplot) found%file_bytes = found%file_bytes + number_width/8.0_wp*found%snapshot_bytes
       largest = largest + 12.0_wp*size(snapshot%id) ! their order

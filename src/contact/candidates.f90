@@ -55,6 +55,7 @@ module m_candidates
 
    real(wp), parameter :: fastest = maxval(safety_allowed) !< no contact point comes nearer by more cells in a step
    real(wp), parameter :: margin = 0.05_wp        !< candidates come in this far before they touch, in particle edges
+   real(wp), parameter :: flattening = 0.15_wp    !< up to which forces act at the face of a fixed domain (eq. contact-face)
    real(wp), parameter :: touching = 1.0e-4_wp    !< a smaller gap is none, in particle edges
    real(wp), parameter :: recovery = 0.01_wp      !< overlap is taken back by at most this much a step, in particle edges
 
@@ -204,7 +205,7 @@ contains
          c%block = number(1)
          c%particle = p
          c%tool = number(4)
-         to_face = 0.5_wp*edge
+         to_face = 0.5_wp*edge*min(1.0_wp, thickness/edge + flattening)
          if (at%domain > 0 .or. at%half_sizes) to_face = level%to_face(column(p, :), c%normal)
          position = position - to_face*c%normal
          call set_cell(c, level%grid, block%place, bin_place(number(3)), (position - block%origin)*level%grid%per_cell)

@@ -62,7 +62,8 @@ contains
       self%last_wall = wall_time()
       self%began = self%last_wall - elapsed
       self%asked_at = self%last_wall
-      if (self%writes .and. self%spec%wall_limit > 0.0_wp) self%longest = model%communicator%sum_real(bytes_of(model))/slow_disk
+      if (self%writes .and. self%spec%wall_limit > 0.0_wp) &
+         self%longest = 0.5_wp*model%communicator%sum_real(bytes_of(model))/slow_disk ! twice this is kept free
       if (self%spec%every > 0.0_wp) self%made = int(model%time/self%spec%every*(1.0_wp + 1.0e-12_wp))
       if (self%spec%present) self%row = model%timers%row_of('checkpoint')
       if (.not. self%writes) return
