@@ -71,6 +71,7 @@ contains
       call known_effects(self%catalogue)
       call read_run(self%communicator, self%catalogue, self%scene, before, self%error)
       if (self%error%happened()) return
+      if (.not. self%scene%plans) call catch_signals() ! a plan has nothing to keep
       call self%model%build(self%communicator, self%scene, self%error, empty=before%happened)
       if (self%error%happened()) return
       if (before%happened) then
@@ -93,7 +94,6 @@ contains
          call print_plan(self%console, self%scene, self%model, self%guard%kept_bytes(self%model), self%error)
          return
       end if
-      call catch_signals() ! from here on there is something to keep
       if (.not. before%happened) then
          self%facts%particles = self%course%particles
          call self%balance%begin(self%model)

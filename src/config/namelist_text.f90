@@ -104,7 +104,6 @@ contains
       more = 0
       do i = 1, len(text)
          code = ichar(text(i:i))
-         if (code == 10) line = line + 1
          if (code >= 128 .and. code < 192 .and. more > 0) then
             more = more - 1
          else if (more > 0 .or. (code >= 128 .and. code < 194) .or. code > 244) then
@@ -112,6 +111,7 @@ contains
          else if (code >= 194) then
             more = merge(1, merge(2, 3, code < 240), code < 224)
          end if
+         if (code == 10) line = line + 1
       end do
       if (i > len(text) .and. more == 0) return
       call fail(error, exit_input, 'line '//to_text(line)//': a character is not UTF-8; save the scene as UTF-8')
@@ -340,16 +340,18 @@ contains
 
    !> Whether the word at the cursor is the name of the next variable: an = comes behind it.
    logical function name_follows(cursor)
-      type(cursor_t), intent(in) :: cursor
-      type(cursor_t) :: ahead
-      integer :: length
+      type(cursor_t), intent(inout) :: cursor !< as it was on return
+      integer :: at, length, line
       name_follows = .false.
       length = scan(cursor%text(cursor%at:), word_ends) - 1
       if (length <= 0) return
-      ahead = cursor
-      ahead%at = cursor%at + length
-      call ahead%skip()
-      name_follows = ahead%next() == '='
+      at = cursor%at
+      line = cursor%line
+      cursor%at = at + length
+      call cursor%skip()
+      name_follows = cursor%next() == '='
+      cursor%at = at
+      cursor%line = line
    end function name_follows
 
    !> Whether all characters are ASCII.

@@ -33,6 +33,7 @@ module m_keeper
       integer :: row = phase_output             !< of the timers
       real(wp) :: began = 0.0_wp, last_wall = 0.0_wp !< s
       real(wp) :: longest = 0.0_wp              !< a checkpoint has taken, s; before the first, what it may take
+      logical :: measured = .false.             !< it is no guess
       real(wp) :: asked_at = 0.0_wp, step = 0.0_wp !< when this rank was last asked, and the time between two such times, s
    contains
       procedure :: start
@@ -177,8 +178,11 @@ contains
       self%last = path
       self%last_step = model%step
       if (self%spec%every > 0.0_wp) self%made = int(model%time/self%spec%every*(1.0_wp + 1.0e-12_wp))
+      if (.not. self%measured) self%longest = 0.0_wp ! that was a guess
+      self%measured = .true.
       self%longest = max(self%longest, wall_time() - self%last_wall)
       self%last_wall = wall_time()
+      self%asked_at = self%last_wall
       call forget_checkpoint_signal()
    end subroutine write_one
 

@@ -87,7 +87,7 @@ contains
          call make_directory(self%directory, ok)
          if (.not. ok) call fail(error, exit_files, 'cannot make the directory '//self%directory)
          if (ok) call write_case(self%directory//'/case.nml', scene, error)
-         call remove_file(self%directory//'/cost.dat', ok) ! of an earlier run; this one's is written at its end
+         if (.not. present(resumption)) call remove_file(self%directory//'/cost.dat', ok) ! of an earlier run
       end if
       call model%communicator%agree(error)
       if (error%happened()) return

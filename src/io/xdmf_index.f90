@@ -5,7 +5,6 @@ module m_xdmf_index
    use m_communicator, only: communicator_t
    use m_part_file, only: publish_part
    use m_text_file, only: text_file_t
-   use m_filesystem, only: remove_file
    use m_text, only: to_text
    implicit none
    private
@@ -31,25 +30,22 @@ module m_xdmf_index
 contains
 
    !> Begin the index `<directory>/<name>.xdmf`. With `resume_step` the entries of an index that is there are kept as far as that
-   !> step (a run that goes on from a checkpoint); without it, or if the old index cannot be read, the index begins empty, and what
-   !> an earlier run left under its name goes.
+   !> step (a run that goes on from a checkpoint); without it, or if the old index cannot be read, the index begins empty. One
+   !> that is there is written anew at once: nobody is to take an older run's snapshots for this one's.
    subroutine start(self, communicator, directory, name, error, resume_step)
       class(xdmf_index_t), intent(out) :: self
       type(communicator_t), intent(in) :: communicator
       character(len=*), intent(in) :: directory, name
       type(error_t), intent(inout) :: error
       integer, intent(in), optional :: resume_step
-      logical :: ignored
+      logical :: there
       self%name = name
       self%path = directory//'/'//name//'.xdmf'
       allocate (self%entries(0))
       if (communicator%is_root() .and. .not. error%happened()) then
          if (present(resume_step)) call keep_entries(self, resume_step)
-         if (size(self%entries) > 0) then
-            call write_index(self, error)
-         else
-            call remove_file(self%path, ignored)
-         end if
+         inquire (file=self%path, exist=there)
+         if (there) call write_index(self, error)
       end if
       call communicator%agree(error)
    end subroutine start

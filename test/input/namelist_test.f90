@@ -310,12 +310,12 @@ contains
       call go_round(before//'&time subcycle=F /'//box//'/'//inner//' follow="ball"/', scene)
       call test%check(.not. scene%time%subcycle, 'levels: no subcycles')
       call test%check_equal(scene%levels(2)%follow, 2, 'levels: the tool that one follows')
-      call go_round(before//'&time subcycle=TRUE /'//box//' criterion="stress" max_cells=512/'// &
+      call go_round(before//'&time subcycle=TRUE /'//box//' criterion="stress" max_cells=2000/'// &
                     inner//' criterion="strain"/', scene)
       call test%check(scene%time%subcycle, 'levels: subcycles')
       call test%check(scene%levels(1)%criterion == criterion_stress .and. scene%levels(2)%criterion == criterion_strain, &
                       'levels: criteria')
-      call test%check_equal(scene%levels(1)%max_cells, 512, 'levels: cells')
+      call test%check_equal(scene%levels(1)%max_cells, 2000, 'levels: cells')
       call test%check_equal(scene%levels(2)%max_cells, 1000000, 'levels: cells by default')
    end subroutine test_levels
 
