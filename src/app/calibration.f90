@@ -14,6 +14,8 @@ module m_calibration
    use m_energy, only: balance_t
    use m_forecast, only: rates_t, prospect_t, rates_of, look_ahead, contact_points, contact_steps, particle_rows
    use m_snapshot, only: snapshot_t
+   use m_hdf5_snapshot, only: hdf5_snapshot_bytes
+   use m_tecplot_snapshot, only: tecplot_snapshot_bytes
    use m_probe, only: probe_t, choose_particle, read_probe
    use m_particle_snapshot, only: take_snapshot
    implicit none
@@ -38,9 +40,6 @@ module m_calibration
 
    real(wp), parameter :: enough = 1.0_wp      !< s of steps are timed, if they are not more than
    real(wp), parameter :: library = 5.0e6_wp   !< bytes of HDF5 with MPI's files, a rank, when a file is written (performance.md)
-   real(wp), parameter :: topology = 17.0_wp   !< bytes a particle of what makes points of particles in an HDF5 snapshot
-   real(wp), parameter :: names = 65536.0_wp   !< bytes of names, attributes and groups in it
-   real(wp), parameter :: number_width = 25.0_wp !< characters of a number in a Tecplot file
    real(wp), parameter :: few = 20.0_wp        !< contact points do not tell what each takes
    real(wp), parameter :: little = 1.0e-6_wp   !< cells
    real(wp), parameter :: more = 1.5_wp        !< times as many contact points tell what each takes
@@ -182,9 +181,8 @@ contains
       if (scene%output%tecplot) found%rates%snapshot = found%rates%snapshot + model%communicator%maximum(value*bytes/8.0_wp)
       found%snapshot_bytes = model%communicator%sum_real(bytes)
       found%file_bytes = 0.0_wp
-      if (scene%output%hdf5) found%file_bytes = names + found%snapshot_bytes &
-                                                + topology*model%communicator%sum_real(1.0_wp*size(snapshot%id))
-      if (scene%output%tecplot) found%file_bytes = found%file_bytes + number_width/8.0_wp*found%snapshot_bytes
+      if (scene%output%hdf5) found%file_bytes = hdf5_snapshot_bytes(snapshot)
+      if (scene%output%tecplot) found%file_bytes = found%file_bytes + tecplot_snapshot_bytes(snapshot)
       largest = largest + 12.0_wp*size(snapshot%id) ! their order
       found%writing_bytes = model%communicator%sum_real(largest)
       found%library_bytes = model%communicator%ranks*library

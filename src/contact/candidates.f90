@@ -205,8 +205,11 @@ contains
          c%block = number(1)
          c%particle = p
          c%tool = number(4)
-         to_face = 0.5_wp*edge*min(1.0_wp, thickness/edge + flattening)
-         if (at%domain > 0 .or. at%half_sizes) to_face = level%to_face(column(p, :), c%normal)
+         if (at%domain > 0 .or. at%half_sizes) then
+            to_face = level%to_face(column(p, :), c%normal)
+         else
+            to_face = 0.5_wp*edge*min(1.0_wp, thickness/edge + flattening)
+         end if
          position = position - to_face*c%normal
          call set_cell(c, level%grid, block%place, bin_place(number(3)), (position - block%origin)*level%grid%per_cell)
          if (c%gap + time_step*(normal_speed(level, c) - dot_product(c%normal, tool%velocity())) > margin*edge) return

@@ -25,7 +25,7 @@ module m_checkpoint
    use m_checkpoint_file, only: checkpoint_name, checkpoint_format, seal_checkpoint, seal_length, find_checkpoint
    implicit none
    private
-   public :: write_checkpoint, run_facts_t
+   public :: write_checkpoint, particle_bytes, run_facts_t
 
    !> What a run knows besides its model and its balance.
    type :: run_facts_t
@@ -95,9 +95,15 @@ contains
    integer(i8) function bytes_of(model, blocks) result(bytes)
       type(model_t), intent(in) :: model
       type(block_table_t), intent(in) :: blocks
-      bytes = 8_i8*(blocks%particles*(model%levels(1)%table%columns + own_columns) &
-                    + (table_width + bounds_width)*size(blocks%table, 2))
+      bytes = particle_bytes(model, blocks%particles) + 8_i8*(table_width + bounds_width)*size(blocks%table, 2)
    end function bytes_of
+
+   !> Bytes of so many particles in a checkpoint.
+   pure integer(i8) function particle_bytes(model, particles)
+      type(model_t), intent(in) :: model
+      integer(i8), intent(in) :: particles
+      particle_bytes = 8_i8*particles*(model%levels(1)%table%columns + own_columns)
+   end function particle_bytes
 
    !> Collective: open the newest whole checkpoint of a directory.
    subroutine open_checkpoint(self, communicator, directory, error)

@@ -16,7 +16,7 @@ module m_hdf5_file
 
    integer, parameter :: rows_of_real = 1, rows_of_long = 2, rows_of_byte = 3 !< number types of a table: double, int64, uint8
 
-   integer(i8), parameter :: own_bytes = 65536_i8 ! more than HDF5 takes for itself: names, attributes, groups
+   integer(i8), parameter, public :: own_bytes = 65536_i8 ! more than HDF5 takes for itself: names, attributes, groups
 
    !> A file being written. It stands as `<path>.part` until `finish`.
    type, public :: hdf5_file_t

@@ -6,11 +6,11 @@ module m_hdf5_snapshot
    use m_kinds, only: wp, i8
    use m_errors, only: error_t
    use m_communicator, only: communicator_t
-   use m_hdf5_file, only: hdf5_file_t, rows_of_real, rows_of_long, rows_of_byte
+   use m_hdf5_file, only: hdf5_file_t, rows_of_real, rows_of_long, rows_of_byte, own_bytes
    use m_snapshot, only: snapshot_t, snapshot_field_t, file_layout_t, snapshot_file_name
    implicit none
    private
-   public :: write_hdf5_snapshot
+   public :: write_hdf5_snapshot, hdf5_snapshot_bytes
 
    integer(int8), parameter :: vertex_cell = 1_int8 ! VTK_VERTEX
    character(len=*), parameter :: top = '/VTKHDF', pure_number = '1' ! the unit of what has none
@@ -43,6 +43,12 @@ contains
       end do
       call file%finish(error)
    end subroutine write_hdf5_snapshot
+
+   !> Bytes of the file, about.
+   pure integer(i8) function hdf5_snapshot_bytes(snapshot) result(bytes)
+      type(snapshot_t), intent(in) :: snapshot
+      bytes = own_bytes + table_bytes(snapshot)
+   end function hdf5_snapshot_bytes
 
    !> Bytes of all tables: coordinates, id, fields; connectivity, offset and type of the cells. Levels are few.
    pure integer(i8) function table_bytes(snapshot)

@@ -9,7 +9,7 @@ module m_keeper
    use m_model, only: model_t
    use m_energy, only: balance_t
    use m_recorder, only: recorder_t
-   use m_checkpoint, only: write_checkpoint, run_facts_t
+   use m_checkpoint, only: write_checkpoint, particle_bytes, run_facts_t
    use m_checkpoint_file, only: remove_checkpoints, remove_parts
    implicit none
    private
@@ -18,7 +18,7 @@ module m_keeper
    !> What a rank asks of the run; the largest of all ranks counts.
    integer, parameter :: asks_checkpoint = 1, asks_end_limit = 2, asks_end_interrupt = 3, asks_end_terminate = 4
 
-   real(wp), parameter :: slow_disk = 1.0e8_wp !< bytes a second
+   real(wp), parameter :: slow_disk = 1.0e8_wp !< bytes a second: what no checkpoint has been timed for is taken to need
 
    type :: keeper_t
       private
@@ -64,7 +64,8 @@ contains
       self%began = self%last_wall - elapsed
       self%asked_at = self%last_wall
       if (self%writes .and. self%spec%wall_limit > 0.0_wp) &
-         self%longest = 0.5_wp*model%communicator%sum_real(bytes_of(model))/slow_disk ! twice this is kept free
+         self%longest = 0.5_wp*particle_bytes(model, model%communicator%sum_count(model%particle_count()))/slow_disk ! half, for
+                                                                                            ! twice the longest is kept free
       if (self%spec%every > 0.0_wp) self%made = int(model%time/self%spec%every*(1.0_wp + 1.0e-12_wp))
       if (self%spec%present) self%row = model%timers%row_of('checkpoint')
       if (.not. self%writes) return
@@ -92,16 +93,6 @@ contains
       if (self%spec%wall_limit > 0.0_wp .and. now - self%began + 2.0_wp*(self%step + self%longest) >= self%spec%wall_limit) &
          request = max(request, asks_end_limit)
    end function request
-
-   !> What this rank's particles take in a checkpoint.
-   pure real(wp) function bytes_of(model)
-      type(model_t), intent(in) :: model
-      integer :: l
-      bytes_of = 0.0_wp
-      do l = 1, size(model%levels)
-         bytes_of = bytes_of + 8.0_wp*model%levels(l)%table%columns*model%levels(l)%particle_count()
-      end do
-   end function bytes_of
 
    !> Whether a checkpoint is to be written after this step.
    pure logical function is_due(self, model)

@@ -11,7 +11,7 @@ module m_tecplot_snapshot
    use m_text, only: to_text, exact_text
    implicit none
    private
-   public :: write_tecplot_snapshot, quoted
+   public :: write_tecplot_snapshot, tecplot_snapshot_bytes, quoted
 
    integer, parameter :: width = 25            ! characters of a value, the end of its line counted
    integer, parameter :: chunk = 65536         ! values that a rank holds as text at a time
@@ -48,10 +48,7 @@ contains
       path = directory//'/'//snapshot_file_name(snapshot%step, 'dat')
       header = header_text(snapshot)
       particles = zone_particles(snapshot)
-      bytes = len(header, i8) + blocks(snapshot)*width*snapshot%n_total
-      do z = 1, size(particles)
-         bytes = bytes + len(zone_text(snapshot, z, particles(z)), i8)
-      end do
+      bytes = tecplot_snapshot_bytes(snapshot)
       call begin_shared_part(communicator, path, bytes, error)
       if (error%happened()) return
       call open_table(table, communicator, path, error)
@@ -70,6 +67,18 @@ contains
       end if
       call finish_shared_part(communicator, path, bytes, error)
    end subroutine write_tecplot_snapshot
+
+   !> Bytes of the file.
+   integer(i8) function tecplot_snapshot_bytes(snapshot) result(bytes)
+      type(snapshot_t), intent(in) :: snapshot
+      integer(i8), allocatable :: particles(:)
+      integer :: z
+      particles = zone_particles(snapshot)
+      bytes = len(header_text(snapshot), i8) + blocks(snapshot)*width*snapshot%n_total
+      do z = 1, size(particles)
+         bytes = bytes + len(zone_text(snapshot, z, particles(z)), i8)
+      end do
+   end function tecplot_snapshot_bytes
 
    !> Text that may stand between the quotes of a Tecplot record.
    pure function quoted(text) result(safe)

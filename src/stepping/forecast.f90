@@ -138,9 +138,10 @@ contains
       if (scene%output%present) prospect%rows = min(prospect%steps, 1 + (scene%end_time - model%time)/every)
       if (.not. scene%output%present .or. .not. (scene%output%hdf5 .or. scene%output%tecplot)) return
       prospect%snapshots = 1.0_wp
-      if (scene%output%every > 0.0_wp) prospect%snapshots = min(prospect%steps, 0.0_wp &
-         + ceiling(scene%end_time/max(scene%output%every, scene%end_time/many)*(1.0_wp - 1.0e-9_wp), i8) &
-         - int(model%time/max(scene%output%every, scene%end_time/many), i8))
+      if (.not. scene%output%every > 0.0_wp) return
+      every = max(scene%output%every, scene%end_time/many)
+      prospect%snapshots = min(prospect%steps, real(ceiling(scene%end_time/every*(1.0_wp - 1.0e-9_wp), i8) &
+                                                    - int(model%time/every, i8), wp))
    end subroutine look_ahead
 
    !> Times that contact is solved in a step of the coarsest level.

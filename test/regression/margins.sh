@@ -51,6 +51,29 @@ status=0
 [ $status -eq 3 ] && grep -q 'the tool tool1 moves by more than 0.4 cells in a step; try a smaller step or slower speeds' jump.log ||
    { cat jump.log; fail "a tool whose speed jumps within a step: status $status"; }
 
+# a given step is judged by what tools do within the scene, those that loads push included
+{ head_of 1e-3; echo "$block / &time time_step=2e-4 / &tool shape='flat', radius=0.2, tip=0.5,0.5,0.6, times=0,0.5,1, speeds=0,0,3000 /"; } >late.nml
+run_scene 1 late.nml || { tail -n 3 run_1.log; fail 'a tool that is too fast after the end of the scene is no fault'; }
+{ head_of 0.05; echo "$block / &time time_step=2e-4 /"; echo "&tool shape='flat', radius=0.2, tip=0.5,0.5,0.6, times=0, loads=0, mass=1, initial_speed=3000 /"; } >pushed.nml
+refused 'a pushed tool too fast for the given step' 'line 4, &time time_step=2e-4: must be at most' pushed.nml
+
+# a body that no particle's centre lies in
+{ head_of 0.01; echo "$block /"; echo "&body material='m', shape='sphere', center=0.5,0.5,0.75, radius=0.02 /"; } >ghost.nml
+refused 'a body without particles' "line 5, &body shape='sphere': the body holds no particle" ghost.nml
+
+# what an older run left is not taken for the new one's, also where that ends by a fault: its index, its cost.dat
+{ head_of 1e-3; echo "$block, velocity=0,0,1 / &output directory='used', every=5e-4 /"; } >older.nml
+run_scene 1 older.nml || fail 'a run with snapshots'
+grep -q 'particles_.*h5' used/particles.xdmf || fail 'the index of a run with snapshots names none'
+sed "s:&output.*:\&output directory='used', formats='none' /:" jump.nml >newer.nml
+echo "&output directory='used', formats='none' /" >>newer.nml
+status=0
+"$GIMP3D" <newer.nml >newer.log 2>&1 || status=$?
+[ $status -eq 3 ] || { cat newer.log; fail "a fault in a used directory: status $status"; }
+! grep -q 'particles_.*h5' used/particles.xdmf || fail 'the index still names snapshots of the older run'
+grep -q '^finished\|SOLUTIONTIME=0.001' used/cost.dat && fail 'cost.dat is still that of the older run'
+grep -q 'figures of this summary are of the last good state' newer.log || fail 'the summary does not say of which state it is'
+
 # sentences name the line
 { head_of 0.01; echo "$block /"; echo "&pressure lower=0.3,0.3,0.9, upper=0.5,0.5,0.9, times=0, values=1 /"; } >patch.nml
 refused 'a patch beside all bodies' 'line 5, &pressure: 0 m2' patch.nml

@@ -39,7 +39,7 @@ for ranks in (1, 2):
     same(f"{ranks} ranks: after USR1, TERM and INT", "straight", directory)
 
 # mpirun hands SIGUSR1 on at once, SIGTERM after so many seconds, after as many more it kills; its status is its own
-os.environ["OMPI_MCA_odls_base_sigkill_timeout"] = "5"
+os.environ["OMPI_MCA_odls_base_sigkill_timeout"] = "10"
 process = start(2, scene(PLASTIC, "launcher", end=20, every=0, history=1))
 wait_for(lambda: Path("launcher", "energy.dat.part").exists(), process)
 time.sleep(0.3)

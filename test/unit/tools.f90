@@ -271,16 +271,23 @@ contains
       call test%check(above < 1.0e-13_wp, trim(names(shape_number))//': the gap is convex')
    end subroutine convexity
 
+   !> Its tip at the origin, pointing down.
+   function upright_tool(shape_number) result(tool)
+      integer, intent(in) :: shape_number
+      type(tool_t) :: tool
+      tool = some_tool(shape_number)
+      tool%spec%axis = [0.0_wp, 0.0_wp, -1.0_wp]
+      tool%spec%tip = 0.0_wp
+      tool = make_tool(tool%spec)
+   end function upright_tool
+
    !> On the axis, at the tip, at the centre: a unit normal and the right gap, and no division by zero.
    subroutine special_places()
       type(tool_t) :: tool
       real(wp) :: gap, normal(3)
       integer :: k
       do k = 1, size(shapes)
-         tool = some_tool(k)
-         tool%spec%axis = [0.0_wp, 0.0_wp, -1.0_wp]
-         tool%spec%tip = 0.0_wp
-         tool = make_tool(tool%spec)
+         tool = upright_tool(k)
          call tool%gap_and_normal([0.0_wp, 0.0_wp, -0.3_wp], gap, normal)
          call test%check_close([gap, normal], [0.3_wp, 0.0_wp, 0.0_wp, -1.0_wp], 1.0e-14_wp, trim(names(k))//': below the tip')
          call tool%gap_and_normal([0.0_wp, 0.0_wp, 0.0_wp], gap, normal)
@@ -298,10 +305,7 @@ contains
       real(wp) :: gap, normal(3), place(3), bent
       integer :: k
       do k = 1, size(shapes)
-         tool = some_tool(k)
-         tool%spec%axis = [0.0_wp, 0.0_wp, -1.0_wp]
-         tool%spec%tip = 0.0_wp
-         tool = make_tool(tool%spec)
+         tool = upright_tool(k)
          place = 0.3_wp*(tool%shape%edge + cross(tool%spec%axis, tool%shape%edge)) ! away from ridges
          call tool%gap_and_normal(place, gap, normal)
          if (shapes(k) /= tool_flat) place = place - gap*normal ! on the surface
