@@ -40,7 +40,7 @@ for ranks in (1, 2):
 
 # mpirun hands SIGUSR1 on at once, SIGTERM after so many seconds, after as many more it kills; its status is its own
 os.environ["OMPI_MCA_odls_base_sigkill_timeout"] = "10"
-process = start(2, scene(PLASTIC, "launcher", end=20, every=0, history=1))
+process = start(2, scene(PLASTIC, "launcher", end=2000, every=0, history=1))
 wait_for(lambda: Path("launcher", "energy.dat.part").exists(), process)
 time.sleep(0.3)
 process.send_signal(signal.SIGUSR1)
