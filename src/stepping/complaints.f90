@@ -2,7 +2,7 @@
 module m_complaints
    use mpi_f08
    use m_kinds, only: wp
-   use m_constants, only: exit_numerical
+   use m_constants, only: block_size, exit_numerical
    use m_errors, only: error_t, fail
    use m_text, only: to_text
    use m_deform, only: all_finite
@@ -26,14 +26,15 @@ contains
       type(model_t), intent(in) :: model
       integer, intent(in) :: l, b
       type(error_t), intent(inout) :: error
-      real(wp) :: position(3)
+      real(wp) :: position(3), place(3) !< m; cells from the block's first node
       integer :: m, p
       associate (level => model%levels(l), block => model%levels(l)%blocks(b), x => model%levels(l)%layout%position)
          do m = 1, block%leaver_count
             p = block%leavers(m)
             position = block%particles%column(p, x:x + 2)
-            if (all(abs(position - block%origin) <= 16.0_wp*level%grid%cell)) then
-               if (all(abs((position - block%origin)*level%grid%per_cell - 3.5_wp) <= 11.5_wp)) cycle
+            if (all(abs(position - block%origin) <= 2*block_size*level%grid%cell)) then ! what follows cannot overflow
+               place = (position - block%origin)*level%grid%per_cell
+               if (all(abs(place - 0.5_wp*(block_size - 1)) <= 1.5_wp*block_size - 0.5_wp)) cycle
             end if
             if (.not. all(abs(position) <= huge(1.0_wp))) then
                call fail(error, exit_numerical, particle_text(model, l, b, p)//' has a position that is not a number'//unstable, &
