@@ -9,11 +9,12 @@ module m_candidates
    use m_level, only: level_t
    use m_block, only: block_t
    use m_cell_list, only: bins
-   use m_split, only: longest
+   use m_split, only: longest, fitted_edges
    use m_materials, only: materials_t
    use m_grid_level, only: grid_level_t
    use m_locate, only: find_bounds
-   use m_stencil, only: bin_place, hat_weights
+   use m_stencil, only: bin_place
+   use m_face_weights, only: face_weights_t, find_face, find_cube_face, weigh_point, weigh_face
    implicit none
    private
    public :: candidate_t, candidates_t, first_inside, touches, normal_speed, point_velocity, fastest, recovery
@@ -21,11 +22,10 @@ module m_candidates
    !> A particle that would end the step inside a tool, or within a margin of it.
    type :: candidate_t
       integer :: block = 0, particle = 0, tool = 0
-      integer :: corner(3) = 0            !< lowest node of the cell that holds its contact point, in the block, from 0
-      real(wp) :: weight(0:1, 3) = 0.0_wp !< of its contact point on the nodes of that cell, by axis
-      real(wp) :: normal(3) = 0.0_wp      !< outward from the tool
-      real(wp) :: facing(3) = 0.0_wp      !< the same, mirrored where the contact point has been folded back at a symmetry plane
-      real(wp) :: mirror(3) = 1.0_wp      !< -1 for the components in which the two differ
+      type(face_weights_t) :: face        !< where its force acts: nodes and their weights
+      real(wp) :: normal(3) = 0.0_wp !< outward from the tool
+      real(wp) :: facing(3) = 0.0_wp !< the same, mirrored where the contact point has been folded back at a symmetry plane
+      real(wp) :: mirror(3) = 1.0_wp !< -1 for the components in which the two differ
       real(wp) :: gap = 0.0_wp   !< of its contact point now, m
       real(wp) :: area = 0.0_wp  !< m2
       real(wp) :: mass = 1.0_wp  !< kg
@@ -182,7 +182,7 @@ contains
       integer, intent(in) :: number(4) !< of the block, the particle, the bin and the tool
       real(wp), intent(inout) :: overlap
       type(candidate_t) :: c
-      real(wp) :: area, edge, thickness, to_face, position(3)
+      real(wp) :: area, edge, thickness, to_face, span(3, 3), position(3)
       integer :: m, p
       p = number(2)
       associate (block => level%blocks(number(1)), column => level%blocks(number(1))%particles%column, at => level%layout)
@@ -206,12 +206,15 @@ contains
          c%particle = p
          c%tool = number(4)
          if (at%domain > 0 .or. at%half_sizes) then
-            to_face = level%to_face(column(p, :), c%normal)
+            associate (r => fitted_edges(column(p, :), at, level%grid%cell))
+               call find_face(r, c%normal, level%grid%cell, norm2(matmul(c%normal, r)), to_face, span)
+            end associate
          else
             to_face = 0.5_wp*edge*min(1.0_wp, thickness/edge + flattening)
+            call find_cube_face(0.5_wp*edge, c%normal, level%grid%cell, to_face, span)
          end if
-         position = position - to_face*c%normal
-         call set_cell(c, level%grid, block%place, bin_place(number(3)), (position - block%origin)*level%grid%per_cell)
+         call set_face(c, level%grid, block%place, bin_place(number(3)), at%domain > 0, &
+                       (position - to_face*c%normal - block%origin)*level%grid%per_cell, span*level%grid%per_cell)
          if (c%gap + time_step*(normal_speed(level, c) - dot_product(c%normal, tool%velocity())) > margin*edge) return
          c%area = area
          c%mass = column(p, at%mass)
@@ -298,63 +301,60 @@ contains
       end do
    end function near_tool
 
-   !> The cell around a contact point and the hat functions of its nodes there. The traction acts at the contact point, on the
-   !> face of the particle: its nodes are those of a point there, not of the particle's volume. A uniform pressure then makes a
-   !> uniform stress, wherever the surface stands in its cell (theory.md, eq. contact-nodes). A point beyond a symmetry plane is
-   !> the mirror image of one inside, with the mirrored normal.
-   pure subroutine set_cell(c, grid, block, node, place)
+   !> The nodes of a contact point and their weights. The traction acts on the face of the particle, not in its volume: a uniform
+   !> pressure then makes a uniform stress, wherever the surface stands in its cell (theory.md, eqs contact-nodes, face-mean). A
+   !> point beyond a symmetry plane is the mirror image of one inside, with the mirrored normal, and no face reaches beyond the plane.
+   pure subroutine set_face(c, grid, block, node, turns, place, span)
       type(candidate_t), intent(inout) :: c
       type(grid_level_t), intent(in) :: grid
-      integer, intent(in) :: block(3)  !< place of the block
-      integer, intent(in) :: node(3)   !< in the middle of the particle's bin, from 0
-      real(wp), intent(in) :: place(3) !< of the contact point, in cells from the block's first node
-      real(wp) :: folded(3), beyond
+      integer, intent(in) :: block(3)    !< place of the block
+      integer, intent(in) :: node(3)     !< in the middle of the particle's bin, from 0
+      logical, intent(in) :: turns       !< the domain's edges do
+      real(wp), intent(in) :: place(3)   !< of the contact point, in cells from the block's first node
+      real(wp), intent(in) :: span(3, 3) !< of the face around it, cells
+      real(wp) :: folded(3), halves(3, 3), beyond, reach
       integer :: axis, side
       folded = place
+      halves = span
       do axis = 1, 3
          do side = 1, 2
             if (grid%boundary(side, axis) /= boundary_symmetry) cycle
             beyond = place(axis) + block_size*block(axis) - merge(0, grid%cells(axis), side == 1)
+            reach = sum(abs(span(axis, :)))
+            if (reach > abs(beyond)) halves(axis, :) = span(axis, :)*abs(beyond)/reach
             if (merge(beyond >= 0.0_wp, beyond <= 0.0_wp, side == 1)) cycle
             folded(axis) = place(axis) - 2.0_wp*beyond
             c%mirror(axis) = -1.0_wp
          end do
       end do
       c%facing = c%mirror*c%normal
-      call hat_weights(node, folded, c%corner, c%weight)
-   end subroutine set_cell
+      if (all(halves <= 0.0_wp .and. halves >= 0.0_wp)) then
+         call weigh_point(c%face, node, folded)
+      else
+         call weigh_face(c%face, node, folded, halves, turns)
+      end if
+   end subroutine set_face
 
    !> Speed along the normal that a contact point gets from the solved nodes, m/s.
    pure real(wp) function normal_speed(level, c) result(speed)
       type(level_t), intent(in) :: level
       type(candidate_t), intent(in) :: c
-      real(wp) :: weight
-      integer :: i, j, k
-      speed = 0.0_wp
-      do k = 0, 1
-         do j = 0, 1
-            do i = 0, 1
-               weight = c%weight(i, 1)*c%weight(j, 2)*c%weight(k, 3)
-               speed = speed + weight*dot_product(c%facing, level%solved(2:4, c%corner(1) + 1 + i, c%corner(2) + 1 + j, &
-                                                                         c%corner(3) + 1 + k, c%block))
-            end do
-         end do
-      end do
+      speed = dot_product(c%normal, point_velocity(level, c))
    end function normal_speed
 
    !> Velocity (m/s) that a contact point gets from the solved nodes, as the tool sees it.
    pure function point_velocity(level, c) result(velocity)
       type(level_t), intent(in) :: level
       type(candidate_t), intent(in) :: c
-      real(wp) :: velocity(3), weight
+      real(wp) :: velocity(3)
       integer :: i, j, k
       velocity = 0.0_wp
-      do k = 0, 1
-         do j = 0, 1
-            do i = 0, 1
-               weight = c%weight(i, 1)*c%weight(j, 2)*c%weight(k, 3)
-               velocity = velocity + weight*level%solved(2:4, c%corner(1) + 1 + i, c%corner(2) + 1 + j, &
-                                                         c%corner(3) + 1 + k, c%block)
+      do k = 0, c%face%last
+         do j = 0, c%face%last
+            do i = 0, c%face%last
+               associate (at => c%face%corner + 1 + [i, j, k])
+                  velocity = velocity + c%face%weight(i, j, k)*level%solved(2:4, at(1), at(2), at(3), c%block)
+               end associate
             end do
          end do
       end do

@@ -1,23 +1,29 @@
-!> Rows of a contact problem by the cell that holds their contact points: the rows of a cell share its eight nodes, which the two
-!> halves of a product load once for all of them.
+!> Rows of a contact problem by the nodes that they share: those of the cell around a contact point, or of the bin of a particle whose
+!> whole face counts (theory.md, eq. face-mean). The two halves of a product load them once for all of their rows.
 module m_cell_rows
    use m_kinds, only: wp
    implicit none
    private
-   public :: cell_rows_t, cell_nodes, width
+   public :: cell_rows_t, cell_nodes, bin_nodes, width
 
    integer, parameter :: cell_nodes = 8 !< nodes of the cell around a contact point
+   integer, parameter :: bin_nodes = 27 !< nodes around a particle's bin
    integer, parameter :: width = 4      !< three components and a spare one: one vector register
    integer, parameter :: at_once = 64   !< rows whose lanes wait to be added up
 
-   type :: cell_rows_t
-      private
+   !> Rows with the same number of nodes, those of a cell (or bin) together.
+   type :: grouped_rows_t
       integer :: rows = 0, cells = 0
       integer, allocatable :: first(:)         !< (cells + 1): first place of each cell
-      integer, allocatable :: node(:, :)       !< (8, cells)
+      integer, allocatable :: node(:, :)       !< (nodes, cells)
       integer, allocatable :: row(:)           !< (places): the row
-      real(wp), allocatable :: weight(:, :)    !< (8, places)
+      real(wp), allocatable :: weight(:, :)    !< (nodes, places)
       real(wp), allocatable :: direction(:, :) !< (4, places)
+   end type grouped_rows_t
+
+   type :: cell_rows_t
+      private
+      type(grouped_rows_t) :: of_cells, of_bins
    contains
       procedure, public :: sort
       procedure, public :: spread
@@ -27,56 +33,71 @@ module m_cell_rows
 contains
 
    !> Take the rows of a problem, in any order.
-   pure subroutine sort(self, nodes, node, weight, direction)
+   pure subroutine sort(self, nodes, first, node, weight, direction)
       class(cell_rows_t), intent(inout) :: self
       integer, intent(in) :: nodes             !< how many there are
-      integer, intent(in) :: node(:, :)        !< (8, rows)
-      real(wp), intent(in) :: weight(:, :)     !< (8, rows): of the contact point on its nodes
+      integer, intent(in) :: first(:)          !< (rows + 1): of the entries of each row, as many as a cell or a bin has nodes
+      integer, intent(in) :: node(:)           !< (entries)
+      real(wp), intent(in) :: weight(:)        !< (entries): of the contact point on its nodes
       real(wp), intent(in) :: direction(:, :)  !< (4, rows): in which a force acts; the last is 0
+      call group(self%of_cells, cell_nodes, nodes, first, node, weight, direction)
+      call group(self%of_bins, bin_nodes, nodes, first, node, weight, direction)
+   end subroutine sort
+
+   !> Take the rows with so many nodes.
+   pure subroutine group(self, each, nodes, first, node, weight, direction)
+      type(grouped_rows_t), intent(inout) :: self
+      integer, intent(in) :: each, nodes, first(:), node(:)
+      real(wp), intent(in) :: weight(:), direction(:, :)
       integer :: next(nodes + 1), at, c
-      self%rows = size(node, 2)
+      self%rows = count(first(2:) - first(:size(first) - 1) == each)
       self%cells = 0
       if (allocated(self%row)) then
          if (size(self%row) < self%rows) deallocate (self%first, self%node, self%row, self%weight, self%direction)
       end if
       if (.not. allocated(self%row)) then
          at = self%rows + self%rows/2 + 1
-         allocate (self%first(at + 1), self%node(cell_nodes, at), self%row(at), self%weight(cell_nodes, at), &
-                   self%direction(width, at))
+         allocate (self%first(at + 1), self%node(each, at), self%row(at), self%weight(each, at), self%direction(width, at))
       end if
       next = 0
-      do c = 1, self%rows
-         next(node(1, c) + 1) = next(node(1, c) + 1) + 1
+      do c = 1, size(first) - 1
+         if (first(c + 1) - first(c) == each) next(node(first(c)) + 1) = next(node(first(c)) + 1) + 1
       end do
       next(1) = 1
       do c = 2, nodes
          next(c) = next(c) + next(c - 1)
       end do
-      do c = 1, self%rows
-         at = next(node(1, c))
-         next(node(1, c)) = at + 1
+      do c = 1, size(first) - 1
+         if (first(c + 1) - first(c) /= each) cycle
+         at = next(node(first(c)))
+         next(node(first(c))) = at + 1
          self%row(at) = c
       end do
       do at = 1, self%rows
          c = self%row(at)
-         self%weight(:, at) = weight(:, c)
+         self%weight(:, at) = weight(first(c):first(c + 1) - 1)
          self%direction(:, at) = direction(:, c)
          if (at > 1) then ! beside a symmetry plane, cells that differ can begin with one node
-            if (all(node(:, c) == self%node(:, self%cells))) cycle
+            if (all(node(first(c):first(c + 1) - 1) == self%node(:, self%cells))) cycle
          end if
          self%cells = self%cells + 1
          self%first(self%cells) = at
-         self%node(:, self%cells) = node(:, c)
+         self%node(:, self%cells) = node(first(c):first(c + 1) - 1)
       end do
       self%first(self%cells + 1) = self%rows + 1
-   end subroutine sort
+   end subroutine group
 
    !> Add the rows' forces to those of the nodes.
    pure subroutine spread(self, push, force)
       class(cell_rows_t), intent(in) :: self
       real(wp), intent(in), contiguous :: push(:)        !< (rows), N
       real(wp), intent(inout), contiguous :: force(:, :) !< (4, nodes), N
-      call spread_cells(self%cells, self%first, self%node, self%weight, self%direction, push(self%row(:self%rows)), force)
+      associate (it => self%of_cells)
+         call spread_cells(it%cells, it%first, it%node, it%weight, it%direction, push(it%row(:it%rows)), force)
+      end associate
+      associate (it => self%of_bins)
+         call spread_bins(it%cells, it%first, it%node, it%weight, it%direction, push(it%row(:it%rows)), force)
+      end associate
    end subroutine spread
 
    !> The nodes' velocities at the rows' contact points, along their directions.
@@ -84,7 +105,12 @@ contains
       class(cell_rows_t), intent(in) :: self
       real(wp), intent(in), contiguous :: velocity(:, :) !< (4, nodes), m/s
       real(wp), intent(inout), contiguous :: along(:)    !< (rows), m/s
-      call collect_cells(self%cells, self%first, self%node, self%row, self%weight, self%direction, velocity, along)
+      associate (it => self%of_cells)
+         call collect_cells(it%cells, it%first, it%node, it%row, it%weight, it%direction, velocity, along)
+      end associate
+      associate (it => self%of_bins)
+         call collect_bins(it%cells, it%first, it%node, it%row, it%weight, it%direction, velocity, along)
+      end associate
    end subroutine collect
 
    !> One lane a component; a cell's eight nodes in registers over its rows.
@@ -160,5 +186,47 @@ contains
          end do
       end do
    end subroutine collect_cells
+
+   !> The same as spread_cells, for bins.
+   pure subroutine spread_bins(bins, first, node, weight, direction, push, force)
+      integer, intent(in) :: bins, first(bins + 1), node(bin_nodes, bins)
+      real(wp), intent(in) :: weight(bin_nodes, *), direction(width, *), push(*)
+      real(wp), intent(inout) :: force(width, *)
+      real(wp) :: sums(width, bin_nodes)
+      integer :: c, g, n
+      do g = 1, bins
+         sums = 0.0_wp
+         do c = first(g), first(g + 1) - 1
+            do n = 1, bin_nodes
+               sums(:, n) = sums(:, n) + weight(n, c)*(push(c)*direction(:width, c))
+            end do
+         end do
+         do n = 1, bin_nodes
+            force(:width, node(n, g)) = force(:width, node(n, g)) + sums(:, n)
+         end do
+      end do
+   end subroutine spread_bins
+
+   !> The same as collect_cells, for bins.
+   pure subroutine collect_bins(bins, first, node, row, weight, direction, velocity, along)
+      integer, intent(in) :: bins, first(bins + 1), node(bin_nodes, bins), row(*)
+      real(wp), intent(in) :: weight(bin_nodes, *), direction(width, *), velocity(width, *)
+      real(wp), intent(inout) :: along(*)
+      real(wp) :: at(width, bin_nodes), v(width)
+      integer :: c, g, n
+      do g = 1, bins
+         do n = 1, bin_nodes
+            at(:, n) = velocity(:width, node(n, g))
+         end do
+         do c = first(g), first(g + 1) - 1
+            v = 0.0_wp
+            do n = 1, bin_nodes
+               v = v + weight(n, c)*at(:, n)
+            end do
+            v = v*direction(:width, c)
+            along(row(c)) = v(1) + v(2) + v(3)
+         end do
+      end do
+   end subroutine collect_bins
 
 end module m_cell_rows

@@ -15,7 +15,7 @@ module m_contact
    use m_contact_complaints, only: check_nodes, candidate_text
    use m_candidates, only: candidate_t, candidates_t, touches, normal_speed, point_velocity, fastest, recovery
    use m_friction, only: friction_t
-   use m_contact_system, only: contact_system_t, nodal_forces_t, cell_nodes
+   use m_contact_system, only: contact_system_t, nodal_forces_t
    use m_petsc_solver, only: petsc_solver_t
    implicit none
    private
@@ -150,8 +150,9 @@ contains
       integer, intent(in) :: neighbours(:)
       real(wp), intent(in) :: time_step
       real(wp) :: compliance(self%candidates%count + 2*self%candidates%rubbing)
-      integer :: c, place(3, cell_nodes), t
-      real(wp) :: weight(cell_nodes)
+      integer :: c, t
+      integer, allocatable :: place(:, :)
+      real(wp), allocatable :: weight(:)
       associate (list => self%candidates%list(:self%candidates%count))
          call self%system%begin(communicator, level%grid%cells, [(self%tools(t)%mobility(time_step), t=1, size(self%tools))])
          do c = 1, size(list)
@@ -179,24 +180,27 @@ contains
       call self%system%pair_scales(self%candidates%count + 1)
    end subroutine assemble
 
-   !> Nodes of a candidate in the grid and the weights of its contact point on them.
+   !> Nodes of a candidate in the grid and their weights.
    pure subroutine nodes_of(level, c, place, weight)
       type(level_t), intent(in) :: level
       type(candidate_t), intent(in) :: c
-      integer, intent(out) :: place(3, cell_nodes)
-      real(wp), intent(out) :: weight(cell_nodes)
+      integer, allocatable, intent(out) :: place(:, :) !< (3, 8 or 27)
+      real(wp), allocatable, intent(out) :: weight(:)
       integer :: i, j, k, s, at(3)
       logical :: held(3)
-      s = 0
-      do k = 0, 1
-         do j = 0, 1
-            do i = 0, 1
-               s = s + 1
-               call image_node(level, c, [i, j, k], place(:, s), at, held)
-               weight(s) = c%weight(i, 1)*c%weight(j, 2)*c%weight(k, 3)
+      associate (last => c%face%last)
+         weight = reshape(c%face%weight(:last, :last, :last), [(last + 1)**3])
+         allocate (place(3, size(weight)))
+         s = 0
+         do k = 0, last
+            do j = 0, last
+               do i = 0, last
+                  s = s + 1
+                  call image_node(level, c, [i, j, k], place(:, s), at, held)
+               end do
             end do
          end do
-      end do
+      end associate
    end subroutine nodes_of
 
    !> Mobilities of the nodes of a candidate, which has a row of the system.
@@ -209,15 +213,17 @@ contains
       integer :: i, j, k, s, place(3), at(3)
       real(wp) :: mass
       logical :: held(3)
-      s = 0
-      do k = 0, 1
-         do j = 0, 1
-            do i = 0, 1
-               s = s + 1
+      s = system%begins(row)
+      do k = 0, c%face%last
+         do j = 0, c%face%last
+            do i = 0, c%face%last
                call image_node(level, c, [i, j, k], place, at, held)
                mass = level%solved(1, at(1), at(2), at(3), c%block)
-               system%mobility(:, system%node(s, row)) = 0.0_wp
-               if (mass > 0.0_wp) system%mobility(:3, system%node(s, row)) = merge(0.0_wp, time_step/mass, held)
+               associate (mobility => system%mobility(:, system%node(s)))
+                  mobility = 0.0_wp
+                  if (mass > 0.0_wp) mobility(:3) = merge(0.0_wp, time_step/mass, held)
+               end associate
+               s = s + 1
             end do
          end do
       end do
@@ -234,7 +240,7 @@ contains
       logical, intent(out) :: held(3)
       integer :: place(3)
       logical :: turned(3)
-      place = block_size*level%blocks(c%block)%place + c%corner + offset
+      place = block_size*level%blocks(c%block)%place + c%face%corner + offset
       call held_components(level%grid, place, held, turned, image)
       at = image - block_size*level%blocks(c%block)%place + 1
    end subroutine image_node

@@ -55,9 +55,7 @@ contains
       do c = 1, candidates%count
          associate (it => candidates%list(c))
             if (.not. it%force > 0.0_wp) cycle
-            associate (node => block_size*level%blocks(it%block)%place + it%corner)
-               if (level%region%is_inner(node) .and. level%region%is_inner(node + 1)) cycle
-            end associate
+            if (acts_inside(level, it)) cycle
             call fail(error, exit_numerical, 'the tool '//tools(it%tool)%spec%name//' presses on particle '// &
                       to_text(level%blocks(it%block)%particles%id(it%particle))//' at the edge of level '// &
                       to_text(level%number)//'; '//allowed_text(level))
@@ -65,6 +63,23 @@ contains
          end associate
       end do
    end subroutine check_nodes
+
+   !> All nodes that a candidate's force acts on are unknowns of the level.
+   pure logical function acts_inside(level, it)
+      type(level_t), intent(in) :: level
+      type(candidate_t), intent(in) :: it
+      integer :: i, j, k
+      acts_inside = .true.
+      associate (node => block_size*level%blocks(it%block)%place + it%face%corner)
+         do k = 0, it%face%last
+            do j = 0, it%face%last
+               do i = 0, it%face%last
+                  if (it%face%weight(i, j, k) > 0.0_wp) acts_inside = acts_inside .and. level%region%is_inner(node + [i, j, k])
+               end do
+            end do
+         end do
+      end associate
+   end function acts_inside
 
    !> Who is at a tool, when, where and on which level, for a sentence.
    function candidate_text(it, tools, level, time) result(text)

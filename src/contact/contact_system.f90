@@ -6,10 +6,10 @@ module m_contact_system
    use m_kinds, only: wp, i8
    use m_communicator, only: communicator_t
    use m_petsc_operator, only: petsc_operator_t
-   use m_cell_rows, only: cell_rows_t, cell_nodes, width
+   use m_cell_rows, only: cell_rows_t, width
    implicit none
    private
-   public :: contact_system_t, nodal_forces_t, cell_nodes
+   public :: contact_system_t, nodal_forces_t
 
    !> Nodes that this rank's rows touch and that rows of another rank touch too.
    type :: shared_nodes_t
@@ -34,9 +34,10 @@ module m_contact_system
       logical :: gives_way = .false.             !< some tool does
       integer(i8) :: products = 0                !< times the operator was applied, over the run
       integer :: extent(3) = 0                   !< nodes of the grid along each axis, from -1 on
-      integer, allocatable :: place(:, :, :)     !< (3, 8, rows): node in the grid, from -1
-      integer, allocatable :: node(:, :)         !< (8, rows): the same, local number
-      real(wp), allocatable :: weight(:, :)      !< (8, rows): of the contact point on its nodes
+      integer, allocatable :: begins(:)          !< (rows + 1): of the entries of each row, its nodes
+      integer, allocatable :: place(:, :)        !< (3, entries): node in the grid, from -1
+      integer, allocatable :: node(:)            !< (entries): the same, local number
+      real(wp), allocatable :: weight(:)         !< (entries): of the contact point on the node
       real(wp), allocatable :: direction(:, :)   !< (4, rows): in which a force acts; the last is 0
       type(cell_rows_t) :: normal_rows, friction_rows !< as products take them
       integer, allocatable :: tool(:)            !< (rows)
@@ -61,6 +62,7 @@ module m_contact_system
       procedure :: place_of
       procedure :: set_scale
       procedure :: pair_scales
+      procedure, private :: make_room
       procedure, private :: spread
       procedure, private :: share
       procedure, private :: collect
@@ -81,41 +83,58 @@ contains
       self%tool_mobility = tool_mobility
       self%tool_push = 0.0_wp*tool_mobility
       self%gives_way = any(tool_mobility > 0.0_wp)
-      if (.not. allocated(self%place)) allocate (self%place(3, cell_nodes, 64), self%weight(cell_nodes, 64), &
-                                                   self%direction(width, 64), self%tool(64), self%along(64))
+      if (.not. allocated(self%place)) allocate (self%place(3, 512), self%weight(512), self%begins(65), &
+                                                 self%direction(width, 64), self%tool(64), self%along(64))
+      self%begins(1) = 1
    end subroutine begin
 
    !> Add a row: the nodes of its contact point in the grid, their weights, the direction in which its force acts; the tool that
    !> the force acts on in turn, and what of it is along the tool's axis.
    subroutine add_row(self, place, weight, direction, tool, along)
       class(contact_system_t), intent(inout) :: self
-      integer, intent(in) :: place(3, cell_nodes), tool
-      real(wp), intent(in) :: weight(cell_nodes), direction(3), along
-      integer, allocatable :: more_places(:, :, :), more_tools(:)
-      real(wp), allocatable :: more_weights(:, :), more_directions(:, :), more_along(:)
+      integer, intent(in) :: place(:, :), tool !< (3, nodes), as many as rows of cells or bins have
+      real(wp), intent(in) :: weight(:), direction(3), along
+      integer :: last, n
+      n = self%rows + 1
+      last = self%begins(n) + size(weight) - 1
+      call self%make_room(n, last)
+      self%rows = n
+      self%begins(n + 1) = last + 1
+      self%place(:, self%begins(n):last) = place
+      self%weight(self%begins(n):last) = weight
+      self%direction(:, n) = [direction, 0.0_wp]
+      self%tool(n) = tool
+      self%along(n) = along
+   end subroutine add_row
+
+   !> Room for so many rows and entries.
+   subroutine make_room(self, rows, entries)
+      class(contact_system_t), intent(inout) :: self
+      integer, intent(in) :: rows, entries
+      integer, allocatable :: more_places(:, :), more_begins(:), more_tools(:)
+      real(wp), allocatable :: more_weights(:), more_directions(:, :), more_along(:)
       integer :: n
-      n = self%rows
-      if (n == size(self%place, 3)) then
-         allocate (more_places(3, cell_nodes, 2*n), more_weights(cell_nodes, 2*n), more_directions(width, 2*n), &
-                   more_tools(2*n), more_along(2*n))
-         more_places(:, :, :n) = self%place
-         more_weights(:, :n) = self%weight
+      n = size(self%weight)
+      if (entries > n) then
+         allocate (more_places(3, 2*n + entries), more_weights(2*n + entries))
+         more_places(:, :n) = self%place
+         more_weights(:n) = self%weight
+         call move_alloc(more_places, self%place)
+         call move_alloc(more_weights, self%weight)
+      end if
+      n = size(self%tool)
+      if (rows > n) then
+         allocate (more_begins(2*n + 1), more_directions(width, 2*n), more_tools(2*n), more_along(2*n))
+         more_begins(:n + 1) = self%begins
          more_directions(:, :n) = self%direction
          more_tools(:n) = self%tool
          more_along(:n) = self%along
-         call move_alloc(more_places, self%place)
-         call move_alloc(more_weights, self%weight)
+         call move_alloc(more_begins, self%begins)
          call move_alloc(more_directions, self%direction)
          call move_alloc(more_tools, self%tool)
          call move_alloc(more_along, self%along)
       end if
-      self%rows = n + 1
-      self%place(:, :, n + 1) = place
-      self%weight(:, n + 1) = weight
-      self%direction(:, n + 1) = [direction, 0.0_wp]
-      self%tool(n + 1) = tool
-      self%along(n + 1) = along
-   end subroutine add_row
+   end subroutine make_room
 
    !> Choose the rows that products take and give: those of the normal forces, those of friction, or all.
    pure subroutine activate(self, first, last)
@@ -132,17 +151,16 @@ contains
       integer, allocatable :: x(:), y(:), z(:)                   ! the places along each axis that occur, rising
       integer, allocatable :: x_rank(:), y_rank(:), z_rank(:)    ! which of them a place is
       integer, allocatable :: number(:, :, :)
-      integer :: c, i, j, k, s
-      call list_places(self%place(1, :, :self%rows), x, x_rank)
-      call list_places(self%place(2, :, :self%rows), y, y_rank)
-      call list_places(self%place(3, :, :self%rows), z, z_rank)
+      integer :: entries, i, j, k, s
+      entries = self%begins(self%rows + 1) - 1
+      call list_places(self%place(1, :entries), x, x_rank)
+      call list_places(self%place(2, :entries), y, y_rank)
+      call list_places(self%place(3, :entries), z, z_rank)
       allocate (number(size(x), size(y), size(z)), source=0)
-      do c = 1, self%rows
-         do s = 1, cell_nodes
-            associate (at => self%place(:, s, c))
-               number(x_rank(at(1)), y_rank(at(2)), z_rank(at(3))) = 1
-            end associate
-         end do
+      do s = 1, entries
+         associate (at => self%place(:, s))
+            number(x_rank(at(1)), y_rank(at(2)), z_rank(at(3))) = 1
+         end associate
       end do
       self%nodes = count(number > 0)
       if (allocated(self%grid_node)) deallocate (self%grid_node)
@@ -159,19 +177,17 @@ contains
          end do
       end do
       if (allocated(self%node)) then
-         if (size(self%node, 2) < self%rows) deallocate (self%node)
+         if (size(self%node) < entries) deallocate (self%node)
       end if
-      if (.not. allocated(self%node)) allocate (self%node(cell_nodes, size(self%place, 3)))
-      do c = 1, self%rows
-         do s = 1, cell_nodes
-            associate (at => self%place(:, s, c))
-               self%node(s, c) = number(x_rank(at(1)), y_rank(at(2)), z_rank(at(3)))
-            end associate
-         end do
+      if (.not. allocated(self%node)) allocate (self%node(size(self%weight)))
+      do s = 1, entries
+         associate (at => self%place(:, s))
+            self%node(s) = number(x_rank(at(1)), y_rank(at(2)), z_rank(at(3)))
+         end associate
       end do
       self%normal = normal
-      call self%normal_rows%sort(self%nodes, self%node(:, :normal), self%weight(:, :normal), self%direction(:, :normal))
-      call self%friction_rows%sort(self%nodes, self%node(:, normal + 1:self%rows), self%weight(:, normal + 1:self%rows), &
+      call self%normal_rows%sort(self%nodes, self%begins(:normal + 1), self%node, self%weight, self%direction(:, :normal))
+      call self%friction_rows%sort(self%nodes, self%begins(normal + 1:self%rows + 1), self%node, self%weight, &
                                    self%direction(:, normal + 1:self%rows))
       if (allocated(self%force)) then
          if (size(self%force, 2) >= self%nodes) return
@@ -183,15 +199,13 @@ contains
 
    !> The places along an axis that occur, rising, and which of them a place is; 0 where it does not occur.
    pure subroutine list_places(at, places, rank)
-      integer, intent(in) :: at(:, :)
+      integer, intent(in) :: at(:)
       integer, allocatable, intent(out) :: places(:)
       integer, allocatable, intent(out) :: rank(:) !< from the lowest place to the highest
-      integer :: i, n, p, s
+      integer :: i, p
       allocate (rank(minval(at):maxval(at)), source=0)
-      do n = 1, size(at, 2)
-         do s = 1, size(at, 1)
-            rank(at(s, n)) = 1
-         end do
+      do i = 1, size(at)
+         rank(at(i)) = 1
       end do
       allocate (places(sum(rank)))
       i = 0
@@ -409,8 +423,8 @@ contains
       if (.not. allocated(self%scale)) allocate (self%scale(2*self%rows + 8), self%softness(2*self%rows + 8))
       do c = 1, self%rows
          diagonal = 0.0_wp
-         do s = 1, cell_nodes
-            diagonal = diagonal + self%weight(s, c)**2*sum(self%direction(:, c)**2*self%mobility(:, self%node(s, c)))
+         do s = self%begins(c), self%begins(c + 1) - 1
+            diagonal = diagonal + self%weight(s)**2*sum(self%direction(:, c)**2*self%mobility(:, self%node(s)))
          end do
          if (self%gives_way) diagonal = diagonal + self%along(c)**2*self%tool_mobility(self%tool(c))
          self%scale(c) = 0.0_wp

@@ -7,8 +7,7 @@ module m_level
    use m_block, only: block_t
    use m_cell_list, only: cell_list_t
    use m_field_table, only: field_table_t, layout_t
-   use m_vectors, only: cross
-   use m_split, only: half_edges, fitted_edges
+   use m_split, only: half_edges
    implicit none
    private
    public :: level_t
@@ -49,7 +48,6 @@ module m_level
       procedure :: bytes
       procedure :: owner_at
       procedure :: thickness
-      procedure :: to_face
    end type level_t
 
 contains
@@ -81,25 +79,6 @@ contains
       real(wp), intent(in) :: normal(3) !< unit vector
       thickness = 2.0_wp*norm2(matmul(normal, half_edges(values, self%layout)))
    end function thickness
-
-   !> From a particle's centre against a normal to the face of the domain that has its weights, m: half its thickness, or as far as
-   !> the domain goes (theory.md, eq. contact-face).
-   pure real(wp) function to_face(self, values, normal) result(distance)
-      class(level_t), intent(in) :: self
-      real(wp), intent(in) :: values(:) !< the particle's columns
-      real(wp), intent(in) :: normal(3) !< unit vector
-      real(wp) :: r(3, 3), share
-      integer :: k
-      r = fitted_edges(values, self%layout, self%grid%cell)
-      distance = norm2(matmul(normal, r))
-      share = 1.0_wp
-      do k = 1, 3 ! of the way along edge k: 1 is a face
-         associate (across => cross(r(:, mod(k, 3) + 1), r(:, mod(k + 1, 3) + 1)))
-            share = max(share, distance*abs(dot_product(normal, across))/abs(dot_product(r(:, k), across)))
-         end associate
-      end do
-      distance = distance/share
-   end function to_face
 
    !> Bring the lists of a block up to date, and its tiles to what its particles reach: the nodes around their bins, or all where
    !> others give to the block's nodes or ask of them.

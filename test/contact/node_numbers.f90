@@ -1,25 +1,28 @@
-!> Nodes of contact points in a grid of more than 2**31 nodes: places come back from their numbers, rows that share nodes of
-!> far-apart tools find them under one local number, in the order of the grid, and forces arrive at the places that were given.
+!> Nodes of contact points in a grid of more than 2**31 nodes, some on the 8 nodes of a cell and some on the 27 of a bin: places come
+!> back from their numbers, rows that share nodes of far-apart tools find them under one local number, in the order of the grid,
+!> forces arrive at the places that were given, and velocities come from there.
 program node_numbers
    use m_kinds, only: wp, i8
    use m_communicator, only: communicator_t
-   use m_contact_system, only: contact_system_t, nodal_forces_t, cell_nodes
+   use m_contact_system, only: contact_system_t, nodal_forces_t
    use m_assertions, only: assertions_t
    implicit none
    integer, parameter :: cells(3) = [2048, 2000, 2048]
    integer, parameter :: corner(3, 4) = reshape([0, 0, 0, 999, 1000, 1500, 1000, 1000, 1500, 2046, 1998, 2047], [3, 4])
+   real(wp), parameter :: mobility = 3.0_wp
+   integer, parameter :: last(4) = [1, 2, 1, 2] !< nodes of a point along each axis run from its corner to here
    type(communicator_t) :: comm
    type(assertions_t) :: test
    type(contact_system_t) :: system
    type(nodal_forces_t), allocatable :: parts(:)
-   real(wp) :: given(3), sums(3)
-   integer :: n
+   real(wp) :: given(3), sums(3), force(4), speed(4), along
+   integer :: n, order(4), p, q
    call comm%start()
    call test%start(comm, 'node_numbers')
 
-   ! four contact points, two of them in cells that share a face
+   ! four contact points, one of them in the bin of another
    call fill([1, 2, 3, 4])
-   call test%check(system%nodes == 3*8 + 4, 'nodes that rows share have one number')
+   call test%check(system%nodes == 8 + 27 + 27, 'nodes that rows share have one number')
    call test%check(all(system%grid_node(2:) > system%grid_node(:system%nodes - 1)), 'numbers rise')
    call test%check(system%grid_node(system%nodes) > int(huge(1), i8), 'there are numbers above 2**31')
    call test%check(all_come_back(), 'places come back from their numbers')
@@ -36,10 +39,26 @@ program node_numbers
    do n = 1, size(parts(1)%node)
       sums = sums + parts(1)%force(3, n)*system%place_of(parts(1)%node(n))
    end do
-   ! row r is point order(r): forces 1, 2, 4, 8 act on points 3, 1, 4, 2
-   given = 1.0_wp*(corner(:, 3) + 0.5_wp) + 2.0_wp*(corner(:, 1) + 0.5_wp) + 4.0_wp*(corner(:, 4) + 0.5_wp) &
-           + 8.0_wp*(corner(:, 2) + 0.5_wp)
-   call test%check_close(sums, given, 1.0e-12_wp, 'first moments of the forces')
+   ! row r is point order(r)
+   order = [3, 1, 4, 2]
+   force = [1.0_wp, 2.0_wp, 4.0_wp, 8.0_wp]
+   given = 0.0_wp
+   do n = 1, 4
+      given = given + force(n)*(corner(:, order(n)) + 0.5_wp*last(order(n)))
+   end do
+   call test%check_close(sums, given, 1.0e-9_wp, 'first moments of the forces')
+
+   ! what comes of it at the points, by plain sums over the nodes that two of them share
+   call system%connect([integer ::])
+   call system%set_scale(spread(0.0_wp, 1, 4))
+   call system%multiply(force, speed)
+   do p = 1, 4
+      along = 0.0_wp
+      do q = 1, 4
+         along = along + force(q)*system%scale(p)*system%scale(q)*shared(order(p), order(q))*mobility
+      end do
+      call test%check_close(speed(p), along, 1.0e-12_wp, 'speed of a point')
+   end do
 
    ! no rows
    call fill([integer ::])
@@ -48,28 +67,36 @@ program node_numbers
 
 contains
 
-   !> A system of some of the contact points, each in the middle of its cell.
+   !> A system of some of the contact points, each in the middle of its nodes.
    subroutine fill(points)
       integer, intent(in) :: points(:)
-      integer :: place(3, cell_nodes), p, s
+      integer, allocatable :: place(:, :)
+      integer :: i, j, k, p
       call system%begin(comm, cells, [0.0_wp])
       do p = 1, size(points)
-         do s = 1, cell_nodes
-            place(:, s) = corner(:, points(p)) + [mod(s - 1, 2), mod((s - 1)/2, 2), (s - 1)/4]
-         end do
-         call system%add_row(place, spread(0.125_wp, 1, cell_nodes), [0.0_wp, 0.0_wp, 1.0_wp], 1, 0.0_wp)
+         associate (c => corner(:, points(p)), l => last(points(p)))
+            place = reshape([(((c + [i, j, k], i=0, l), j=0, l), k=0, l)], [3, (l + 1)**3])
+         end associate
+         call system%add_row(place, spread(1.0_wp/size(place, 2), 1, size(place, 2)), [0.0_wp, 0.0_wp, 1.0_wp], 1, 0.0_wp)
       end do
       call system%number_nodes(size(points))
+      system%mobility(:3, :system%nodes) = mobility
    end subroutine fill
+
+   !> Sum over the nodes that two points share of the products of their weights.
+   pure real(wp) function shared(p, q)
+      integer, intent(in) :: p, q
+      integer :: along(3)
+      along = min(corner(:, p) + last(p), corner(:, q) + last(q)) - max(corner(:, p), corner(:, q)) + 1
+      shared = real(product(max(0, along)), wp)/((last(p) + 1)*(last(q) + 1))**3
+   end function shared
 
    !> True when each row's nodes are, by their local numbers, where they were said to be.
    logical function all_come_back()
-      integer :: r, s
-      all_come_back = .true.
-      do r = 1, system%rows
-         do s = 1, cell_nodes
-            all_come_back = all_come_back .and. all(system%place_of(system%grid_node(system%node(s, r))) == system%place(:, s, r))
-         end do
+      integer :: s
+      all_come_back = system%begins(system%rows + 1) > 1
+      do s = 1, system%begins(system%rows + 1) - 1
+         all_come_back = all_come_back .and. all(system%place_of(system%grid_node(system%node(s))) == system%place(:, s))
       end do
    end function all_come_back
 

@@ -8,8 +8,8 @@ program corners
    use m_stencil, only: frame_t, batch, chunk, gimp_weights
    use m_locate, only: bin_of
    use m_corner_stencil, only: corner_stencil_t, corner_weights_t, set_corners, set_corner_weights
-   use m_level, only: level_t
    use m_split, only: fitted_edges
+   use m_face_weights, only: find_face
    use m_corner_to_node, only: add_corners_to_nodes, gather_corners_body_force
    use m_corner_to_particle, only: scatter_to_corners
    use m_node_to_particle, only: motion_t
@@ -235,13 +235,10 @@ contains
    !> weights see, never outside it; exactly on the face along an edge of a box.
    subroutine faces()
       type(corner_stencil_t) :: domains
-      type(level_t) :: level
-      real(wp) :: values(size(column, 2)), normal(3), r(3, 3), along(3), off(3), distance
+      real(wp) :: values(size(column, 2)), normal(3), r(3, 3), span(3, 3), along(3), off(3), distance
       integer :: clipped, first, k, m
       off = 0.0_wp
       clipped = 0
-      level%layout = layout
-      level%grid%cell = frame%cell
       do first = 1, n, chunk
          call set_corners(domains, cells, first, column, layout, frame)
          do m = 1, domains%list%count
@@ -250,7 +247,7 @@ contains
             call keep_worst(off(1), maxval(abs(fitted_edges(values, layout, frame%cell) - r))*frame%per_cell)
             normal = chance%several(3, -1.0_wp, 1.0_wp)
             normal = normal/norm2(normal)
-            distance = level%to_face(values, normal)
+            call find_face(r, normal, frame%cell, norm2(matmul(normal, r)), distance, span)
             along = [(distance*dot_product(normal, domains%inverse(m, 3*k - 2:3*k))*frame%per_cell, k=1, 3)] ! 1 is a face
             call keep_worst(off(2), max(0.0_wp, maxval(abs(along)) - 1.0_wp))
             if (distance < norm2(matmul(normal, r))*(1.0_wp - 1.0e-12_wp)) then
@@ -266,7 +263,9 @@ contains
       do k = 1, 3
          normal = 0.0_wp
          normal(k) = -1.0_wp
-         call test%check_close(level%to_face(values, normal), values(layout%domain + 4*(k - 1)), 1.0e-14_wp*frame%cell, &
+         r = fitted_edges(values, layout, frame%cell)
+         call find_face(r, normal, frame%cell, norm2(matmul(normal, r)), distance, span)
+         call test%check_close(distance, values(layout%domain + 4*(k - 1)), 1.0e-14_wp*frame%cell, &
                                'faces: a box along its edges')
       end do
    end subroutine faces

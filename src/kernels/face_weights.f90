@@ -1,0 +1,129 @@
+!> Weights on the nodes of what acts on a face of a particle's domain: those of the grid's hat functions at the middle of the face,
+!> and where domains are large their mean over the face (theory.md, eqs contact-nodes, face-mean).
+module m_face_weights
+   use m_kinds, only: wp
+   use m_vectors, only: cross
+   use m_stencil, only: hat_weights, gimp_weights
+   implicit none
+   private
+   public :: face_weights_t, find_face, find_cube_face, weigh_point, weigh_face
+
+   real(wp), parameter :: small_domain = 0.3_wp !< half edges up to here, in cells: the middle of the face stands for it
+   real(wp), parameter :: large_domain = 0.4_wp !< from here on the mean is taken over the whole face
+
+   !> On the 8 nodes of the cell that holds a point, or on the 27 around a particle's bin.
+   type :: face_weights_t
+      integer :: corner(3) = 0             !< lowest node, in the block, from 0
+      integer :: last = 1                  !< nodes along each axis run from 0 to here: 1 or 2
+      real(wp) :: weight(0:2, 0:2, 0:2)    !< of which those up to `last` are set
+   end type face_weights_t
+
+contains
+
+   !> The face of a domain that is met from its centre against a normal: how far away it is, and the halves of what it spans, which
+   !> are 0 where its middle stands for it. Neither goes beyond the domain.
+   pure subroutine find_face(half_edge, normal, cell, most, distance, span)
+      real(wp), intent(in) :: half_edge(3, 3) !< columns; as the weights see them, m
+      real(wp), intent(in) :: normal(3)       !< unit vector
+      real(wp), intent(in) :: cell            !< m
+      real(wp), intent(in) :: most            !< of the distance, m
+      real(wp), intent(out) :: distance       !< m
+      real(wp), intent(out) :: span(3, 3)     !< columns, along the half edges, m
+      real(wp) :: along(3)
+      integer :: k
+      do k = 1, 3 ! how much of the way along edge k one metre against the normal is
+         associate (across => cross(half_edge(:, mod(k, 3) + 1), half_edge(:, mod(k + 1, 3) + 1)))
+            along(k) = abs(dot_product(normal, across)/dot_product(half_edge(:, k), across))
+         end associate
+      end do
+      distance = min(most, 1.0_wp/maxval(along))
+      do k = 1, 3
+         span(:, k) = spread_share(norm2(half_edge(:, k))/cell)*max(0.0_wp, 1.0_wp - distance*along(k))*half_edge(:, k)
+      end do
+   end subroutine find_face
+
+   !> The same for a cube along the axes, at a distance that is not above half its edge.
+   pure subroutine find_cube_face(half_size, normal, cell, distance, span)
+      real(wp), intent(in) :: half_size, normal(3), cell, distance
+      real(wp), intent(out) :: span(3, 3)
+      integer :: k
+      span = 0.0_wp
+      if (half_size <= small_domain*cell) return
+      do k = 1, 3
+         span(k, k) = spread_share(half_size/cell)*max(0.0_wp, half_size - distance*abs(normal(k)))
+      end do
+   end subroutine find_cube_face
+
+   !> How much of a face the mean is taken over, by half the domain's edge (cells).
+   pure real(wp) function spread_share(half_size)
+      real(wp), intent(in) :: half_size
+      spread_share = min(max((half_size - small_domain)/(large_domain - small_domain), 0.0_wp), 1.0_wp)
+   end function spread_share
+
+   !> Weights of the nodes around one point of a particle of the bin around `node`.
+   pure subroutine weigh_point(weights, node, place)
+      type(face_weights_t), intent(inout) :: weights
+      integer, intent(in) :: node(3)   !< in the block, from 0
+      real(wp), intent(in) :: place(3) !< in cells from the block's first node
+      real(wp) :: hat(0:1, 3)
+      integer :: j, k
+      weights%last = 1
+      call hat_weights(node, place, weights%corner, hat)
+      do k = 0, 1
+         do j = 0, 1
+            weights%weight(0:1, j, k) = hat(:, 1)*hat(j, 2)*hat(k, 3)
+         end do
+      end do
+   end subroutine weigh_point
+
+   !> The same, in the mean over a face: as the weights of the domain are made, over a box, or over corners where edges turn.
+   pure subroutine weigh_face(weights, node, place, span, turns)
+      type(face_weights_t), intent(inout) :: weights
+      integer, intent(in) :: node(3)       !< in the block, from 0
+      real(wp), intent(in) :: place(3)     !< of the middle of the face, in cells from the block's first node
+      real(wp), intent(in) :: span(3, 3)   !< columns, in cells
+      logical, intent(in) :: turns
+      real(wp) :: hat(0:2, 3)
+      integer :: c
+      weights%last = 2
+      weights%corner = node - 1
+      if (turns) then
+         weights%weight = 0.0_wp
+         do c = 0, 7
+            associate (corner => place + matmul(span, real(2*[ibits(c, 0, 1), ibits(c, 1, 1), ibits(c, 2, 1)] - 1, wp)) - node)
+               hat(0, :) = max(0.0_wp, -corner)
+               hat(1, :) = max(0.0_wp, 1.0_wp - abs(corner))
+               hat(2, :) = max(0.0_wp, corner)
+            end associate
+            call add_product(weights, 0.125_wp, hat)
+         end do
+      else
+         weights%weight = 0.0_wp
+         do c = 1, 3
+            hat(:, c) = mean_hat(place(c) - node(c), span(c, c))
+         end do
+         call add_product(weights, 1.0_wp, hat)
+      end if
+   end subroutine weigh_face
+
+   !> Means of the hat functions of the nodes at -1, 0, +1 over an interval around a place; all in cells.
+   pure function mean_hat(place, half) result(hat)
+      real(wp), intent(in) :: place, half
+      real(wp) :: hat(0:2), slopes(2)
+      real(wp), parameter :: least = 1.0e-9_wp
+      call gimp_weights(place, max(half, least), hat(0), hat(1), hat(2), slopes(1), slopes(2))
+   end function mean_hat
+
+   !> Add a share of the products of weights along the axes.
+   pure subroutine add_product(weights, share, hat)
+      type(face_weights_t), intent(inout) :: weights
+      real(wp), intent(in) :: share, hat(0:2, 3)
+      integer :: j, k
+      do k = 0, 2
+         do j = 0, 2
+            weights%weight(:, j, k) = weights%weight(:, j, k) + share*hat(j, 2)*hat(k, 3)*hat(:, 1)
+         end do
+      end do
+   end subroutine add_product
+
+end module m_face_weights

@@ -1,0 +1,204 @@
+!> Weights of a face of a particle's domain against their definitions: sums by hand, the domain's own weights, and the nodes that
+!> these reach (theory.md, eqs contact-nodes, face-mean).
+program face_weights
+   use m_kinds, only: wp
+   use m_communicator, only: communicator_t
+   use m_stencil, only: gimp_weights
+   use m_face_weights, only: face_weights_t, find_face, find_cube_face, weigh_point, weigh_face
+   use m_assertions, only: assertions_t
+   use m_chance, only: chance_t, keep_worst, say
+   use m_plain_weight, only: plain_weight
+   implicit none
+   integer, parameter :: tries = 5000, node(3) = [2, 5, 0]
+   real(wp), parameter :: cell = 0.25_wp
+   type(communicator_t) :: comm
+   type(assertions_t) :: test
+   type(chance_t) :: chance
+   type(face_weights_t) :: weights
+   real(wp) :: off_box, off_corners, off_point, off_unity, off_place, outside, beyond, r(3, 3), span(3, 3), place(3), normal(3)
+   real(wp) :: distance, half, cube_span(3, 3)
+   integer :: axis, k, n
+   call comm%start()
+   call test%start(comm, 'face_weights')
+   off_box = 0.0_wp; off_corners = 0.0_wp; off_point = 0.0_wp; off_unity = 0.0_wp; off_place = 0.0_wp
+   outside = 0.0_wp; beyond = 0.0_wp
+   do n = 1, tries
+      call any_normal()
+      r = 0.0_wp
+      do k = 1, 3
+         r(k, k) = chance%between(0.1_wp, 0.5_wp)*cell
+      end do
+      place = chance%several(3, -0.5_wp, 0.5_wp)*cell
+      call find_face(r, normal, cell, chance%between(0.1_wp, 0.6_wp)*cell, distance, span)
+      place = (place - distance*normal)/cell
+      call weigh_face(weights, node, node + place, span/cell, turns=.false.)
+      call plain_sums(off_box, of_box)
+      call keep_worst(outside, mass_less(of_domain))
+      do k = 1, 3
+         beyond = max(beyond, distance*abs(normal(k)) + span(k, k) - r(k, k))
+      end do
+      call weigh_point(weights, node, node + place)
+      call plain_sums(off_point, of_point)
+      ! edges that turn, which the bin's nodes just hold
+      r = reshape(chance%several(9, -1.0_wp, 1.0_wp), [3, 3])
+      do k = 1, 3
+         r(k, k) = sign(1.0_wp, r(k, k)) + r(k, k)
+      end do
+      r = r*chance%between(0.3_wp, 0.5_wp)*cell/maxval(sum(abs(r), dim=2))
+      place = chance%several(3, -0.5_wp, 0.5_wp)*cell
+      call find_face(r, normal, cell, norm2(matmul(normal, r)), distance, span)
+      place = (place - distance*normal)/cell
+      call weigh_face(weights, node, node + place, span/cell, turns=.true.)
+      call plain_sums(off_corners, of_corners)
+   end do
+   call say('mean over a box off its definition', off_box)
+   call say('mean over corners off its definition', off_corners)
+   call say('hat functions of a point off theirs', off_point)
+   call say('sum of the weights', off_unity)
+   call say('weighted mean of the nodes (cells)', off_place)
+   call test%check_close(off_box, 0.0_wp, 1.0e-11_wp, 'weights are means of the hat functions over a box') ! which may be narrow
+   call test%check_close([off_corners, off_point, off_unity, off_place], spread(0.0_wp, 1, 4), 1.0e-13_wp, 'and over corners')
+   call test%check(beyond <= 1.0e-15_wp*cell, 'no face reaches beyond its domain')
+   call test%check(outside <= 1.0e-14_wp, 'no node has weight that the domain gives no mass')
+   call sides()
+   call sizes()
+   call test%finish()
+
+contains
+
+   subroutine any_normal()
+      normal = chance%several(3, -1.0_wp, 1.0_wp)
+      normal = normal/norm2(normal)
+   end subroutine any_normal
+
+   !> Sums over the nodes against a weight by definition, against 1 and against the place.
+   subroutine plain_sums(off, definition)
+      real(wp), intent(inout) :: off
+      interface
+         real(wp) function definition(at)
+            import :: wp
+            integer, intent(in) :: at(3) !< from the node in the middle
+         end function definition
+      end interface
+      real(wp) :: weight, total, mean(3)
+      integer :: a, b, c, i(3)
+      total = 0.0_wp
+      mean = 0.0_wp
+      do c = -1, 1
+         do b = -1, 1
+            do a = -1, 1
+               i = node + [a, b, c] - weights%corner
+               weight = 0.0_wp
+               if (all(i >= 0 .and. i <= weights%last)) weight = weights%weight(i(1), i(2), i(3))
+               call keep_worst(off, weight - definition([a, b, c]))
+               total = total + weight
+               mean = mean + weight*[a, b, c]
+            end do
+         end do
+      end do
+      call keep_worst(off_unity, total - 1.0_wp)
+      call keep_worst(off_place, norm2(mean - place))
+   end subroutine plain_sums
+
+   real(wp) function of_box(at)
+      integer, intent(in) :: at(3)
+      integer :: axis
+      of_box = 1.0_wp
+      do axis = 1, 3
+         if (span(axis, axis) > 1.0e-6_wp*cell) then
+            of_box = of_box*plain_weight(place(axis) - at(axis), span(axis, axis)/cell)
+         else
+            of_box = of_box*max(0.0_wp, 1.0_wp - abs(place(axis) - at(axis)))
+         end if
+      end do
+   end function of_box
+
+   real(wp) function of_point(at)
+      integer, intent(in) :: at(3)
+      of_point = product(max(0.0_wp, 1.0_wp - abs(place - at)))
+   end function of_point
+
+   real(wp) function of_corners(at)
+      integer, intent(in) :: at(3)
+      integer :: a, b, c
+      of_corners = 0.0_wp
+      do c = -1, 1, 2
+         do b = -1, 1, 2
+            do a = -1, 1, 2
+               of_corners = of_corners + 0.125_wp*product(max(0.0_wp, 1.0_wp - abs(place - at &
+                                                          + (a*span(:, 1) + b*span(:, 2) + c*span(:, 3))/cell)))
+            end do
+         end do
+      end do
+   end function of_corners
+
+   !> The weight that the whole box gives a node.
+   real(wp) function of_domain(at)
+      integer, intent(in) :: at(3)
+      integer :: axis
+      of_domain = 1.0_wp
+      do axis = 1, 3
+         of_domain = of_domain*plain_weight(place(axis) + distance*normal(axis)/cell - at(axis), r(axis, axis)/cell)
+      end do
+   end function of_domain
+
+   !> Largest weight of the face on nodes to which the domain gives none.
+   real(wp) function mass_less(domain)
+      interface
+         real(wp) function domain(at)
+            import :: wp
+            integer, intent(in) :: at(3)
+         end function domain
+      end interface
+      integer :: a, b, c
+      mass_less = 0.0_wp
+      do c = -1, 1
+         do b = -1, 1
+            do a = -1, 1
+               if (domain([a, b, c]) <= 0.0_wp) mass_less = max(mass_less, weights%weight(a + 1, b + 1, c + 1))
+            end do
+         end do
+      end do
+   end function mass_less
+
+   !> A side of a cube of a cell's size: across the normal the weights are those of its volume, along it those of the side. A small
+   !> cube's side is its middle.
+   subroutine sides()
+      real(wp) :: volume(-1:1), slopes(2), side(-1:1), across(-1:1)
+      do axis = 1, 3
+         normal = 0.0_wp
+         normal(axis) = -1.0_wp
+         place = [0.3_wp, -0.2_wp, 0.45_wp]
+         call find_cube_face(0.5_wp*cell, normal, cell, 0.5_wp*cell, span)
+         call find_face(0.5_wp*cell*reshape([1, 0, 0, 0, 1, 0, 0, 0, 1], [3, 3]), normal, cell, cell, distance, cube_span)
+         call test%check_close(pack(span, .true.), pack(cube_span, .true.), 1.0e-15_wp, 'a cube is a box')
+         call test%check_close(distance, 0.5_wp*cell, 1.0e-15_wp, 'whose side is half an edge away')
+         call weigh_face(weights, node, node + place - 0.5_wp*normal, span/cell, turns=.false.)
+         do k = 1, 3
+            side = sum(sum(weights%weight, merge(1, 2, k > 1)), merge(1, 2, k == 3))
+            if (k == 2) side = sum(sum(weights%weight, 3), 1)
+            call gimp_weights(place(k), 0.5_wp, volume(-1), volume(0), volume(1), slopes(1), slopes(2))
+            across = volume
+            if (k == axis) across = max(0.0_wp, 1.0_wp - abs(place(k) + 0.5_wp - [-1, 0, 1]))
+            call test%check_close(side, across, 1.0e-9_wp, 'a side of a cube')
+         end do
+         call find_cube_face(0.25_wp*cell, normal, cell, 0.25_wp*cell, span)
+         call test%check(all(abs(span) <= 0.0_wp), 'the side of a small cube is its middle')
+      end do
+   end subroutine sides
+
+   !> From small domains to large ones the span grows without a jump.
+   subroutine sizes()
+      real(wp) :: before
+      normal = [0.0_wp, 0.6_wp, 0.8_wp]
+      before = 0.0_wp
+      do n = 0, 1000
+         half = (0.25_wp + 0.25e-3_wp*n)*cell
+         call find_cube_face(half, normal, cell, 0.9_wp*half, span)
+         call test%check(span(1, 1) - before >= 0.0_wp .and. span(1, 1) - before < 0.002_wp*cell, 'no jump')
+         before = span(1, 1)
+      end do
+      call test%check_close(before, 0.5_wp*cell, 1.0e-15_wp, 'up to the whole')
+   end subroutine sizes
+
+end program face_weights
