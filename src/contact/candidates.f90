@@ -14,7 +14,7 @@ module m_candidates
    use m_grid_level, only: grid_level_t
    use m_locate, only: find_bounds
    use m_stencil, only: bin_place
-   use m_face_weights, only: face_weights_t, find_face, find_cube_face, weigh_point, weigh_face
+   use m_face_weights, only: face_weights_t, find_face, cube_span, weigh_point, weigh_face
    implicit none
    private
    public :: candidate_t, candidates_t, first_inside, touches, normal_speed, point_velocity, fastest, recovery
@@ -211,7 +211,7 @@ contains
             end associate
          else
             to_face = 0.5_wp*edge*min(1.0_wp, thickness/edge + flattening)
-            call find_cube_face(0.5_wp*edge, c%normal, level%grid%cell, to_face, span)
+            span = cube_span(0.5_wp*edge, c%normal, level%grid%cell)
          end if
          call set_face(c, level%grid, block%place, bin_place(number(3)), at%domain > 0, &
                        (position - to_face*c%normal - block%origin)*level%grid%per_cell, span*level%grid%per_cell)
@@ -303,7 +303,8 @@ contains
 
    !> The nodes of a contact point and their weights. The traction acts on the face of the particle, not in its volume: a uniform
    !> pressure then makes a uniform stress, wherever the surface stands in its cell (theory.md, eqs contact-nodes, face-mean). A
-   !> point beyond a symmetry plane is the mirror image of one inside, with the mirrored normal, and no face reaches beyond the plane.
+   !> point beyond a symmetry plane is the mirror image of one inside, with the mirrored normal, and no face reaches beyond the
+   !> plane.
    pure subroutine set_face(c, grid, block, node, turns, place, span)
       type(candidate_t), intent(inout) :: c
       type(grid_level_t), intent(in) :: grid

@@ -1,5 +1,5 @@
-!> Rows of a contact problem by the nodes that they share: those of the cell around a contact point, or of the bin of a particle whose
-!> whole face counts (theory.md, eq. face-mean). The two halves of a product load them once for all of their rows.
+!> Rows of a contact problem by the nodes that they share: those of the cell around a contact point, or of the bin of a particle
+!> whose whole face counts (theory.md, eq. face-mean). The two halves of a product load them once for all of their rows.
 module m_cell_rows
    use m_kinds, only: wp
    implicit none
@@ -11,11 +11,11 @@ module m_cell_rows
    integer, parameter :: width = 4      !< three components and a spare one: one vector register
    integer, parameter :: at_once = 64   !< rows whose lanes wait to be added up
 
-   !> Rows with the same number of nodes, those of a cell (or bin) together.
+   !> Rows with the same number of nodes; those of one cell, or of one bin, are a group.
    type :: grouped_rows_t
-      integer :: rows = 0, cells = 0
-      integer, allocatable :: first(:)         !< (cells + 1): first place of each cell
-      integer, allocatable :: node(:, :)       !< (nodes, cells)
+      integer :: rows = 0, groups = 0
+      integer, allocatable :: first(:)         !< (groups + 1): first place of each group
+      integer, allocatable :: node(:, :)       !< (nodes, groups)
       integer, allocatable :: row(:)           !< (places): the row
       real(wp), allocatable :: weight(:, :)    !< (nodes, places)
       real(wp), allocatable :: direction(:, :) !< (4, places)
@@ -51,7 +51,7 @@ contains
       real(wp), intent(in) :: weight(:), direction(:, :)
       integer :: next(nodes + 1), at, c
       self%rows = count(first(2:) - first(:size(first) - 1) == each)
-      self%cells = 0
+      self%groups = 0
       if (allocated(self%row)) then
          if (size(self%row) < self%rows) deallocate (self%first, self%node, self%row, self%weight, self%direction)
       end if
@@ -78,13 +78,13 @@ contains
          self%weight(:, at) = weight(first(c):first(c + 1) - 1)
          self%direction(:, at) = direction(:, c)
          if (at > 1) then ! beside a symmetry plane, cells that differ can begin with one node
-            if (all(node(first(c):first(c + 1) - 1) == self%node(:, self%cells))) cycle
+            if (all(node(first(c):first(c + 1) - 1) == self%node(:, self%groups))) cycle
          end if
-         self%cells = self%cells + 1
-         self%first(self%cells) = at
-         self%node(:, self%cells) = node(first(c):first(c + 1) - 1)
+         self%groups = self%groups + 1
+         self%first(self%groups) = at
+         self%node(:, self%groups) = node(first(c):first(c + 1) - 1)
       end do
-      self%first(self%cells + 1) = self%rows + 1
+      self%first(self%groups + 1) = self%rows + 1
    end subroutine group
 
    !> Add the rows' forces to those of the nodes.
@@ -93,10 +93,10 @@ contains
       real(wp), intent(in), contiguous :: push(:)        !< (rows), N
       real(wp), intent(inout), contiguous :: force(:, :) !< (4, nodes), N
       associate (it => self%of_cells)
-         call spread_cells(it%cells, it%first, it%node, it%weight, it%direction, push(it%row(:it%rows)), force)
+         call spread_cells(it%groups, it%first, it%node, it%weight, it%direction, push(it%row(:it%rows)), force)
       end associate
       associate (it => self%of_bins)
-         call spread_bins(it%cells, it%first, it%node, it%weight, it%direction, push(it%row(:it%rows)), force)
+         call spread_bins(it%groups, it%first, it%node, it%weight, it%direction, push(it%row(:it%rows)), force)
       end associate
    end subroutine spread
 
@@ -106,10 +106,10 @@ contains
       real(wp), intent(in), contiguous :: velocity(:, :) !< (4, nodes), m/s
       real(wp), intent(inout), contiguous :: along(:)    !< (rows), m/s
       associate (it => self%of_cells)
-         call collect_cells(it%cells, it%first, it%node, it%row, it%weight, it%direction, velocity, along)
+         call collect_cells(it%groups, it%first, it%node, it%row, it%weight, it%direction, velocity, along)
       end associate
       associate (it => self%of_bins)
-         call collect_bins(it%cells, it%first, it%node, it%row, it%weight, it%direction, velocity, along)
+         call collect_bins(it%groups, it%first, it%node, it%row, it%weight, it%direction, velocity, along)
       end associate
    end subroutine collect
 

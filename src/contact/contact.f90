@@ -16,6 +16,7 @@ module m_contact
    use m_candidates, only: candidate_t, candidates_t, touches, normal_speed, point_velocity, fastest, recovery
    use m_friction, only: friction_t
    use m_contact_system, only: contact_system_t, nodal_forces_t
+   use m_cell_rows, only: bin_nodes
    use m_petsc_solver, only: petsc_solver_t
    implicit none
    private
@@ -150,22 +151,21 @@ contains
       integer, intent(in) :: neighbours(:)
       real(wp), intent(in) :: time_step
       real(wp) :: compliance(self%candidates%count + 2*self%candidates%rubbing)
-      integer :: c, t
-      integer, allocatable :: place(:, :)
-      real(wp), allocatable :: weight(:)
+      integer :: c, n, place(3, bin_nodes), t
+      real(wp) :: weight(bin_nodes)
       associate (list => self%candidates%list(:self%candidates%count))
          call self%system%begin(communicator, level%grid%cells, [(self%tools(t)%mobility(time_step), t=1, size(self%tools))])
          do c = 1, size(list)
-            call nodes_of(level, list(c), place, weight)
-            call self%system%add_row(place, weight, list(c)%facing, list(c)%tool, &
+            call nodes_of(level, list(c), n, place, weight)
+            call self%system%add_row(place(:, :n), weight(:n), list(c)%facing, list(c)%tool, &
                                      dot_product(list(c)%normal, self%tools(list(c)%tool)%spec%axis))
          end do
          compliance(:size(list)) = self%spec%compliance*time_step/list%mass
          do c = 1, size(list)
             if (list(c)%rubbing == 0) cycle
-            call nodes_of(level, list(c), place, weight)
+            call nodes_of(level, list(c), n, place, weight)
             do t = 1, 2
-               call self%system%add_row(place, weight, list(c)%mirror*list(c)%tangent(:, t), list(c)%tool, &
+               call self%system%add_row(place(:, :n), weight(:n), list(c)%mirror*list(c)%tangent(:, t), list(c)%tool, &
                                         dot_product(list(c)%tangent(:, t), self%tools(list(c)%tool)%spec%axis))
                compliance(self%system%rows) = give*compliance(c)
             end do
@@ -181,26 +181,24 @@ contains
    end subroutine assemble
 
    !> Nodes of a candidate in the grid and their weights.
-   pure subroutine nodes_of(level, c, place, weight)
+   pure subroutine nodes_of(level, c, n, place, weight)
       type(level_t), intent(in) :: level
       type(candidate_t), intent(in) :: c
-      integer, allocatable, intent(out) :: place(:, :) !< (3, 8 or 27)
-      real(wp), allocatable, intent(out) :: weight(:)
-      integer :: i, j, k, s, at(3)
+      integer, intent(out) :: n                   !< 8 or 27
+      integer, intent(inout) :: place(3, bin_nodes)
+      real(wp), intent(inout) :: weight(bin_nodes)
+      integer :: i, j, k, at(3)
       logical :: held(3)
-      associate (last => c%face%last)
-         weight = reshape(c%face%weight(:last, :last, :last), [(last + 1)**3])
-         allocate (place(3, size(weight)))
-         s = 0
-         do k = 0, last
-            do j = 0, last
-               do i = 0, last
-                  s = s + 1
-                  call image_node(level, c, [i, j, k], place(:, s), at, held)
-               end do
+      n = 0
+      do k = 0, c%face%last
+         do j = 0, c%face%last
+            do i = 0, c%face%last
+               n = n + 1
+               call image_node(level, c, [i, j, k], place(:, n), at, held)
+               weight(n) = c%face%weight(i, j, k)
             end do
          end do
-      end associate
+      end do
    end subroutine nodes_of
 
    !> Mobilities of the nodes of a candidate, which has a row of the system.
@@ -229,8 +227,8 @@ contains
       end do
    end subroutine set_mobility
 
-   !> The node that stands for a candidate's node: itself, or its mirror inside a symmetry plane where the contact point lies on
-   !> the plane and the node beyond has no weight. `image` is its place in the grid (from -1 to cells + 1), `at` that in the block's
+   !> The node that stands for a candidate's node: itself, or its mirror inside a symmetry plane, beyond which nodes have no
+   !> weight. `image` is its place in the grid (from -1 to cells + 1), `at` that in the block's
    !> tile.
    pure subroutine image_node(level, c, offset, image, at, held)
       type(level_t), intent(in) :: level

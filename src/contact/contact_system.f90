@@ -34,7 +34,7 @@ module m_contact_system
       logical :: gives_way = .false.             !< some tool does
       integer(i8) :: products = 0                !< times the operator was applied, over the run
       integer :: extent(3) = 0                   !< nodes of the grid along each axis, from -1 on
-      integer, allocatable :: begins(:)          !< (rows + 1): of the entries of each row, its nodes
+      integer, allocatable :: begins(:)          !< (rows + 1): first entry of each row; an entry is one of its nodes
       integer, allocatable :: place(:, :)        !< (3, entries): node in the grid, from -1
       integer, allocatable :: node(:)            !< (entries): the same, local number
       real(wp), allocatable :: weight(:)         !< (entries): of the contact point on the node

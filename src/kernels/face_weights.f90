@@ -1,12 +1,12 @@
 !> Weights on the nodes of what acts on a face of a particle's domain: those of the grid's hat functions at the middle of the face,
-!> and where domains are large their mean over the face (theory.md, eqs contact-nodes, face-mean).
+!> and where domains are large their mean about it (theory.md, eqs contact-nodes, face-mean).
 module m_face_weights
    use m_kinds, only: wp
    use m_vectors, only: cross
    use m_stencil, only: hat_weights, gimp_weights
    implicit none
    private
-   public :: face_weights_t, find_face, find_cube_face, weigh_point, weigh_face
+   public :: face_weights_t, find_face, cube_span, weigh_point, weigh_face
 
    real(wp), parameter :: small_domain = 0.3_wp !< half edges up to here, in cells: the middle of the face stands for it
    real(wp), parameter :: large_domain = 0.4_wp !< from here on the mean is taken over the whole face
@@ -21,12 +21,13 @@ module m_face_weights
 contains
 
    !> The face of a domain that is met from its centre against a normal: how far away it is, and the halves of what it spans, which
-   !> are 0 where its middle stands for it. Neither goes beyond the domain.
-   pure subroutine find_face(half_edge, normal, cell, most, distance, span)
+   !> are 0 where its middle stands for it. Neither goes beyond the domain. With a normal along an edge the span is the whole face
+   !> across it, and none along it.
+   pure subroutine find_face(half_edge, normal, cell, farthest, distance, span)
       real(wp), intent(in) :: half_edge(3, 3) !< columns; as the weights see them, m
       real(wp), intent(in) :: normal(3)       !< unit vector
       real(wp), intent(in) :: cell            !< m
-      real(wp), intent(in) :: most            !< of the distance, m
+      real(wp), intent(in) :: farthest        !< what the distance is at most, m
       real(wp), intent(out) :: distance       !< m
       real(wp), intent(out) :: span(3, 3)     !< columns, along the half edges, m
       real(wp) :: along(3)
@@ -36,23 +37,23 @@ contains
             along(k) = abs(dot_product(normal, across)/dot_product(half_edge(:, k), across))
          end associate
       end do
-      distance = min(most, 1.0_wp/maxval(along))
+      distance = min(farthest, 1.0_wp/maxval(along))
       do k = 1, 3
          span(:, k) = spread_share(norm2(half_edge(:, k))/cell)*max(0.0_wp, 1.0_wp - distance*along(k))*half_edge(:, k)
       end do
    end subroutine find_face
 
-   !> The same for a cube along the axes, at a distance that is not above half its edge.
-   pure subroutine find_cube_face(half_size, normal, cell, distance, span)
-      real(wp), intent(in) :: half_size, normal(3), cell, distance
-      real(wp), intent(out) :: span(3, 3)
+   !> The span for a cube along the axes, whose face is half its edge away or nearer.
+   pure function cube_span(half_size, normal, cell) result(span)
+      real(wp), intent(in) :: half_size, normal(3), cell
+      real(wp) :: span(3, 3)
       integer :: k
       span = 0.0_wp
       if (half_size <= small_domain*cell) return
       do k = 1, 3
-         span(k, k) = spread_share(half_size/cell)*max(0.0_wp, half_size - distance*abs(normal(k)))
+         span(k, k) = spread_share(half_size/cell)*max(0.0_wp, 1.0_wp - abs(normal(k)))*half_size
       end do
-   end subroutine find_cube_face
+   end function cube_span
 
    !> How much of a face the mean is taken over, by half the domain's edge (cells).
    pure real(wp) function spread_share(half_size)
@@ -83,24 +84,23 @@ contains
       real(wp), intent(in) :: place(3)     !< of the middle of the face, in cells from the block's first node
       real(wp), intent(in) :: span(3, 3)   !< columns, in cells
       logical, intent(in) :: turns
-      real(wp) :: hat(0:2, 3)
-      integer :: c
+      real(wp) :: hat(0:2, 3), corner(3)
+      integer :: axis, c
       weights%last = 2
       weights%corner = node - 1
       if (turns) then
          weights%weight = 0.0_wp
          do c = 0, 7
-            associate (corner => place + matmul(span, real(2*[ibits(c, 0, 1), ibits(c, 1, 1), ibits(c, 2, 1)] - 1, wp)) - node)
-               hat(0, :) = max(0.0_wp, -corner)
-               hat(1, :) = max(0.0_wp, 1.0_wp - abs(corner))
-               hat(2, :) = max(0.0_wp, corner)
-            end associate
+            corner = place + matmul(span, real(2*[ibits(c, 0, 1), ibits(c, 1, 1), ibits(c, 2, 1)] - 1, wp)) - node
+            do axis = 1, 3
+               hat(:, axis) = hat_of(corner(axis))
+            end do
             call add_product(weights, 0.125_wp, hat)
          end do
       else
          weights%weight = 0.0_wp
-         do c = 1, 3
-            hat(:, c) = mean_hat(place(c) - node(c), span(c, c))
+         do axis = 1, 3
+            hat(:, axis) = mean_hat(place(axis) - node(axis), span(axis, axis))
          end do
          call add_product(weights, 1.0_wp, hat)
       end if
@@ -110,9 +110,20 @@ contains
    pure function mean_hat(place, half) result(hat)
       real(wp), intent(in) :: place, half
       real(wp) :: hat(0:2), slopes(2)
-      real(wp), parameter :: least = 1.0e-9_wp
-      call gimp_weights(place, max(half, least), hat(0), hat(1), hat(2), slopes(1), slopes(2))
+      real(wp), parameter :: narrow = 1.0e-6_wp
+      if (half > narrow) then
+         call gimp_weights(place, half, hat(0), hat(1), hat(2), slopes(1), slopes(2))
+      else ! a node just beyond, of hardly any mass, must get no more than its hat function has
+         hat = hat_of(place)
+      end if
    end function mean_hat
+
+   !> Hat functions of the nodes at -1, 0, +1 at a place (cells).
+   pure function hat_of(place) result(hat)
+      real(wp), intent(in) :: place
+      real(wp) :: hat(0:2)
+      hat = [max(0.0_wp, -place), max(0.0_wp, 1.0_wp - abs(place)), max(0.0_wp, place)]
+   end function hat_of
 
    !> Add a share of the products of weights along the axes.
    pure subroutine add_product(weights, share, hat)

@@ -172,8 +172,8 @@ contains
    !> Weights and slopes on the nodes at -1, 0, +1 cells from the nearest node, without branches.
    !> Bardenhagen and Kober (2004), integrated for a hat function and a particle of half size not above half a cell.
    pure elemental subroutine gimp_weights(offset, half_size, lower, middle, upper, slope_lower, slope_upper)
-      real(wp), intent(in) :: offset    !< place relative to the nearest node, in cells, |offset| <= 1/2
-      real(wp), intent(in) :: half_size !< half the particle's edge, in cells, above 0 and at most 1/2
+      real(wp), intent(in) :: offset    !< place relative to the node in the middle, in cells
+      real(wp), intent(in) :: half_size !< half the edge, in cells, above 0, |offset| + half_size <= 1
       real(wp), intent(out) :: lower, middle, upper     !< weights
       real(wp), intent(out) :: slope_lower, slope_upper !< d weight / d place, 1/cell; the middle one is minus their sum
       real(wp) :: reach, overlap, per_edge

@@ -1,6 +1,6 @@
-!> Nodes of contact points in a grid of more than 2**31 nodes, some on the 8 nodes of a cell and some on the 27 of a bin: places come
-!> back from their numbers, rows that share nodes of far-apart tools find them under one local number, in the order of the grid,
-!> forces arrive at the places that were given, and velocities come from there.
+!> Nodes of contact points in a grid of more than 2**31 nodes, some on the 8 nodes of a cell and some on the 27 of a bin: places
+!> come back from their numbers, rows that share nodes of far-apart tools find them under one local number, in the order of the
+!> grid, forces arrive at the places that were given, and velocities come from there.
 program node_numbers
    use m_kinds, only: wp, i8
    use m_communicator, only: communicator_t

@@ -231,8 +231,8 @@ contains
       call test%check(differ > 0.05_wp, 'and these weights are not those of GIMP')
    end subroutine cubes
 
-   !> Where contact forces act (theory.md, eq. contact-face): half the thickness from the centre, or on a face of the domain that the
-   !> weights see, never outside it; exactly on the face along an edge of a box.
+   !> Where contact forces act (theory.md, eq. contact-face): half the thickness from the centre, or on a face of the domain that
+   !> the weights see, never outside it; exactly on the face along an edge of a box.
    subroutine faces()
       type(corner_stencil_t) :: domains
       real(wp) :: values(size(column, 2)), normal(3), r(3, 3), span(3, 3), along(3), off(3), distance

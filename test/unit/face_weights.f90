@@ -4,7 +4,7 @@ program face_weights
    use m_kinds, only: wp
    use m_communicator, only: communicator_t
    use m_stencil, only: gimp_weights
-   use m_face_weights, only: face_weights_t, find_face, find_cube_face, weigh_point, weigh_face
+   use m_face_weights, only: face_weights_t, find_face, cube_span, weigh_point, weigh_face
    use m_assertions, only: assertions_t
    use m_chance, only: chance_t, keep_worst, say
    use m_plain_weight, only: plain_weight
@@ -16,12 +16,12 @@ program face_weights
    type(chance_t) :: chance
    type(face_weights_t) :: weights
    real(wp) :: off_box, off_corners, off_point, off_unity, off_place, outside, beyond, r(3, 3), span(3, 3), place(3), normal(3)
-   real(wp) :: distance, half, cube_span(3, 3)
+   real(wp) :: distance, half, off_span
    integer :: axis, k, n
    call comm%start()
    call test%start(comm, 'face_weights')
    off_box = 0.0_wp; off_corners = 0.0_wp; off_point = 0.0_wp; off_unity = 0.0_wp; off_place = 0.0_wp
-   outside = 0.0_wp; beyond = 0.0_wp
+   outside = 0.0_wp; beyond = 0.0_wp; off_span = 0.0_wp
    do n = 1, tries
       call any_normal()
       r = 0.0_wp
@@ -30,13 +30,11 @@ program face_weights
       end do
       place = chance%several(3, -0.5_wp, 0.5_wp)*cell
       call find_face(r, normal, cell, chance%between(0.1_wp, 0.6_wp)*cell, distance, span)
+      call check_span()
       place = (place - distance*normal)/cell
       call weigh_face(weights, node, node + place, span/cell, turns=.false.)
       call plain_sums(off_box, of_box)
       call keep_worst(outside, mass_less(of_domain))
-      do k = 1, 3
-         beyond = max(beyond, distance*abs(normal(k)) + span(k, k) - r(k, k))
-      end do
       call weigh_point(weights, node, node + place)
       call plain_sums(off_point, of_point)
       ! edges that turn, which the bin's nodes just hold
@@ -47,6 +45,7 @@ program face_weights
       r = r*chance%between(0.3_wp, 0.5_wp)*cell/maxval(sum(abs(r), dim=2))
       place = chance%several(3, -0.5_wp, 0.5_wp)*cell
       call find_face(r, normal, cell, norm2(matmul(normal, r)), distance, span)
+      call check_span()
       place = (place - distance*normal)/cell
       call weigh_face(weights, node, node + place, span/cell, turns=.true.)
       call plain_sums(off_corners, of_corners)
@@ -58,13 +57,48 @@ program face_weights
    call say('weighted mean of the nodes (cells)', off_place)
    call test%check_close(off_box, 0.0_wp, 1.0e-11_wp, 'weights are means of the hat functions over a box') ! which may be narrow
    call test%check_close([off_corners, off_point, off_unity, off_place], spread(0.0_wp, 1, 4), 1.0e-13_wp, 'and over corners')
-   call test%check(beyond <= 1.0e-15_wp*cell, 'no face reaches beyond its domain')
+   call test%check(beyond <= 1.0e-12_wp, 'no face reaches beyond its domain')
+   call test%check_close(off_span, 0.0_wp, 1.0e-12_wp*cell, 'and each spans what it should')
    call test%check(outside <= 1.0e-14_wp, 'no node has weight that the domain gives no mass')
    call sides()
    call sizes()
    call test%finish()
 
 contains
+
+   !> The span by Cramer's rule: along each edge what is left of the way to the domain's end, as far as the domain is large; its
+   !> corners.
+   subroutine check_span()
+      real(wp) :: along(3), share, corner(3)
+      integer :: c, k
+      along = in_domain(-distance*normal)
+      do k = 1, 3
+         share = min(1.0_wp, max(0.0_wp, (norm2(r(:, k))/cell - 0.3_wp)/0.1_wp))
+         call keep_worst(off_span, maxval(abs(span(:, k) - share*(1.0_wp - abs(along(k)))*r(:, k))))
+      end do
+      do c = 0, 7
+         corner = -distance*normal + matmul(span, real(2*[ibits(c, 0, 1), ibits(c, 1, 1), ibits(c, 2, 1)] - 1, wp))
+         beyond = max(beyond, maxval(abs(in_domain(corner))) - 1.0_wp)
+      end do
+   end subroutine check_span
+
+   !> Where a point stands in the domain, in half edges.
+   function in_domain(point) result(along)
+      real(wp), intent(in) :: point(3)
+      real(wp) :: along(3), other(3, 3)
+      integer :: k
+      do k = 1, 3
+         other = r
+         other(:, k) = point
+         along(k) = determinant(other)/determinant(r)
+      end do
+   end function in_domain
+
+   pure real(wp) function determinant(m)
+      real(wp), intent(in) :: m(3, 3)
+      determinant = m(1, 1)*(m(2, 2)*m(3, 3) - m(2, 3)*m(3, 2)) - m(1, 2)*(m(2, 1)*m(3, 3) - m(2, 3)*m(3, 1)) &
+                    + m(1, 3)*(m(2, 1)*m(3, 2) - m(2, 2)*m(3, 1))
+   end function determinant
 
    subroutine any_normal()
       normal = chance%several(3, -1.0_wp, 1.0_wp)
@@ -169,9 +203,9 @@ contains
          normal = 0.0_wp
          normal(axis) = -1.0_wp
          place = [0.3_wp, -0.2_wp, 0.45_wp]
-         call find_cube_face(0.5_wp*cell, normal, cell, 0.5_wp*cell, span)
-         call find_face(0.5_wp*cell*reshape([1, 0, 0, 0, 1, 0, 0, 0, 1], [3, 3]), normal, cell, cell, distance, cube_span)
-         call test%check_close(pack(span, .true.), pack(cube_span, .true.), 1.0e-15_wp, 'a cube is a box')
+         call find_face(0.5_wp*cell*reshape([1, 0, 0, 0, 1, 0, 0, 0, 1], [3, 3]), normal, cell, cell, distance, span)
+         call test%check_close(pack(span, .true.), pack(cube_span(0.5_wp*cell, normal, cell), .true.), 1.0e-15_wp, &
+                               'a cube is a box')
          call test%check_close(distance, 0.5_wp*cell, 1.0e-15_wp, 'whose side is half an edge away')
          call weigh_face(weights, node, node + place - 0.5_wp*normal, span/cell, turns=.false.)
          do k = 1, 3
@@ -180,12 +214,30 @@ contains
             call gimp_weights(place(k), 0.5_wp, volume(-1), volume(0), volume(1), slopes(1), slopes(2))
             across = volume
             if (k == axis) across = max(0.0_wp, 1.0_wp - abs(place(k) + 0.5_wp - [-1, 0, 1]))
-            call test%check_close(side, across, 1.0e-9_wp, 'a side of a cube')
+            call test%check_close(side, across, 1.0e-14_wp, 'a side of a cube')
          end do
-         call find_cube_face(0.25_wp*cell, normal, cell, 0.25_wp*cell, span)
-         call test%check(all(abs(span) <= 0.0_wp), 'the side of a small cube is its middle')
+         call test%check(all(abs(cube_span(0.25_wp*cell, normal, cell)) <= 0.0_wp), 'the side of a small cube is its middle')
+         call beside_nodes()
       end do
    end subroutine sides
+
+   !> A cube that reaches past a node by next to nothing: the node beyond has hardly any mass, and no more weight than it can bear.
+   subroutine beside_nodes()
+      real(wp) :: reach, mass(-1:1), slopes(2), weight
+      integer :: e
+      do e = 0, 18
+         reach = 10.0_wp**(-e)/3.0_wp
+         place = 0.0_wp
+         place(axis) = 0.5_wp - reach
+         normal = 0.0_wp
+         normal(axis) = 1.0_wp
+         call weigh_face(weights, node, node + place - 0.5_wp*normal, cube_span(0.5_wp*cell, normal, cell)/cell, turns=.false.)
+         call gimp_weights(place(axis), 0.5_wp, mass(-1), mass(0), mass(1), slopes(1), slopes(2))
+         weight = sum(weights%weight(merge(0, 1, axis == 1):merge(0, 1, axis == 1), merge(0, 1, axis == 2):merge(0, 1, axis == 2), &
+                                     merge(0, 1, axis == 3):merge(0, 1, axis == 3)))
+         call test%check(weight**2 <= 2.5_wp*mass(-1), 'weight of a node of hardly any mass')
+      end do
+   end subroutine beside_nodes
 
    !> From small domains to large ones the span grows without a jump.
    subroutine sizes()
@@ -194,7 +246,7 @@ contains
       before = 0.0_wp
       do n = 0, 1000
          half = (0.25_wp + 0.25e-3_wp*n)*cell
-         call find_cube_face(half, normal, cell, 0.9_wp*half, span)
+         span = cube_span(half, normal, cell)
          call test%check(span(1, 1) - before >= 0.0_wp .and. span(1, 1) - before < 0.002_wp*cell, 'no jump')
          before = span(1, 1)
       end do
