@@ -50,6 +50,7 @@ module m_candidates
       procedure :: pressed
       procedure, private :: search
       procedure, private :: consider
+      procedure, private :: take
       procedure, private :: turn_page
    end type candidates_t
 
@@ -57,6 +58,7 @@ module m_candidates
    real(wp), parameter :: margin = 0.05_wp        !< candidates come in this far before they touch, in particle edges
    real(wp), parameter :: flattening = 0.15_wp    !< up to which forces act at the face of a fixed domain (eq. contact-face)
    real(wp), parameter :: touching = 1.0e-4_wp    !< a smaller gap is none, in particle edges
+   real(wp), parameter :: longest_thickness = 2.0_wp*sqrt(3.0_wp)*longest !< of domains that deform, in cells
    real(wp), parameter :: recovery = 0.01_wp      !< overlap is taken back by at most this much a step, in particle edges
 
 contains
@@ -71,36 +73,41 @@ contains
       type(materials_t), intent(in) :: materials
       real(wp), intent(in) :: time_step
       real(wp), intent(out) :: overlap(:) !< (tools): deepest place of a contact point inside, m
-      real(wp) :: far !< no candidate's centre is further from a tool, m
+      real(wp) :: thick !< no particle of a block is thicker, m
       integer :: b, t
       self%count = 0
       self%rubbing = 0
       overlap = 0.0_wp
       do b = 1, size(level%blocks)
          if (level%blocks(b)%particles%count == 0) cycle
-         if (.not. near_tool(tools, level, level%blocks(b)%place)) cycle
-         call level%join_arrivals(b)
-         far = thickest(level, level%blocks(b)) + fastest*level%grid%cell
+         thick = 0.0_wp
          do t = 1, size(tools)
-            call self%search(tools(t), level, materials, time_step, b, t, far, overlap(t))
+            if (.not. can_touch(tools(t), level, level%blocks(b))) cycle
+            call level%join_arrivals(b)
+            if (.not. thick > 0.0_wp) thick = thickest(level, level%blocks(b))
+            call self%search(tools(t), level, materials, time_step, b, t, thick, overlap(t))
          end do
-         call self%turn_page(level%blocks(b)%particles%count, level%blocks(b)%particles%column)
+         if (level%blocks(b)%pressed) &
+            call self%turn_page(level%blocks(b)%particles%count, level%blocks(b)%particles%column, level%blocks(b)%pressed)
       end do
    end subroutine find
 
    !> Consider the particles of a block that may be near enough to a tool: rows of bins, bins and particles that are surely too far
-   !> away are not looked into.
-   subroutine search(self, tool, level, materials, time_step, b, t, far, overlap)
+   !> away are not looked into. Of a bin only particles count that its nodes are fast enough to carry to the tool in this step.
+   subroutine search(self, tool, level, materials, time_step, b, t, thick, overlap)
       class(candidates_t), intent(inout) :: self
       type(tool_t), intent(in) :: tool
       type(level_t), intent(in) :: level
       type(materials_t), intent(in) :: materials
       real(wp), intent(in) :: time_step
       integer, intent(in) :: b, t !< numbers of the block and the tool
-      real(wp), intent(in) :: far !< m
+      real(wp), intent(in) :: thick !< no particle of the block is thicker, m
       real(wp), intent(inout) :: overlap
+      real(wp) :: far  !< no candidate's centre is further from a tool, m
+      real(wp) :: near !< the same for those of a bin
       real(wp) :: centre(3), middle(3), position(3), gap, gap_centre, normal(3), normal_centre(3), half_diagonal, half_row
       integer :: bin, first, l, p
+      far = thick + fastest*level%grid%cell
       half_diagonal = 0.5_wp*sqrt(3.0_wp)*level%grid%cell
       half_row = 0.5_wp*(block_size - 1)*level%grid%cell
       associate (block => level%blocks(b))
@@ -115,11 +122,13 @@ contains
                middle = block%origin + bin_place(bin)*level%grid%cell
                if (surely_beyond(far + half_diagonal, gap_centre, normal_centre, middle - centre)) cycle
                call tool%gap_and_normal(middle, gap, normal)
-               if (gap > far + half_diagonal) cycle
+               near = thick + min(fastest*level%grid%cell, &
+                                  margin*thick + time_step*(speed_around(level, b, bin) + norm2(tool%velocity())))
+               if (gap > near + half_diagonal) cycle
                do l = block%cells%first(bin), block%cells%first(bin + 1) - 1
                   p = block%cells%order(l)
                   position = block%particles%column(p, level%layout%position:level%layout%position + 2)
-                  if (surely_beyond(far, gap, normal, position - middle)) cycle
+                  if (surely_beyond(near, gap, normal, position - middle)) cycle
                   call self%consider(tool, level, materials, time_step, [b, p, bin, t], overlap)
                end do
             end do
@@ -127,14 +136,34 @@ contains
       end associate
    end subroutine search
 
+   !> No node that a particle of a bin gives to is faster, m/s.
+   pure real(wp) function speed_around(level, b, bin)
+      type(level_t), intent(in) :: level
+      integer, intent(in) :: b, bin !< numbers of the block and the bin
+      real(wp) :: largest(3)
+      integer :: i, j, k, at(3)
+      at = bin_place(bin)
+      largest = 0.0_wp
+      do k = at(3), at(3) + 2 ! a tile begins a node before its block
+         do j = at(2), at(2) + 2
+            do i = at(1), at(1) + 2
+               largest = max(largest, abs(level%solved(2:4, i, j, k, b)))
+            end do
+         end do
+      end do
+      speed_around = norm2(largest)
+   end function speed_around
+
    !> The last pressures of a block's particles become the earlier ones, and friction is 0 until it is found again. Where there was
-   !> no pressure in either step, all stays 0.
-   pure subroutine turn_page(self, count, column)
+   !> no pressure in either step, all is 0 and stays so.
+   pure subroutine turn_page(self, count, column, pressed)
       class(candidates_t), intent(in) :: self
       integer, intent(in) :: count
       real(wp), intent(inout), contiguous :: column(:, :)
+      logical, intent(out) :: pressed !< some particle was
       integer :: p
-      if (any(column(:count, self%pressure) > 0.0_wp .or. column(:count, self%earlier) > 0.0_wp)) then
+      pressed = any(column(:count, self%pressure) > 0.0_wp .or. column(:count, self%earlier) > 0.0_wp)
+      if (pressed) then
          !$omp simd
          do p = 1, count
             column(p, self%earlier) = column(p, self%pressure)
@@ -143,6 +172,21 @@ contains
       end if
       if (self%traction > 0) column(:count, self%traction:self%traction + 2) = 0.0_wp
    end subroutine turn_page
+
+   !> False when all particles of a block are surely too far from a tool to touch it in this step: by the box of their centres, and
+   !> the thickest domains that there can be.
+   pure logical function can_touch(tool, level, block)
+      type(tool_t), intent(in) :: tool
+      type(level_t), intent(in) :: level
+      type(block_t), intent(in) :: block
+      real(wp) :: centre(3), gap, normal(3), widest
+      widest = level%grid%cell ! weights allow no wider domain
+      if (level%layout%domain > 0 .or. level%layout%half_sizes) widest = longest_thickness*level%grid%cell
+      centre = 0.5_wp*(block%lowest + block%highest)
+      call tool%gap_and_normal(centre, gap, normal)
+      can_touch = .not. surely_beyond(widest + fastest*level%grid%cell, gap, normal, &
+                                      -sign(0.5_wp*(block%highest - block%lowest), normal))
+   end function can_touch
 
    !> True where the gap at a place outside a tool and its normal tell that the gap is above a limit some way off: tools are convex,
    !> so a gap is nowhere smaller than it is foretold so. Most bins of a block and most particles of a bin need not be asked then.
@@ -165,14 +209,14 @@ contains
       type(block_t), intent(in) :: block
       real(wp) :: smallest, largest
       if (level%layout%domain > 0 .or. level%layout%half_sizes) then
-         thickest = 2.0_wp*sqrt(3.0_wp)*longest*level%grid%cell
+         thickest = longest_thickness*level%grid%cell
       else
          call find_bounds(block%particles%count, block%particles%column(:, level%layout%half_size), smallest, largest)
          thickest = 2.0_wp*largest
       end if
    end function thickest
 
-   !> Keep a particle of a bin as a candidate if the free motion would carry it into the tool, or almost.
+   !> Look at a particle of a bin: whether its contact point is near enough to a tool to get there in a step.
    subroutine consider(self, tool, level, materials, time_step, number, overlap)
       class(candidates_t), intent(inout) :: self
       type(tool_t), intent(in) :: tool
@@ -181,30 +225,44 @@ contains
       real(wp), intent(in) :: time_step
       integer, intent(in) :: number(4) !< of the block, the particle, the bin and the tool
       real(wp), intent(inout) :: overlap
-      type(candidate_t) :: c
-      real(wp) :: area, edge, thickness, to_face, span(3, 3), position(3)
+      real(wp) :: edge, gap, normal(3), thickness
       integer :: m, p
       p = number(2)
       associate (block => level%blocks(number(1)), column => level%blocks(number(1))%particles%column, at => level%layout)
-         position = column(p, at%position:at%position + 2)
-         call tool%gap_and_normal(position, c%gap, c%normal)
+         call tool%gap_and_normal(column(p, at%position:at%position + 2), gap, normal)
          if (at%domain > 0 .or. at%half_sizes) then
-            thickness = level%thickness(column(p, :), c%normal)
             edge = (column(p, at%volume))**(1.0_wp/3.0_wp)
-            area = column(p, at%volume)/thickness
+            thickness = level%thickness(column(p, :), normal)
          else
             edge = 2.0_wp*column(p, at%half_size)
-            if (c%gap > edge + fastest*level%grid%cell) return
+            if (gap > edge + fastest*level%grid%cell) return
             m = materials%of_body(block%particles%body(p))
-            thickness = edge*materials%slots(m)%law%stretch(column(p, :), at, c%normal)
-            area = edge**2
+            thickness = edge*materials%slots(m)%law%stretch(column(p, :), at, normal)
          end if
-         c%gap = c%gap - tool%spec%penetration_factor*thickness
-         if (c%gap > fastest*level%grid%cell) return
-         overlap = max(overlap, -c%gap)
-         c%block = number(1)
-         c%particle = p
-         c%tool = number(4)
+         gap = gap - tool%spec%penetration_factor*thickness
+         if (gap > fastest*level%grid%cell) return
+         overlap = max(overlap, -gap)
+         call self%take(tool, level, time_step, number, candidate_t(block=number(1), particle=p, tool=number(4), gap=gap, &
+                                                                    normal=normal), edge, thickness)
+      end associate
+   end subroutine consider
+
+   !> Keep a candidate if the free motion would carry its contact point into the tool, or almost.
+   subroutine take(self, tool, level, time_step, number, near, edge, thickness)
+      class(candidates_t), intent(inout) :: self
+      type(tool_t), intent(in) :: tool
+      type(level_t), intent(in) :: level
+      real(wp), intent(in) :: time_step
+      integer, intent(in) :: number(4)
+      type(candidate_t), intent(in) :: near         !< particle, tool, gap and normal
+      real(wp), intent(in) :: edge, thickness       !< of the particle, m
+      type(candidate_t) :: c
+      real(wp) :: to_face, span(3, 3), position(3)
+      integer :: p
+      c = near
+      p = number(2)
+      associate (block => level%blocks(number(1)), column => level%blocks(number(1))%particles%column, at => level%layout)
+         position = column(p, at%position:at%position + 2)
          if (at%domain > 0 .or. at%half_sizes) then
             associate (r => fitted_edges(column(p, :), at, level%grid%cell))
                call find_face(r, c%normal, level%grid%cell, norm2(matmul(c%normal, r)), to_face, span)
@@ -216,7 +274,8 @@ contains
          call set_face(c, level%grid, block%place, bin_place(number(3)), at%domain > 0, &
                        (position - to_face*c%normal - block%origin)*level%grid%per_cell, span*level%grid%per_cell)
          if (c%gap + time_step*(normal_speed(level, c) - dot_product(c%normal, tool%velocity())) > margin*edge) return
-         c%area = area
+         c%area = edge**2
+         if (at%domain > 0 .or. at%half_sizes) c%area = column(p, at%volume)/thickness
          c%mass = column(p, at%mass)
          c%force = expected(column(p, self%pressure), column(p, self%earlier))*c%area
          if (tool%spec%friction > 0.0_wp) then
@@ -227,7 +286,7 @@ contains
          end if
          call keep(self, c)
       end associate
-   end subroutine consider
+   end subroutine take
 
    !> The pressure that follows two others: what has begun goes on.
    pure real(wp) function expected(last, earlier)

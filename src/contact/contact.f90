@@ -11,13 +11,14 @@ module m_contact
    use m_field_table, only: field_table_t
    use m_level, only: level_t
    use m_materials, only: materials_t
-   use m_boundary, only: held_components, constrain_nodes
+   use m_boundary, only: constrain_nodes
    use m_contact_complaints, only: check_nodes, candidate_text
-   use m_candidates, only: candidate_t, candidates_t, touches, normal_speed, point_velocity, fastest, recovery
+   use m_candidates, only: candidates_t, touches, normal_speed, point_velocity, fastest, recovery
    use m_friction, only: friction_t
    use m_contact_system, only: contact_system_t, nodal_forces_t
-   use m_cell_rows, only: bin_nodes
+   use m_contact_rows, only: assemble, touched_nodes
    use m_petsc_solver, only: petsc_solver_t
+   use m_partners, only: partners_t, owners_of
    implicit none
    private
    public :: contact_t, tool_state_t
@@ -38,6 +39,7 @@ module m_contact
       type(contact_spec_t) :: spec
       type(contact_system_t) :: system
       type(petsc_solver_t) :: solver
+      type(partners_t) :: partners          !< the ranks that solve
       type(candidates_t) :: candidates
       type(friction_t) :: friction
       integer(i8) :: solves = 0, iterations = 0, unsolved = 0
@@ -50,26 +52,32 @@ module m_contact
       real(wp) :: worst_residual = 0.0_wp   !< relative
       real(wp) :: worst_overlap = 0.0_wp    !< m
       real(wp) :: worst_bridge = 0.0_wp     !< largest force that acts across a gap, times the gap: over largest force and cell
+      real(wp), allocatable :: felt(:, :)   !< (parts_felt, tools) of a step on this rank: load, N; area, m2; heat, J; candidates
    contains
       procedure :: build
       procedure :: declare
       procedure :: active
       procedure :: push
+      procedure :: conclude
+      procedure :: part
       procedure :: release
-      procedure, private :: assemble
       procedure, private :: solve
       procedure, private :: sweep
       procedure, private :: solve_normal
       procedure, private :: judge
       procedure, private :: check_solution
       procedure, private :: move_nodes
-      procedure, private :: sum_up
+      procedure, private :: call_partners
+      procedure, private :: feel
+      procedure, private :: efforts
+      procedure, private :: take_efforts
    end type contact_t
 
    real(wp), parameter :: far_above = 100.0_wp    !< times the tolerance: a residual that is a fault in so many steps running:
    integer, parameter :: most_unsolved = 10
    integer, parameter :: most_sweeps = 50         !< over normal forces and friction in a step
    integer, parameter :: products = 20            !< of the problem of friction, for each iteration that the other is allowed
+   integer, parameter :: parts_felt = 6, parts_of_effort = 10
    real(wp), parameter :: give = 10.0_wp          !< compliance of sticking points, in that of the normal forces; only changes give
 
 contains
@@ -81,7 +89,7 @@ contains
       type(contact_spec_t), intent(in) :: spec
       integer :: t
       self%tools = [(make_tool(tools(t)), t=1, size(tools))]
-      allocate (self%states(size(tools)), self%candidates%list(64))
+      allocate (self%states(size(tools)), self%felt(parts_felt, size(tools)), self%candidates%list(64))
       self%spec = spec
       self%friction%present = any(tools%friction > 0.0_wp)
    end subroutine build
@@ -106,7 +114,7 @@ contains
    end function active
 
    !> Collective: add the contact forces of one step to the solved nodes. On entry `solved` holds what the nodes would do
-   !> without contact; tools stand where they are at `time`, and on return where they are at time + time_step.
+   !> without contact; tools stand where they are at `time`, until `conclude`. Ranks whose nodes no force can reach return at once.
    subroutine push(self, communicator, level, materials, neighbours, time, time_step, error)
       class(contact_t), intent(inout) :: self
       type(communicator_t), intent(in) :: communicator
@@ -115,133 +123,60 @@ contains
       integer, intent(in) :: neighbours(:)    !< ranks, rising
       real(wp), intent(in) :: time, time_step !< s
       type(error_t), intent(inout) :: error
-      integer :: t, needs(2)
+      integer :: t
+      logical :: solves
       self%time = time
       do t = 1, size(self%tools)
          call self%tools(t)%begin_step(time, time_step)
       end do
       call self%candidates%find(self%tools, level, materials, time_step, self%states%overlap)
-      needs = [self%candidates%count, merge(1, 0, self%candidates%count > self%solver%capacity)]
-      call MPI_Allreduce(MPI_IN_PLACE, needs, 2, MPI_INTEGER, MPI_SUM, communicator%comm)
-      if (needs(1) > 0) then
-         self%largest = max(self%largest, int(needs(1), i8))
-         self%handled = self%handled + needs(1)
-         if (needs(2) > 0) call self%solver%fit(communicator%comm%MPI_VAL, 64*((9*self%candidates%count/8)/64 + 1))
-         call self%assemble(communicator, level, neighbours, time_step)
+      call self%call_partners(communicator, level, solves)
+      if (solves) then
+         call assemble(self%system, self%partners%communicator, self%partners%numbered(neighbours), self%tools, self%candidates, &
+                       level, self%spec%compliance, time_step)
          call self%solve(level, time_step, error)
          call check_nodes(self%candidates, self%tools, level, error)
          call self%move_nodes(level, time_step)
       end if
-      call self%sum_up(communicator, level, time_step)
-      do t = 1, size(self%tools)
-         call self%tools(t)%end_step(time + time_step, time_step)
-         if (.not. abs(self%tools(t)%speed)*time_step <= fastest*level%grid%cell) &
-            call fail(error, exit_numerical, 'time '//to_text(time + time_step)//' s: the tool '//self%tools(t)%spec%name// &
-                      ' moves by more than '//to_text(fastest)//' cells in a step; try '// &
-                      trim(merge('a larger mass or smaller loads ', 'a smaller step or slower speeds', &
-                                 self%tools(t)%is_pushed())), may_heal=.true.)
-      end do
+      call self%feel(level, time_step)
    end subroutine push
 
-   !> The operator of this step's candidates: a row for each normal force, then two for each friction.
-   subroutine assemble(self, communicator, level, neighbours, time_step)
+   !> Collective: whether this rank takes part in the step's problem. It does where contact can push nodes of its tiles, and from
+   !> then on until `part`: partners cost more to find than an empty share of the problem.
+   subroutine call_partners(self, communicator, level, solves)
       class(contact_t), intent(inout) :: self
       type(communicator_t), intent(in) :: communicator
       type(level_t), intent(in) :: level
-      integer, intent(in) :: neighbours(:)
-      real(wp), intent(in) :: time_step
-      real(wp) :: compliance(self%candidates%count + 2*self%candidates%rubbing)
-      integer :: c, n, place(3, bin_nodes), t
-      real(wp) :: weight(bin_nodes)
-      associate (list => self%candidates%list(:self%candidates%count))
-         call self%system%begin(communicator, level%grid%cells, [(self%tools(t)%mobility(time_step), t=1, size(self%tools))])
-         do c = 1, size(list)
-            call nodes_of(level, list(c), n, place, weight)
-            call self%system%add_row(place(:, :n), weight(:n), list(c)%facing, list(c)%tool, &
-                                     dot_product(list(c)%normal, self%tools(list(c)%tool)%spec%axis))
-         end do
-         compliance(:size(list)) = self%spec%compliance*time_step/list%mass
-         do c = 1, size(list)
-            if (list(c)%rubbing == 0) cycle
-            call nodes_of(level, list(c), n, place, weight)
-            do t = 1, 2
-               call self%system%add_row(place(:, :n), weight(:n), list(c)%mirror*list(c)%tangent(:, t), list(c)%tool, &
-                                        dot_product(list(c)%tangent(:, t), self%tools(list(c)%tool)%spec%axis))
-               compliance(self%system%rows) = give*compliance(c)
-            end do
-         end do
-         call self%system%number_nodes(size(list))
-         do c = 1, size(list)
-            call set_mobility(self%system, level, list(c), c, time_step)
-         end do
-      end associate
-      call self%system%connect(neighbours)
-      call self%system%set_scale(compliance)
-      call self%system%pair_scales(self%candidates%count + 1)
-   end subroutine assemble
+      logical, intent(out) :: solves
+      integer :: bounds(3, 2, size(self%tools)), lacks_room, r
+      logical :: needed(0:communicator%ranks - 1)
+      integer, allocatable :: most(:)
+      call touched_nodes(self%candidates, level, bounds)
+      lacks_room = merge(1, 0, self%candidates%count > max(0, self%solver%capacity))
+      most = [lacks_room, bounds]
+      call MPI_Allreduce(MPI_IN_PLACE, most, size(most), MPI_INTEGER, MPI_MAX, communicator%comm)
+      bounds = reshape(most(2:), shape(bounds))
+      solves = .false.
+      if (all(bounds(:, 2, :) == -huge(bounds))) return
+      needed = owners_of(level, communicator%ranks, -bounds(:, 1, :), bounds(:, 2, :))
+      if (allocated(self%partners%member)) needed = needed .or. self%partners%member
+      if (any(needed .and. .not. [(self%partners%has(r), r=0, communicator%ranks - 1)])) then
+         call self%solver%initialise(communicator%comm%MPI_VAL)
+         call self%part()
+         call self%partners%form(communicator, needed)
+      end if
+      solves = self%partners%has(communicator%rank)
+      if (.not. solves) return
+      if (most(1) > 0 .or. self%solver%capacity < 0) &
+         call self%solver%fit(self%partners%communicator%comm%MPI_VAL, 64*((9*self%candidates%count/8)/64 + 1))
+   end subroutine call_partners
 
-   !> Nodes of a candidate in the grid and their weights.
-   pure subroutine nodes_of(level, c, n, place, weight)
-      type(level_t), intent(in) :: level
-      type(candidate_t), intent(in) :: c
-      integer, intent(out) :: n                   !< 8 or 27
-      integer, intent(inout) :: place(3, bin_nodes)
-      real(wp), intent(inout) :: weight(bin_nodes)
-      integer :: i, j, k, at(3)
-      logical :: held(3)
-      n = 0
-      do k = 0, c%face%last
-         do j = 0, c%face%last
-            do i = 0, c%face%last
-               n = n + 1
-               call image_node(level, c, [i, j, k], place(:, n), at, held)
-               weight(n) = c%face%weight(i, j, k)
-            end do
-         end do
-      end do
-   end subroutine nodes_of
-
-   !> Mobilities of the nodes of a candidate, which has a row of the system.
-   pure subroutine set_mobility(system, level, c, row, time_step)
-      type(contact_system_t), intent(inout) :: system
-      type(level_t), intent(in) :: level
-      type(candidate_t), intent(in) :: c
-      integer, intent(in) :: row
-      real(wp), intent(in) :: time_step
-      integer :: i, j, k, s, place(3), at(3)
-      real(wp) :: mass
-      logical :: held(3)
-      s = system%begins(row)
-      do k = 0, c%face%last
-         do j = 0, c%face%last
-            do i = 0, c%face%last
-               call image_node(level, c, [i, j, k], place, at, held)
-               mass = level%solved(1, at(1), at(2), at(3), c%block)
-               associate (mobility => system%mobility(:, system%node(s)))
-                  mobility = 0.0_wp
-                  if (mass > 0.0_wp) mobility(:3) = merge(0.0_wp, time_step/mass, held)
-               end associate
-               s = s + 1
-            end do
-         end do
-      end do
-   end subroutine set_mobility
-
-   !> The node that stands for a candidate's node: itself, or its mirror inside a symmetry plane, beyond which nodes have no
-   !> weight. `image` is its place in the grid (from -1 to cells + 1), `at` that in the block's
-   !> tile.
-   pure subroutine image_node(level, c, offset, image, at, held)
-      type(level_t), intent(in) :: level
-      type(candidate_t), intent(in) :: c
-      integer, intent(in) :: offset(3)
-      integer, intent(out) :: image(3), at(3)
-      logical, intent(out) :: held(3)
-      integer :: place(3)
-      logical :: turned(3)
-      place = block_size*level%blocks(c%block)%place + c%face%corner + offset
-      call held_components(level%grid, place, held, turned, image)
-      at = image - block_size*level%blocks(c%block)%place + 1
-   end subroutine image_node
+   !> Collective: those who solve are called anew in the next step with contact.
+   subroutine part(self)
+      class(contact_t), intent(inout) :: self
+      call self%solver%dismiss()
+      call self%partners%dissolve()
+   end subroutine part
 
    !> Forces of the candidates: no tension, no pressure across a gap, no way into the tool; friction where a tool has any.
    subroutine solve(self, level, time_step, error)
@@ -288,6 +223,7 @@ contains
             it%touches = max(x(c), w(c)) > 0.0_wp .and. touches(it, self%tools, level, gap) ! no force, no touch
             if (it%force > 0.0_wp) self%worst_bridge = max(self%worst_bridge, it%force*gap/(strongest*level%grid%cell))
             level%blocks(it%block)%particles%column(it%particle, self%candidates%pressure) = it%force/it%area
+            if (it%force > 0.0_wp) level%blocks(it%block)%pressed = .true.
             if (it%rubbing > 0) then
                associate (first => self%candidates%traction)
                   level%blocks(it%block)%particles%column(it%particle, first:first + 2) = matmul(it%tangent, it%drag)/it%area
@@ -440,62 +376,100 @@ contains
       end do
    end subroutine push_node
 
-   !> Collective: loads, areas, overlaps and work of the tools; loads move those that are pushed.
-   subroutine sum_up(self, communicator, level, time_step)
+   !> What the tools feel of this rank's candidates, and what friction takes from the motion by how the contact points slip at the
+   !> step's end.
+   subroutine feel(self, level, time_step)
+      class(contact_t), intent(inout) :: self
+      type(level_t), intent(in) :: level
+      real(wp), intent(in) :: time_step
+      integer :: c
+      self%felt = 0.0_wp
+      do c = 1, self%candidates%count
+         associate (it => self%candidates%list(c), felt => self%felt(:, self%candidates%list(c)%tool))
+            felt(1:3) = felt(1:3) - it%force*it%normal
+            if (it%touches) felt(4) = felt(4) + it%area
+            felt(6) = felt(6) + 1.0_wp
+            if (it%rubbing == 0) cycle
+            felt(1:3) = felt(1:3) - matmul(it%tangent, it%drag)
+            felt(5) = felt(5) - time_step*dot_product(matmul(it%tangent, it%drag), &
+                                                      point_velocity(level, it) - self%tools(it%tool)%velocity())
+         end associate
+      end do
+   end subroutine feel
+
+   !> Collective, at the end of a step: loads, areas, overlaps and work of the tools; loads move those that are pushed. On return
+   !> tools stand where they are at `time`, that of the end.
+   subroutine conclude(self, communicator, level, time, time_step, error)
       class(contact_t), intent(inout) :: self
       type(communicator_t), intent(in) :: communicator
       type(level_t), intent(in) :: level
-      real(wp), intent(in) :: time_step
-      real(wp) :: sums(4, size(self%tools)), deepest(size(self%tools))
-      integer :: c, t
-      sums = 0.0_wp
-      do c = 1, self%candidates%count
-         associate (it => self%candidates%list(c))
-            sums(1:3, it%tool) = sums(1:3, it%tool) - it%force*it%normal
-            if (it%rubbing > 0) sums(1:3, it%tool) = sums(1:3, it%tool) - matmul(it%tangent, it%drag)
-            if (it%touches) sums(4, it%tool) = sums(4, it%tool) + it%area
-         end associate
-      end do
+      real(wp), intent(in) :: time, time_step !< s
+      type(error_t), intent(inout) :: error
+      real(wp) :: sums(parts_felt, size(self%tools)), deepest(size(self%tools)), told(parts_of_effort)
+      real(wp), allocatable :: both(:)
+      integer :: t
       deepest = self%states%overlap
-      call MPI_Allreduce(MPI_IN_PLACE, sums, size(sums), MPI_DOUBLE_PRECISION, MPI_SUM, communicator%comm)
+      told = 0.0_wp
+      if (self%partners%has(communicator%rank) .and. self%partners%communicator%is_root()) told = self%efforts()
+      both = [self%felt, told]
+      call MPI_Allreduce(MPI_IN_PLACE, both, size(both), MPI_DOUBLE_PRECISION, MPI_SUM, communicator%comm)
       call MPI_Allreduce(MPI_IN_PLACE, deepest, size(deepest), MPI_DOUBLE_PRECISION, MPI_MAX, communicator%comm)
+      sums = reshape(both(:size(sums)), shape(sums))
       do t = 1, size(self%tools)
          associate (state => self%states(t))
             state%load = sums(1:3, t)
             state%area = sums(4, t)
             state%overlap = deepest(t)
+            state%heat = state%heat + sums(5, t)
             call self%tools(t)%react(state%load, time_step)
             state%work = state%work - time_step*dot_product(state%load, self%tools(t)%velocity())
             state%impulse = state%impulse - time_step*state%load
          end associate
       end do
       self%worst_overlap = max(self%worst_overlap, maxval(deepest))
-      if (self%friction%present) call add_heat(self, communicator, level, time_step)
-   end subroutine sum_up
-
-   !> Collective: what friction takes from the motion in a step, by how the contact points slip at its end.
-   subroutine add_heat(self, communicator, level, time_step)
-      class(contact_t), intent(inout) :: self
-      type(communicator_t), intent(in) :: communicator
-      type(level_t), intent(in) :: level
-      real(wp), intent(in) :: time_step
-      real(wp) :: heat(size(self%tools))
-      integer :: c
-      heat = 0.0_wp
-      do c = 1, self%candidates%count
-         associate (it => self%candidates%list(c))
-            if (it%rubbing > 0) heat(it%tool) = heat(it%tool) - time_step*dot_product(matmul(it%tangent, it%drag), &
-                                                     point_velocity(level, it) - self%tools(it%tool)%velocity())
-         end associate
+      self%largest = max(self%largest, nint(sum(sums(6, :)), i8))
+      self%handled = self%handled + nint(sum(sums(6, :)), i8)
+      if (any(sums(6, :) > 0.0_wp)) call self%take_efforts(both(size(sums) + 1:))
+      do t = 1, size(self%tools)
+         call self%tools(t)%end_step(time, time_step)
+         if (.not. abs(self%tools(t)%speed)*time_step <= fastest*level%grid%cell) &
+            call fail(error, exit_numerical, 'time '//to_text(time)//' s: the tool '//self%tools(t)%spec%name// &
+                      ' moves by more than '//to_text(fastest)//' cells in a step; try '// &
+                      trim(merge('a larger mass or smaller loads ', 'a smaller step or slower speeds', &
+                                 self%tools(t)%is_pushed())), may_heal=.true.)
       end do
-      call MPI_Allreduce(MPI_IN_PLACE, heat, size(heat), MPI_DOUBLE_PRECISION, MPI_SUM, communicator%comm)
-      self%states%heat = self%states%heat + heat
-   end subroutine add_heat
+   end subroutine conclude
+
+   !> How many problems there were and what they took, as one of those who solve knows it, for those who did not.
+   pure function efforts(self)
+      class(contact_t), intent(in) :: self
+      real(wp) :: efforts(parts_of_effort)
+      efforts(:7) = real([self%solves, self%iterations, self%unsolved, self%unsolved_in_row, self%system%products, &
+                          self%friction%sweeps, self%friction%iterations], wp)
+      efforts(8:) = [self%step_residual, self%worst_residual, self%friction%steepest]
+   end function efforts
+
+   !> Take what `efforts` says.
+   pure subroutine take_efforts(self, efforts)
+      class(contact_t), intent(inout) :: self
+      real(wp), intent(in) :: efforts(parts_of_effort)
+      self%solves = nint(efforts(1), i8)
+      self%iterations = nint(efforts(2), i8)
+      self%unsolved = nint(efforts(3), i8)
+      self%unsolved_in_row = nint(efforts(4), i8)
+      self%system%products = nint(efforts(5), i8)
+      self%friction%sweeps = nint(efforts(6), i8)
+      self%friction%iterations = nint(efforts(7), i8)
+      self%step_residual = efforts(8)
+      self%worst_residual = efforts(9)
+      self%friction%steepest = efforts(10)
+   end subroutine take_efforts
 
    !> Collective: free what PETSc holds.
    subroutine release(self)
       class(contact_t), intent(inout) :: self
       call self%solver%release()
+      call self%partners%dissolve()
    end subroutine release
 
 end module m_contact

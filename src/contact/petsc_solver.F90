@@ -16,7 +16,7 @@ module m_petsc_solver
    !> Solver objects, kept from step to step while the number of unknowns fits.
    type :: petsc_solver_t
       private
-      logical :: started = .false.       !< this code has initialised PETSc
+      logical :: started = .false.       !< this solver has initialised PETSc
       integer, public :: capacity = -1   !< unknowns on this rank that the objects hold
       integer, public :: guesses = 8     !< of which unknowns are free, before gradient projection has to find out
       integer(i8), public :: projected = 0 !< problems for which it had to
@@ -26,7 +26,9 @@ module m_petsc_solver
       Tao :: tao
       KSP :: ksp
    contains
+      procedure, public :: initialise
       procedure, public :: fit
+      procedure, public :: dismiss
       procedure, public :: solve
       procedure, public :: release
    end type petsc_solver_t
@@ -45,20 +47,29 @@ module m_petsc_solver
 
 contains
 
-   !> Collective: objects for `unknowns` on this rank. Initialises PETSc at the first call.
+   !> Collective: initialise PETSc, once, for ranks of whom all or some will solve.
+   subroutine initialise(self, comm)
+      class(petsc_solver_t), intent(inout) :: self
+      integer, intent(in) :: comm !< the handle of their communicator
+      PetscErrorCode :: ierr
+      PetscBool :: there
+      PetscCallA(PetscInitialized(there, ierr))
+      if (there) return
+      PETSC_COMM_WORLD = comm
+      PetscCallA(PetscInitialize(PETSC_NULL_CHARACTER, ierr))
+      self%started = .true.
+   end subroutine initialise
+
+   !> Collective among those who solve: objects for `unknowns` on this rank.
    subroutine fit(self, comm, unknowns)
       class(petsc_solver_t), intent(inout) :: self
-      integer, intent(in) :: comm     !< the handle of the communicator
+      integer, intent(in) :: comm     !< the handle of their communicator
       integer, intent(in) :: unknowns !< on this rank; may be 0
       PetscErrorCode :: ierr
       PetscInt :: n
       PC :: preconditioner
-      if (.not. self%started) then
-         PETSC_COMM_WORLD = comm
-         PetscCallA(PetscInitialize(PETSC_NULL_CHARACTER, ierr))
-         self%started = .true.
-      end if
-      if (self%capacity >= 0) call destroy(self)
+      call self%initialise(comm)
+      call self%dismiss()
       n = unknowns
       PetscCallA(VecCreateMPI(comm, n, PETSC_DETERMINE, self%change, ierr))
       PetscCallA(VecDuplicate(self%change, self%b, ierr))
@@ -298,9 +309,11 @@ contains
       ierr = 0
    end subroutine keep_hessian
 
-   subroutine destroy(self)
+   !> Collective among those who solve: free the objects.
+   subroutine dismiss(self)
       class(petsc_solver_t), intent(inout) :: self
       PetscErrorCode :: ierr
+      if (self%capacity < 0) return
       PetscCallA(TaoDestroy(self%tao, ierr))
       PetscCallA(KSPDestroy(self%ksp, ierr))
       PetscCallA(MatDestroy(self%free_hessian, ierr))
@@ -313,13 +326,13 @@ contains
       PetscCallA(VecDestroy(self%lower, ierr))
       PetscCallA(VecDestroy(self%upper, ierr))
       self%capacity = -1
-   end subroutine destroy
+   end subroutine dismiss
 
-   !> Collective: free everything; PETSc is finalised if this code had started it.
+   !> Collective among all: free everything; PETSc is finalised if this solver had started it.
    subroutine release(self)
       class(petsc_solver_t), intent(inout) :: self
       PetscErrorCode :: ierr
-      if (self%capacity >= 0) call destroy(self)
+      call self%dismiss()
       if (self%started) then
          PetscCallA(PetscFinalize(ierr))
       end if

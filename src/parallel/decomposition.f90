@@ -166,6 +166,7 @@ contains
       new%disorder = old%disorder
       call move_alloc(old%leavers, new%leavers)
       new%leaver_count = old%leaver_count
+      new%pressed = old%pressed
       new%at_rest = old%at_rest
       new%tile_holds = old%tile_holds
       new%sums_hold = old%sums_hold

@@ -259,6 +259,7 @@ contains
          block%disorder = record(n + 5)
          block%jumps = record(n + 6)
       end if
+      block%pressed = .true.
       block%at_rest = .false.
       block%sums_hold = .false.
    end subroutine store

@@ -20,6 +20,7 @@ module m_placement
       logical, allocatable :: exists(:)     !< (blocks)
       integer, allocatable :: weight(:, :)  !< (levels, and contact where there is any; blocks): in one step of the level
       real(wp), allocatable :: times(:)     !< how often that is done in a step of the coarsest level
+      integer, allocatable :: waited_for(:) !< (blocks): by ranks that own a block next to it, while others go on
    end type work_t
 
    integer, parameter :: block_cost = 64 !< of a block's node tile, in particles
@@ -27,7 +28,8 @@ module m_placement
    real(wp), parameter :: jump_cost = 16.0_wp !< of a place where the next particle of the list is not the next in memory, in
                                               !< particles; with it goes how uneven the bins are, and how often the particles
                                               !< are sorted
-   integer, parameter :: point_cost = 16 !< of a contact point, in particles
+   integer, parameter :: point_cost = 48 !< of a contact point, in particles: of E2, what its rank takes longer for contact than the other
+   real(wp), parameter :: wait_share = 0.25_wp !< of a wait for a block that each of its edges stands for: some four are cut at a time
    real(wp), parameter :: shared_cost = 0.1_wp !< of a node shared with another rank, in particles
    real(wp), parameter :: move_cost = 6.0_wp    !< of a particle that leaves or enters a rank, in its steps
    real(wp), parameter :: well_shared = 1.01_wp !< a step over one of evenly shared work that need not be shorter
@@ -37,7 +39,9 @@ module m_placement
 
 contains
 
-   !> The work of the blocks from what they hold. Contact is on the finest level.
+   !> The work of the blocks from what they hold. Contact is on the finest level. Ranks that solve its problem wait for each other, and
+   !> the points are shared out as a constraint of their own; where one block has most of them, they are its own work, for ranks away
+   !> from it go on meanwhile (m_partners).
    pure function work_of(levels, particles, steps, points, lists) result(work)
       type(level_t), intent(in) :: levels(:)     !< only their grids matter
       integer, intent(in) :: particles(:)        !< of each block of each level, by number; -1 where there is no block
@@ -46,11 +50,15 @@ contains
       integer, intent(in), optional :: lists(:)  !< what the lists of each block cost, from lists_work; nothing where not given
       type(work_t) :: work
       integer :: first, l, last, constraints
+      logical :: apart
       constraints = size(levels)
-      if (present(points)) constraints = constraints + merge(1, 0, any(points > 0))
+      apart = .false.
+      if (present(points)) apart = any(points > 0) .and. 2*maxval(points) <= sum(points)
+      if (apart) constraints = constraints + 1
       work%exists = particles >= 0
       allocate (work%weight(constraints, size(particles)), source=0)
       allocate (work%times(constraints), source=1.0_wp)
+      allocate (work%waited_for(size(particles)), source=0)
       do l = 1, size(levels)
          first = blocks_before(levels, l) + 1
          last = blocks_before(levels, l + 1)
@@ -59,9 +67,12 @@ contains
          where (.not. work%exists(first:last)) work%weight(l, first:last) = 0
          if (present(steps)) work%times(l) = steps(l)
       end do
-      if (constraints == size(levels)) return
-      work%weight(constraints, :) = merge(point_cost*points, 0, work%exists)
       work%times(constraints) = work%times(size(levels))
+      if (.not. present(points)) return
+      associate (of_points => work%weight(constraints, :))
+         of_points = of_points + merge(point_cost*points, 0, work%exists)
+      end associate
+      if (.not. apart) work%waited_for = merge(point_cost*points, 0, work%exists)
    end function work_of
 
    !> What a block's lists cost in a step, as if it had so many particles more (performance.md, 'Which block costs what').
@@ -186,13 +197,21 @@ contains
       type(work_t), intent(in) :: work
       integer, intent(in) :: there(:) !< their numbers
       integer, intent(in) :: ranks
-      integer :: n, vertex(size(work%exists))
+      integer :: n, vertex(size(work%exists)), waits(size(there))
       vertex = 0
       vertex(there) = [(n, n=1, size(there))]
       call make_graph(levels, vertex, there, graph%offsets, graph%adjacent, graph%edge_weights)
       graph%weight = work%weight(:, there)
       graph%times = work%times
       graph%edge_cost = shared_cost*2.0_wp/ranks
+      waits = nint(wait_share*work%waited_for(there)/graph%edge_cost)
+      if (all(waits == 0)) return
+      do n = 1, size(there)
+         associate (edges => graph%edge_weights(graph%offsets(n) + 1:graph%offsets(n + 1)), &
+                    others => graph%adjacent(graph%offsets(n) + 1:graph%offsets(n + 1)))
+            edges = edges + waits(n) + waits(1 + others)
+         end associate
+      end do
    end function graph_of
 
    !> The graph of the blocks that exist, by their vertices, which count as their numbers do: edges to neighbours, parents and

@@ -22,6 +22,7 @@ module m_block
       logical :: shared = .false.        !< a neighbour lives on another rank
       integer(i4), allocatable :: leavers(:) !< particles that left during this step, rising
       integer :: leaver_count = 0
+      logical :: pressed = .true.        !< some particle may carry a contact pressure, of the last step or the one before
       logical :: at_rest = .false.       !< no particle moves, none is under stress
       logical :: tile_holds = .false.    !< its tile in `gathered` is what its particles give as they are now, but for what has
                                          !< arrived

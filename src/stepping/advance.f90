@@ -99,6 +99,9 @@ contains
          call strain(model, l, clock%step, error)                      ! 6, last
          call take_next_position(model, l, error)                      ! 7, late
       end if
+      call model%timers%enter(phase_control)
+      if (model%contact%active() .and. l == size(model%levels)) &
+         call model%contact%conclude(model%communicator, model%levels(l), clock%time + clock%step, clock%step, error)
       call move_particles(model, l, error)
    end subroutine advance_level
 
@@ -210,7 +213,6 @@ contains
       type(error_t), intent(inout) :: error
       real(wp) :: bounds(5)
       integer :: b, m, place(3)
-      call model%timers%enter(phase_control)
       bounds = [model%bounds%wave_speed, model%bounds%particle_speed, 0.0_wp, 0.0_wp, real(model%asked, wp)]
       if (.not. error%happened()) then
          do b = 1, size(model%levels(l)%blocks)

@@ -221,6 +221,7 @@ contains
                block%cells%bin(:n) = self%bin(done + 1:done + n)
                block%cells%current = .false.
                call block%stir()
+               block%pressed = .true.
                block%lowest = self%extent(1:3, blocks)
                block%highest = self%extent(4:6, blocks)
                done = done + n

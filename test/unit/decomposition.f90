@@ -27,6 +27,7 @@ program decomposition
       call very_many_particles(parts)
    end do
    call pressed_corner()
+   call pressed_block()
    call disordered_corner()
    call single_moves()
    call numbers_of_parts()
@@ -132,6 +133,50 @@ contains
                       'two ranks share the contact points within 15 %')
       call test%check(told <= 0.97_wp*untold, 'a step is shorter than with particles alone shared')
    end subroutine pressed_corner
+
+   !> The same body with all contact points in the block at its corner: its rank has as much less of the rest, and the blocks around
+   !> it, whose ranks would wait for the points to be solved, so that the other rank waits for nothing. As many points in four blocks
+   !> are shared out.
+   subroutine pressed_block()
+      type(level_t) :: levels(1)
+      type(error_t) :: error
+      integer, allocatable :: counts(:), points(:), owner(:)
+      type(work_t) :: work
+      real(wp) :: load(0:1)
+      integer :: index, place(3), r
+      levels = levels_of([32, 32, 16])
+      allocate (counts(product(levels(1)%grid%blocks)), source=-1)
+      allocate (points(size(counts)), owner(size(counts)))
+      points = 0
+      do index = 1, size(counts)
+         place = levels(1)%grid%block_place(index)
+         if (any(place > [3, 3, 1])) cycle
+         counts(index) = 8*product(min(8, [30, 30, 15] - 8*place))
+         if (all(place == [0, 0, 1])) points(index) = 300
+      end do
+      work = work_of(levels, counts, points=points)
+      call test%check_equal(size(work%times), 1, 'points of one block are work of its level')
+      call choose_owners(as_of(2), levels, work, owner, error)
+      call test%check(.not. error%happened(), 'METIS places the blocks around contact')
+      load = [(sum(real(work%weight(1, :), wp), mask=owner == r), r=0, 1)]
+      if (comm%is_root()) print '(3x,a,f7.3)', 'all points in a block: most loaded rank over the mean:', &
+         2.0_wp*maxval(load)/sum(load)
+      call test%check(2.0_wp*maxval(load) <= 1.03_wp*sum(load), 'with its points the rank has its share within 3 %')
+      do index = 1, size(counts)
+         place = levels(1)%grid%block_place(index)
+         if (all(place <= 1)) call test%check_equal(owner(index), owner(findloc(points, 300, dim=1)), &
+                                                    'blocks beside that with the points are on its rank')
+      end do
+      points = 0
+      do index = 1, size(counts)
+         place = levels(1)%grid%block_place(index)
+         if (all(place(:2) <= 1) .and. place(3) == 1) points(index) = 75
+      end do
+      work = work_of(levels, counts, points=points)
+      call test%check_equal(size(work%times), 2, 'points of four blocks are a constraint of their own')
+      call choose_owners(as_of(2), levels, work, owner, error)
+      call test%check_equal(sum(points, mask=owner == 0), 150, 'which two ranks share')
+   end subroutine pressed_block
 
    !> 4 x 4 x 2 blocks alike but for the lists of a corner, which jump: two ranks share what the lists cost too; without a word
    !> about them one has most of that.
