@@ -104,7 +104,7 @@ contains
       real(wp), intent(in) :: thick !< no particle of the block is thicker, m
       real(wp), intent(inout) :: overlap
       real(wp) :: far  !< no candidate's centre is further from a tool, m
-      real(wp) :: near !< the same for those of a bin
+      real(wp) :: near !< the same for those of a bin, if none is stretched to more than twice its length
       real(wp) :: centre(3), middle(3), position(3), gap, gap_centre, normal(3), normal_centre(3), half_diagonal, half_row
       integer :: bin, first, l, p
       far = thick + fastest*level%grid%cell

@@ -78,7 +78,6 @@ module m_contact
    integer, parameter :: most_sweeps = 50         !< over normal forces and friction in a step
    integer, parameter :: products = 20            !< of the problem of friction, for each iteration that the other is allowed
    integer, parameter :: parts_felt = 6, parts_of_effort = 10
-   real(wp), parameter :: give = 10.0_wp          !< compliance of sticking points, in that of the normal forces; only changes give
 
 contains
 

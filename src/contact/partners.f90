@@ -1,5 +1,5 @@
 !> The ranks that solve the contact problem: those that own a block whose tile holds a node which contact may push. The others go on
-!> with their particles meanwhile (theory.md, The problem; design.md, One message a neighbour rank).
+!> with their particles meanwhile (design.md, Contact on some ranks).
 module m_partners
    use mpi_f08
    use m_constants, only: block_size
@@ -16,7 +16,6 @@ module m_partners
       procedure :: form
       procedure :: dissolve
       procedure :: has
-      procedure :: first
       procedure :: numbered
    end type partners_t
 
@@ -51,12 +50,6 @@ contains
       has = .false.
       if (allocated(self%member)) has = self%member(rank)
    end function has
-
-   !> The lowest member, by its number among all ranks.
-   pure integer function first(self)
-      class(partners_t), intent(in) :: self
-      first = findloc(self%member, .true., dim=1) - 1
-   end function first
 
    !> Those of some ranks that are members, by their numbers among the members.
    pure function numbered(self, ranks)

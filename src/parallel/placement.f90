@@ -18,7 +18,7 @@ module m_placement
    !> What there is to do in the blocks of all levels, by number, as if in so many particles.
    type :: work_t
       logical, allocatable :: exists(:)     !< (blocks)
-      integer, allocatable :: weight(:, :)  !< (levels, and contact where there is any; blocks): in one step of the level
+      integer, allocatable :: weight(:, :)  !< (levels, and contact where it is shared out; blocks): in one step of the level
       real(wp), allocatable :: times(:)     !< how often that is done in a step of the coarsest level
       integer, allocatable :: waited_for(:) !< (blocks): by ranks that own a block next to it, while others go on
    end type work_t
@@ -28,8 +28,10 @@ module m_placement
    real(wp), parameter :: jump_cost = 16.0_wp !< of a place where the next particle of the list is not the next in memory, in
                                               !< particles; with it goes how uneven the bins are, and how often the particles
                                               !< are sorted
-   integer, parameter :: point_cost = 48 !< of a contact point, in particles: of E2, what its rank takes longer for contact than the other
-   real(wp), parameter :: wait_share = 0.25_wp !< of a wait for a block that each of its edges stands for: some four are cut at a time
+   integer, parameter :: point_cost = 48 !< of a contact point, in particles: in E2, what its rank takes longer for contact than the
+                                         !< other
+   real(wp), parameter :: wait_share = 0.25_wp !< of a wait for a block that each of its edges stands for: some four are cut at once
+   real(wp), parameter :: longest_wait = 1.0e7_wp !< as the weight of an edge: METIS adds them up in 32 bits
    real(wp), parameter :: shared_cost = 0.1_wp !< of a node shared with another rank, in particles
    real(wp), parameter :: move_cost = 6.0_wp    !< of a particle that leaves or enters a rank, in its steps
    real(wp), parameter :: well_shared = 1.01_wp !< a step over one of evenly shared work that need not be shorter
@@ -39,9 +41,9 @@ module m_placement
 
 contains
 
-   !> The work of the blocks from what they hold. Contact is on the finest level. Ranks that solve its problem wait for each other, and
-   !> the points are shared out as a constraint of their own; where one block has most of them, they are its own work, for ranks away
-   !> from it go on meanwhile (m_partners).
+   !> The work of the blocks from what they hold. Contact is on the finest level. Ranks that solve its problem wait for each other,
+   !> and the points are shared out as a constraint of their own; where one block has most of them, they are its own work, for ranks
+   !> away from it go on meanwhile (m_partners).
    pure function work_of(levels, particles, steps, points, lists) result(work)
       type(level_t), intent(in) :: levels(:)     !< only their grids matter
       integer, intent(in) :: particles(:)        !< of each block of each level, by number; -1 where there is no block
@@ -200,26 +202,21 @@ contains
       integer :: n, vertex(size(work%exists)), waits(size(there))
       vertex = 0
       vertex(there) = [(n, n=1, size(there))]
-      call make_graph(levels, vertex, there, graph%offsets, graph%adjacent, graph%edge_weights)
       graph%weight = work%weight(:, there)
       graph%times = work%times
       graph%edge_cost = shared_cost*2.0_wp/ranks
-      waits = nint(wait_share*work%waited_for(there)/graph%edge_cost)
-      if (all(waits == 0)) return
-      do n = 1, size(there)
-         associate (edges => graph%edge_weights(graph%offsets(n) + 1:graph%offsets(n + 1)), &
-                    others => graph%adjacent(graph%offsets(n) + 1:graph%offsets(n + 1)))
-            edges = edges + waits(n) + waits(1 + others)
-         end associate
-      end do
+      waits = nint(min(wait_share*work%waited_for(there)/graph%edge_cost, longest_wait))
+      call make_graph(levels, vertex, there, waits, graph%offsets, graph%adjacent, graph%edge_weights)
    end function graph_of
 
    !> The graph of the blocks that exist, by their vertices, which count as their numbers do: edges to neighbours, parents and
-   !> children, weighted by the nodes that two blocks share (METIS manual, CSR; vertices from 0).
-   subroutine make_graph(levels, vertex, there, offsets, adjacent, edge_weights)
+   !> children, weighted by the nodes that two blocks share, and between neighbours by what the ranks of one would wait for the other
+   !> (METIS manual, CSR; vertices from 0).
+   subroutine make_graph(levels, vertex, there, waits, offsets, adjacent, edge_weights)
       type(level_t), intent(in) :: levels(:)
       integer, intent(in) :: vertex(:) !< of each block, from 1; 0 where there is none
       integer, intent(in) :: there(:)  !< numbers of the blocks that exist
+      integer, intent(in) :: waits(:)  !< for each of them
       integer, allocatable, intent(out) :: offsets(:), adjacent(:), edge_weights(:)
       integer :: edges, l, n, v, d(3), position(3)
       allocate (offsets(size(there) + 1), adjacent(35*size(there)), edge_weights(35*size(there)))
@@ -256,6 +253,7 @@ contains
          edges = edges + 1
          adjacent(edges) = other - 1
          edge_weights(edges) = weight
+         if (to_level == l) edge_weights(edges) = weight + waits(v) + waits(other)
       end subroutine connect
    end subroutine make_graph
 

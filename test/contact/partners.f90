@@ -1,7 +1,7 @@
 !test: ranks 1 2 4
 !> The ranks that solve the contact problem: those whose tiles hold a node of a box, by looking at all nodes; what they do among
-!> themselves waits for no other rank; a tool that is pressed into one end of a beam concerns the ranks there, until blocks are placed
-!> anew, and gives what one rank gives.
+!> themselves waits for no other rank; a tool that is pressed into one end of a beam concerns the ranks there, until blocks are
+!> placed anew, and gives what one rank gives.
 program partners
    use mpi_f08
    use m_kinds, only: wp
@@ -99,7 +99,6 @@ contains
          member(0) = turn == 2 .or. comm%ranks == 1
          if (turn == 2) member(1:) = .false.
          call group%form(comm, member)
-         call test%check_equal(group%first(), findloc(member, .true., dim=1) - 1, 'the lowest member')
          call test%check(all([(group%has(r), r=0, comm%ranks - 1)] .eqv. member), 'members are known')
          call test%check(size(group%numbered([(r, r=0, comm%ranks - 1)])) == count(member), 'members among ranks')
          if (member(comm%rank)) then

@@ -135,8 +135,8 @@ contains
    end subroutine pressed_corner
 
    !> The same body with all contact points in the block at its corner: its rank has as much less of the rest, and the blocks around
-   !> it, whose ranks would wait for the points to be solved, so that the other rank waits for nothing. As many points in four blocks
-   !> are shared out.
+   !> it, whose ranks would wait for the points to be solved, so that the other rank waits for nothing. As many points in four
+   !> blocks are shared out.
    subroutine pressed_block()
       type(level_t) :: levels(1)
       type(error_t) :: error
