@@ -253,9 +253,9 @@ contains
       type(tool_t), intent(in) :: tool
       type(level_t), intent(in) :: level
       real(wp), intent(in) :: time_step
-      integer, intent(in) :: number(4)
-      type(candidate_t), intent(in) :: near         !< particle, tool, gap and normal
-      real(wp), intent(in) :: edge, thickness       !< of the particle, m
+      integer, intent(in) :: number(4)        !< as in consider
+      type(candidate_t), intent(in) :: near   !< particle, tool, gap and normal
+      real(wp), intent(in) :: edge, thickness !< of the particle, m
       type(candidate_t) :: c
       real(wp) :: to_face, span(3, 3), position(3)
       integer :: p
