@@ -83,7 +83,6 @@ contains
          thick = 0.0_wp
          do t = 1, size(tools)
             if (.not. can_touch(tools(t), level, level%blocks(b))) cycle
-            call level%join_arrivals(b)
             if (.not. thick > 0.0_wp) thick = thickest(level, level%blocks(b))
             call self%search(tools(t), level, materials, time_step, b, t, thick, overlap(t))
          end do
@@ -105,35 +104,47 @@ contains
       real(wp), intent(inout) :: overlap
       real(wp) :: far  !< no candidate's centre is further from a tool, m
       real(wp) :: near !< the same for those of a bin, if none is stretched to more than twice its length
-      real(wp) :: centre(3), middle(3), position(3), gap, gap_centre, normal(3), normal_centre(3), half_diagonal, half_row
-      integer :: bin, first, l, p
+      real(wp) :: centre(3), middle(3), position(3), gap_centre, normal_centre(3), half_diagonal, half_row
+      real(wp) :: off(bins), across(3, bins) !< gap of the tool at the middle of a bin that was asked, and its normal there
+      real(wp) :: within(bins)               !< `near` of such a bin; below 0: it is surely too far away
+      logical :: asked(bins)
+      integer :: bin, first, p
       far = thick + fastest*level%grid%cell
       half_diagonal = 0.5_wp*sqrt(3.0_wp)*level%grid%cell
       half_row = 0.5_wp*(block_size - 1)*level%grid%cell
+      asked = .false.
       associate (block => level%blocks(b))
          centre = block%origin + half_row
          call tool%gap_and_normal(centre, gap_centre, normal_centre)
          do first = 1, bins, block_size ! of a row along x
             middle = block%origin + bin_place(first)*level%grid%cell + [half_row, 0.0_wp, 0.0_wp]
-            if (surely_beyond(far + half_diagonal + abs(normal_centre(1))*half_row, gap_centre, normal_centre, &
-                              middle - centre)) cycle
-            do bin = first, first + block_size - 1
-               if (block%cells%first(bin) == block%cells%first(bin + 1)) cycle
-               middle = block%origin + bin_place(bin)*level%grid%cell
-               if (surely_beyond(far + half_diagonal, gap_centre, normal_centre, middle - centre)) cycle
-               call tool%gap_and_normal(middle, gap, normal)
-               near = thick + min(fastest*level%grid%cell, &
-                                  margin*thick + time_step*(speed_around(level, b, bin) + norm2(tool%velocity())))
-               if (gap > near + half_diagonal) cycle
-               do l = block%cells%first(bin), block%cells%first(bin + 1) - 1
-                  p = block%cells%order(l)
-                  position = block%particles%column(p, level%layout%position:level%layout%position + 2)
-                  if (surely_beyond(near, gap, normal, position - middle)) cycle
-                  call self%consider(tool, level, materials, time_step, [b, p, bin, t], overlap)
-               end do
-            end do
+            asked(first:first + block_size - 1) = surely_beyond(far + half_diagonal + abs(normal_centre(1))*half_row, gap_centre, &
+                                                                normal_centre, middle - centre)
+            if (asked(first)) within(first:first + block_size - 1) = -1.0_wp
+         end do
+         do p = 1, block%particles%count
+            bin = block%cells%bin(p)
+            if (.not. asked(bin)) call ask(bin)
+            if (within(bin) < 0.0_wp) cycle
+            middle = block%origin + bin_place(bin)*level%grid%cell
+            position = block%particles%column(p, level%layout%position:level%layout%position + 2)
+            if (surely_beyond(within(bin), off(bin), across(:, bin), position - middle)) cycle
+            call self%consider(tool, level, materials, time_step, [b, p, bin, t], overlap)
          end do
       end associate
+   contains
+      !> Where the tool is from a bin.
+      subroutine ask(bin)
+         integer, intent(in) :: bin
+         asked(bin) = .true.
+         within(bin) = -1.0_wp
+         middle = level%blocks(b)%origin + bin_place(bin)*level%grid%cell
+         if (surely_beyond(far + half_diagonal, gap_centre, normal_centre, middle - centre)) return
+         call tool%gap_and_normal(middle, off(bin), across(:, bin))
+         near = thick + min(fastest*level%grid%cell, &
+                            margin*thick + time_step*(speed_around(level, b, bin) + norm2(tool%velocity())))
+         if (off(bin) <= near + half_diagonal) within(bin) = near
+      end subroutine ask
    end subroutine search
 
    !> No node that a particle of a bin gives to is faster, m/s.

@@ -27,7 +27,7 @@ contains
       type(corner_weights_t) :: weights
       type(load_t) :: load
       integer :: first, m, p
-      do first = 1, cells%first(size(cells%first)) - 1, chunk
+      do first = 1, cells%count, chunk
          call set_corners(corners, cells, first, column, layout, frame)
          call set_load(load, corners%list, column, layout, frame%cell)
          do m = 1, corners%list%count
@@ -84,7 +84,7 @@ contains
       type(corner_weights_t) :: weights
       real(wp) :: force(3)
       integer :: first, m, n, p, particle, node(3)
-      do first = 1, cells%first(size(cells%first)) - 1, chunk
+      do first = 1, cells%count, chunk
          call set_corners(corners, cells, first, column, layout, frame)
          do m = 1, corners%list%count
             p = 1 + mod(m - 1, batch)

@@ -30,7 +30,7 @@ contains
       type(corner_weights_t) :: weights
       type(taken_t) :: taken
       integer :: first, m, p
-      do first = 1, cells%first(size(cells%first)) - 1, chunk
+      do first = 1, cells%count, chunk
          call set_corners(corners, cells, first, column, layout, frame)
          do m = 1, corners%list%count
             p = 1 + mod(m - 1, batch)

@@ -4,7 +4,7 @@ module m_node_to_particle
    use m_constants, only: block_size
    use m_field_table, only: layout_t
    use m_cell_list, only: cell_list_t
-   use m_stencil, only: stencil_t, frame_t, batch, chunk, set_stencil, fetch, put_back
+   use m_stencil, only: stencil_t, frame_t, batch, chunk, set_stencil, fetch_vector, put_back
    implicit none
    private
    public :: scatter_to_particles, motion_t, longest_t, taken_t, move, find_longest
@@ -48,7 +48,7 @@ contains
       type(stencil_t) :: stencil
       type(taken_t) :: taken
       integer :: first, last, p, r
-      do first = 1, cells%first(size(cells%first)) - 1, chunk
+      do first = 1, cells%count, chunk
          call set_stencil(stencil, cells, first, column, layout, frame)
          do r = 1, stencil%runs
             associate (i => stencil%run_place(1, r), j => stencil%run_place(2, r), k => stencil%run_place(3, r))
@@ -224,20 +224,19 @@ contains
       type(layout_t), intent(in) :: layout
       type(motion_t), intent(in) :: motion
       real(wp), intent(inout), contiguous :: column(:, :), gradient(:, :)
-      real(wp) :: own(chunk)
-      integer :: axis, n, q
+      real(wp) :: place(chunk, 3), velocity(chunk, 3)
+      integer :: n, q
       n = stencil%count
-      do axis = 1, 3
-         call fetch(stencil, column(:, layout%position + axis - 1), own)
-         own(:n) = own(:n) + motion%time_step*taken%motion(:n, axis)
-         call put_back(stencil, own, column(:, motion%position + axis - 1))
-         call fetch(stencil, column(:, layout%velocity + axis - 1), own)
-         own(:n) = motion%flip_fraction*(own(:n) + motion%time_step*taken%motion(:n, 3 + axis)) &
-                   + (1.0_wp - motion%flip_fraction)*taken%motion(:n, axis)
-         call put_back(stencil, own, column(:, layout%velocity + axis - 1))
-      end do
-      do q = 1, 9
-         call put_back(stencil, taken%gradient(:n, q), gradient(:, q))
+      associate (x => layout%position, v => layout%velocity, dt => motion%time_step, flip => motion%flip_fraction)
+         call fetch_vector(stencil, column(:, x:x + 2), place)
+         call fetch_vector(stencil, column(:, v:v + 2), velocity)
+         place(:n, :) = place(:n, :) + dt*taken%motion(:n, 1:3)
+         velocity(:n, :) = flip*(velocity(:n, :) + dt*taken%motion(:n, 4:6)) + (1.0_wp - flip)*taken%motion(:n, 1:3)
+         call put_back(stencil, place, column(:, motion%position:motion%position + 2))
+         call put_back(stencil, velocity, column(:, v:v + 2))
+      end associate
+      do q = 1, 9, 3
+         call put_back(stencil, taken%gradient(:, q:q + 2), gradient(:, q:q + 2))
       end do
    end subroutine move
 

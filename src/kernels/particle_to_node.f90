@@ -33,7 +33,7 @@ contains
       type(load_t) :: load
       real(wp) :: face(chunk + batch, -1:1, -1:1)
       integer :: first, r
-      do first = 1, cells%first(size(cells%first)) - 1, chunk
+      do first = 1, cells%count, chunk
          call set_stencil(stencil, cells, first, column, layout, frame)
          call set_load(load, stencil, column, layout, frame%cell)
          call set_face(face, stencil)
@@ -243,7 +243,7 @@ contains
       type(stencil_t) :: stencil
       real(wp) :: force(3), weight
       integer :: a, b, c, first, m, p, place(3), r
-      do first = 1, cells%first(size(cells%first)) - 1, chunk
+      do first = 1, cells%count, chunk
          call set_stencil(stencil, cells, first, column, layout, frame)
          do r = 1, stencil%runs
             place = stencil%run_place(:, r) + 1

@@ -6,7 +6,7 @@ module m_stencil
    use m_cell_list, only: cell_list_t
    implicit none
    private
-   public :: stencil_t, frame_t, set_stencil, list_chunk, fetch, put_back, bin_place, hat_weights, gimp_weights
+   public :: stencil_t, frame_t, set_stencil, list_chunk, fetch, fetch_vector, put_back, bin_place, hat_weights, gimp_weights
 
    integer, parameter, public :: batch = 8    !< particles in one vector
    integer, parameter, public :: chunk = 64   !< particles of the list handled together: their weights stay in the first-level cache
@@ -44,32 +44,47 @@ contains
       real(wp), intent(in), contiguous :: column(:, :)
       type(layout_t), intent(in) :: layout
       type(frame_t), intent(in) :: frame
-      real(wp) :: place(chunk), half(chunk), node(chunk, 3)
-      integer :: axis, p, padded
+      real(wp) :: place(chunk, 3), half(chunk), node(chunk, 3)
+      integer :: axis, from, to
       call list_chunk(stencil, cells, first, node)
-      padded = batch*((stencil%count + batch - 1)/batch)
-      half(stencil%count + 1:padded) = frame%cell
+      from = stencil%member(1)
+      to = from + stencil%count - 1
+      if (.not. stencil%in_order) call fetch_vector(stencil, column(:, layout%position:layout%position + 2), place)
       if (.not. layout%half_sizes) call fetch(stencil, column(:, layout%half_size), half)
-      node(stencil%count + 1:padded, :) = 0.0_wp
       do axis = 1, 3
-         place(stencil%count + 1:padded) = frame%origin(axis)
-         call fetch(stencil, column(:, layout%position + axis - 1), place)
          if (layout%half_sizes) then
             call fetch(stencil, column(:, layout%half_size + axis - 1), half)
             half(:stencil%count) = min(short_of*half(:stencil%count), 0.5_wp*frame%cell) ! a longer one is about to be split
          end if
-         !$omp simd
-         do p = 1, padded
-            place(p) = (place(p) - frame%origin(axis))*frame%per_cell - node(p, axis)
-            call gimp_weights(place(p), half(p)*frame%per_cell, stencil%weight(p, -1, axis), stencil%weight(p, 0, axis), &
-                              stencil%weight(p, 1, axis), stencil%slope(p, -1, axis), stencil%slope(p, 1, axis))
-            stencil%slope(p, -1, axis) = stencil%slope(p, -1, axis)*frame%per_cell
-            stencil%slope(p, 1, axis) = stencil%slope(p, 1, axis)*frame%per_cell
-            stencil%slope(p, 0, axis) = -(stencil%slope(p, -1, axis) + stencil%slope(p, 1, axis))
-            stencil%offset(p, axis) = place(p)
-         end do
+         if (stencil%in_order) then
+            call set_axis(stencil, axis, column(from:to, layout%position + axis - 1), half, node(:, axis), frame)
+         else
+            call set_axis(stencil, axis, place(:stencil%count, axis), half, node(:, axis), frame)
+         end if
       end do
    end subroutine set_stencil
+
+   !> Weights, slopes and offsets along one axis.
+   pure subroutine set_axis(stencil, axis, place, half, node, frame)
+      type(stencil_t), intent(inout) :: stencil
+      integer, intent(in) :: axis
+      real(wp), intent(in), contiguous :: place(:) !< of the chunk's particles along the axis, m
+      real(wp), intent(in) :: half(chunk)          !< their half sizes, m
+      real(wp), intent(in) :: node(chunk)          !< the place of the node in the middle of their bins, in cells
+      type(frame_t), intent(in) :: frame
+      real(wp) :: offset
+      integer :: p
+      !$omp simd private(offset)
+      do p = 1, stencil%count
+         offset = (place(p) - frame%origin(axis))*frame%per_cell - node(p)
+         call gimp_weights(offset, half(p)*frame%per_cell, stencil%weight(p, -1, axis), stencil%weight(p, 0, axis), &
+                           stencil%weight(p, 1, axis), stencil%slope(p, -1, axis), stencil%slope(p, 1, axis))
+         stencil%slope(p, -1, axis) = stencil%slope(p, -1, axis)*frame%per_cell
+         stencil%slope(p, 1, axis) = stencil%slope(p, 1, axis)*frame%per_cell
+         stencil%slope(p, 0, axis) = -(stencil%slope(p, -1, axis) + stencil%slope(p, 1, axis))
+         stencil%offset(p, axis) = offset
+      end do
+   end subroutine set_axis
 
    !> The particles from place `first` of the list on, their runs, and the node in the middle of each one's bin; no weights.
    pure subroutine list_chunk(stencil, cells, first, node)
@@ -77,15 +92,38 @@ contains
       type(cell_list_t), intent(in) :: cells
       integer, intent(in) :: first
       real(wp), intent(inout) :: node(chunk, 3)
-      integer :: jumps, p
-      stencil%count = min(chunk, cells%first(size(cells%first)) - first)
-      jumps = 0
+      integer(i4) :: bin(chunk)
+      integer :: before, p, r
+      stencil%count = min(chunk, cells%count - first + 1)
+      stencil%in_order = .not. cells%chosen
+      if (stencil%in_order) then
+         before = cells%first + first - 2
+         do p = 1, stencil%count
+            stencil%member(p) = before + p
+            bin(p) = cells%bin(before + p)
+         end do
+      else
+         do p = 1, stencil%count
+            stencil%member(p) = cells%order(first + p - 1)
+            bin(p) = cells%bin(stencil%member(p))
+         end do
+      end if
+      !$omp simd
       do p = 1, stencil%count
-         stencil%member(p) = cells%order(first + p - 1)
-         jumps = jumps + merge(0, 1, stencil%member(p) == cells%order(first) + p - 1)
+         node(p, 1) = iand(bin(p) - 1, block_size - 1)
+         node(p, 2) = iand((bin(p) - 1)/block_size, block_size - 1)
+         node(p, 3) = (bin(p) - 1)/block_size**2
       end do
-      stencil%in_order = jumps == 0
-      call find_runs(stencil, cells, first, node)
+      r = 1
+      do p = 2, stencil%count ! without a branch: runs are of any length
+         stencil%run_first(r + 1) = p
+         r = r + merge(1, 0, bin(p) /= bin(p - 1))
+      end do
+      stencil%runs = r
+      stencil%run_first(r + 1) = stencil%count + 1
+      do r = 1, stencil%runs
+         stencil%run_place(:, r) = bin_place(bin(stencil%run_first(r)))
+      end do
    end subroutine list_chunk
 
    !> One column of the chunk's particles.
@@ -107,21 +145,51 @@ contains
       end if
    end subroutine fetch
 
-   !> The counterpart of fetch: values of the chunk's particles to one column.
-   pure subroutine put_back(stencil, values, column)
+   !> Three columns of the chunk's particles. Those out of order are read one particle after the other, so that one that is far from
+   !> the others is waited for once.
+   pure subroutine fetch_vector(stencil, column, values)
       type(stencil_t), intent(in) :: stencil
-      real(wp), intent(in) :: values(:) !< at least as long as the chunk has particles
-      real(wp), intent(inout), contiguous :: column(:)
-      integer :: before, p
+      real(wp), intent(in), contiguous :: column(:, :) !< (:, 3)
+      real(wp), intent(inout) :: values(chunk, 3)
+      integer :: axis, before, p
       if (stencil%in_order) then
          before = stencil%member(1) - 1
-         do p = 1, stencil%count
-            column(before + p) = values(p)
+         do axis = 1, 3
+            do p = 1, stencil%count
+               values(p, axis) = column(before + p, axis)
+            end do
          end do
       else
          !GCC$ novector
          do p = 1, stencil%count
-            column(stencil%member(p)) = values(p)
+            !GCC$ unroll 3
+            do axis = 1, 3
+               values(p, axis) = column(stencil%member(p), axis)
+            end do
+         end do
+      end if
+   end subroutine fetch_vector
+
+   !> The counterpart of fetch_vector: values of the chunk's particles to three columns.
+   pure subroutine put_back(stencil, values, column)
+      type(stencil_t), intent(in) :: stencil
+      real(wp), intent(in), contiguous :: values(:, :) !< (:, 3), at least as many as the chunk has particles
+      real(wp), intent(inout), contiguous :: column(:, :) !< (:, 3)
+      integer :: axis, before, p
+      if (stencil%in_order) then
+         before = stencil%member(1) - 1
+         do axis = 1, 3
+            do p = 1, stencil%count
+               column(before + p, axis) = values(p, axis)
+            end do
+         end do
+      else
+         !GCC$ novector
+         do p = 1, stencil%count
+            !GCC$ unroll 3
+            do axis = 1, 3
+               column(stencil%member(p), axis) = values(p, axis)
+            end do
          end do
       end if
    end subroutine put_back
@@ -146,28 +214,6 @@ contains
       weight(1, :) = offset - (corner - node)
       weight(0, :) = 1.0_wp - weight(1, :)
    end subroutine hat_weights
-
-   !> The runs of particles of one bin, and the node in the middle of each particle's bin.
-   pure subroutine find_runs(stencil, cells, first, node)
-      type(stencil_t), intent(inout) :: stencil
-      type(cell_list_t), intent(in) :: cells
-      integer, intent(in) :: first
-      real(wp), intent(inout) :: node(chunk, 3)
-      integer :: bin, last, p
-      stencil%runs = 0
-      p = 1
-      do while (p <= stencil%count)
-         bin = cells%bin(stencil%member(p))
-         last = min(stencil%count, cells%first(bin + 1) - first)
-         stencil%runs = stencil%runs + 1
-         stencil%run_first(stencil%runs) = p
-         stencil%run_place(:, stencil%runs) = bin_place(bin)
-         do p = p, last
-            node(p, :) = stencil%run_place(:, stencil%runs)
-         end do
-      end do
-      stencil%run_first(stencil%runs + 1) = p
-   end subroutine find_runs
 
    !> Weights and slopes on the nodes at -1, 0, +1 cells from the nearest node, without branches.
    !> Bardenhagen and Kober (2004), integrated for a hat function and a particle of half size not above half a cell.

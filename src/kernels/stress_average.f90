@@ -37,7 +37,7 @@ contains
       real(wp) :: given(7)
       integer :: a, b, c, first, m, p
       tile = 0.0_wp
-      do first = 1, cells%first(size(cells%first)) - 1, chunk
+      do first = 1, cells%count, chunk
          call set_shares(shares, cells, first, column, layout, frame)
          do m = 1, shares%count
             p = shares%member(m)
@@ -74,7 +74,7 @@ contains
          end do
       end do
       stress = 0.0_wp
-      do first = 1, cells%first(size(cells%first)) - 1, chunk
+      do first = 1, cells%count, chunk
          call set_shares(shares, cells, first, column, layout, frame)
          do m = 1, shares%count
             associate (own => stress(:, shares%member(m)))

@@ -25,9 +25,8 @@ module m_placement
 
    integer, parameter :: block_cost = 64 !< of a block's node tile, in particles
    real(wp), parameter :: bin_cost = 0.75_wp !< of a bin that has particles, in particles
-   real(wp), parameter :: jump_cost = 16.0_wp !< of a place where the next particle of the list is not the next in memory, in
-                                              !< particles; with it goes how uneven the bins are, and how often the particles
-                                              !< are sorted
+   real(wp), parameter :: jump_cost = 1.75_wp !< of a jump of the particles' order (cell_list.f90), in particles; with it goes how
+                                              !< uneven the bins are, and how often the particles are sorted
    integer, parameter :: point_cost = 48 !< of a contact point, in particles: in E2, what its rank takes longer for contact than the
                                          !< other
    real(wp), parameter :: wait_share = 0.25_wp !< of a wait for a block that each of its edges stands for: some four are cut at once

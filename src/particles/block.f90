@@ -16,8 +16,8 @@ module m_block
       type(particle_store_t) :: particles
       integer :: arrived = 0             !< the last so many came when the others had given to their nodes, and are not in `cells`
       type(cell_list_t) :: cells
-      real(wp) :: disorder = 0.0_wp      !< jumps of its lists, summed over the steps since its particles were sorted
-      real(wp) :: jumps = 0.0_wp         !< of its lists, on average over the last steps: they cost time
+      real(wp) :: disorder = 0.0_wp      !< jumps of its particles' order, summed over the steps since they were sorted
+      real(wp) :: jumps = 0.0_wp         !< the same, on average over the last steps: they cost time
       integer :: neighbour(27) = 0       !< slots of the blocks around, x fastest, 14 is this one; 0 where there is none
       logical :: shared = .false.        !< a neighbour lives on another rank
       integer(i4), allocatable :: leavers(:) !< particles that left during this step, rising
@@ -41,8 +41,7 @@ module m_block
       procedure :: bytes
    end type block_t
 
-   real(wp), parameter :: sort_share = 0.1_wp !< sort when so many jumps a particle would have been paid for: a jump costs more than
-                                              !< a particle's share of a step, sorting less than a fifth of it
+   real(wp), parameter :: sort_share = 0.45_wp !< sort when so many jumps a particle have been paid for: as much as sorting costs
    real(wp), parameter :: averaged = 64.0_wp   !< steps
 
 contains
@@ -56,25 +55,26 @@ contains
       if (.not. allocated(self%leavers)) allocate (self%leavers(0))
    end subroutine reserve
 
-   !> Bring the lists up to date, those of what has arrived left out.
+   !> Bring the lists up to date, what has arrived left out.
    pure subroutine refresh_lists(self)
       class(block_t), intent(inout) :: self
-      if (.not. self%cells%current) call self%cells%build(self%particles%count - self%arrived)
+      if (.not. self%cells%current) call self%cells%survey(self%particles%count - self%arrived)
    end subroutine refresh_lists
 
-   !> True when the jumps of the lists, which are up to date, and those of the steps before have cost as much as sorting does.
+   !> True when the jumps, which are up to date, and those of the steps before have cost as much as sorting does.
    pure logical function wants_sorting(self)
       class(block_t), intent(in) :: self
       wants_sorting = self%disorder + self%cells%jumps > sort_share*(self%particles%count - self%arrived)
    end function wants_sorting
 
-   !> Bring the particles into the order of the lists, and leave what has arrived behind them.
-   subroutine sort(self, work)
+   !> Bring the particles, but for what has arrived, into the order of their bins.
+   subroutine sort(self, order, work)
       class(block_t), intent(inout) :: self
-      real(wp), intent(inout), contiguous :: work(:, :) !< as in permute
-      associate (listed => self%particles%count - self%arrived)
-         call self%particles%permute(self%cells%order(:listed), work)
-         call self%cells%set_in_order(listed)
+      integer(i4), intent(inout), contiguous :: order(:) !< work, as long as there are particles
+      real(wp), intent(inout), contiguous :: work(:, :)  !< as in permute
+      associate (sorted => order(:self%particles%count - self%arrived))
+         call self%cells%sort(sorted)
+         call self%particles%permute(sorted, work)
       end associate
       self%disorder = 0.0_wp
    end subroutine sort
@@ -87,7 +87,7 @@ contains
       self%sums_hold = .false.
    end subroutine stir
 
-   !> Once a step, with its lists as they are used: what their jumps cost, on average and since the particles were sorted.
+   !> Once a step, with its order as it is used: what its jumps cost, on average and since the particles were sorted.
    pure subroutine take_averages(self)
       class(block_t), intent(inout) :: self
       self%disorder = self%disorder + self%cells%jumps

@@ -1,4 +1,4 @@
-!> Which particles of a block lie in which of its 8 x 8 x 8 node-centred bins.
+!> Which particles of a block lie in which of its 8 x 8 x 8 node-centred bins, and in which order they are gone through.
 module m_cell_list
    use m_kinds, only: i4, i8
    use m_constants, only: block_size
@@ -8,122 +8,98 @@ module m_cell_list
 
    integer, parameter, public :: bins = block_size**3
 
-   !> The particles of bin b (1 to 512, x fastest) are order(first(b):first(b+1)-1), in the order in which they are stored.
+   !> The bins (1 to 512, x fastest) of a block's particles, and those that are to be gone through: `count` of them, as they are
+   !> stored from `first` on, or the chosen ones.
    type :: cell_list_t
-      integer(i4) :: first(bins + 1) = 1
-      integer(i4), allocatable :: order(:)
-      integer(i4), allocatable :: bin(:) !< bin of each particle; set by whoever locates the particles
-      logical :: current = .false.       !< the lists match `bin`
+      integer(i4), allocatable :: bin(:)   !< bin of each particle; set by whoever locates the particles
+      integer :: first = 1
+      integer :: count = 0
+      logical :: chosen = .false.          !< it is those in `order` that are gone through
+      integer(i4), allocatable :: order(:) !< numbers of particles, where lists of chosen ones are made
+      logical :: current = .false.         !< what follows matches `bin`
+      logical :: joined = .false.          !< but for the jumps: some have joined since they were counted
       integer :: low(3) = block_size, high(3) = -1 !< the first and the last place along each axis, from 0, that has particles
-      integer :: occupied = 0            !< bins that have particles
-      integer :: jumps = 0               !< places where the next particle in order is not the next one in memory
+      integer :: occupied = 0              !< bins that have particles
+      integer :: jumps = 0                 !< runs of particles of one bin beyond one for each bin, and twice the places where the
+                                           !< next one is of a lower bin: 0 where particles are in order
    contains
       procedure :: reserve
       procedure :: hand_over
-      procedure :: build
+      procedure :: survey
       procedure :: take_bins
       procedure :: take_last
-      procedure :: join
-      procedure :: set_in_order
+      procedure :: sort
       procedure :: reach
       procedure :: bytes
    end type cell_list_t
 
 contains
 
-   !> Make room for a number of particles; keeps lists and bins.
-   subroutine reserve(self, capacity)
+   !> Make room for a number of particles, and for lists of chosen ones; keeps bins.
+   subroutine reserve(self, capacity, choosing)
       class(cell_list_t), intent(inout) :: self
       integer, intent(in) :: capacity
+      logical, intent(in), optional :: choosing
+      integer(i4), allocatable :: longer(:)
       if (allocated(self%bin)) then
          if (size(self%bin) >= capacity) return
       end if
-      call lengthen(self%bin)
-      call lengthen(self%order)
-   contains
-      subroutine lengthen(values)
-         integer(i4), allocatable, intent(inout) :: values(:)
-         integer(i4), allocatable :: longer(:)
-         allocate (longer(capacity), source=0_i4)
-         if (allocated(values)) longer(:size(values)) = values
-         call move_alloc(longer, values)
-      end subroutine lengthen
+      allocate (longer(capacity), source=0_i4)
+      if (allocated(self%bin)) longer(:size(self%bin)) = self%bin
+      call move_alloc(longer, self%bin)
+      if (.not. present(choosing)) return
+      if (allocated(self%order)) deallocate (self%order)
+      if (choosing) allocate (self%order(capacity))
    end subroutine reserve
 
    !> Give all to another, which had nothing.
    pure subroutine hand_over(self, other)
       class(cell_list_t), intent(inout) :: self
       type(cell_list_t), intent(inout) :: other
-      other%first = self%first
-      call move_alloc(self%order, other%order)
       call move_alloc(self%bin, other%bin)
+      other%first = self%first
+      other%count = self%count
       other%current = self%current
+      other%joined = self%joined
       other%low = self%low
       other%high = self%high
       other%occupied = self%occupied
       other%jumps = self%jumps
    end subroutine hand_over
 
-   !> Build the lists of the particles from `from`, or the first, to `count` from `bin`. Two halves are counted and placed side by
-   !> side: particles of one bin, which follow each other, would wait for each other's sums.
-   pure subroutine build(self, count, from)
+   !> From here on the particles stored from `first`, or the beginning, to `last` are gone through: where they reach, and how far
+   !> they are out of order.
+   pure subroutine survey(self, last, first)
       class(cell_list_t), intent(inout) :: self
-      integer, intent(in) :: count
-      integer, intent(in), optional :: from
-      integer(i4) :: next(bins), later(bins), held(bins) ! of the first half of the particles, of the second, of all
-      integer :: b, begin, half, p
-      begin = 1
-      if (present(from)) begin = from
-      half = max(0, (count - begin + 1)/2)
-      next = 0
-      later = 0
-      do p = begin, begin + half - 1
-         next(self%bin(p)) = next(self%bin(p)) + 1
-         later(self%bin(p + half)) = later(self%bin(p + half)) + 1
+      integer, intent(in) :: last
+      integer, intent(in), optional :: first
+      integer(i4) :: seen(bins)
+      integer :: lower, p, runs
+      self%first = 1
+      if (present(first)) self%first = first
+      self%count = max(0, last - self%first + 1)
+      self%chosen = .false.
+      self%joined = .false.
+      seen = 0
+      do p = self%first, last
+         seen(self%bin(p)) = 1
       end do
-      do p = begin + 2*half, count
-         later(self%bin(p)) = later(self%bin(p)) + 1
+      call find_extent(seen, self%low, self%high)
+      self%occupied = sum(seen)
+      runs = min(1, self%count)
+      lower = 0
+      !$omp simd reduction(+: runs, lower)
+      do p = self%first + 1, last
+         runs = runs + merge(1, 0, self%bin(p) /= self%bin(p - 1))
+         lower = lower + merge(1, 0, self%bin(p) < self%bin(p - 1))
       end do
-      held = next + later
-      call find_extent(held, self%low, self%high)
-      self%occupied = sum(min(held, 1_i4))
-      self%first(1) = 1
-      do b = 1, bins
-         self%first(b + 1) = self%first(b) + held(b)
-      end do
-      later = self%first(:bins) + next
-      next = self%first(:bins)
-      do p = begin, begin + half - 1
-         b = self%bin(p)
-         self%order(next(b)) = p
-         next(b) = next(b) + 1
-         b = self%bin(p + half)
-         self%order(later(b)) = p + half
-         later(b) = later(b) + 1
-      end do
-      do p = begin + 2*half, count
-         b = self%bin(p)
-         self%order(later(b)) = p
-         later(b) = later(b) + 1
-      end do
-      self%jumps = jumps_in(self%order(:self%first(bins + 1) - 1))
+      self%jumps = runs - self%occupied + 2*lower
       self%current = .true.
-   end subroutine build
-
-   !> Places of a list where the next particle is not the next one in memory.
-   pure integer function jumps_in(order) result(jumps)
-      integer(i4), intent(in), contiguous :: order(:)
-      integer :: p
-      jumps = 0
-      !$omp simd reduction(+: jumps)
-      do p = 2, size(order)
-         jumps = jumps + merge(1, 0, order(p) /= order(p - 1) + 1)
-      end do
-   end function jumps_in
+   end subroutine survey
 
    !> The first and the last place along each axis, from 0, that has particles; none: the first behind the last.
    pure subroutine find_extent(held, low, high)
-      integer(i4), intent(in) :: held(0:block_size - 1, 0:block_size - 1, 0:block_size - 1) !< particles of each bin
+      integer(i4), intent(in) :: held(0:block_size - 1, 0:block_size - 1, 0:block_size - 1) !< above 0 where a bin has some
       integer, intent(out) :: low(3), high(3)
       integer :: along_x(0:block_size - 1), along_y(0:block_size - 1), along_z(0:block_size - 1), j, k
       along_x = 0
@@ -156,59 +132,30 @@ contains
       end subroutine ends
    end subroutine find_extent
 
-   !> The lists of some bins of another, with room for them; of other bins, none. Bins stand only for particles that are listed.
+   !> Choose the particles of some bins among those that another goes through. Bins stand only for particles that are chosen.
    pure subroutine take_bins(self, whole, wanted)
       class(cell_list_t), intent(inout) :: self
-      type(cell_list_t), intent(in) :: whole
+      type(cell_list_t), intent(in) :: whole !< goes through particles as they are stored
       logical, intent(in) :: wanted(bins)
-      integer :: b, n, p
-      n = 0
-      do b = 1, bins
-         if (wanted(b)) then
-            do p = whole%first(b), whole%first(b + 1) - 1
-               n = n + 1
-               self%order(n) = whole%order(p)
-               self%bin(whole%order(p)) = b
-            end do
-         end if
-         self%first(b + 1) = n + 1
+      integer :: p
+      self%count = 0
+      self%chosen = .true.
+      do p = whole%first, whole%first + whole%count - 1
+         if (.not. wanted(whole%bin(p))) cycle
+         self%count = self%count + 1
+         self%order(self%count) = p
+         self%bin(p) = whole%bin(p)
       end do
    end subroutine take_bins
 
-   !> The lists of the last particles of another's block, with room for them.
-   pure subroutine take_last(self, whole, from, count)
+   !> Go through the last particles of another's block.
+   pure subroutine take_last(self, whole, first, last)
       class(cell_list_t), intent(inout) :: self
       type(cell_list_t), intent(in) :: whole
-      integer, intent(in) :: from, count !< the first of them, and the last
-      self%bin(from:count) = whole%bin(from:count)
-      call self%build(count, from)
+      integer, intent(in) :: first, last
+      self%bin(first:last) = whole%bin(first:last)
+      call self%survey(last, first)
    end subroutine take_last
-
-   !> Add the lists of particles that are stored behind all of these: as if both had been listed at once.
-   pure subroutine join(self, later)
-      class(cell_list_t), intent(inout) :: self
-      type(cell_list_t), intent(in) :: later
-      integer :: ahead, b, behind, m, place
-      ahead = later%first(bins + 1) - 1 ! places by which what stands in the present bin moves up
-      do b = bins, 1, -1
-         behind = later%first(b + 1) - later%first(b)
-         if (self%first(b + 1) == self%first(b) .and. behind > 0) self%occupied = self%occupied + 1
-         place = self%first(b + 1) + ahead
-         self%first(b + 1) = place
-         do m = later%first(b + 1) - 1, later%first(b), -1
-            place = place - 1
-            self%order(place) = later%order(m)
-         end do
-         ahead = ahead - behind
-         if (ahead == 0) exit
-         do m = place - 1, self%first(b) + ahead, -1
-            self%order(m) = self%order(m - ahead)
-         end do
-      end do
-      self%low = min(self%low, later%low)
-      self%high = max(self%high, later%high)
-      self%jumps = jumps_in(self%order(:self%first(bins + 1) - 1))
-   end subroutine join
 
    !> The bins whose particles reach one of some nodes of a block's tile.
    pure function bins_at(nodes) result(at)
@@ -222,19 +169,51 @@ contains
       end associate
    end function bins_at
 
-   !> After the particles were put into list order: the lists are runs.
-   pure subroutine set_in_order(self, count)
+   !> The order in which particles, which are gone through from the first on, are in order: bin by bin, and in a bin as they are
+   !> stored. From here on it is theirs, and the caller brings them into it. Two halves are counted and placed side by side:
+   !> particles of one bin, which follow each other, would wait for each other's sums.
+   pure subroutine sort(self, order)
       class(cell_list_t), intent(inout) :: self
-      integer, intent(in) :: count
-      integer :: b, p
-      do b = 1, bins
-         self%bin(self%first(b):self%first(b + 1) - 1) = b
+      integer(i4), intent(out), contiguous :: order(:) !< (count): the new p-th is the old order(p)-th
+      integer(i4) :: next(bins), later(bins), held(bins) ! of the first half of the particles, of the second, of all
+      integer :: b, half, p
+      half = self%count/2
+      next = 0
+      later = 0
+      do p = 1, half
+         next(self%bin(p)) = next(self%bin(p)) + 1
+         later(self%bin(p + half)) = later(self%bin(p + half)) + 1
       end do
-      do p = 1, count
-         self%order(p) = p
+      do p = 2*half + 1, self%count
+         later(self%bin(p)) = later(self%bin(p)) + 1
+      end do
+      held = next + later
+      p = 1
+      do b = 1, bins
+         later(b) = p + next(b)
+         next(b) = p
+         p = p + held(b)
+      end do
+      do p = 1, half
+         b = self%bin(p)
+         order(next(b)) = p
+         next(b) = next(b) + 1
+         b = self%bin(p + half)
+         order(later(b)) = p + half
+         later(b) = later(b) + 1
+      end do
+      do p = 2*half + 1, self%count
+         b = self%bin(p)
+         order(later(b)) = p
+         later(b) = later(b) + 1
+      end do
+      p = 1
+      do b = 1, bins
+         self%bin(p:p + held(b) - 1) = b
+         p = p + held(b)
       end do
       self%jumps = 0
-   end subroutine set_in_order
+   end subroutine sort
 
    !> First and last index along each axis of the part of the block's tile that its particles reach.
    pure function reach(self)
@@ -247,8 +226,9 @@ contains
    !> Memory held (bytes).
    pure integer(i8) function bytes(self)
       class(cell_list_t), intent(in) :: self
-      bytes = 4_i8*(bins + 1)
-      if (allocated(self%bin)) bytes = bytes + 8_i8*size(self%bin, kind=i8)
+      bytes = 0
+      if (allocated(self%bin)) bytes = 4_i8*size(self%bin, kind=i8)
+      if (allocated(self%order)) bytes = bytes + 4_i8*size(self%order, kind=i8)
    end function bytes
 
 end module m_cell_list

@@ -1,6 +1,6 @@
 !> One grid level: its grid, which rank owns which block, this rank's blocks, and the pools of their node tiles.
 module m_level
-   use m_kinds, only: wp, i8
+   use m_kinds, only: wp, i4, i8
    use m_constants, only: block_size
    use m_grid_level, only: grid_level_t
    use m_region, only: region_t
@@ -31,12 +31,13 @@ module m_level
       integer, allocatable :: reach(:, :, :)           !< (2, 3, slots): first and last index along each axis of the part of a tile
                                                        !< that can be other than 0: what its particles reach; of mirrors, all
       integer, allocatable :: solved_reach(:, :, :)    !< the same of the tiles in `solved`, of own blocks
-      real(wp), allocatable :: gradient(:, :)          !< work of one block: columns on their way into list order; then body forces;
+      real(wp), allocatable :: gradient(:, :)          !< work of one block: columns on their way into order; then body forces;
                                                        !< then velocity gradients, from nodes to stress
+      integer(i4), allocatable :: order(:)             !< work of one block: the order into which its particles are brought
       real(wp), allocatable :: lead(:, :)              !< work: what the gradients that particles keep are ahead by (levels: eq.
                                                        !< lead)
-      type(cell_list_t) :: at_edge                     !< work: lists of those of a block's particles that reach an edge of levels
-      type(cell_list_t) :: arrivals                    !< work: lists of those that have arrived in a block
+      type(cell_list_t) :: at_edge                     !< work: those of a block's particles that reach an edge of levels
+      type(cell_list_t) :: arrivals                    !< work: those that have arrived in a block
    contains
       procedure :: particle_count
       procedure :: size_work
@@ -99,28 +100,40 @@ contains
       end associate
    end subroutine refresh_lists
 
-   !> Lists of what has arrived in a block, in `arrivals`. Its tiles reach as far.
+   !> A list of what has arrived in a block, in `arrivals`. Its tiles reach as far.
    subroutine list_arrivals(self, b)
       class(level_t), intent(inout) :: self
       integer, intent(in) :: b
-      integer :: reach(2, 3)
       associate (block => self%blocks(b))
          call self%arrivals%take_last(block%cells, block%particles%count - block%arrived + 1, block%particles%count)
       end associate
-      reach = self%arrivals%reach()
-      self%reach(1, :, b) = min(self%reach(1, :, b), reach(1, :))
-      self%reach(2, :, b) = max(self%reach(2, :, b), reach(2, :))
+      call widen_reach(self, b, self%arrivals%reach())
    end subroutine list_arrivals
 
-   !> What has arrived in a block, whose lists are up to date, is listed with the others from here on.
+   !> What has arrived in a block is gone through with the others from here on. How far it is out of order does not count in this
+   !> step, here as where it has a list of its own: that decides when particles are sorted, and so the last digits of sums.
    subroutine join_arrivals(self, b)
       class(level_t), intent(inout) :: self
       integer, intent(in) :: b
+      integer :: jumps
       if (self%blocks(b)%arrived == 0) return
-      call self%list_arrivals(b)
-      call self%blocks(b)%cells%join(self%arrivals)
+      associate (cells => self%blocks(b)%cells)
+         jumps = cells%jumps
+         call cells%survey(self%blocks(b)%particles%count)
+         cells%jumps = jumps
+         cells%joined = .true.
+         call widen_reach(self, b, cells%reach())
+      end associate
       self%blocks(b)%arrived = 0
    end subroutine join_arrivals
+
+   !> A block's tiles reach as far as this too.
+   pure subroutine widen_reach(self, b, reach)
+      class(level_t), intent(inout) :: self
+      integer, intent(in) :: b, reach(2, 3)
+      self%reach(1, :, b) = min(self%reach(1, :, b), reach(1, :))
+      self%reach(2, :, b) = max(self%reach(2, :, b), reach(2, :))
+   end subroutine widen_reach
 
    !> Before sums are made in a block's tile of `solved`: what they will not reach becomes 0.
    pure subroutine fit_solved(self, b)
@@ -150,12 +163,12 @@ contains
       end do
       if (allocated(self%gradient)) then
          if (size(self%gradient, 1) >= largest) return
-         deallocate (self%gradient, self%lead)
+         deallocate (self%gradient, self%order, self%lead)
       end if
-      allocate (self%gradient(largest, 9))
+      allocate (self%gradient(largest, 9), self%order(largest))
       allocate (self%lead(merge(largest, 0, self%layout%labels_gradients()), 9))
       call self%arrivals%reserve(largest)
-      if (self%layout%edge_stress > 0) call self%at_edge%reserve(largest)
+      if (self%layout%edge_stress > 0) call self%at_edge%reserve(largest, choosing=.true.)
    end subroutine size_work
 
    !> Memory held on this rank (bytes).
@@ -164,6 +177,7 @@ contains
       integer :: b
       held = 8_i8*(size(self%gathered, kind=i8) + size(self%solved, kind=i8))
       held = held + 8_i8*(size(self%gradient, kind=i8) + size(self%lead, kind=i8))
+      held = held + 4_i8*size(self%order, kind=i8)
       held = held + self%at_edge%bytes() + self%arrivals%bytes()
       held = held + 4_i8*(size(self%owner, kind=i8) + size(self%slot, kind=i8))
       do b = 1, size(self%blocks)

@@ -166,14 +166,14 @@ contains
    end subroutine give_ahead
 
    !> The lists of one block, where particles have changed bin, and the order of its particles, where that has come to differ from
-   !> the lists'.
+   !> that of the bins.
    subroutine set_order(model, l, b)
       type(model_t), intent(inout) :: model
       integer, intent(in) :: l, b
       call model%timers%enter(phase_lists)
       call model%levels(l)%refresh_lists(b, takes_more(model, l, b))
       associate (block => model%levels(l)%blocks(b))
-         if (block%wants_sorting()) call block%sort(model%levels(l)%gradient)
+         if (block%wants_sorting()) call block%sort(model%levels(l)%order, model%levels(l)%gradient)
       end associate
    end subroutine set_order
 
@@ -201,7 +201,7 @@ contains
                                  level%gathered(:, :, :, :, b))
          if (.not. model%effect_step(l)%works .and. size(model%levels) == 1) return
          call model%timers%enter(phase_lists)
-         call level%join_arrivals(b) ! effects and other levels go through lists
+         call level%join_arrivals(b) ! effects and other levels go through all
       end associate
    end subroutine give_arrivals
 

@@ -182,7 +182,7 @@ contains
       real(wp), intent(in), contiguous :: lead(:, :)
       real(wp), intent(inout), contiguous :: gradient(:, :) !< (:, 9), 1/s
       integer :: c, p
-      associate (which => listed%order(:listed%first(size(listed%first)) - 1))
+      associate (which => listed%order(:listed%count))
          do c = 1, 9
             do p = 1, size(which)
                gradient(which(p), c) = gradient(which(p), c) + lead(which(p), c)
@@ -331,7 +331,7 @@ contains
          if (model%method%domain /= domain_fixed) call split(model, l, b, error)
          call locate_particles(block%particles%count, block%particles%column(:, x:x + 2), frame_of(level, block), &
                                block%cells%bin, block%leavers, block%leaver_count, moved, block%lowest, block%highest)
-         if (moved .or. block%arrived > 0) block%cells%current = .false.
+         if (moved .or. block%arrived > 0 .or. block%cells%joined) block%cells%current = .false.
          block%arrived = 0
          if (any(block%lowest < level%grid%lower) .or. any(block%highest > level%grid%upper)) &
             call report_outside(model, l, b, error)

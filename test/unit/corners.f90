@@ -77,7 +77,7 @@ contains
          cells%bin(p) = bin_of(column(p, layout%position:layout%position + 2), frame)
          body_force(p, :) = chance%several(3, -1.0_wp, 1.0_wp)
       end do
-      call cells%build(n)
+      call cells%survey(n)
    end subroutine make_particles
 
    pure real(wp) function determinant(r)
@@ -209,7 +209,7 @@ contains
          line(1, layout%position:layout%position + 2) = frame%origin + (4 + r)*frame%cell
          line(1, layout%domain:layout%domain + 8:4) = l*frame%cell
          one%bin(1) = bin_of(line(1, layout%position:layout%position + 2), frame)
-         call one%build(1)
+         call one%survey(1)
          call set_corners(domains, one, 1, line, layout, frame)
          call set_corner_weights(own, domains, 1, frame%per_cell)
          do axis = 1, 3

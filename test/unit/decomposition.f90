@@ -212,11 +212,11 @@ contains
          place = levels(1)%grid%block_place(index)
          if (any(place > [3, 3, 1])) cycle
          counts(index) = 8*8**3
-         lists(index) = lists_work(8**3, merge(0.02_wp, 0.0_wp, all(place(:2) < 2))*counts(index))
+         lists(index) = lists_work(8**3, merge(0.2_wp, 0.0_wp, all(place(:2) < 2))*counts(index))
       end do
       work = work_of(levels, counts, lists=lists)
-      call test%check_equal(maxval(work%weight) - minval(work%weight, mask=work%weight > 0), nint(16*0.02_wp*8*8**3), &
-                            'a jump of the lists costs as much as sixteen particles')
+      call test%check_equal(maxval(work%weight) - minval(work%weight, mask=work%weight > 0), nint(1.75_wp*0.2_wp*8*8**3), &
+                            'a jump of the order costs as much as one and three quarters of a particle')
       call choose_owners(as_of(2), levels, work_of(levels, counts), owner, error)
       untold = slowest(work, owner, 2)
       call choose_owners(as_of(2), levels, work, owner, error)

@@ -23,6 +23,7 @@ program fields
    call store()
    call runs_of_bodies()
    call part_of_lists()
+   call into_order()
    call change_of_owners()
    call test%finish()
 
@@ -133,12 +134,12 @@ contains
       logical :: nodes(0:9, 0:9, 0:9), wanted(bins), right
       integer :: b, c, p, place(3), round
       call whole%reserve(n)
-      call part%reserve(n)
+      call part%reserve(n, choosing=.true.)
       do round = 1, rounds
          do p = 1, n
             whole%bin(p) = 1 + int(chance%between(0.0_wp, real(bins, wp)))
          end do
-         call whole%build(n)
+         call whole%survey(n)
          nodes = .false.
          do c = 1, round - 1 ! none at first
             place = int(chance%several(3, 0.0_wp, 10.0_wp))
@@ -150,15 +151,50 @@ contains
          end do
          call test%check(all(bins_at(nodes) .eqv. wanted), 'bins at nodes')
          call part%take_bins(whole, wanted)
-         c = part%first(bins + 1) - 1
+         c = part%count
          right = c == count(wanted(whole%bin(:n)))
-         if (right) right = all(part%order(:c) == pack(whole%order(:n), wanted(whole%bin(whole%order(:n)))))
-         do b = 1, bins
-            right = right .and. all(part%bin(part%order(part%first(b):part%first(b + 1) - 1)) == b)
-         end do
+         if (right) right = all(part%order(:c) == pack([(p, p=1, n)], wanted(whole%bin(:n))))
+         if (right) right = all(part%bin(part%order(:c)) == whole%bin(part%order(:c)))
          call test%check(right, 'lists of some bins')
       end do
    end subroutine part_of_lists
+
+   !> Particles into the order of their bins: all of them, those of one bin as they were stored, and nothing is out of order then.
+   subroutine into_order()
+      integer, parameter :: most = 701
+      type(cell_list_t) :: cells
+      integer(i4) :: order(most), before(most)
+      logical :: disordered, once(most), right
+      integer :: b, n, p, round
+      call cells%reserve(most)
+      disordered = .true.
+      right = .true.
+      do round = 1, 60
+         n = merge(mod(round, 3), most - mod(round, 2), round < 4) ! 1, 2, none; then odd and even numbers
+         do p = 1, n
+            cells%bin(p) = 1 + int(chance%between(0.0_wp, merge(2.0_wp, real(bins, wp), mod(round, 4) == 0)))
+         end do
+         before = cells%bin
+         call cells%survey(n)
+         if (n > 2) disordered = disordered .and. cells%jumps > n/8
+         associate (here => cells%bin(:n - 1), next => cells%bin(2:n))
+            right = right .and. cells%occupied == count([(any(cells%bin(:n) == b), b=1, bins)])
+            right = right .and. cells%jumps == min(n, 1) + count(next /= here) - cells%occupied + 2*count(next < here)
+         end associate
+         call cells%sort(order(:n))
+         once = .false.
+         once(order(:n)) = .true.
+         right = right .and. count(once) == n .and. cells%jumps == 0 .and. all(cells%bin(:n) == before(order(:n)))
+         do p = 2, n
+            right = right .and. cells%bin(p) >= cells%bin(p - 1)
+            if (cells%bin(p) == cells%bin(p - 1)) right = right .and. order(p) > order(p - 1)
+         end do
+         call cells%survey(n)
+         right = right .and. cells%jumps == 0
+      end do
+      call test%check(right, 'sorted by bins, nothing is out of order')
+      call test%check(disordered, 'before it was')
+   end subroutine into_order
 
    !> Blocks change rank: all to the next rank, all to rank 0, then balanced again.
    subroutine change_of_owners()

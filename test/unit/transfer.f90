@@ -80,8 +80,8 @@ contains
       call test%check_equal(leaver_count, 0, 'particles made inside the block do not leave it')
       call test%check_close([lowest, highest], [minval(column(:n, layout%position:layout%position + 2), dim=1), &
                             maxval(column(:n, layout%position:layout%position + 2), dim=1)], 0.0_wp, 'bounds of the centres')
-      call cells%build(n)
-      call test%check_equal(int(cells%first(size(cells%first))) - 1, n, 'every particle is in a list')
+      call cells%survey(n)
+      call test%check_equal(cells%count, n, 'every particle is gone through')
       body_force(:n, 1) = chance%several(n, -1.0_wp, 1.0_wp)
       body_force(:n, 2) = chance%several(n, -1.0_wp, 1.0_wp)
       body_force(:n, 3) = chance%several(n, -1.0_wp, 1.0_wp)
@@ -310,7 +310,7 @@ contains
             cells%bin(p) = 1 + at(1) + block_size*(at(2) + block_size*at(3))
          end associate
       end do
-      call cells%build(n)
+      call cells%survey(n)
       tile = 0.0_wp
       call add_to_nodes(cells, column, layout, frame, tile)
       inner = maxval(abs(tile(5:7, 3:5, 3:5, 3:4)))/(6.0e9_wp*frame%cell**2)

@@ -152,7 +152,7 @@ contains
       do b = 1, size(model%levels(1)%blocks)
          associate (level => model%levels(1), block => model%levels(1)%blocks(b))
             call level%refresh_lists(b, whole=.false.)
-            if (block%wants_sorting()) call block%sort(level%gradient)
+            if (block%wants_sorting()) call block%sort(level%order, level%gradient)
             call level%join_arrivals(b)
          end associate
       end do
@@ -193,37 +193,26 @@ contains
       end do
    end function wrong_values
 
-   !> Particles on this rank that are not in exactly one list, or not in that of a node nearest to them.
+   !> Particles on this rank that are not gone through, or not in the bin of a node nearest to them.
    integer function wrong_lists(model) result(wrong)
       type(model_t), intent(in) :: model
-      integer, allocatable :: listed(:)
-      integer :: b, i, j, k, bin, m, p
-      real(wp) :: node(3), distance(3)
+      integer :: b, p
+      real(wp) :: node(3)
       wrong = 0
       associate (grid => model%levels(1)%grid, x => model%levels(1)%layout%position)
          do b = 1, size(model%levels(1)%blocks)
             associate (block => model%levels(1)%blocks(b))
-               allocate (listed(block%particles%count), source=0)
-               if (.not. block%cells%current) wrong = wrong + 1
-               bin = 0
-               do k = 0, block_size - 1
-                  do j = 0, block_size - 1
-                     do i = 0, block_size - 1
-                        bin = bin + 1
-                        node = grid%lower + grid%cell*(block_size*block%place + [i, j, k])
-                        do m = block%cells%first(bin), block%cells%first(bin + 1) - 1
-                           p = block%cells%order(m)
-                           listed(p) = listed(p) + 1
-                           distance = block%particles%column(p, x:x + 2) - node
-                           if (any(abs(distance) > 0.5_wp*grid%cell*(1.0_wp + 1.0e-12_wp))) wrong = wrong + 1
-                           if (m == block%cells%first(bin)) cycle
-                           if (block%cells%order(m) <= block%cells%order(m - 1)) wrong = wrong + 1
-                        end do
-                     end do
-                  end do
+               if (.not. block%cells%current .or. block%cells%chosen) wrong = wrong + 1
+               if (block%cells%first /= 1) wrong = wrong + 1
+               wrong = wrong + abs(block%particles%count - block%cells%count)
+               do p = 1, block%particles%count
+                  associate (bin => block%cells%bin(p) - 1)
+                     node = grid%lower + grid%cell*(block_size*block%place + [mod(bin, block_size), &
+                                                                              mod(bin/block_size, block_size), bin/block_size**2])
+                  end associate
+                  if (any(abs(block%particles%column(p, x:x + 2) - node) > 0.5_wp*grid%cell*(1.0_wp + 1.0e-12_wp))) &
+                     wrong = wrong + 1
                end do
-               wrong = wrong + count(listed /= 1)
-               deallocate (listed)
             end associate
          end do
       end associate

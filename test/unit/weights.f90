@@ -92,13 +92,15 @@ contains
       type(cell_list_t) :: cells
       type(layout_t) :: layout
       real(wp) :: column(most, 6), node, off(3), half
-      integer :: place(3), round, p, m, axis, a, r, count, first, seen, misplaced, in_order
+      integer(i4) :: order(most)
+      integer :: place(3), round, p, m, axis, a, r, count, first, seen, misplaced, in_order, shuffled
       layout%position = 1
       layout%half_size = 4
       off = 0.0_wp
       misplaced = 0
       in_order = 0
-      call cells%reserve(most)
+      shuffled = 0
+      call cells%reserve(most, choosing=.true.)
       do round = 1, 300
          layout%half_sizes = mod(round, 3) == 0 ! then one an axis; above half a cell they count as half a cell
          frame%cell = 10.0_wp**chance%between(-8.0_wp, 2.0_wp)
@@ -114,19 +116,29 @@ contains
             column(p, 4) = sizes(1 + mod(p, 3))*frame%cell
             column(p, 5:6) = chance%several(2, 0.05_wp, 0.6_wp)*frame%cell
          end do
-         call cells%build(count)
+         call cells%survey(count)
+         order(:count) = [(p, p=1, count)]
+         if (mod(round, 4) < 2) then ! as they are stored, or chosen and shuffled
+            do p = count, 2, -1
+               m = 1 + int(chance%between(0.0_wp, real(p, wp)))
+               order([m, p]) = order([p, m])
+            end do
+            cells%chosen = .true.
+            cells%order(:count) = order(:count)
+         end if
          seen = 0
          do first = 1, count, chunk
             call set_stencil(stencil, cells, first, column, layout, frame)
             if (stencil%in_order) in_order = in_order + 1
-            if (stencil%in_order .neqv. all(stencil%member(:stencil%count) == [(stencil%member(1) + p, p=0, stencil%count - 1)])) &
+            if (.not. stencil%in_order) shuffled = shuffled + 1
+            if (stencil%in_order .and. any(stencil%member(:stencil%count) /= [(stencil%member(1) + p, p=0, stencil%count - 1)])) &
                misplaced = misplaced + 1
             do r = 1, stencil%runs
                place = stencil%run_place(:, r)
                do m = stencil%run_first(r), stencil%run_first(r + 1) - 1
                   seen = seen + 1
                   p = stencil%member(m)
-                  if (p /= cells%order(seen) .or. any(place /= bin_place(int(cells%bin(p))))) misplaced = misplaced + 1
+                  if (p /= order(seen) .or. any(place /= bin_place(int(cells%bin(p))))) misplaced = misplaced + 1
                   do axis = 1, 3
                      node = frame%origin(axis) + place(axis)*frame%cell
                      half = column(p, 4)*frame%per_cell
@@ -147,6 +159,7 @@ contains
       end do
       call test%check_equal(misplaced, 0, 'every particle once, in the order of the list, with its bin')
       call test%check(in_order > 10, 'some chunks were in the order of memory')
+      call test%check(shuffled > 10, 'and some were not')
       call test%check_close(off(1), 0.0_wp, 1.0e-13_wp, 'weights of a stencil')
       call test%check_close(off(2), 0.0_wp, 2.0e-13_wp, 'slopes of a stencil')
       call test%check_close(off(3), 0.0_wp, 1.0e-13_wp, 'offsets of a stencil')
