@@ -91,8 +91,8 @@ contains
       end do
    end subroutine find
 
-   !> Consider the particles of a block that may be near enough to a tool: rows of bins, bins and particles that are surely too far
-   !> away are not looked into. Of a bin only particles count that its nodes are fast enough to carry to the tool in this step.
+   !> Consider the particles of a block that may be near enough to a tool: those of rows of bins and of bins that are surely too far
+   !> away are not looked at. Of a bin only particles count that its nodes are fast enough to carry to the tool in this step.
    subroutine search(self, tool, level, materials, time_step, b, t, thick, overlap)
       class(candidates_t), intent(inout) :: self
       type(tool_t), intent(in) :: tool
@@ -102,49 +102,57 @@ contains
       integer, intent(in) :: b, t !< numbers of the block and the tool
       real(wp), intent(in) :: thick !< no particle of the block is thicker, m
       real(wp), intent(inout) :: overlap
-      real(wp) :: far  !< no candidate's centre is further from a tool, m
-      real(wp) :: near !< the same for those of a bin, if none is stretched to more than twice its length
-      real(wp) :: centre(3), middle(3), position(3), gap_centre, normal_centre(3), half_diagonal, half_row
-      real(wp) :: off(bins), across(3, bins) !< gap of the tool at the middle of a bin that was asked, and its normal there
-      real(wp) :: within(bins)               !< `near` of such a bin; below 0: it is surely too far away
-      logical :: asked(bins)
-      integer :: bin, first, p
+      real(wp) :: far        !< no candidate's centre is further from a tool, m
+      real(wp) :: near(bins) !< the same for those of a bin, if none is stretched to more than twice its length
+      real(wp) :: gap(bins), normal(3, bins) !< at the middle of a bin that is near
+      logical :: is_near(bins)
+      real(wp) :: centre(3), gap_centre, normal_centre(3), half_diagonal, half_row
+      integer :: first, p, place(3)
       far = thick + fastest*level%grid%cell
       half_diagonal = 0.5_wp*sqrt(3.0_wp)*level%grid%cell
       half_row = 0.5_wp*(block_size - 1)*level%grid%cell
-      asked = .false.
+      is_near = .false.
       associate (block => level%blocks(b))
          centre = block%origin + half_row
          call tool%gap_and_normal(centre, gap_centre, normal_centre)
          do first = 1, bins, block_size ! of a row along x
-            middle = block%origin + bin_place(first)*level%grid%cell + [half_row, 0.0_wp, 0.0_wp]
-            asked(first:first + block_size - 1) = surely_beyond(far + half_diagonal + abs(normal_centre(1))*half_row, gap_centre, &
-                                                                normal_centre, middle - centre)
-            if (asked(first)) within(first:first + block_size - 1) = -1.0_wp
+            place = bin_place(first)
+            if (any(place(2:) < block%cells%low(2:) .or. place(2:) > block%cells%high(2:)) .and. block%arrived == 0) cycle
+            if (.not. surely_beyond(far + half_diagonal + abs(normal_centre(1))*half_row, gap_centre, normal_centre, &
+                                    middle_of(first) + [half_row, 0.0_wp, 0.0_wp] - centre)) call look_into(first)
          end do
+         if (.not. any(is_near)) return
          do p = 1, block%particles%count
-            bin = block%cells%bin(p)
-            if (.not. asked(bin)) call ask(bin)
-            if (within(bin) < 0.0_wp) cycle
-            middle = block%origin + bin_place(bin)*level%grid%cell
-            position = block%particles%column(p, level%layout%position:level%layout%position + 2)
-            if (surely_beyond(within(bin), off(bin), across(:, bin), position - middle)) cycle
-            call self%consider(tool, level, materials, time_step, [b, p, bin, t], overlap)
+            associate (bin => block%cells%bin(p))
+               if (.not. is_near(bin)) cycle
+               associate (x => level%layout%position)
+                  if (surely_beyond(near(bin), gap(bin), normal(:, bin), &
+                                    block%particles%column(p, x:x + 2) - middle_of(int(bin)))) cycle
+               end associate
+               call self%consider(tool, level, materials, time_step, [b, p, int(bin), t], overlap)
+            end associate
          end do
       end associate
    contains
-      !> Where the tool is from a bin.
-      subroutine ask(bin)
+      !> The bins of a row.
+      subroutine look_into(first)
+         integer, intent(in) :: first
+         integer :: bin
+         do bin = first, first + block_size - 1
+            if (surely_beyond(far + half_diagonal, gap_centre, normal_centre, middle_of(bin) - centre)) cycle
+            call tool%gap_and_normal(middle_of(bin), gap(bin), normal(:, bin))
+            near(bin) = thick + min(fastest*level%grid%cell, &
+                                    margin*thick + time_step*(speed_around(level, b, bin) + norm2(tool%velocity())))
+            is_near(bin) = gap(bin) <= near(bin) + half_diagonal
+         end do
+      end subroutine look_into
+
+      !> The place of a bin's node, m.
+      pure function middle_of(bin) result(middle)
          integer, intent(in) :: bin
-         asked(bin) = .true.
-         within(bin) = -1.0_wp
+         real(wp) :: middle(3)
          middle = level%blocks(b)%origin + bin_place(bin)*level%grid%cell
-         if (surely_beyond(far + half_diagonal, gap_centre, normal_centre, middle - centre)) return
-         call tool%gap_and_normal(middle, off(bin), across(:, bin))
-         near = thick + min(fastest*level%grid%cell, &
-                            margin*thick + time_step*(speed_around(level, b, bin) + norm2(tool%velocity())))
-         if (off(bin) <= near + half_diagonal) within(bin) = near
-      end subroutine ask
+      end function middle_of
    end subroutine search
 
    !> No node that a particle of a bin gives to is faster, m/s.
