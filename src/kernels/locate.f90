@@ -20,19 +20,24 @@ contains
       integer, intent(out) :: leaver_count
       logical, intent(out) :: moved                        !< some particle is in another bin than before
       real(wp), intent(out) :: lowest(3), highest(3)       !< m
+      real(wp) :: x, y, z
       integer :: axis, changes, outside, p
-      integer(i4) :: i, j, k, now
+      integer(i4) :: i, j, k, below, now
       changes = 0
       outside = 0
       do axis = 1, 3
          call find_bounds(count, position(:, axis), lowest(axis), highest(axis))
       end do
-      !$omp simd reduction(+: changes, outside) private(i, j, k, now)
+      !$omp simd reduction(+: changes, outside) private(i, j, k, below, now, x, y, z)
       do p = 1, count
-         i = floor((position(p, 1) - frame%origin(1))*frame%per_cell + 0.5_wp)
-         j = floor((position(p, 2) - frame%origin(2))*frame%per_cell + 0.5_wp)
-         k = floor((position(p, 3) - frame%origin(3))*frame%per_cell + 0.5_wp)
-         now = merge(1 + i + block_size*(j + block_size*k), 0, iand(ior(ior(i, j), k), not(block_size - 1)) == 0)
+         x = (position(p, 1) - frame%origin(1))*frame%per_cell + 0.5_wp
+         y = (position(p, 2) - frame%origin(2))*frame%per_cell + 0.5_wp
+         z = (position(p, 3) - frame%origin(3))*frame%per_cell + 0.5_wp
+         i = int(x, i4) ! as floor, above 0
+         j = int(y, i4)
+         k = int(z, i4)
+         below = merge(-1, 0, min(x, y, z) < 0.0_wp)
+         now = merge(1 + i + block_size*(j + block_size*k), 0, iand(ior(ior(i, j), ior(k, below)), not(block_size - 1)) == 0)
          changes = changes + merge(1, 0, now /= bin(p))
          outside = outside + merge(1, 0, now == 0)
          bin(p) = now

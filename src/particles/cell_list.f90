@@ -74,7 +74,7 @@ contains
       integer, intent(in) :: last
       integer, intent(in), optional :: first
       integer(i4) :: seen(bins)
-      integer :: lower, p, runs
+      integer :: p
       self%first = 1
       if (present(first)) self%first = first
       self%count = max(0, last - self%first + 1)
@@ -86,16 +86,20 @@ contains
       end do
       call find_extent(seen, self%low, self%high)
       self%occupied = sum(seen)
-      runs = min(1, self%count)
-      lower = 0
-      !$omp simd reduction(+: runs, lower)
-      do p = self%first + 1, last
-         runs = runs + merge(1, 0, self%bin(p) /= self%bin(p - 1))
-         lower = lower + merge(1, 0, self%bin(p) < self%bin(p - 1))
-      end do
-      self%jumps = runs - self%occupied + 2*lower
+      self%jumps = jumps_in(self%bin(self%first:last)) - self%occupied
       self%current = .true.
    end subroutine survey
+
+   !> Runs of one bin, and twice the places where the next bin is a lower one. By itself, so that it becomes vectors.
+   pure integer function jumps_in(bin) result(jumps)
+      integer(i4), intent(in), contiguous :: bin(:)
+      integer :: p
+      jumps = min(1, size(bin))
+      !$omp simd reduction(+: jumps)
+      do p = 2, size(bin)
+         jumps = jumps + merge(1, 0, bin(p) /= bin(p - 1)) + merge(2, 0, bin(p) < bin(p - 1))
+      end do
+   end function jumps_in
 
    !> The first and the last place along each axis, from 0, that has particles; none: the first behind the last.
    pure subroutine find_extent(held, low, high)
