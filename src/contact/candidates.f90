@@ -143,7 +143,7 @@ contains
             call tool%gap_and_normal(middle_of(bin), gap(bin), normal(:, bin))
             near(bin) = thick + min(fastest*level%grid%cell, &
                                     margin*thick + time_step*(speed_around(level, b, bin) + norm2(tool%velocity())))
-            is_near(bin) = gap(bin) <= near(bin) + half_diagonal
+            is_near(bin) = .not. gap(bin) > near(bin) + half_diagonal ! also where it is not a number
          end do
       end subroutine look_into
 

@@ -4,7 +4,7 @@ module m_node_to_particle
    use m_constants, only: block_size
    use m_field_table, only: layout_t
    use m_cell_list, only: cell_list_t
-   use m_stencil, only: stencil_t, frame_t, batch, chunk, set_stencil, fetch_vector, put_back
+   use m_stencil, only: stencil_t, frame_t, batch, chunk, set_stencil
    implicit none
    private
    public :: scatter_to_particles, motion_t, longest_t, taken_t, move, find_longest
@@ -217,27 +217,49 @@ contains
       end do
    end subroutine take_one
 
-   !> New positions, velocities and velocity gradients of a chunk.
+   !> New positions, velocities and velocity gradients of a chunk; where particles were chosen, one by one.
    pure subroutine move(stencil, taken, layout, motion, column, gradient)
       type(stencil_t), intent(in) :: stencil
       type(taken_t), intent(in) :: taken
       type(layout_t), intent(in) :: layout
       type(motion_t), intent(in) :: motion
       real(wp), intent(inout), contiguous :: column(:, :), gradient(:, :)
-      real(wp) :: place(chunk, 3), velocity(chunk, 3)
-      integer :: n, q
-      n = stencil%count
-      associate (x => layout%position, v => layout%velocity, dt => motion%time_step, flip => motion%flip_fraction)
-         call fetch_vector(stencil, column(:, x:x + 2), place)
-         call fetch_vector(stencil, column(:, v:v + 2), velocity)
-         place(:n, :) = place(:n, :) + dt*taken%motion(:n, 1:3)
-         velocity(:n, :) = flip*(velocity(:n, :) + dt*taken%motion(:n, 4:6)) + (1.0_wp - flip)*taken%motion(:n, 1:3)
-         call put_back(stencil, place, column(:, motion%position:motion%position + 2))
-         call put_back(stencil, velocity, column(:, v:v + 2))
-      end associate
-      do q = 1, 9, 3
-         call put_back(stencil, taken%gradient(:, q:q + 2), gradient(:, q:q + 2))
-      end do
+      integer :: axis, first, p
+      if (stencil%in_order) then
+         first = stencil%member(1) - 1
+         do axis = 1, 3
+            call move_along(axis, first, 0, stencil%count, taken, layout, motion, column)
+         end do
+         gradient(first + 1:first + stencil%count, :) = taken%gradient(:stencil%count, :)
+      else
+         do p = 1, stencil%count
+            do axis = 1, 3
+               call move_along(axis, stencil%member(p) - 1, p - 1, 1, taken, layout, motion, column)
+            end do
+            gradient(stencil%member(p), :) = taken%gradient(p, :)
+         end do
+      end if
    end subroutine move
+
+   !> Particles that follow each other along one axis.
+   pure subroutine move_along(axis, before, before_in_chunk, count, taken, layout, motion, column)
+      integer, intent(in) :: axis, before, before_in_chunk, count !< particles ahead of them in the block and in the chunk; and they
+      type(taken_t), intent(in) :: taken
+      type(layout_t), intent(in) :: layout
+      type(motion_t), intent(in) :: motion
+      real(wp), intent(inout), contiguous :: column(:, :)
+      integer :: m, p, q, v, x, y
+      x = layout%position + axis - 1
+      y = motion%position + axis - 1
+      v = layout%velocity + axis - 1
+      !$omp simd private(p, q)
+      do m = 1, count
+         p = before + m
+         q = before_in_chunk + m
+         column(p, y) = column(p, x) + motion%time_step*taken%motion(q, axis)
+         column(p, v) = motion%flip_fraction*(column(p, v) + motion%time_step*taken%motion(q, 3 + axis)) &
+                        + (1.0_wp - motion%flip_fraction)*taken%motion(q, axis)
+      end do
+   end subroutine move_along
 
 end module m_node_to_particle

@@ -1,4 +1,4 @@
-!> Weights of particles on the 27 nodes around their bins, in chunks of a block's list, and where a block's arrays stand.
+!> Weights of particles on the 27 nodes around their bins, in chunks of those that are gone through; where a block stands.
 module m_stencil
    use m_kinds, only: wp, i4
    use m_constants, only: block_size, short_of
@@ -6,10 +6,10 @@ module m_stencil
    use m_cell_list, only: cell_list_t
    implicit none
    private
-   public :: stencil_t, frame_t, set_stencil, list_chunk, fetch, fetch_vector, put_back, bin_place, hat_weights, gimp_weights
+   public :: stencil_t, frame_t, set_stencil, list_chunk, fetch, bin_place, hat_weights, gimp_weights
 
    integer, parameter, public :: batch = 8    !< particles in one vector
-   integer, parameter, public :: chunk = 64   !< particles of the list handled together: their weights stay in the first-level cache
+   integer, parameter, public :: chunk = 64   !< particles handled together: their weights stay in the first-level cache
 
    !> Where a block stands and how large its cells are.
    type :: frame_t
@@ -18,9 +18,9 @@ module m_stencil
       real(wp) :: per_cell  !< 1/m
    end type frame_t
 
-   !> Up to `chunk` particles that follow each other in a block's list, whatever their bins: weights (1) and slopes (1/m), by
+   !> Up to `chunk` particles that are gone through after each other, whatever their bins: weights (1) and slopes (1/m), by
    !> particle, node (-1, 0, 1) and axis; and the offset from the nearest node (cells). Vectors may read `batch` - 1 beyond the
-   !> last. Kernels keep theirs from call to call (Makefile): defaults are not set again.
+   !> last, where something stands from before. Kernels keep theirs from call to call (Makefile): defaults are not set again.
    type :: stencil_t
       real(wp) :: weight(chunk + batch, -1:1, 3) = 0.0_wp
       real(wp) :: slope(chunk + batch, -1:1, 3) = 0.0_wp
@@ -36,7 +36,7 @@ module m_stencil
 
 contains
 
-   !> Fill the stencil with the particles from place `first` of the list on.
+   !> Fill the stencil with the particles from the `first` on of those that are gone through.
    pure subroutine set_stencil(stencil, cells, first, column, layout, frame)
       type(stencil_t), intent(inout) :: stencil
       type(cell_list_t), intent(in) :: cells
@@ -44,12 +44,11 @@ contains
       real(wp), intent(in), contiguous :: column(:, :)
       type(layout_t), intent(in) :: layout
       type(frame_t), intent(in) :: frame
-      real(wp) :: place(chunk, 3), half(chunk), node(chunk, 3)
+      real(wp) :: place(chunk), half(chunk), node(chunk, 3)
       integer :: axis, from, to
       call list_chunk(stencil, cells, first, node)
       from = stencil%member(1)
       to = from + stencil%count - 1
-      if (.not. stencil%in_order) call fetch_vector(stencil, column(:, layout%position:layout%position + 2), place)
       if (.not. layout%half_sizes) call fetch(stencil, column(:, layout%half_size), half)
       do axis = 1, 3
          if (layout%half_sizes) then
@@ -59,7 +58,8 @@ contains
          if (stencil%in_order) then
             call set_axis(stencil, axis, column(from:to, layout%position + axis - 1), half, node(:, axis), frame)
          else
-            call set_axis(stencil, axis, place(:stencil%count, axis), half, node(:, axis), frame)
+            call fetch(stencil, column(:, layout%position + axis - 1), place)
+            call set_axis(stencil, axis, place(:stencil%count), half, node(:, axis), frame)
          end if
       end do
    end subroutine set_stencil
@@ -86,7 +86,8 @@ contains
       end do
    end subroutine set_axis
 
-   !> The particles from place `first` of the list on, their runs, and the node in the middle of each one's bin; no weights.
+   !> The particles from the `first` on of those that are gone through, their runs, and the node in the middle of each one's bin;
+   !> no weights.
    pure subroutine list_chunk(stencil, cells, first, node)
       type(stencil_t), intent(inout) :: stencil
       type(cell_list_t), intent(in) :: cells
@@ -115,6 +116,7 @@ contains
          node(p, 3) = (bin(p) - 1)/block_size**2
       end do
       r = 1
+      stencil%run_first(1) = 1
       do p = 2, stencil%count ! without a branch: runs are of any length
          stencil%run_first(r + 1) = p
          r = r + merge(1, 0, bin(p) /= bin(p - 1))
@@ -138,61 +140,11 @@ contains
             values(p) = column(before + p)
          end do
       else
-         !GCC$ novector
          do p = 1, stencil%count
             values(p) = column(stencil%member(p))
          end do
       end if
    end subroutine fetch
-
-   !> Three columns of the chunk's particles. Those out of order are read one particle after the other, so that one that is far from
-   !> the others is waited for once.
-   pure subroutine fetch_vector(stencil, column, values)
-      type(stencil_t), intent(in) :: stencil
-      real(wp), intent(in), contiguous :: column(:, :) !< (:, 3)
-      real(wp), intent(inout) :: values(chunk, 3)
-      integer :: axis, before, p
-      if (stencil%in_order) then
-         before = stencil%member(1) - 1
-         do axis = 1, 3
-            do p = 1, stencil%count
-               values(p, axis) = column(before + p, axis)
-            end do
-         end do
-      else
-         !GCC$ novector
-         do p = 1, stencil%count
-            !GCC$ unroll 3
-            do axis = 1, 3
-               values(p, axis) = column(stencil%member(p), axis)
-            end do
-         end do
-      end if
-   end subroutine fetch_vector
-
-   !> The counterpart of fetch_vector: values of the chunk's particles to three columns.
-   pure subroutine put_back(stencil, values, column)
-      type(stencil_t), intent(in) :: stencil
-      real(wp), intent(in), contiguous :: values(:, :) !< (:, 3), at least as many as the chunk has particles
-      real(wp), intent(inout), contiguous :: column(:, :) !< (:, 3)
-      integer :: axis, before, p
-      if (stencil%in_order) then
-         before = stencil%member(1) - 1
-         do axis = 1, 3
-            do p = 1, stencil%count
-               column(before + p, axis) = values(p, axis)
-            end do
-         end do
-      else
-         !GCC$ novector
-         do p = 1, stencil%count
-            !GCC$ unroll 3
-            do axis = 1, 3
-               column(stencil%member(p), axis) = values(p, axis)
-            end do
-         end do
-      end if
-   end subroutine put_back
 
    !> Place of a bin (from 1) in its block, from 0: also the lowest of the 27 nodes in the block's tile.
    pure function bin_place(bin) result(place)

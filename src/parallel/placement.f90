@@ -48,7 +48,7 @@ contains
       integer, intent(in) :: particles(:)        !< of each block of each level, by number; -1 where there is no block
       integer, intent(in), optional :: steps(:)  !< of each level in one of the coarsest; 1 where not given
       integer, intent(in), optional :: points(:) !< contact points of each block; none where not given
-      integer, intent(in), optional :: lists(:)  !< what the lists of each block cost, from lists_work; nothing where not given
+      integer, intent(in), optional :: lists(:)  !< from lists_work, of each block; nothing where not given
       type(work_t) :: work
       integer :: first, l, last, constraints
       logical :: apart
@@ -76,10 +76,11 @@ contains
       if (.not. apart) work%waited_for = merge(point_cost*points, 0, work%exists)
    end function work_of
 
-   !> What a block's lists cost in a step, as if it had so many particles more (performance.md, 'Which block costs what').
+   !> What it costs in a step that a block's particles lie in many bins and out of order, as if it had so many particles more
+   !> (performance.md, 'Which block costs what').
    pure integer function lists_work(bins, jumps)
       integer, intent(in) :: bins   !< that have particles
-      real(wp), intent(in) :: jumps !< of the lists, on average
+      real(wp), intent(in) :: jumps !< of the particles' order, on average
       lists_work = nint(bin_cost*bins + jump_cost*jumps)
    end function lists_work
 

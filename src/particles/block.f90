@@ -61,10 +61,12 @@ contains
       if (.not. self%cells%current) call self%cells%survey(self%particles%count - self%arrived)
    end subroutine refresh_lists
 
-   !> True when the jumps, which are up to date, and those of the steps before have cost as much as sorting does.
+   !> True when the jumps, which are up to date, and those of the steps before have cost as much as sorting does. A block that comes
+   !> to rest is sorted then, for while it rests nothing looks at its order: sorting must not depend on how long that was.
    pure logical function wants_sorting(self)
       class(block_t), intent(in) :: self
       wants_sorting = self%disorder + self%cells%jumps > sort_share*(self%particles%count - self%arrived)
+      if (self%at_rest) wants_sorting = wants_sorting .or. self%cells%jumps > 0
    end function wants_sorting
 
    !> Bring the particles, but for what has arrived, into the order of their bins.

@@ -35,7 +35,7 @@ module m_cell_list
 
 contains
 
-   !> Make room for a number of particles, and for lists of chosen ones; keeps bins.
+   !> Make room for a number of particles, and for choosing among them where that is wanted; keeps bins.
    subroutine reserve(self, capacity, choosing)
       class(cell_list_t), intent(inout) :: self
       integer, intent(in) :: capacity
@@ -48,11 +48,12 @@ contains
       if (allocated(self%bin)) longer(:size(self%bin)) = self%bin
       call move_alloc(longer, self%bin)
       if (.not. present(choosing)) return
+      if (.not. choosing) return
       if (allocated(self%order)) deallocate (self%order)
-      if (choosing) allocate (self%order(capacity))
+      allocate (self%order(capacity))
    end subroutine reserve
 
-   !> Give all to another, which had nothing.
+   !> Give all to another, which had nothing; none are chosen.
    pure subroutine hand_over(self, other)
       class(cell_list_t), intent(inout) :: self
       type(cell_list_t), intent(inout) :: other

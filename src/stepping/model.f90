@@ -279,7 +279,7 @@ contains
       class(model_t), intent(in) :: self
       character(len=*), intent(in) :: place     !< how the sentence begins
       real(wp), intent(in) :: particles, blocks !< how many
-      real(wp), parameter :: bytes_beside = 24.0_wp !< id, body and place in the lists of a particle
+      real(wp), parameter :: bytes_beside = 16.0_wp !< id, body and bin of a particle
       real(wp), parameter :: tile_bytes = 2*8.0_wp*node_values*(tile_last + 1)**3 !< node sums of a block
       type(error_t), intent(inout) :: error
       real(wp) :: needed, free
@@ -480,7 +480,7 @@ contains
       steps = [(2**merge(l - 1, 0, self%method%subcycle), l=1, size(self%levels))]
    end function steps_of_levels
 
-   !> Collective: the work of all blocks: their particles, those of them that a tool pressed, and their lists.
+   !> Collective: the work of all blocks: their particles, those of them that a tool pressed, and their order.
    type(work_t) function count_work(self) result(work)
       class(model_t), intent(in) :: self
       integer, allocatable :: counts(:), points(:), lists(:)

@@ -20,7 +20,7 @@ module m_restore
    type, public :: block_table_t
       integer(i8), allocatable :: table(:, :) !< level, index, particles, rank, rows of particles before: (table_width, blocks)
       real(wp), allocatable :: bounds(:, :)   !< lowest and highest place of centres, m; work booked by kinds, loss booked, J; jumps
-                                              !< of lists; particles that have arrived; disorder
+                                              !< on average; particles that have arrived; disorder
       integer :: first = 0                    !< row of this rank's first block
       integer :: own = 0                      !< this rank's rows
       integer(i8) :: particles = 0            !< of all ranks

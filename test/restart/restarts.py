@@ -44,6 +44,16 @@ PLASTIC = """
 &anti_locking /
 &probe name='p', position=0.1,0.1,0.75 /
 """
+RESTING = """
+&scene title='two that rest, out of order, and are hit after 60 steps', end_time={end} /
+&grid lower=0,0,0, upper=2.4,0.8,0.8, cell_size=0.1 /
+&time safety=0.35 /
+&material name='soft', model='elastic', density=1000, young=1e6, poisson=0.3 /
+&material name='other', model='elastic', density=1170, young=9e5, poisson=0.3 /
+&body material='soft', shape='box', lower=0.93,0.13,0.13, upper=1.13,0.63,0.63, particles_per_cell=1 /
+&body material='other', shape='box', lower=1.13,0.13,0.13, upper=1.43,0.63,0.63, particles_per_cell=1 /
+&body material='soft', shape='box', lower=0.23,0.13,0.13, upper=0.73,0.63,0.63, particles_per_cell=1, velocity=2,0,0 /
+"""
 CONTACT = """
 &scene title='a ball that rubs', end_time={end} /
 &grid lower=0,0,0, upper=1.2,1.2,1.0, cell_size=0.1, boundary='symmetry','free','symmetry','free','roller','free' /

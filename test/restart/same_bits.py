@@ -3,8 +3,8 @@ import shutil
 import h5py
 from restarts import *
 
-ENDS = {"levels": 0.025, "splitting": 0.09, "plastic": 0.03, "moving": 0.085}
-TEXTS = {"levels": LEVELS, "splitting": SPLITTING, "plastic": PLASTIC, "moving": MOVING}
+ENDS = {"levels": 0.025, "splitting": 0.09, "plastic": 0.03, "moving": 0.085, "resting": 0.15}
+TEXTS = {"levels": LEVELS, "splitting": SPLITTING, "plastic": PLASTIC, "moving": MOVING, "resting": RESTING}
 
 
 def chain(name, text, directory, ranks, straight):
@@ -28,11 +28,13 @@ def chain(name, text, directory, ranks, straight):
 
 for name, text in TEXTS.items():
     straight = f"{name}_straight"
-    run(1, scene(text, straight, end=ENDS[name]), what=name)
+    log = run(1, scene(text, straight, end=ENDS[name]), what=name)
     whole = everything(sorted(Path(straight).glob("particles_*.h5"))[-1])
     if name == "splitting":
         first = everything(sorted(Path(straight).glob("particles_*.h5"))[0])
         require("splitting: particles were split", len(whole["VTKHDF/PointData/id"]) > len(first["VTKHDF/PointData/id"]))
+    if name == "resting":
+        require("resting: blocks were at rest", "at rest: " in log)
     if name == "plastic":
         require("plastic: there was plastic flow", whole["VTKHDF/PointData/plastic_strain"].max() > 1e-3)
     if name == "levels":

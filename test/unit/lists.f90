@@ -8,7 +8,7 @@ program lists
    use m_cell_list, only: bins
    use m_model, only: model_t
    use m_assertions, only: assertions_t
-   use m_wandering, only: build_wandering, wander, wrong_values, wrong_lists, all_ids, alone, ordered_ids
+   use m_wandering, only: build_wandering, wander, wrong_values, wrong_lists, all_ids, alone, ordered_ids, joined, jumps_changed
    implicit none
    integer, parameter :: steps = 60
    type(communicator_t) :: comm
@@ -31,6 +31,7 @@ program lists
       call wander(model, step)
       call wander(single, step)
       call test%check_equal(wrong_lists(model), 0, 'every particle is gone through once, in the bin of its nearest node')
+      call test%check_equal(jumps_changed, 0, 'what arrives does not count as out of order in the same step')
       call test%check_equal(joined_otherwise(), 0, 'with what has arrived, lists are as if all had been there at once')
       call test%check_equal(wrong_values(model), 0, 'every particle keeps what it carries')
       call test%check_equal(outside_block(), 0, 'every block holds what its rank owns')
@@ -47,6 +48,7 @@ program lists
    blocks = count(model%levels(1)%owner >= 0) - blocks
    if (comm%is_root()) print '(3(a,i0))', '   new blocks ', blocks, ', changes of block ', moved, ', of rank ', sent
    call test%check(blocks > 10, 'blocks were created')
+   call test%check(joined > 100, 'particles arrived in many')
    call test%check(moved > 10000, 'many particles changed block')
    if (comm%ranks > 1) call test%check(sent > 1000, 'many particles changed rank')
    call single%release()

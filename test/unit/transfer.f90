@@ -24,16 +24,21 @@ program transfer
    real(wp), allocatable :: column(:, :), gradient(:, :)
    real(wp), dimension(lanes, 0:last, 0:last, 0:last) :: tile, plain
    real(wp) :: body_force(2000, 3)
-   integer :: n
+   !> Ways to go through the particles: as they are stored, at first with hardly two of a bin beside each other, then bin by bin.
+   character(len=9), parameter :: ways(4) = ['as made  ', 'chosen   ', 'sorted   ', 'from 101 ']
+   integer :: n, way
    call comm%start()
    call test%start(comm, 'transfer')
    call make_particles(1500)
-   call to_nodes(affine=.true.)
-   call to_nodes(affine=.false.)
-   call to_particles(1.0_wp)
-   call to_particles(0.7_wp)
-   call to_particles(0.0_wp)
-   call gradient_only()
+   do way = 1, size(ways)
+      call arrange(way)
+      call to_nodes(affine=.true.)
+      call to_nodes(affine=.false.)
+      call to_particles(1.0_wp)
+      call to_particles(0.7_wp)
+      call to_particles(0.0_wp)
+      call gradient_only()
+   end do
    call linear_field()
    call rigid_stress_free()
    call test%finish()
@@ -74,18 +79,40 @@ contains
          column(p, layout%mass) = chance%between(0.5_wp, 2.0_wp)
          column(p, layout%volume) = chance%between(0.5_wp, 2.0_wp)
       end do
-      call cells%reserve(n + 5)
+      call cells%reserve(n + 5, choosing=.true.)
       call locate_particles(n, column(:, layout%position:layout%position + 2), frame, cells%bin, leavers, leaver_count, moved, &
                             lowest, highest)
       call test%check_equal(leaver_count, 0, 'particles made inside the block do not leave it')
       call test%check_close([lowest, highest], [minval(column(:n, layout%position:layout%position + 2), dim=1), &
                             maxval(column(:n, layout%position:layout%position + 2), dim=1)], 0.0_wp, 'bounds of the centres')
-      call cells%survey(n)
-      call test%check_equal(cells%count, n, 'every particle is gone through')
       body_force(:n, 1) = chance%several(n, -1.0_wp, 1.0_wp)
       body_force(:n, 2) = chance%several(n, -1.0_wp, 1.0_wp)
       body_force(:n, 3) = chance%several(n, -1.0_wp, 1.0_wp)
    end subroutine make_particles
+
+   !> Runs of particles of one bin: hardly any as they were made, of dozens when they are chosen bin by bin or sorted.
+   subroutine arrange(way)
+      integer, intent(in) :: way
+      type(cell_list_t) :: copy
+      integer(i4) :: order(n)
+      call cells%survey(n)
+      select case (ways(way))
+      case ('chosen')
+         copy = cells
+         call copy%sort(order)
+         cells%order(:n) = order
+         cells%chosen = .true.
+      case ('sorted')
+         call test%check(cells%jumps > n, 'the particles were out of order')
+         call cells%sort(order)
+         column(:n, :) = column(order, :)
+         body_force(:n, :) = body_force(order, :)
+         call cells%survey(n)
+         call test%check_equal(cells%jumps, 0, 'sorted, they are in order')
+      case ('from 101')
+         call cells%survey(n, 101)
+      end select
+   end subroutine arrange
 
    pure function node_place(i, j, k) result(place)
       integer, intent(in) :: i, j, k !< in the tile
@@ -106,7 +133,7 @@ contains
       real(wp) :: weight, slope(3), s(6), sigma(3, 3), velocity(3)
       integer :: i, j, k, p
       plain = 0.0_wp
-      do p = 1, n
+      do p = cells%first, n
          s = of(p, layout%stress, 6)
          sigma = reshape([s(1), s(6), s(5), s(6), s(2), s(4), s(5), s(4), s(3)], [3, 3])
          do k = 0, last
@@ -134,7 +161,7 @@ contains
       real(wp) :: momentum(3), angular(3), force(3), off(3), scale(3), x(3)
       integer :: i, j, k, p, q
       character(len=:), allocatable :: kind
-      kind = trim(merge('affine', 'plain ', affine))
+      kind = trim(merge('affine', 'plain ', affine))//', '//trim(ways(way))
       at = layout
       if (.not. affine) at%gradient = 0
       tile = 0.0_wp
@@ -150,12 +177,13 @@ contains
       call say(kind//' to nodes: internal force, relative', off(3)/scale(3))
       call test%check_close(off/scale, [0.0_wp, 0.0_wp, 0.0_wp], 1.0e-13_wp, kind//' to nodes: as the plain sums')
       call test%check_close(sum(abs(tile(8, :, :, :))), 0.0_wp, 0.0_wp, 'the spare lane stays 0')
-      call test%check_close(sum(tile(1, :, :, :)), sum(column(:n, layout%mass)), 1.0e-13_wp*n, kind//': total mass')
+      call test%check_close(sum(tile(1, :, :, :)), sum(column(cells%first:n, layout%mass)), 1.0e-13_wp*n, kind//': total mass')
       momentum = 0.0_wp
       angular = 0.0_wp
       force = 0.0_wp
       do q = 1, 3
-         momentum(q) = sum(tile(1 + q, :, :, :)) - sum(column(:n, layout%mass)*column(:n, layout%velocity + q - 1))
+         momentum(q) = sum(tile(1 + q, :, :, :)) &
+                       - sum(column(cells%first:n, layout%mass)*column(cells%first:n, layout%velocity + q - 1))
          force(q) = sum(tile(4 + q, :, :, :))
       end do
       call test%check_close(momentum, [0.0_wp, 0.0_wp, 0.0_wp], 1.0e-13_wp*n, kind//': total momentum')
@@ -222,17 +250,19 @@ contains
       before = column
       call scatter_to_particles(cells, tile, layout, frame, motion_t(dt, flip, layout%next_position), column, gradient)
       off = 0.0_wp
-      do p = 1, n
+      call test%check(all(abs(column(:cells%first - 1, :) - before(:cells%first - 1, :)) <= 0.0_wp), &
+                      'those before the first keep their bits')
+      do p = cells%first, n
          call from_nodes(p, velocity, acceleration, slopes)
          call keep_worst(off(1), maxval(abs(of(p, layout%next_position, 3) - (of(p, layout%position, 3) + dt*velocity))))
          call keep_worst(off(2), maxval(abs(of(p, layout%velocity, 3) - (1.0_wp - flip)*velocity &
                                            - flip*(before(p, layout%velocity:layout%velocity + 2) + dt*acceleration))))
          call keep_worst(off(3), maxval(abs(gradient(p, :) - reshape(slopes, [9])))*frame%cell)
       end do
-      call say('to particles: place (m)', off(1))
+      call say(trim(ways(way))//', to particles: place (m)', off(1))
       call say('to particles: velocity (m/s)', off(2))
       call say('to particles: velocity gradient, relative', off(3))
-      call test%check_close(off, [0.0_wp, 0.0_wp, 0.0_wp], 2.0e-14_wp, 'to particles: as the plain sums')
+      call test%check_close(off, [0.0_wp, 0.0_wp, 0.0_wp], 2.0e-14_wp, trim(ways(way))//', to particles: as the plain sums')
       column(:, layout%velocity:layout%velocity + 2) = before(:, layout%velocity:layout%velocity + 2)
       column(:, layout%next_position:layout%next_position + 2) = before(:, layout%next_position:layout%next_position + 2)
       call test%check(all(abs(column - before) <= 0.0_wp), 'to particles: touches nothing else, nor what is beyond the count')
@@ -258,6 +288,7 @@ contains
          column(p, layout%velocity:layout%velocity + 2) = a + matmul(b, of(p, layout%position, 3))
          column(p, layout%gradient:layout%gradient + 8) = reshape(b, [9])
       end do
+      call cells%survey(n)
       tile = 0.0_wp
       call add_to_nodes(cells, column, layout, frame, tile)
       call solve_nodes(tile, 0.1_wp)

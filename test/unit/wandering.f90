@@ -21,6 +21,9 @@ module m_wandering
    private
    public :: wandering_scene, build_wandering, mark, wander, wrong_values, wrong_lists, all_ids, alone, ordered_ids
 
+   integer, protected, public :: joined = 0        !< blocks into which something had come, in all steps, on this rank
+   integer, protected, public :: jumps_changed = 0 !< those whose jumps were others after it joined
+
    !> Adds a field that nothing but the tests knows.
    type, extends(effect_t) :: marker_t
    contains
@@ -131,7 +134,7 @@ contains
       type(model_t), intent(inout) :: model
       integer, intent(in) :: step
       real(wp) :: lowest(3), highest(3)
-      integer :: b, p
+      integer :: b, jumps, p
       logical :: moved
       call model%migration(1)%prepare(model%communicator, model%levels(1))
       do b = 1, size(model%levels(1)%blocks)
@@ -153,7 +156,10 @@ contains
          associate (level => model%levels(1), block => model%levels(1)%blocks(b))
             call level%refresh_lists(b, whole=.false.)
             if (block%wants_sorting()) call block%sort(level%order, level%gradient)
+            jumps = block%cells%jumps
+            if (block%arrived > 0) joined = joined + 1
             call level%join_arrivals(b)
+            if (block%cells%jumps /= jumps) jumps_changed = jumps_changed + 1
          end associate
       end do
    end subroutine wander
