@@ -20,15 +20,19 @@ contains
       integer, intent(out) :: leaver_count
       logical, intent(out) :: moved                        !< some particle is in another bin than before
       real(wp), intent(out) :: lowest(3), highest(3)       !< m
-      real(wp) :: x, y, z
-      integer :: axis, changes, outside, p
+      real(wp) :: x, y, z, low_x, low_y, low_z, high_x, high_y, high_z
+      integer :: changes, outside, p
       integer(i4) :: i, j, k, below, now
       changes = 0
       outside = 0
-      do axis = 1, 3
-         call find_bounds(count, position(:, axis), lowest(axis), highest(axis))
-      end do
-      !$omp simd reduction(+: changes, outside) private(i, j, k, below, now, x, y, z)
+      low_x = huge(low_x)
+      low_y = low_x
+      low_z = low_x
+      high_x = -low_x
+      high_y = -low_x
+      high_z = -low_x
+      !$omp simd reduction(+: changes, outside) reduction(min: low_x, low_y, low_z) reduction(max: high_x, high_y, high_z) &
+      !$omp private(i, j, k, below, now, x, y, z)
       do p = 1, count
          x = (position(p, 1) - frame%origin(1))*frame%per_cell + 0.5_wp
          y = (position(p, 2) - frame%origin(2))*frame%per_cell + 0.5_wp
@@ -36,12 +40,20 @@ contains
          i = int(x, i4) ! as floor, above 0
          j = int(y, i4)
          k = int(z, i4)
+         low_x = min(low_x, position(p, 1))
+         low_y = min(low_y, position(p, 2))
+         low_z = min(low_z, position(p, 3))
+         high_x = max(high_x, position(p, 1))
+         high_y = max(high_y, position(p, 2))
+         high_z = max(high_z, position(p, 3))
          below = merge(-1, 0, min(x, y, z) < 0.0_wp)
          now = merge(1 + i + block_size*(j + block_size*k), 0, iand(ior(ior(i, j), ior(k, below)), not(block_size - 1)) == 0)
          changes = changes + merge(1, 0, now /= bin(p))
          outside = outside + merge(1, 0, now == 0)
          bin(p) = now
       end do
+      lowest = [low_x, low_y, low_z]
+      highest = [high_x, high_y, high_z]
       moved = changes > 0
       leaver_count = outside
       if (outside == 0) return
