@@ -104,55 +104,49 @@ contains
       real(wp), intent(inout) :: overlap
       real(wp) :: far        !< no candidate's centre is further from a tool, m
       real(wp) :: near(bins) !< the same for those of a bin, if none is stretched to more than twice its length
-      real(wp) :: gap(bins), normal(3, bins) !< at the middle of a bin that is near
-      logical :: is_near(bins)
+      real(wp) :: gap(bins), normal(3, bins), middle(3, bins) !< the middle of a bin that is near, m; the tool from there
+      logical :: holds(bins), is_near(bins)  !< a bin has particles; and some may be near enough
       real(wp) :: centre(3), gap_centre, normal_centre(3), half_diagonal, half_row
-      integer :: first, p, place(3)
+      integer :: bin, first, p
       far = thick + fastest*level%grid%cell
       half_diagonal = 0.5_wp*sqrt(3.0_wp)*level%grid%cell
       half_row = 0.5_wp*(block_size - 1)*level%grid%cell
-      is_near = .false.
       associate (block => level%blocks(b))
          centre = block%origin + half_row
          call tool%gap_and_normal(centre, gap_centre, normal_centre)
          do first = 1, bins, block_size ! of a row along x
-            place = bin_place(first)
-            if (any(place(2:) < block%cells%low(2:) .or. place(2:) > block%cells%high(2:)) .and. block%arrived == 0) cycle
-            if (.not. surely_beyond(far + half_diagonal + abs(normal_centre(1))*half_row, gap_centre, normal_centre, &
-                                    middle_of(first) + [half_row, 0.0_wp, 0.0_wp] - centre)) call look_into(first)
+            middle(:, first) = block%origin + bin_place(first)*level%grid%cell
+            is_near(first:first + block_size - 1) = &
+               .not. surely_beyond(far + half_diagonal + abs(normal_centre(1))*half_row, gap_centre, normal_centre, &
+                                   middle(:, first) + [half_row, 0.0_wp, 0.0_wp] - centre)
          end do
          if (.not. any(is_near)) return
+         holds = .false.
          do p = 1, block%particles%count
-            associate (bin => block%cells%bin(p))
-               if (.not. is_near(bin)) cycle
-               associate (x => level%layout%position)
-                  if (surely_beyond(near(bin), gap(bin), normal(:, bin), &
-                                    block%particles%column(p, x:x + 2) - middle_of(int(bin)))) cycle
-               end associate
-               call self%consider(tool, level, materials, time_step, [b, p, int(bin), t], overlap)
-            end associate
+            holds(block%cells%bin(p)) = .true.
          end do
-      end associate
-   contains
-      !> The bins of a row.
-      subroutine look_into(first)
-         integer, intent(in) :: first
-         integer :: bin
-         do bin = first, first + block_size - 1
-            if (surely_beyond(far + half_diagonal, gap_centre, normal_centre, middle_of(bin) - centre)) cycle
-            call tool%gap_and_normal(middle_of(bin), gap(bin), normal(:, bin))
+         do bin = 1, bins
+            is_near(bin) = is_near(bin) .and. holds(bin)
+            if (.not. is_near(bin)) cycle
+            middle(:, bin) = block%origin + bin_place(bin)*level%grid%cell
+            is_near(bin) = .not. surely_beyond(far + half_diagonal, gap_centre, normal_centre, middle(:, bin) - centre)
+            if (.not. is_near(bin)) cycle
+            call tool%gap_and_normal(middle(:, bin), gap(bin), normal(:, bin))
             near(bin) = thick + min(fastest*level%grid%cell, &
                                     margin*thick + time_step*(speed_around(level, b, bin) + norm2(tool%velocity())))
             is_near(bin) = .not. gap(bin) > near(bin) + half_diagonal ! also where it is not a number
          end do
-      end subroutine look_into
-
-      !> The place of a bin's node, m.
-      pure function middle_of(bin) result(middle)
-         integer, intent(in) :: bin
-         real(wp) :: middle(3)
-         middle = level%blocks(b)%origin + bin_place(bin)*level%grid%cell
-      end function middle_of
+         if (.not. any(is_near)) return
+         do p = 1, block%particles%count
+            bin = block%cells%bin(p)
+            if (.not. is_near(bin)) cycle
+            associate (x => level%layout%position)
+               if (surely_beyond(near(bin), gap(bin), normal(:, bin), &
+                                 block%particles%column(p, x:x + 2) - middle(:, bin))) cycle
+            end associate
+            call self%consider(tool, level, materials, time_step, [b, p, bin, t], overlap)
+         end do
+      end associate
    end subroutine search
 
    !> No node that a particle of a bin gives to is faster, m/s.
