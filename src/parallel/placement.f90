@@ -13,7 +13,7 @@ module m_placement
    use m_block_moves, only: block_graph_t, shorten_step, step_length, busiest, evenly_shared, stay_at_home
    implicit none
    private
-   public :: work_t, work_of, lists_work, choose_owners
+   public :: work_t, work_of, order_work, choose_owners
 
    !> What there is to do in the blocks of all levels, by number, as if in so many particles.
    type :: work_t
@@ -43,12 +43,12 @@ contains
    !> The work of the blocks from what they hold. Contact is on the finest level. Ranks that solve its problem wait for each other,
    !> and the points are shared out as a constraint of their own; where one block has most of them, they are its own work, for ranks
    !> away from it go on meanwhile (m_partners).
-   pure function work_of(levels, particles, steps, points, lists) result(work)
+   pure function work_of(levels, particles, steps, points, order) result(work)
       type(level_t), intent(in) :: levels(:)     !< only their grids matter
       integer, intent(in) :: particles(:)        !< of each block of each level, by number; -1 where there is no block
       integer, intent(in), optional :: steps(:)  !< of each level in one of the coarsest; 1 where not given
       integer, intent(in), optional :: points(:) !< contact points of each block; none where not given
-      integer, intent(in), optional :: lists(:)  !< from lists_work, of each block; nothing where not given
+      integer, intent(in), optional :: order(:)  !< from order_work, of each block; nothing where not given
       type(work_t) :: work
       integer :: first, l, last, constraints
       logical :: apart
@@ -64,7 +64,7 @@ contains
          first = blocks_before(levels, l) + 1
          last = blocks_before(levels, l + 1)
          work%weight(l, first:last) = particles(first:last) + block_cost
-         if (present(lists)) work%weight(l, first:last) = work%weight(l, first:last) + lists(first:last)
+         if (present(order)) work%weight(l, first:last) = work%weight(l, first:last) + order(first:last)
          where (.not. work%exists(first:last)) work%weight(l, first:last) = 0
          if (present(steps)) work%times(l) = steps(l)
       end do
@@ -78,11 +78,11 @@ contains
 
    !> What it costs in a step that a block's particles lie in many bins and out of order, as if it had so many particles more
    !> (performance.md, 'Which block costs what').
-   pure integer function lists_work(bins, jumps)
+   pure integer function order_work(bins, jumps)
       integer, intent(in) :: bins   !< that have particles
       real(wp), intent(in) :: jumps !< of the particles' order, on average
-      lists_work = nint(bin_cost*bins + jump_cost*jumps)
-   end function lists_work
+      order_work = nint(bin_cost*bins + jump_cost*jumps)
+   end function order_work
 
    !> Collective: an owner for every block that exists, the same on every rank; -1 elsewhere. Where blocks have owners already,
    !> `steps` says for how many steps the new ones are to stand: what they save in so many must be worth the move. Then blocks stay,
@@ -210,7 +210,7 @@ contains
    end function graph_of
 
    !> The graph of the blocks that exist, by their vertices, which count as their numbers do: edges to neighbours, parents and
-   !> children, weighted by the nodes that two blocks share, and between neighbours by what the ranks of one would wait for the other
+   !> children, weighted by the nodes that two blocks share, and between neighbours by what ranks of one wait for the other
    !> (METIS manual, CSR; vertices from 0).
    subroutine make_graph(levels, vertex, there, waits, offsets, adjacent, edge_weights)
       type(level_t), intent(in) :: levels(:)

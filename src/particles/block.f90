@@ -32,7 +32,7 @@ module m_block
       real(wp) :: lowest(3) = huge(1.0_wp), highest(3) = -huge(1.0_wp) !< bounds of its particles' centres, m
    contains
       procedure :: reserve
-      procedure :: refresh_lists
+      procedure :: look_over
       procedure :: wants_sorting
       procedure :: sort
       procedure :: stir
@@ -55,11 +55,11 @@ contains
       if (.not. allocated(self%leavers)) allocate (self%leavers(0))
    end subroutine reserve
 
-   !> Bring the lists up to date, what has arrived left out.
-   pure subroutine refresh_lists(self)
+   !> Once particles have changed bin: what is known of where they are and how far they are out of order, what has arrived left out.
+   pure subroutine look_over(self)
       class(block_t), intent(inout) :: self
       if (.not. self%cells%current) call self%cells%survey(self%particles%count - self%arrived)
-   end subroutine refresh_lists
+   end subroutine look_over
 
    !> True when the jumps, which are up to date, and those of the steps before have cost as much as sorting does. A block that comes
    !> to rest is sorted then, for while it rests nothing looks at its order: sorting must not depend on how long that was.

@@ -41,7 +41,7 @@ module m_level
    contains
       procedure :: particle_count
       procedure :: size_work
-      procedure :: refresh_lists
+      procedure :: look_over
       procedure :: list_arrivals
       procedure :: join_arrivals
       procedure :: fit_solved
@@ -81,14 +81,14 @@ contains
       thickness = 2.0_wp*norm2(matmul(normal, half_edges(values, self%layout)))
    end function thickness
 
-   !> Bring the lists of a block up to date, and its tiles to what its particles reach: the nodes around their bins, or all where
-   !> others give to the block's nodes or ask of them.
-   subroutine refresh_lists(self, b, whole)
+   !> Bring up to date what is known of a block's particles, and its tiles to what they reach: the nodes around their bins, or all
+   !> where others give to the block's nodes or ask of them.
+   subroutine look_over(self, b, whole)
       class(level_t), intent(inout) :: self
       integer, intent(in) :: b
       logical, intent(in) :: whole
       integer :: reach(2, 3)
-      call self%blocks(b)%refresh_lists()
+      call self%blocks(b)%look_over()
       reach = self%blocks(b)%cells%reach()
       if (whole) reach(1, :) = 0
       if (whole) reach(2, :) = tile_last
@@ -98,7 +98,7 @@ contains
          end if
          old = reach
       end associate
-   end subroutine refresh_lists
+   end subroutine look_over
 
    !> A list of what has arrived in a block, in `arrivals`. Its tiles reach as far.
    subroutine list_arrivals(self, b)

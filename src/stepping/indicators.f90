@@ -74,7 +74,7 @@ contains
          do b = 1, size(level%blocks)
             associate (block => level%blocks(b))
                arrived = block%arrived
-               call level%refresh_lists(b, whole=.true.)
+               call level%look_over(b, whole=.true.)
                call level%join_arrivals(b)
                call give_stress(block%cells, block%particles%column, level%layout, frame_of(level, block), &
                                 level%gathered(:, :, :, :, b))

@@ -13,7 +13,7 @@ module m_model
    use m_grid_level, only: make_grid_level
    use m_level, only: level_t, tile_last, node_values
    use m_body, only: fill_block, count_in_block, expected_count
-   use m_placement, only: work_t, work_of, lists_work, choose_owners
+   use m_placement, only: work_t, work_of, order_work, choose_owners
    use m_decomposition, only: set_owners, all_owners, settle_blocks, blocks_before
    use m_region, only: make_region
    use m_composite, only: composite_t
@@ -483,25 +483,25 @@ contains
    !> Collective: the work of all blocks: their particles, those of them that a tool pressed, and their order.
    type(work_t) function count_work(self) result(work)
       class(model_t), intent(in) :: self
-      integer, allocatable :: counts(:), points(:), lists(:)
+      integer, allocatable :: counts(:), points(:), order(:)
       integer :: b, before, l
       counts = merge(0, -1, all_owners(self%levels) >= 0)
-      allocate (points(size(counts)), lists(size(counts)), source=0)
+      allocate (points(size(counts)), order(size(counts)), source=0)
       do l = 1, size(self%levels)
          before = blocks_before(self%levels, l)
          do b = 1, size(self%levels(l)%blocks)
             associate (block => self%levels(l)%blocks(b))
                counts(before + block%index) = block%particles%count
-               lists(before + block%index) = lists_work(block%cells%occupied, block%jumps)
+               order(before + block%index) = order_work(block%cells%occupied, block%jumps)
                if (self%contact%active()) points(before + block%index) = self%contact%candidates%pressed(block)
             end associate
          end do
       end do
       call MPI_Allreduce(MPI_IN_PLACE, counts, size(counts), MPI_INTEGER, MPI_MAX, self%communicator%comm)
       call MPI_Allreduce(MPI_IN_PLACE, points, size(points), MPI_INTEGER, MPI_MAX, self%communicator%comm)
-      call MPI_Allreduce(MPI_IN_PLACE, lists, size(lists), MPI_INTEGER, MPI_MAX, self%communicator%comm)
+      call MPI_Allreduce(MPI_IN_PLACE, order, size(order), MPI_INTEGER, MPI_MAX, self%communicator%comm)
       if (size(self%levels) == 1) where (counts == 0) counts = -1
-      work = work_of(self%levels, counts, self%steps_of_levels(), points, lists)
+      work = work_of(self%levels, counts, self%steps_of_levels(), points, order)
    end function count_work
 
    !> Collective: blocks go to other owners.

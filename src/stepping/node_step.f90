@@ -165,13 +165,13 @@ contains
       model%levels(l)%blocks(b)%tile_holds = .true.
    end subroutine give_ahead
 
-   !> The lists of one block, where particles have changed bin, and the order of its particles, where that has come to differ from
-   !> that of the bins.
+   !> A look over one block, where particles have changed bin, and the order of its particles, where that has come to differ too
+   !> much from that of the bins.
    subroutine set_order(model, l, b)
       type(model_t), intent(inout) :: model
       integer, intent(in) :: l, b
       call model%timers%enter(phase_lists)
-      call model%levels(l)%refresh_lists(b, takes_more(model, l, b))
+      call model%levels(l)%look_over(b, takes_more(model, l, b))
       associate (block => model%levels(l)%blocks(b))
          if (block%wants_sorting()) call block%sort(model%levels(l)%order, model%levels(l)%gradient)
       end associate

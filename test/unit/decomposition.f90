@@ -8,7 +8,7 @@ program decomposition
    use m_scene, only: scene_t, grid_spec_t, body_spec_t, tool_spec_t, tool_sphere
    use m_grid_level, only: make_grid_level
    use m_level, only: level_t
-   use m_placement, only: work_t, work_of, lists_work, choose_owners
+   use m_placement, only: work_t, work_of, order_work, choose_owners
    use m_block_moves, only: block_graph_t, shorten_step, step_length, stay_at_home
    use m_materials, only: material_of
    use m_model, only: model_t
@@ -195,36 +195,36 @@ contains
       end do
    end function elsewhere
 
-   !> 4 x 4 x 2 blocks alike but for the lists of a corner, which jump: two ranks share what the lists cost too; without a word
+   !> 4 x 4 x 2 blocks alike but for the particles of a corner, out of order: two ranks share what that costs too; without a word
    !> about them one has most of that.
    subroutine disordered_corner()
       type(level_t) :: levels(1)
       type(error_t) :: error
-      integer, allocatable :: counts(:), lists(:), owner(:)
+      integer, allocatable :: counts(:), order(:), owner(:)
       type(work_t) :: work
       real(wp) :: told, untold
       integer :: index, place(3)
       levels = levels_of([32, 32, 16])
       allocate (counts(product(levels(1)%grid%blocks)), source=-1)
-      allocate (lists(size(counts)), source=0)
+      allocate (order(size(counts)), source=0)
       allocate (owner(size(counts)))
       do index = 1, size(counts)
          place = levels(1)%grid%block_place(index)
          if (any(place > [3, 3, 1])) cycle
          counts(index) = 8*8**3
-         lists(index) = lists_work(8**3, merge(0.2_wp, 0.0_wp, all(place(:2) < 2))*counts(index))
+         order(index) = order_work(8**3, merge(0.2_wp, 0.0_wp, all(place(:2) < 2))*counts(index))
       end do
-      work = work_of(levels, counts, lists=lists)
+      work = work_of(levels, counts, order=order)
       call test%check_equal(maxval(work%weight) - minval(work%weight, mask=work%weight > 0), nint(1.75_wp*0.2_wp*8*8**3), &
                             'a jump of the order costs as much as one and three quarters of a particle')
       call choose_owners(as_of(2), levels, work_of(levels, counts), owner, error)
       untold = slowest(work, owner, 2)
       call choose_owners(as_of(2), levels, work, owner, error)
-      call test%check(.not. error%happened(), 'METIS places blocks with lists that jump')
+      call test%check(.not. error%happened(), 'METIS places blocks whose particles are out of order')
       told = slowest(work, owner, 2)
-      if (comm%is_root()) print '(3x,a,2f7.3)', 'jumping lists in a corner: step over the mean, told and not:', &
+      if (comm%is_root()) print '(3x,a,2f7.3)', 'out of order in a corner: step over the mean, told and not:', &
          told/shared_out(work, 2), untold/shared_out(work, 2)
-      call test%check(told <= 1.02_wp*shared_out(work, 2), 'two ranks share within 2 % what lists cost')
+      call test%check(told <= 1.02_wp*shared_out(work, 2), 'two ranks share within 2 % what that costs')
       call test%check(untold >= 1.05_wp*shared_out(work, 2), 'of which one has most when it is not said')
    end subroutine disordered_corner
 
@@ -304,17 +304,17 @@ contains
       type(level_t) :: levels(1)
       type(error_t) :: error
       type(work_t) :: work
-      integer, allocatable :: before(:), counts(:), lists(:), now(:)
+      integer, allocatable :: before(:), counts(:), order(:), now(:)
       integer :: index, parts, place(3)
       real(wp) :: anew, moved, much, stayed
       levels = levels_of([96, 96, 64])
       allocate (counts(product(levels(1)%grid%blocks)), source=-1)
-      allocate (lists(size(counts)), source=0)
+      allocate (order(size(counts)), source=0)
       do index = 1, size(counts)
          place = levels(1)%grid%block_place(index)
          if (any(place > [11, 11, 7])) cycle
          counts(index) = 8*8**3
-         lists(index) = nint(0.6_wp*counts(index)*(place(1) + place(2))/22.0_wp)
+         order(index) = nint(0.6_wp*counts(index)*(place(1) + place(2))/22.0_wp)
       end do
       do parts = 2, 64
          if (all(parts /= [2, 8, 16, 64])) cycle
@@ -324,7 +324,7 @@ contains
          call choose_owners(as_of(parts), levels, work_of(levels, counts), now, error, steps=500)
          moved = share_of(now /= before, counts)
          call test%check(moved < 0.1_wp, 'hardly a block moves where the work has not changed')
-         work = work_of(levels, counts, lists=lists)
+         work = work_of(levels, counts, order=order)
          stayed = slowest(work, before, parts)/shared_out(work, parts)
          now = before
          call choose_owners(as_of(parts), levels, work, now, error, steps=1)

@@ -78,7 +78,7 @@ contains
       integer :: b
       associate (level => reached%levels(1))
          do b = 1, size(level%blocks)
-            call level%refresh_lists(b, whole=.false.)
+            call level%look_over(b, whole=.false.)
             call clear(level%gathered(:, :, :, :, b), level%reach(:, :, b))
             call add_to_nodes(level%blocks(b)%cells, level%blocks(b)%particles%column, level%layout, &
                               frame_of(level, level%blocks(b)), level%gathered(:, :, :, :, b))

@@ -12,7 +12,7 @@ program fields
    use m_stencil, only: bin_place
    use m_assertions, only: assertions_t
    use m_chance, only: chance_t, say
-   use m_wandering, only: build_wandering, wander, wrong_values, wrong_lists, all_ids, ordered_ids
+   use m_wandering, only: build_wandering, wander, wrong_values, wrong_bins, all_ids, ordered_ids
    implicit none
    type(communicator_t) :: comm
    type(assertions_t) :: test
@@ -126,7 +126,7 @@ contains
       call test%check(known .and. mixed, 'stores of one body and of several were among them')
    end subroutine runs_of_bodies
 
-   !> The bins whose 27 nodes hold one of some nodes, and the lists of these bins alone, against the same by looking at every
+   !> The bins whose 27 nodes hold one of some nodes, and the particles of these bins alone, against the same by looking at every
    !> particle.
    subroutine part_of_lists()
       integer, parameter :: n = 700, rounds = 20
@@ -155,7 +155,7 @@ contains
          right = c == count(wanted(whole%bin(:n)))
          if (right) right = all(part%order(:c) == pack([(p, p=1, n)], wanted(whole%bin(:n))))
          if (right) right = all(part%bin(part%order(:c)) == whole%bin(part%order(:c)))
-         call test%check(right, 'lists of some bins')
+         call test%check(right, 'particles of some bins')
       end do
    end subroutine part_of_lists
 
@@ -212,7 +212,7 @@ contains
          call wander(model, round)
       end do
       do b = 1, size(model%levels(1)%blocks)
-         model%levels(1)%blocks(b)%jumps = b + 0.5_wp ! lists that have just been sorted have none
+         model%levels(1)%blocks(b)%jumps = b + 0.5_wp ! those that have just been sorted have none
       end do
       weighed = what_placement_weighs(model)
       call test%check(comm%maximum(maxval([0, model%levels(1)%blocks%cells%occupied])*1.0_wp) > 0.0_wp, 'some bins are occupied')
@@ -242,7 +242,7 @@ contains
          if (size(after) == size(before)) call test%check(all(after == before), 'blocks keep the order of their particles')
          call test%check_equal(wrong_values(model), 0, 'every particle keeps what it carries')
          call wander(model, 100 + round)
-         call test%check_equal(wrong_lists(model), 0, 'lists after a change of owners')
+         call test%check_equal(wrong_bins(model), 0, 'bins after a change of owners')
          call test%check_equal(wrong_values(model), 0, 'every particle keeps what it carries when it moves on')
       end do
       after = ordered_ids(model)
@@ -250,7 +250,7 @@ contains
       call model%release()
    end subroutine change_of_owners
 
-   !> Of the lists of this rank's blocks: occupied bins, jumps on average.
+   !> Of this rank's blocks: occupied bins, jumps on average.
    function what_placement_weighs(model) result(values)
       type(model_t), intent(in) :: model
       real(wp), allocatable :: values(:)

@@ -8,7 +8,7 @@ program lists
    use m_cell_list, only: bins
    use m_model, only: model_t
    use m_assertions, only: assertions_t
-   use m_wandering, only: build_wandering, wander, wrong_values, wrong_lists, all_ids, alone, ordered_ids, joined, jumps_changed
+   use m_wandering, only: build_wandering, wander, wrong_values, wrong_bins, all_ids, alone, ordered_ids, joined, jumps_changed
    implicit none
    integer, parameter :: steps = 60
    type(communicator_t) :: comm
@@ -30,7 +30,7 @@ program lists
    do step = 1, steps
       call wander(model, step)
       call wander(single, step)
-      call test%check_equal(wrong_lists(model), 0, 'every particle is gone through once, in the bin of its nearest node')
+      call test%check_equal(wrong_bins(model), 0, 'every particle is gone through once, in the bin of its nearest node')
       call test%check_equal(jumps_changed, 0, 'what arrives does not count as out of order in the same step')
       call test%check_equal(joined_otherwise(), 0, 'with what has arrived, lists are as if all had been there at once')
       call test%check_equal(wrong_values(model), 0, 'every particle keeps what it carries')

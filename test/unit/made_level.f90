@@ -86,7 +86,7 @@ contains
       end associate
       do b = 1, size(level%blocks)
          associate (block => level%blocks(b))
-            call block%refresh_lists()
+            call block%look_over()
             level%gathered(:, :, :, :, b) = 0.0_wp
             call add_to_nodes(block%cells, block%particles%column, level%layout, frame_of(level, block), &
                               level%gathered(:, :, :, :, b))

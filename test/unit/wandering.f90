@@ -19,7 +19,7 @@ module m_wandering
    use m_chance, only: chance_of
    implicit none
    private
-   public :: wandering_scene, build_wandering, mark, wander, wrong_values, wrong_lists, all_ids, alone, ordered_ids
+   public :: wandering_scene, build_wandering, mark, wander, wrong_values, wrong_bins, all_ids, alone, ordered_ids
 
    integer, protected, public :: joined = 0        !< blocks into which something had come, in all steps, on this rank
    integer, protected, public :: jumps_changed = 0 !< those whose jumps were others after it joined
@@ -154,7 +154,7 @@ contains
       call model%migration(1)%move_leavers(model%communicator, model%levels(1), model%exchange(1)%ranks)
       do b = 1, size(model%levels(1)%blocks)
          associate (level => model%levels(1), block => model%levels(1)%blocks(b))
-            call level%refresh_lists(b, whole=.false.)
+            call level%look_over(b, whole=.false.)
             if (block%wants_sorting()) call block%sort(level%order, level%gradient)
             jumps = block%cells%jumps
             if (block%arrived > 0) joined = joined + 1
@@ -200,7 +200,7 @@ contains
    end function wrong_values
 
    !> Particles on this rank that are not gone through, or not in the bin of a node nearest to them.
-   integer function wrong_lists(model) result(wrong)
+   integer function wrong_bins(model) result(wrong)
       type(model_t), intent(in) :: model
       integer :: b, p
       real(wp) :: node(3)
@@ -222,7 +222,7 @@ contains
             end associate
          end do
       end associate
-   end function wrong_lists
+   end function wrong_bins
 
    !> Collective: ids of all ranks with the blocks and places in memory: rows block index, place, id, sorted by the first two.
    function ordered_ids(model) result(rows)
