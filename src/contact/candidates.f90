@@ -92,7 +92,7 @@ contains
    end subroutine find
 
    !> Consider the particles of a block that may be near enough to a tool: those of rows of bins and of bins that are surely too far
-   !> away are not looked at. Of a bin only particles count that its nodes are fast enough to carry to the tool in this step.
+   !> away are not looked at, for no node of the block is fast enough to carry them to the tool in this step.
    subroutine search(self, tool, level, materials, time_step, b, t, thick, overlap)
       class(candidates_t), intent(inout) :: self
       type(tool_t), intent(in) :: tool
@@ -102,13 +102,15 @@ contains
       integer, intent(in) :: b, t !< numbers of the block and the tool
       real(wp), intent(in) :: thick !< no particle of the block is thicker, m
       real(wp), intent(inout) :: overlap
-      real(wp) :: far        !< no candidate's centre is further from a tool, m
-      real(wp) :: near(bins) !< the same for those of a bin, if none is stretched to more than twice its length
+      real(wp) :: reach      !< no candidate's contact point is further from the tool, m
+      real(wp) :: far        !< no candidate's centre is, if none is stretched to more than twice its length, m
       real(wp) :: gap(bins), normal(3, bins), middle(3, bins) !< the middle of a bin that is near, m; the tool from there
       logical :: holds(bins), is_near(bins)  !< a bin has particles; and some may be near enough
       real(wp) :: centre(3), gap_centre, normal_centre(3), half_diagonal, half_row
       integer :: bin, first, p
-      far = thick + fastest*level%grid%cell
+      reach = min(fastest*level%grid%cell, &
+                  margin*thick + time_step*(fastest_node(level%solved(:, :, :, :, b)) + norm2(tool%velocity())))
+      far = thick + reach
       half_diagonal = 0.5_wp*sqrt(3.0_wp)*level%grid%cell
       half_row = 0.5_wp*(block_size - 1)*level%grid%cell
       associate (block => level%blocks(b))
@@ -132,40 +134,35 @@ contains
             is_near(bin) = .not. surely_beyond(far + half_diagonal, gap_centre, normal_centre, middle(:, bin) - centre)
             if (.not. is_near(bin)) cycle
             call tool%gap_and_normal(middle(:, bin), gap(bin), normal(:, bin))
-            near(bin) = thick + min(fastest*level%grid%cell, &
-                                    margin*thick + time_step*(speed_around(level, b, bin) + norm2(tool%velocity())))
-            is_near(bin) = .not. gap(bin) > near(bin) + half_diagonal ! also where it is not a number
+            is_near(bin) = .not. gap(bin) > far + half_diagonal ! also where it is not a number
          end do
          if (.not. any(is_near)) return
          do p = 1, block%particles%count
             bin = block%cells%bin(p)
             if (.not. is_near(bin)) cycle
             associate (x => level%layout%position)
-               if (surely_beyond(near(bin), gap(bin), normal(:, bin), &
-                                 block%particles%column(p, x:x + 2) - middle(:, bin))) cycle
+               if (surely_beyond(far, gap(bin), normal(:, bin), block%particles%column(p, x:x + 2) - middle(:, bin))) cycle
             end associate
-            call self%consider(tool, level, materials, time_step, [b, p, bin, t], overlap)
+            call self%consider(tool, level, materials, time_step, [b, p, bin, t], reach, overlap)
          end do
       end associate
    end subroutine search
 
-   !> No node that a particle of a bin gives to is faster, m/s.
-   pure real(wp) function speed_around(level, b, bin)
-      type(level_t), intent(in) :: level
-      integer, intent(in) :: b, bin !< numbers of the block and the bin
-      real(wp) :: largest(3)
-      integer :: i, j, k, at(3)
-      at = bin_place(bin)
+   !> No node of a tile is faster, m/s.
+   pure real(wp) function fastest_node(tile)
+      real(wp), intent(in), contiguous :: tile(:, :, :, :)
+      real(wp) :: largest(size(tile, 1)) ! all of a node, so that it is one of vectors
+      integer :: i, j, k
       largest = 0.0_wp
-      do k = at(3), at(3) + 2 ! a tile begins a node before its block
-         do j = at(2), at(2) + 2
-            do i = at(1), at(1) + 2
-               largest = max(largest, abs(level%solved(2:4, i, j, k, b)))
+      do k = 1, size(tile, 4)
+         do j = 1, size(tile, 3)
+            do i = 1, size(tile, 2)
+               largest = max(largest, abs(tile(:, i, j, k)))
             end do
          end do
       end do
-      speed_around = norm2(largest)
-   end function speed_around
+      fastest_node = norm2(largest(2:4))
+   end function fastest_node
 
    !> The last pressures of a block's particles become the earlier ones, and friction is 0 until it is found again. Where there was
    !> no pressure in either step, all is 0 and stays so.
@@ -230,13 +227,14 @@ contains
    end function thickest
 
    !> Look at a particle of a bin: whether its contact point is near enough to a tool to get there in a step.
-   subroutine consider(self, tool, level, materials, time_step, number, overlap)
+   subroutine consider(self, tool, level, materials, time_step, number, reach, overlap)
       class(candidates_t), intent(inout) :: self
       type(tool_t), intent(in) :: tool
       type(level_t), intent(in) :: level
       type(materials_t), intent(in) :: materials
       real(wp), intent(in) :: time_step
       integer, intent(in) :: number(4) !< of the block, the particle, the bin and the tool
+      real(wp), intent(in) :: reach    !< contact points that are further away do not get there, m
       real(wp), intent(inout) :: overlap
       real(wp) :: edge, gap, normal(3), thickness
       integer :: m, p
@@ -248,12 +246,12 @@ contains
             thickness = level%thickness(column(p, :), normal)
          else
             edge = 2.0_wp*column(p, at%half_size)
-            if (gap > edge + fastest*level%grid%cell) return
+            if (gap > edge + reach) return
             m = materials%of_body(block%particles%body(p))
             thickness = edge*materials%slots(m)%law%stretch(column(p, :), at, normal)
          end if
          gap = gap - tool%spec%penetration_factor*thickness
-         if (gap > fastest*level%grid%cell) return
+         if (gap > reach) return
          overlap = max(overlap, -gap)
          call self%take(tool, level, time_step, number, candidate_t(block=number(1), particle=p, tool=number(4), gap=gap, &
                                                                     normal=normal), edge, thickness)

@@ -9,7 +9,6 @@ module m_cell_rows
    integer, parameter :: cell_nodes = 8 !< nodes of the cell around a contact point
    integer, parameter :: bin_nodes = 27 !< nodes around a particle's bin
    integer, parameter :: width = 4      !< three components and a spare one: one vector register
-   integer, parameter :: at_once = 64   !< rows whose lanes wait to be added up
 
    !> Rows with the same number of nodes; those of one cell, or of one bin, are a group.
    type :: grouped_rows_t
@@ -19,6 +18,8 @@ module m_cell_rows
       integer, allocatable :: row(:)           !< (places): the row
       real(wp), allocatable :: weight(:, :)    !< (nodes, places)
       real(wp), allocatable :: direction(:, :) !< (4, places)
+      real(wp), allocatable :: push(:)         !< (places): work
+      real(wp), allocatable :: lane(:, :)      !< (4, places): work
    end type grouped_rows_t
 
    type :: cell_rows_t
@@ -26,6 +27,7 @@ module m_cell_rows
       type(grouped_rows_t) :: of_cells, of_bins
    contains
       procedure, public :: sort
+      procedure, public :: choose
       procedure, public :: spread
       procedure, public :: collect
    end type cell_rows_t
@@ -39,10 +41,33 @@ contains
       integer, intent(in) :: first(:)          !< (rows + 1): of the entries of each row, as many as a cell or a bin has nodes
       integer, intent(in) :: node(:)           !< (entries)
       real(wp), intent(in) :: weight(:)        !< (entries): of the contact point on its nodes
-      real(wp), intent(in) :: direction(:, :)  !< (4, rows): in which a force acts; the last is 0
+      real(wp), intent(in) :: direction(:, :)  !< (4, rows): in which a row's unknown acts; the last is 0
       call group(self%of_cells, cell_nodes, nodes, first, node, weight, direction)
       call group(self%of_bins, bin_nodes, nodes, first, node, weight, direction)
    end subroutine sort
+
+   !> Take those of other rows that are wanted; they keep their numbers.
+   pure subroutine choose(self, others, wanted)
+      class(cell_rows_t), intent(inout) :: self
+      type(cell_rows_t), intent(in) :: others
+      logical, intent(in) :: wanted(:) !< (rows)
+      call choose_of(self%of_cells, others%of_cells, cell_nodes, wanted)
+      call choose_of(self%of_bins, others%of_bins, bin_nodes, wanted)
+   end subroutine choose
+
+   !> Room for so many rows with so many nodes each.
+   pure subroutine make_room(self, each, rows)
+      type(grouped_rows_t), intent(inout) :: self
+      integer, intent(in) :: each, rows
+      integer :: room
+      if (allocated(self%row)) then
+         if (size(self%row) >= rows) return
+         deallocate (self%first, self%node, self%row, self%weight, self%direction, self%push, self%lane)
+      end if
+      room = rows + rows/2 + 1
+      allocate (self%first(room + 1), self%node(each, room), self%row(room), self%weight(each, room), self%direction(width, room), &
+                self%push(room), self%lane(width, room))
+   end subroutine make_room
 
    !> Take the rows with so many nodes.
    pure subroutine group(self, each, nodes, first, node, weight, direction)
@@ -52,13 +77,7 @@ contains
       integer :: next(nodes + 1), at, c
       self%rows = count(first(2:) - first(:size(first) - 1) == each)
       self%groups = 0
-      if (allocated(self%row)) then
-         if (size(self%row) < self%rows) deallocate (self%first, self%node, self%row, self%weight, self%direction)
-      end if
-      if (.not. allocated(self%row)) then
-         at = self%rows + self%rows/2 + 1
-         allocate (self%first(at + 1), self%node(each, at), self%row(at), self%weight(each, at), self%direction(width, at))
-      end if
+      call make_room(self, each, self%rows)
       next = 0
       do c = 1, size(first) - 1
          if (first(c + 1) - first(c) == each) next(node(first(c)) + 1) = next(node(first(c)) + 1) + 1
@@ -87,31 +106,83 @@ contains
       self%first(self%groups + 1) = self%rows + 1
    end subroutine group
 
+   !> Take those of other rows with so many nodes that are wanted.
+   pure subroutine choose_of(self, others, each, wanted)
+      type(grouped_rows_t), intent(inout) :: self
+      type(grouped_rows_t), intent(in) :: others
+      integer, intent(in) :: each
+      logical, intent(in) :: wanted(:)
+      integer :: c, g
+      call make_room(self, each, others%rows)
+      self%rows = 0
+      self%groups = 0
+      do g = 1, others%groups
+         self%first(self%groups + 1) = self%rows + 1
+         do c = others%first(g), others%first(g + 1) - 1
+            if (.not. wanted(others%row(c))) cycle
+            self%rows = self%rows + 1
+            self%row(self%rows) = others%row(c)
+            self%weight(:, self%rows) = others%weight(:, c)
+            self%direction(:, self%rows) = others%direction(:, c)
+         end do
+         if (self%rows < self%first(self%groups + 1)) cycle
+         self%groups = self%groups + 1
+         self%node(:, self%groups) = others%node(:, g)
+      end do
+      self%first(self%groups + 1) = self%rows + 1
+   end subroutine choose_of
+
    !> Add the rows' forces to those of the nodes.
    pure subroutine spread(self, push, force)
-      class(cell_rows_t), intent(in) :: self
-      real(wp), intent(in), contiguous :: push(:)        !< (rows), N
+      class(cell_rows_t), intent(inout) :: self
+      real(wp), intent(in), contiguous :: push(:)        !< (rows): forces along their directions
       real(wp), intent(inout), contiguous :: force(:, :) !< (4, nodes), N
       associate (it => self%of_cells)
-         call spread_cells(it%groups, it%first, it%node, it%weight, it%direction, push(it%row(:it%rows)), force)
+         call in_order(it%rows, it%row, push, it%push)
+         call spread_cells(it%groups, it%first, it%node, it%weight, it%direction, it%push, force)
       end associate
       associate (it => self%of_bins)
-         call spread_bins(it%groups, it%first, it%node, it%weight, it%direction, push(it%row(:it%rows)), force)
+         call in_order(it%rows, it%row, push, it%push)
+         call spread_bins(it%groups, it%first, it%node, it%weight, it%direction, it%push, force)
       end associate
    end subroutine spread
 
-   !> The nodes' velocities at the rows' contact points, along their directions.
+   !> Values of rows by their places.
+   pure subroutine in_order(rows, row, from, to)
+      integer, intent(in) :: rows, row(rows)
+      real(wp), intent(in) :: from(*)
+      real(wp), intent(inout) :: to(rows)
+      integer :: at
+      do at = 1, rows
+         to(at) = from(row(at))
+      end do
+   end subroutine in_order
+
+   !> The nodes' velocities at the rows' contact points, along their directions. Of other rows nothing is set.
    pure subroutine collect(self, velocity, along)
-      class(cell_rows_t), intent(in) :: self
+      class(cell_rows_t), intent(inout) :: self
       real(wp), intent(in), contiguous :: velocity(:, :) !< (4, nodes), m/s
-      real(wp), intent(inout), contiguous :: along(:)    !< (rows), m/s
+      real(wp), intent(inout), contiguous :: along(:)    !< (rows)
       associate (it => self%of_cells)
-         call collect_cells(it%groups, it%first, it%node, it%row, it%weight, it%direction, velocity, along)
+         call collect_cells(it%groups, it%first, it%node, it%weight, it%direction, velocity, it%lane)
+         call add_lanes(it%rows, it%row, it%lane, along)
       end associate
       associate (it => self%of_bins)
-         call collect_bins(it%groups, it%first, it%node, it%row, it%weight, it%direction, velocity, along)
+         call collect_bins(it%groups, it%first, it%node, it%weight, it%direction, velocity, it%lane)
+         call add_lanes(it%rows, it%row, it%lane, along)
       end associate
    end subroutine collect
+
+   !> Add up the lanes of rows, when all have theirs: one by one that would leave the vectors.
+   pure subroutine add_lanes(rows, row, lane, along)
+      integer, intent(in) :: rows, row(rows)
+      real(wp), intent(in) :: lane(width, rows)
+      real(wp), intent(inout) :: along(*)
+      integer :: at
+      do at = 1, rows
+         along(row(at)) = lane(1, at) + lane(2, at) + lane(3, at)
+      end do
+   end subroutine add_lanes
 
    !> One lane a component; a cell's eight nodes in registers over its rows.
    pure subroutine spread_cells(cells, first, node, weight, direction, push, force)
@@ -154,34 +225,28 @@ contains
       end do
    end subroutine spread_cells
 
-   !> One lane a component until all of a cell's rows are done: adding up lanes in between would leave the vectors.
-   pure subroutine collect_cells(cells, first, node, row, weight, direction, velocity, along)
-      integer, intent(in) :: cells, first(cells + 1), node(cell_nodes, cells), row(*)
+   !> The lanes of rows, one a component, with a cell's eight nodes in registers over its rows.
+   pure subroutine collect_cells(cells, first, node, weight, direction, velocity, lane)
+      integer, intent(in) :: cells, first(cells + 1), node(cell_nodes, cells)
       real(wp), intent(in) :: weight(cell_nodes, *), direction(width, *), velocity(width, *)
-      real(wp), intent(inout) :: along(*)
-      real(wp) :: v1, v2, v3, v4, v5, v6, v7, v8, lane(width, at_once)
-      integer :: c, g, q, start, last
+      real(wp), intent(inout) :: lane(width, *)
+      real(wp) :: v1, v2, v3, v4, v5, v6, v7, v8
+      integer :: c, g, q
       do g = 1, cells
-         do start = first(g), first(g + 1) - 1, at_once
-            last = min(start + at_once, first(g + 1)) - 1
-            !$omp simd private(v1, v2, v3, v4, v5, v6, v7, v8)
-            do q = 1, width
-               v1 = velocity(q, node(1, g))
-               v2 = velocity(q, node(2, g))
-               v3 = velocity(q, node(3, g))
-               v4 = velocity(q, node(4, g))
-               v5 = velocity(q, node(5, g))
-               v6 = velocity(q, node(6, g))
-               v7 = velocity(q, node(7, g))
-               v8 = velocity(q, node(8, g))
-               do c = start, max(start, last)
-                  lane(q, c - start + 1) = direction(q, c)*( &
-                     ((weight(1, c)*v1 + weight(2, c)*v2) + (weight(3, c)*v3 + weight(4, c)*v4)) + &
-                     ((weight(5, c)*v5 + weight(6, c)*v6) + (weight(7, c)*v7 + weight(8, c)*v8)))
-               end do
-            end do
-            do c = start, last
-               along(row(c)) = lane(1, c - start + 1) + lane(2, c - start + 1) + lane(3, c - start + 1)
+         !$omp simd private(v1, v2, v3, v4, v5, v6, v7, v8)
+         do q = 1, width
+            v1 = velocity(q, node(1, g))
+            v2 = velocity(q, node(2, g))
+            v3 = velocity(q, node(3, g))
+            v4 = velocity(q, node(4, g))
+            v5 = velocity(q, node(5, g))
+            v6 = velocity(q, node(6, g))
+            v7 = velocity(q, node(7, g))
+            v8 = velocity(q, node(8, g))
+            do c = first(g), max(first(g), first(g + 1) - 1)
+               lane(q, c) = direction(q, c)*( &
+                  ((weight(1, c)*v1 + weight(2, c)*v2) + (weight(3, c)*v3 + weight(4, c)*v4)) + &
+                  ((weight(5, c)*v5 + weight(6, c)*v6) + (weight(7, c)*v7 + weight(8, c)*v8)))
             end do
          end do
       end do
@@ -208,10 +273,10 @@ contains
    end subroutine spread_bins
 
    !> The same as collect_cells, for bins.
-   pure subroutine collect_bins(bins, first, node, row, weight, direction, velocity, along)
-      integer, intent(in) :: bins, first(bins + 1), node(bin_nodes, bins), row(*)
+   pure subroutine collect_bins(bins, first, node, weight, direction, velocity, lane)
+      integer, intent(in) :: bins, first(bins + 1), node(bin_nodes, bins)
       real(wp), intent(in) :: weight(bin_nodes, *), direction(width, *), velocity(width, *)
-      real(wp), intent(inout) :: along(*)
+      real(wp), intent(inout) :: lane(width, *)
       real(wp) :: at(width, bin_nodes), v(width)
       integer :: c, g, n
       do g = 1, bins
@@ -223,8 +288,7 @@ contains
             do n = 1, bin_nodes
                v = v + weight(n, c)*at(:, n)
             end do
-            v = v*direction(:width, c)
-            along(row(c)) = v(1) + v(2) + v(3)
+            lane(:width, c) = v*direction(:width, c)
          end do
       end do
    end subroutine collect_bins

@@ -5,10 +5,9 @@ module m_contact_rows
    use m_communicator, only: communicator_t
    use m_tool, only: tool_t
    use m_level, only: level_t
-   use m_boundary, only: held_components
+   use m_boundary, only: held_components, inside
    use m_candidates, only: candidate_t, candidates_t
    use m_contact_system, only: contact_system_t
-   use m_cell_rows, only: bin_nodes
    implicit none
    private
    public :: assemble, touched_nodes
@@ -23,18 +22,35 @@ contains
       type(candidates_t), intent(in) :: candidates
       type(level_t), intent(in) :: level
       integer, intent(out) :: bounds(:, :, :) !< (3, 2, tools)
-      integer :: at(3), c, place(3), side
-      logical :: held(3)
+      integer :: axis, c, low(3), n, t
       bounds = -huge(bounds)
       do c = 1, candidates%count
-         associate (it => candidates%list(c), bound => bounds(:, :, candidates%list(c)%tool))
-            do side = 0, it%face%last ! what is beyond a plane along an axis is so for all nodes with that place along it
-               call image_node(level, it, [side, side, side], place, at, held)
-               bound = max(bound, reshape([-place, place], [3, 2]))
-            end do
+         associate (it => candidates%list(c))
+            low = first_node(level, it)
+            bounds(:, 1, it%tool) = max(bounds(:, 1, it%tool), -low)
+            bounds(:, 2, it%tool) = max(bounds(:, 2, it%tool), low + it%face%last)
          end associate
       end do
+      do t = 1, size(bounds, 3)
+         do axis = 1, 3
+            associate (most => bounds(axis, :, t))
+               if (most(2) > -huge(most)) then
+                  associate (places => [(inside(level%grid, axis, n), n=-most(1), most(2))])
+                     most = [maxval(-places), maxval(places)]
+                  end associate
+               end if
+            end associate
+         end do
+      end do
    end subroutine touched_nodes
+
+   !> Place in the grid (from -1 on) of a candidate's lowest node.
+   pure function first_node(level, c) result(place)
+      type(level_t), intent(in) :: level
+      type(candidate_t), intent(in) :: c
+      integer :: place(3)
+      place = block_size*level%blocks(c%block)%place + c%face%corner
+   end function first_node
 
    !> Collective among neighbours: the operator of a step's candidates: a row for each normal force, then two for each friction.
    subroutine assemble(system, communicator, neighbours, tools, candidates, level, softness, time_step)
@@ -47,23 +63,22 @@ contains
       real(wp), intent(in) :: softness                 !< of the normal forces, in the mobilities of particles
       real(wp), intent(in) :: time_step                !< s
       real(wp) :: compliance(candidates%count + 2*candidates%rubbing)
-      integer :: c, n, place(3, bin_nodes), t
-      real(wp) :: weight(bin_nodes)
+      integer :: c, n, place(0:2, 3), t
       logical, allocatable :: done(:)
       associate (list => candidates%list(:candidates%count))
          call system%begin(communicator, level%grid%cells, [(tools(t)%mobility(time_step), t=1, size(tools))])
          do c = 1, size(list)
-            call nodes_of(level, list(c), n, place, weight)
-            call system%add_row(place(:, :n), weight(:n), list(c)%facing, list(c)%tool, &
+            place = places_of(level, list(c))
+            call system%add_row(list(c)%face%last, place, list(c)%face%weight, list(c)%facing, list(c)%tool, &
                                 dot_product(list(c)%normal, tools(list(c)%tool)%spec%axis))
          end do
          compliance(:size(list)) = softness*time_step/list%mass
          do c = 1, size(list)
             if (list(c)%rubbing == 0) cycle
-            call nodes_of(level, list(c), n, place, weight)
+            place = places_of(level, list(c))
             do t = 1, 2
-               call system%add_row(place(:, :n), weight(:n), list(c)%mirror*list(c)%tangent(:, t), list(c)%tool, &
-                                   dot_product(list(c)%tangent(:, t), tools(list(c)%tool)%spec%axis))
+               call system%add_row(list(c)%face%last, place, list(c)%face%weight, list(c)%mirror*list(c)%tangent(:, t), &
+                                   list(c)%tool, dot_product(list(c)%tangent(:, t), tools(list(c)%tool)%spec%axis))
                compliance(system%rows) = give*compliance(c)
             end do
          end do
@@ -76,28 +91,22 @@ contains
       call system%connect(neighbours)
       call system%set_scale(compliance)
       call system%pair_scales(candidates%count + 1)
+      call system%group_rows()
    end subroutine assemble
 
-   !> Nodes of a candidate in the grid and their weights.
-   pure subroutine nodes_of(level, c, n, place, weight)
+   !> Places in the grid (from -1 on) of a candidate's nodes along each axis. A node outside a symmetry plane has no weight: its mirror
+   !> image inside stands for it.
+   pure function places_of(level, c) result(place)
       type(level_t), intent(in) :: level
       type(candidate_t), intent(in) :: c
-      integer, intent(out) :: n                   !< 8 or 27
-      integer, intent(inout) :: place(3, bin_nodes)
-      real(wp), intent(inout) :: weight(bin_nodes)
-      integer :: i, j, k, at(3)
-      logical :: held(3)
-      n = 0
-      do k = 0, c%face%last
-         do j = 0, c%face%last
-            do i = 0, c%face%last
-               n = n + 1
-               call image_node(level, c, [i, j, k], place(:, n), at, held)
-               weight(n) = c%face%weight(i, j, k)
-            end do
+      integer :: place(0:2, 3), axis, first(3), i
+      first = first_node(level, c)
+      do axis = 1, 3
+         do i = 0, 2
+            place(i, axis) = inside(level%grid, axis, first(axis) + i)
          end do
       end do
-   end subroutine nodes_of
+   end function places_of
 
    !> Mobilities of the nodes of a candidate, which has a row of the system, where they are not there yet.
    pure subroutine set_mobility(system, level, c, row, time_step, done)
@@ -107,9 +116,10 @@ contains
       integer, intent(in) :: row
       real(wp), intent(in) :: time_step
       logical, intent(inout) :: done(:) !< (nodes)
-      integer :: i, j, k, n, s, place(3), at(3)
+      integer :: i, j, k, n, s, image(3), place(0:2, 3), at(3)
       real(wp) :: mass
-      logical :: held(3)
+      logical :: held(3), turned(3)
+      place = places_of(level, c)
       s = system%begins(row) - 1
       do k = 0, c%face%last
          do j = 0, c%face%last
@@ -118,7 +128,8 @@ contains
                n = system%node(s)
                if (done(n)) cycle
                done(n) = .true.
-               call image_node(level, c, [i, j, k], place, at, held)
+               call held_components(level%grid, [place(i, 1), place(j, 2), place(k, 3)], held, turned, image)
+               at = image - block_size*level%blocks(c%block)%place + 1
                mass = level%solved(1, at(1), at(2), at(3), c%block)
                system%mobility(:, n) = 0.0_wp
                if (mass > 0.0_wp) system%mobility(:3, n) = merge(0.0_wp, time_step/mass, held)
@@ -126,21 +137,5 @@ contains
          end do
       end do
    end subroutine set_mobility
-
-   !> The node that stands for a candidate's node: itself, or its mirror inside a symmetry plane, beyond which nodes have no
-   !> weight. `image` is its place in the grid (from -1 to cells + 1), `at` that in the block's
-   !> tile.
-   pure subroutine image_node(level, c, offset, image, at, held)
-      type(level_t), intent(in) :: level
-      type(candidate_t), intent(in) :: c
-      integer, intent(in) :: offset(3)
-      integer, intent(out) :: image(3), at(3)
-      logical, intent(out) :: held(3)
-      integer :: place(3)
-      logical :: turned(3)
-      place = block_size*level%blocks(c%block)%place + c%face%corner + offset
-      call held_components(level%grid, place, held, turned, image)
-      at = image - block_size*level%blocks(c%block)%place + 1
-   end subroutine image_node
 
 end module m_contact_rows

@@ -6,7 +6,7 @@ module m_contact_system
    use m_kinds, only: wp, i8
    use m_communicator, only: communicator_t
    use m_petsc_operator, only: petsc_operator_t
-   use m_cell_rows, only: cell_rows_t, width
+   use m_cell_rows, only: cell_rows_t, cell_nodes, width
    implicit none
    private
    public :: contact_system_t, nodal_forces_t
@@ -17,6 +17,7 @@ module m_contact_system
       integer, allocatable :: nodes(:)  !< local numbers, in the order of the grid
       integer(i8), allocatable :: theirs(:) !< nodes in the grid that its rows touch, rising
       real(wp), allocatable :: given(:, :), taken(:, :) !< (3, :), N
+      type(MPI_Request) :: sends, receives
    end type shared_nodes_t
 
    !> Forces that the rows of one rank give to nodes.
@@ -35,17 +36,19 @@ module m_contact_system
       integer(i8) :: products = 0                !< times the operator was applied, over the run
       integer :: extent(3) = 0                   !< nodes of the grid along each axis, from -1 on
       integer, allocatable :: begins(:)          !< (rows + 1): first entry of each row; an entry is one of its nodes
-      integer, allocatable :: place(:, :)        !< (3, entries): node in the grid, from -1
-      integer, allocatable :: node(:)            !< (entries): the same, local number
+      integer, allocatable :: place(:, :, :)     !< (0:2, 3, rows): nodes in the grid along each axis, from -1; of a cell's 0:1 count
+      integer, allocatable :: node(:)            !< (entries): local numbers, the first axis fastest
       real(wp), allocatable :: weight(:)         !< (entries): of the contact point on the node
       real(wp), allocatable :: direction(:, :)   !< (4, rows): in which a force acts; the last is 0
-      type(cell_rows_t) :: normal_rows, friction_rows !< as products take them
+      type(cell_rows_t) :: normal_rows, friction_rows !< as products take them, for unknowns that are scaled forces
+      type(cell_rows_t) :: free_rows             !< those of the normal forces that are free
+      logical, allocatable :: free(:)            !< (rows of normal forces)
       integer, allocatable :: tool(:)            !< (rows)
       real(wp), allocatable :: along(:)          !< (rows): what of the direction is along the tool's axis
       real(wp), allocatable :: tool_mobility(:)  !< (tools): along their axes, s/kg; 0 for those that do not give way
       real(wp), allocatable :: tool_push(:)      !< (tools): forces along the axes, work
       real(wp), allocatable :: mobility(:, :)    !< (4, nodes): dt/m, 0 for held components, s/kg
-      real(wp), allocatable :: force(:, :)       !< (4, nodes): work
+      real(wp), allocatable :: force(:, :)       !< (4, nodes): work, forces and then the velocities that they make
       real(wp), allocatable :: scale(:)          !< (rows): makes the diagonal 1
       real(wp), allocatable :: softness(:)       !< (rows): what the compliance adds to the diagonal
       integer(i8), allocatable :: grid_node(:)   !< (nodes): number in the grid, from 1, x fastest; rising
@@ -56,7 +59,10 @@ module m_contact_system
       procedure :: add_row
       procedure :: number_nodes
       procedure :: connect
+      procedure :: group_rows
       procedure :: multiply
+      procedure :: set_free
+      procedure :: multiply_free
       procedure :: respond
       procedure :: nodal_forces
       procedure :: place_of
@@ -64,8 +70,12 @@ module m_contact_system
       procedure :: pair_scales
       procedure, private :: make_room
       procedure, private :: spread
+      procedure, private :: push_tools
+      procedure, private :: expect
       procedure, private :: share
+      procedure, private :: set_in_motion
       procedure, private :: collect
+      procedure, private :: add_tools
    end type contact_system_t
 
 contains
@@ -83,52 +93,58 @@ contains
       self%tool_mobility = tool_mobility
       self%tool_push = 0.0_wp*tool_mobility
       self%gives_way = any(tool_mobility > 0.0_wp)
-      if (.not. allocated(self%place)) allocate (self%place(3, 512), self%weight(512), self%begins(65), &
+      if (.not. allocated(self%place)) allocate (self%place(0:2, 3, 64), self%weight(512), self%begins(65), &
                                                  self%direction(width, 64), self%tool(64), self%along(64))
       self%begins(1) = 1
    end subroutine begin
 
-   !> Add a row: the nodes of its contact point in the grid, their weights, the direction in which its force acts; the tool that
-   !> the force acts on in turn, and what of it is along the tool's axis.
-   subroutine add_row(self, place, weight, direction, tool, along)
+   !> Add a row: where the nodes of its contact point are in the grid along each axis, their weights, the direction in which its force
+   !> acts; the tool that the force acts on in turn, and what of it is along the tool's axis.
+   subroutine add_row(self, last, place, weight, direction, tool, along)
       class(contact_system_t), intent(inout) :: self
-      integer, intent(in) :: place(:, :), tool !< (3, nodes), as many as rows of cells or bins have
-      real(wp), intent(in) :: weight(:), direction(3), along
-      integer :: last, n
+      integer, intent(in) :: last                     !< nodes along each axis are from 0 to here: 1 in a cell, 2 around a bin
+      integer, intent(in) :: place(0:2, 3), tool
+      real(wp), intent(in) :: weight(0:2, 0:2, 0:2), direction(3), along
+      integer :: j, k, n, s
       n = self%rows + 1
-      last = self%begins(n) + size(weight) - 1
-      call self%make_room(n, last)
+      s = self%begins(n)
       self%rows = n
-      self%begins(n + 1) = last + 1
-      self%place(:, self%begins(n):last) = place
-      self%weight(self%begins(n):last) = weight
+      self%begins(n + 1) = s + (last + 1)**3
+      call self%make_room(n, self%begins(n + 1) - 1)
+      self%place(:, :, n) = place
+      do k = 0, last
+         do j = 0, last
+            self%weight(s:s + last) = weight(:last, j, k)
+            s = s + last + 1
+         end do
+      end do
       self%direction(:, n) = [direction, 0.0_wp]
       self%tool(n) = tool
       self%along(n) = along
    end subroutine add_row
 
-   !> Room for so many rows and entries.
+   !> Room for so many rows and entries, and one row more to begin.
    subroutine make_room(self, rows, entries)
       class(contact_system_t), intent(inout) :: self
       integer, intent(in) :: rows, entries
-      integer, allocatable :: more_places(:, :), more_begins(:), more_tools(:)
+      integer, allocatable :: more_places(:, :, :), more_begins(:), more_tools(:)
       real(wp), allocatable :: more_weights(:), more_directions(:, :), more_along(:)
       integer :: n
       n = size(self%weight)
       if (entries > n) then
-         allocate (more_places(3, 2*n + entries), more_weights(2*n + entries))
-         more_places(:, :n) = self%place
+         allocate (more_weights(2*n + entries))
          more_weights(:n) = self%weight
-         call move_alloc(more_places, self%place)
          call move_alloc(more_weights, self%weight)
       end if
       n = size(self%tool)
-      if (rows > n) then
-         allocate (more_begins(2*n + 1), more_directions(width, 2*n), more_tools(2*n), more_along(2*n))
+      if (rows >= n) then
+         allocate (more_places(0:2, 3, 2*n), more_begins(2*n + 1), more_directions(width, 2*n), more_tools(2*n), more_along(2*n))
+         more_places(:, :, :n) = self%place
          more_begins(:n + 1) = self%begins
          more_directions(:, :n) = self%direction
          more_tools(:n) = self%tool
          more_along(:n) = self%along
+         call move_alloc(more_places, self%place)
          call move_alloc(more_begins, self%begins)
          call move_alloc(more_directions, self%direction)
          call move_alloc(more_tools, self%tool)
@@ -144,22 +160,30 @@ contains
       self%last = last
    end subroutine activate
 
-   !> All rows are there: number the nodes that they touch, in the order of the grid, and put the rows of a cell together.
+   !> All rows are there: number the nodes that they touch, in the order of the grid.
    subroutine number_nodes(self, normal)
       class(contact_system_t), intent(inout) :: self
       integer, intent(in) :: normal !< rows of normal forces, the first ones
       integer, allocatable :: x(:), y(:), z(:)                   ! the places along each axis that occur, rising
       integer, allocatable :: x_rank(:), y_rank(:), z_rank(:)    ! which of them a place is
       integer, allocatable :: number(:, :, :)
-      integer :: entries, i, j, k, s
-      entries = self%begins(self%rows + 1) - 1
-      call list_places(self%place(1, :entries), x, x_rank)
-      call list_places(self%place(2, :entries), y, y_rank)
-      call list_places(self%place(3, :entries), z, z_rank)
+      integer :: i, j, k, last(self%rows), r, s
+      do r = 1, self%rows
+         last(r) = merge(1, 2, self%begins(r + 1) - self%begins(r) == cell_nodes)
+      end do
+      call list_places(self%place(:, 1, :self%rows), last, x, x_rank)
+      call list_places(self%place(:, 2, :self%rows), last, y, y_rank)
+      call list_places(self%place(:, 3, :self%rows), last, z, z_rank)
       allocate (number(size(x), size(y), size(z)), source=0)
-      do s = 1, entries
-         associate (at => self%place(:, s))
-            number(x_rank(at(1)), y_rank(at(2)), z_rank(at(3))) = 1
+      do r = 1, self%rows
+         associate (at => self%place(:, :, r))
+            do k = 1, last(r) + 1
+               do j = 1, last(r) + 1
+                  do i = 1, last(r) + 1
+                     number(x_rank(at(i, 1)), y_rank(at(j, 2)), z_rank(at(k, 3))) = 1
+                  end do
+               end do
+            end do
          end associate
       end do
       self%nodes = count(number > 0)
@@ -177,18 +201,23 @@ contains
          end do
       end do
       if (allocated(self%node)) then
-         if (size(self%node) < entries) deallocate (self%node)
+         if (size(self%node) < self%begins(self%rows + 1) - 1) deallocate (self%node)
       end if
       if (.not. allocated(self%node)) allocate (self%node(size(self%weight)))
-      do s = 1, entries
-         associate (at => self%place(:, s))
-            self%node(s) = number(x_rank(at(1)), y_rank(at(2)), z_rank(at(3)))
+      s = 0
+      do r = 1, self%rows
+         associate (at => self%place(:, :, r))
+            do k = 1, last(r) + 1
+               do j = 1, last(r) + 1
+                  do i = 1, last(r) + 1
+                     s = s + 1
+                     self%node(s) = number(x_rank(at(i, 1)), y_rank(at(j, 2)), z_rank(at(k, 3)))
+                  end do
+               end do
+            end do
          end associate
       end do
       self%normal = normal
-      call self%normal_rows%sort(self%nodes, self%begins(:normal + 1), self%node, self%weight, self%direction(:, :normal))
-      call self%friction_rows%sort(self%nodes, self%begins(normal + 1:self%rows + 1), self%node, self%weight, &
-                                   self%direction(:, normal + 1:self%rows))
       if (allocated(self%force)) then
          if (size(self%force, 2) >= self%nodes) return
          deallocate (self%force, self%mobility)
@@ -198,14 +227,15 @@ contains
    end subroutine number_nodes
 
    !> The places along an axis that occur, rising, and which of them a place is; 0 where it does not occur.
-   pure subroutine list_places(at, places, rank)
-      integer, intent(in) :: at(:)
+   pure subroutine list_places(at, last, places, rank)
+      integer, intent(in) :: at(0:, :) !< (0:2, rows)
+      integer, intent(in) :: last(:)   !< (rows): they count up to here
       integer, allocatable, intent(out) :: places(:)
       integer, allocatable, intent(out) :: rank(:) !< from the lowest place to the highest
       integer :: i, p
       allocate (rank(minval(at):maxval(at)), source=0)
-      do i = 1, size(at)
-         rank(at(i)) = 1
+      do i = 1, size(last)
+         rank(at(:last(i), i)) = 1
       end do
       allocate (places(sum(rank)))
       i = 0
@@ -281,60 +311,122 @@ contains
       places = found(:n)
    end function common
 
+   !> Put the rows of a cell together; needs numbers and scales.
+   subroutine group_rows(self)
+      class(contact_system_t), intent(inout) :: self
+      real(wp) :: direction(width, self%rows)
+      integer :: c
+      do c = 1, self%rows
+         direction(:, c) = self%scale(c)*self%direction(:, c)
+      end do
+      associate (n => self%normal)
+         call self%normal_rows%sort(self%nodes, self%begins(:n + 1), self%node, self%weight, direction(:, :n))
+         call self%friction_rows%sort(self%nodes, self%begins(n + 1:self%rows + 1), self%node, self%weight, direction(:, n + 1:))
+      end associate
+   end subroutine group_rows
+
    !> to = M from: velocities of the active rows under their forces, both scaled so that the diagonal of M is 1. Values beyond them
    !> are idle and copied.
    subroutine multiply(self, from, to)
       class(contact_system_t), intent(inout) :: self
-      real(wp), intent(in) :: from(:)
-      real(wp), intent(out) :: to(:)
-      real(wp) :: push(self%last - self%first + 1)
+      real(wp), intent(in), contiguous :: from(:)
+      real(wp), intent(out), contiguous :: to(:)
       integer :: n
-      n = size(push)
+      n = self%last - self%first + 1
       self%products = self%products + 1
-      push = from(:n)*self%scale(self%first:self%last)
-      call self%share(push)
-      call self%collect(push)
-      to(:n) = push + self%softness(self%first:self%last)*from(:n)
+      call self%expect()
+      call self%spread(from(:n))
+      call self%share()
+      call self%set_in_motion()
+      call self%collect(to(:n))
+      to(:n) = to(:n) + self%softness(self%first:self%last)*from(:n)
       to(n + 1:) = from(n + 1:)
    end subroutine multiply
+
+   !> From now on multiply_free takes these rows of the normal forces.
+   subroutine set_free(self, free)
+      class(contact_system_t), intent(inout) :: self
+      logical, intent(in) :: free(:)
+      self%free = free(:self%normal)
+      call self%free_rows%choose(self%normal_rows, self%free)
+   end subroutine set_free
+
+   !> The same as `multiply` between free rows of the normal forces. The others are 0 in what it takes and gives.
+   subroutine multiply_free(self, from, to)
+      class(contact_system_t), intent(inout) :: self
+      real(wp), intent(in), contiguous :: from(:)
+      real(wp), intent(out), contiguous :: to(:)
+      self%products = self%products + 1
+      call self%expect()
+      self%force(:, :self%nodes) = 0.0_wp
+      call self%free_rows%spread(from, self%force)
+      if (self%gives_way) call self%push_tools(from(:self%normal))
+      call self%share()
+      call self%set_in_motion()
+      to = 0.0_wp
+      call self%free_rows%collect(self%force, to)
+      associate (some => to(:self%normal))
+         if (self%gives_way) then
+            call self%add_tools(some)
+            some = merge(some, 0.0_wp, self%free)
+         end if
+         some = some + self%softness(:self%normal)*from(:self%normal)
+      end associate
+   end subroutine multiply_free
 
    !> Collective: velocities that the forces of some rows give to others, both scaled. The others stay active.
    subroutine respond(self, pushed, from, asked, to)
       class(contact_system_t), intent(inout) :: self
       integer, intent(in) :: pushed(2), asked(2) !< first and last row
-      real(wp), intent(in) :: from(:)
-      real(wp), intent(out) :: to(:)
+      real(wp), intent(in), contiguous :: from(:)
+      real(wp), intent(out), contiguous :: to(:)
       self%products = self%products + 1
+      call self%expect()
       call self%activate(pushed(1), pushed(2))
-      call self%share(from*self%scale(self%first:self%last))
+      call self%spread(from)
+      call self%share()
+      call self%set_in_motion()
       call self%activate(asked(1), asked(2))
       call self%collect(to)
    end subroutine respond
 
-   !> Contact forces of this rank's active rows to their nodes and tools.
+   !> Contact forces of this rank's active rows, scaled, to their nodes and tools.
    subroutine spread(self, forces)
       class(contact_system_t), intent(inout) :: self
-      real(wp), intent(in), contiguous :: forces(:) !< (active rows), N
-      integer :: c
+      real(wp), intent(in), contiguous :: forces(:) !< (active rows)
       self%force(:, :self%nodes) = 0.0_wp
       if (self%first <= self%normal) call self%normal_rows%spread(forces, self%force)
       if (self%last > self%normal) call self%friction_rows%spread(forces(self%normal - self%first + 2:), self%force)
-      if (.not. self%gives_way) return
+      if (self%gives_way) call self%push_tools(forces)
+   end subroutine spread
+
+   !> The same for the tools along their axes.
+   subroutine push_tools(self, forces)
+      class(contact_system_t), intent(inout) :: self
+      real(wp), intent(in), contiguous :: forces(:) !< (active rows)
+      integer :: c
       self%tool_push = 0.0_wp
       do c = self%first, self%last
-         self%tool_push(self%tool(c)) = self%tool_push(self%tool(c)) + self%along(c)*forces(c - self%first + 1)
+         associate (push => self%tool_push(self%tool(c)))
+            push = push + self%along(c)*self%scale(c)*forces(c - self%first + 1)
+         end associate
       end do
-   end subroutine spread
+   end subroutine push_tools
 
    !> Collective among neighbours: what the active rows' forces (N) give to nodes, a part for each neighbour rank and this one, by
    !> rising rank, so that all ranks that know a node add up its force in one order. Once after each `connect`: it takes its lists.
    subroutine nodal_forces(self, forces, parts)
       class(contact_system_t), intent(inout) :: self
-      real(wp), intent(in), contiguous :: forces(:) !< (rows), N
+      real(wp), intent(in), contiguous :: forces(:) !< (active rows), N
       type(nodal_forces_t), allocatable, intent(out) :: parts(:)
       type(MPI_Request) :: requests(2*size(self%shared))
+      real(wp) :: scaled(size(forces))
       integer :: n, own, r
-      call self%spread(forces)
+      associate (scale => self%scale(self%first:self%last))
+         scaled = 0.0_wp
+         where (scale > 0.0_wp) scaled = forces/scale
+      end associate
+      call self%spread(scaled)
       own = 1 + count(self%shared%rank < self%communicator%rank)
       allocate (parts(size(self%shared) + 1))
       parts(own)%node = self%grid_node(:self%nodes)
@@ -352,64 +444,78 @@ contains
       call MPI_Waitall(size(requests), requests, MPI_STATUSES_IGNORE)
    end subroutine nodal_forces
 
-   !> Collective: contact forces of the active rows of all ranks to the nodes that this one's rows touch, and to tools that give
-   !> way. Messages find their receives there when they come.
-   subroutine share(self, forces)
+   !> Receives for what `share` will send, there before messages come.
+   subroutine expect(self)
       class(contact_system_t), intent(inout) :: self
-      real(wp), intent(in), contiguous :: forces(:) !< of this rank's, N
-      type(MPI_Request) :: requests(2*size(self%shared))
-      integer :: i, last, n
-      last = 0
+      integer :: i
       do i = 1, size(self%shared)
          associate (it => self%shared(i))
-            if (size(it%nodes) == 0) cycle
-            last = last + 1
-            call MPI_Irecv(it%taken, size(it%taken), MPI_DOUBLE_PRECISION, it%rank, 4, self%communicator%comm, requests(last))
+            if (size(it%nodes) > 0) call MPI_Irecv(it%taken, size(it%taken), MPI_DOUBLE_PRECISION, it%rank, 4, &
+                                                   self%communicator%comm, it%receives)
          end associate
       end do
-      call self%spread(forces)
+   end subroutine expect
+
+   !> Collective: to what this rank's rows gave, add the forces of all other ranks' rows on these nodes and on tools that give way.
+   subroutine share(self)
+      class(contact_system_t), intent(inout) :: self
+      integer :: i, n
       do i = 1, size(self%shared)
          associate (it => self%shared(i))
             if (size(it%nodes) == 0) cycle
             do n = 1, size(it%nodes)
                it%given(1:3, n) = self%force(1:3, it%nodes(n))
             end do
-            last = last + 1
-            call MPI_Isend(it%given, size(it%given), MPI_DOUBLE_PRECISION, it%rank, 4, self%communicator%comm, requests(last))
+            call MPI_Isend(it%given, size(it%given), MPI_DOUBLE_PRECISION, it%rank, 4, self%communicator%comm, it%sends)
          end associate
       end do
       if (self%gives_way) call MPI_Allreduce(MPI_IN_PLACE, self%tool_push, size(self%tool_push), MPI_DOUBLE_PRECISION, MPI_SUM, &
                                              self%communicator%comm)
-      if (last == 0) return
-      call MPI_Waitall(last, requests, MPI_STATUSES_IGNORE)
       do i = 1, size(self%shared)
          associate (it => self%shared(i))
+            if (size(it%nodes) == 0) cycle
+            call MPI_Wait(it%receives, MPI_STATUS_IGNORE)
             do n = 1, size(it%nodes)
                self%force(1:3, it%nodes(n)) = self%force(1:3, it%nodes(n)) + it%taken(1:3, n)
             end do
+            call MPI_Wait(it%sends, MPI_STATUS_IGNORE)
          end associate
       end do
    end subroutine share
 
-   !> Velocities of the active rows from the forces on their nodes, and relative to tools that give way, scaled.
+   !> Forces on nodes and tools become the velocities that they make in a step.
+   pure subroutine set_in_motion(self)
+      class(contact_system_t), intent(inout) :: self
+      call multiply_each(width*self%nodes, self%mobility, self%force)
+      if (self%gives_way) self%tool_push = self%tool_push*self%tool_mobility
+   end subroutine set_in_motion
+
+   !> Multiply values by factors, one by one.
+   pure subroutine multiply_each(count, factors, values)
+      integer, intent(in) :: count
+      real(wp), intent(in) :: factors(count)
+      real(wp), intent(inout) :: values(count)
+      values = factors*values
+   end subroutine multiply_each
+
+   !> Velocities of the active rows from those of their nodes, and relative to tools that give way, scaled.
    subroutine collect(self, y)
       class(contact_system_t), intent(inout) :: self
       real(wp), intent(inout), contiguous :: y(:) !< (active rows)
-      integer :: c, n
-      do n = 1, self%nodes
-         do c = 1, width
-            self%force(c, n) = self%force(c, n)*self%mobility(c, n)
-         end do
-      end do
       if (self%first <= self%normal) call self%normal_rows%collect(self%force, y)
       if (self%last > self%normal) call self%friction_rows%collect(self%force, y(self%normal - self%first + 2:))
-      y = y*self%scale(self%first:self%last)
-      if (.not. self%gives_way) return
-      self%tool_push = self%tool_push*self%tool_mobility
+      if (self%gives_way) call self%add_tools(y)
+   end subroutine collect
+
+   !> What the active rows get from tools that give way, scaled.
+   pure subroutine add_tools(self, y)
+      class(contact_system_t), intent(in) :: self
+      real(wp), intent(inout), contiguous :: y(:) !< (active rows)
+      integer :: c
       do c = self%first, self%last
          y(c - self%first + 1) = y(c - self%first + 1) + self%along(c)*self%tool_push(self%tool(c))*self%scale(c)
       end do
-   end subroutine collect
+   end subroutine add_tools
 
    !> Scale unknowns so that the diagonal is 1 before the compliance is added; needs numbers and mobilities.
    subroutine set_scale(self, compliance)

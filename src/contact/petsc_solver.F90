@@ -21,7 +21,6 @@ module m_petsc_solver
       integer, public :: guesses = 8     !< of which unknowns are free, before gradient projection has to find out
       integer(i8), public :: projected = 0 !< problems for which it had to
       Vec :: b, start, change, right_side, lower, upper
-      Vec :: free                        !< 1 for the unknowns that are free, 0 for those held at 0
       Mat :: hessian, free_hessian
       Tao :: tao
       KSP :: ksp
@@ -43,7 +42,7 @@ module m_petsc_solver
 
    !> What PETSc's callbacks work on during a solve.
    class(petsc_operator_t), pointer, protected :: current_operator => null()
-   Vec, protected :: current_right_side, current_free
+   Vec, protected :: current_right_side
 
 contains
 
@@ -74,7 +73,6 @@ contains
       PetscCallA(VecCreateMPI(comm, n, PETSC_DETERMINE, self%change, ierr))
       PetscCallA(VecDuplicate(self%change, self%b, ierr))
       PetscCallA(VecDuplicate(self%change, self%start, ierr))
-      PetscCallA(VecDuplicate(self%change, self%free, ierr))
       PetscCallA(VecDuplicate(self%change, self%right_side, ierr))
       PetscCallA(VecDuplicate(self%change, self%lower, ierr))
       PetscCallA(VecDuplicate(self%change, self%upper, ierr))
@@ -151,26 +149,25 @@ contains
       integer, intent(inout) :: iterations
       PetscReal, intent(out) :: norm
       PetscReal :: lowest
-      PetscScalar, pointer :: x(:), b(:), gradient(:), free(:), change(:)
+      PetscScalar, pointer :: x(:), b(:), gradient(:), change(:)
+      logical :: free(self%capacity)
       PetscErrorCode :: ierr
       KSPConvergedReason :: reason
-      current_free = self%free
       do
          call multiply(self%hessian, self%start, self%right_side, ierr)
          PetscCallA(VecGetArrayF90(self%start, x, ierr))
          PetscCallA(VecGetArrayReadF90(self%b, b, ierr))
          PetscCallA(VecGetArrayF90(self%right_side, gradient, ierr))
-         PetscCallA(VecGetArrayF90(self%free, free, ierr))
          gradient = gradient - b
-         free = merge(1.0_wp, 0.0_wp, x > 0.0_wp .or. gradient < 0.0_wp)
-         gradient = -free*gradient
-         PetscCallA(VecRestoreArrayF90(self%free, free, ierr))
+         free = x > 0.0_wp .or. gradient < 0.0_wp
+         gradient = merge(-gradient, 0.0_wp, free)
          PetscCallA(VecRestoreArrayF90(self%right_side, gradient, ierr))
          PetscCallA(VecRestoreArrayReadF90(self%b, b, ierr))
          PetscCallA(VecRestoreArrayF90(self%start, x, ierr))
          PetscCallA(VecNorm(self%right_side, NORM_2, norm, ierr))
          if (norm <= tolerance .or. iterations >= min(self%guesses, max_iterations)) return
          if (.not. norm <= largest_right_side) return ! a start so far off that PETSc would abort: gradient projection leaves it
+         call current_operator%set_free(free)
          lowest = max(enough*tolerance, rough*norm)
          PetscCallA(KSPSetTolerances(self%ksp, 1.0e-30_wp, lowest, PETSC_DEFAULT_REAL, PETSC_DEFAULT_INTEGER, ierr))
          PetscCallA(KSPSolve(self%ksp, self%right_side, self%change, ierr))
@@ -272,14 +269,17 @@ contains
       PetscCallA(VecRestoreArrayF90(y, to, ierr))
    end subroutine multiply
 
-   !> The same between free unknowns. The others are 0 in all that conjugate gradients multiply, for they are in what they begin
-   !> with.
+   !> The same between free unknowns.
    subroutine multiply_free(matrix, x, y, ierr)
       Mat :: matrix
       Vec :: x, y
       PetscErrorCode :: ierr
-      call multiply(matrix, x, y, ierr)
-      PetscCallA(VecPointwiseMult(y, y, current_free, ierr))
+      PetscScalar, pointer :: from(:), to(:)
+      PetscCallA(VecGetArrayReadF90(x, from, ierr))
+      PetscCallA(VecGetArrayF90(y, to, ierr))
+      call current_operator%multiply_free(from, to)
+      PetscCallA(VecRestoreArrayReadF90(x, from, ierr))
+      PetscCallA(VecRestoreArrayF90(y, to, ierr))
    end subroutine multiply_free
 
    !> 1/2 x'Mx - b'x and Mx - b.
@@ -319,7 +319,6 @@ contains
       PetscCallA(MatDestroy(self%free_hessian, ierr))
       PetscCallA(MatDestroy(self%hessian, ierr))
       PetscCallA(VecDestroy(self%b, ierr))
-      PetscCallA(VecDestroy(self%free, ierr))
       PetscCallA(VecDestroy(self%start, ierr))
       PetscCallA(VecDestroy(self%change, ierr))
       PetscCallA(VecDestroy(self%right_side, ierr))

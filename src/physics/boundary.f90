@@ -11,7 +11,7 @@ module m_boundary
    use m_grid_level, only: grid_level_t
    implicit none
    private
-   public :: fold_symmetry, constrain_nodes, is_constrained, held_components, mirror_stress, motion_parity, stress_parity
+   public :: fold_symmetry, constrain_nodes, is_constrained, held_components, inside, mirror_stress, motion_parity, stress_parity
 
    integer, parameter :: last = block_size + 1 ! tiles run from 0 to here
    integer, parameter :: first_vector = 2, second_vector = 5 !< places of the two vectors of a node (momentum, force)
@@ -146,6 +146,18 @@ contains
       end if
    end subroutine hold
 
+   !> Place along an axis (index in the whole grid) of the node that stands for a node: its mirror image inside where that is outside
+   !> a symmetry plane, else itself.
+   pure integer function inside(grid, axis, node)
+      type(grid_level_t), intent(in) :: grid
+      integer, intent(in) :: axis, node
+      integer :: cells
+      cells = grid%cells(axis)
+      inside = node
+      if (node < 0 .and. grid%boundary(1, axis) == boundary_symmetry) inside = -node
+      if (node > cells .and. grid%boundary(2, axis) == boundary_symmetry) inside = 2*cells - node
+   end function inside
+
    !> For one node (indices in the whole grid): which components are held, and which the mirror image turns round when the
    !> node stands outside a symmetry plane, together with the node that stands for it.
    pure subroutine held_components(grid, node, held, turned, image)
@@ -155,18 +167,13 @@ contains
       integer, intent(out) :: image(3)
       integer :: axis, side, plane
       held = .false.
-      turned = .false.
-      image = node
       do axis = 1, 3
+         image(axis) = inside(grid, axis, node(axis))
          do side = 1, 2
             plane = merge(0, grid%cells(axis), side == 1)
             select case (grid%boundary(side, axis))
             case (boundary_symmetry)
                if (node(axis) == plane) held(axis) = .true.
-               if (merge(node(axis) < plane, node(axis) > plane, side == 1)) then
-                  image(axis) = 2*plane - node(axis)
-                  turned(axis) = .true.
-               end if
             case (boundary_roller)
                if (merge(node(axis) <= plane, node(axis) >= plane, side == 1)) held(axis) = .true.
             case (boundary_fixed)
@@ -174,6 +181,7 @@ contains
             end select
          end do
       end do
+      turned = image /= node
    end subroutine held_components
 
 end module m_boundary

@@ -13,16 +13,19 @@ module m_coupled
       type(communicator_t) :: communicator
       real(wp) :: little = 0.05_wp
       real(wp), allocatable :: rows(:, :) !< (unknowns here, rank of U)
+      logical, allocatable :: free(:)
    contains
       procedure :: multiply
+      procedure :: set_free
+      procedure :: multiply_free
    end type coupled_t
 
 contains
 
    subroutine multiply(self, from, to)
       class(coupled_t), intent(inout) :: self
-      real(wp), intent(in) :: from(:)
-      real(wp), intent(out) :: to(:)
+      real(wp), intent(in), contiguous :: from(:)
+      real(wp), intent(out), contiguous :: to(:)
       real(wp) :: along(size(self%rows, 2))
       integer :: own
       own = size(self%rows, 1)
@@ -31,6 +34,20 @@ contains
       to(:own) = self%little*from(:own) + matmul(self%rows, along)
       to(own + 1:) = from(own + 1:)
    end subroutine multiply
+
+   subroutine set_free(self, free)
+      class(coupled_t), intent(inout) :: self
+      logical, intent(in) :: free(:)
+      self%free = free
+   end subroutine set_free
+
+   subroutine multiply_free(self, from, to)
+      class(coupled_t), intent(inout) :: self
+      real(wp), intent(in), contiguous :: from(:)
+      real(wp), intent(out), contiguous :: to(:)
+      call self%multiply(merge(from, 0.0_wp, self%free), to)
+      to = merge(to, 0.0_wp, self%free)
+   end subroutine multiply_free
 
 end module m_coupled
 

@@ -15,7 +15,8 @@ program node_numbers
    type(assertions_t) :: test
    type(contact_system_t) :: system
    type(nodal_forces_t), allocatable :: parts(:)
-   real(wp) :: given(3), sums(3), force(4), speed(4), along
+   real(wp) :: given(3), sums(3), force(4), speed(4), among_free(5), along
+   logical :: free(4)
    integer :: n, order(4), p, q
    call comm%start()
    call test%start(comm, 'node_numbers')
@@ -50,7 +51,6 @@ program node_numbers
 
    ! what comes of it at the points, by plain sums over the nodes that two of them share
    call system%connect([integer ::])
-   call system%set_scale(spread(0.0_wp, 1, 4))
    call system%multiply(force, speed)
    do p = 1, 4
       along = 0.0_wp
@@ -58,6 +58,15 @@ program node_numbers
          along = along + force(q)*system%scale(p)*system%scale(q)*shared(order(p), order(q))*mobility
       end do
       call test%check_close(speed(p), along, 1.0e-12_wp, 'speed of a point')
+   end do
+
+   ! between some of them: the same as if the others were not there
+   do n = 0, 15
+      free = [(btest(n, p), p=0, 3)]
+      call system%set_free([free, .false.])
+      call system%multiply(merge(force, 0.0_wp, free), speed)
+      call system%multiply_free([merge(force, 0.0_wp, free), 0.0_wp], among_free)
+      call test%check_close(among_free, [merge(speed, 0.0_wp, free), 0.0_wp], 1.0e-12_wp, 'speeds of free points')
    end do
 
    ! no rows
@@ -70,17 +79,20 @@ contains
    !> A system of some of the contact points, each in the middle of its nodes.
    subroutine fill(points)
       integer, intent(in) :: points(:)
-      integer, allocatable :: place(:, :)
-      integer :: i, j, k, p
+      integer :: axis, i, p, place(0:2, 3)
+      real(wp) :: weight(0:2, 0:2, 0:2)
       call system%begin(comm, cells, [0.0_wp])
       do p = 1, size(points)
          associate (c => corner(:, points(p)), l => last(points(p)))
-            place = reshape([(((c + [i, j, k], i=0, l), j=0, l), k=0, l)], [3, (l + 1)**3])
+            place = reshape([((c(axis) + i, i=0, 2), axis=1, 3)], [3, 3])
+            weight = 1.0_wp/(l + 1)**3
+            call system%add_row(l, place, weight, [0.0_wp, 0.0_wp, 1.0_wp], 1, 0.0_wp)
          end associate
-         call system%add_row(place, spread(1.0_wp/size(place, 2), 1, size(place, 2)), [0.0_wp, 0.0_wp, 1.0_wp], 1, 0.0_wp)
       end do
       call system%number_nodes(size(points))
       system%mobility(:3, :system%nodes) = mobility
+      call system%set_scale(spread(0.0_wp, 1, size(points)))
+      call system%group_rows()
    end subroutine fill
 
    !> Sum over the nodes that two points share of the products of their weights.
@@ -93,10 +105,21 @@ contains
 
    !> True when each row's nodes are, by their local numbers, where they were said to be.
    logical function all_come_back()
-      integer :: s
+      integer :: i, j, k, r, s
       all_come_back = system%begins(system%rows + 1) > 1
-      do s = 1, system%begins(system%rows + 1) - 1
-         all_come_back = all_come_back .and. all(system%place_of(system%grid_node(system%node(s))) == system%place(:, s))
+      s = 0
+      do r = 1, system%rows
+         associate (at => system%place(:, :, r), l => merge(1, 2, system%begins(r + 1) - system%begins(r) == 8))
+            do k = 1, l + 1
+               do j = 1, l + 1
+                  do i = 1, l + 1
+                     s = s + 1
+                     all_come_back = all_come_back .and. &
+                                     all(system%place_of(system%grid_node(system%node(s))) == [at(i, 1), at(j, 2), at(k, 3)])
+                  end do
+               end do
+            end do
+         end associate
       end do
    end function all_come_back
 
