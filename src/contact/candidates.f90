@@ -17,7 +17,7 @@ module m_candidates
    use m_face_weights, only: face_weights_t, find_face, cube_span, weigh_point, weigh_face
    implicit none
    private
-   public :: candidate_t, candidates_t, first_inside, touches, normal_speed, point_velocity, fastest, recovery
+   public :: candidate_t, candidates_t, first_inside, touches, point_velocity, fastest, recovery
 
    !> A particle that would end the step inside a tool, or within a margin of it.
    type :: candidate_t
@@ -27,6 +27,7 @@ module m_candidates
       real(wp) :: facing(3) = 0.0_wp !< the same, mirrored where the contact point has been folded back at a symmetry plane
       real(wp) :: mirror(3) = 1.0_wp !< -1 for the components in which the two differ
       real(wp) :: gap = 0.0_wp   !< of its contact point now, m
+      real(wp) :: speed = 0.0_wp !< of its contact point along the normal as the nodes have it without contact, m/s
       real(wp) :: area = 0.0_wp  !< m2
       real(wp) :: mass = 1.0_wp  !< kg
       real(wp) :: force = 0.0_wp !< N
@@ -60,6 +61,8 @@ module m_candidates
    real(wp), parameter :: touching = 1.0e-4_wp    !< a smaller gap is none, in particle edges
    real(wp), parameter :: longest_thickness = 2.0_wp*sqrt(3.0_wp)*longest !< of domains that deform, in cells
    real(wp), parameter :: recovery = 0.01_wp      !< overlap is taken back by at most this much a step, in particle edges
+   real(wp), parameter :: stretched = 2.0_wp      !< no fixed domain is thicker, in particle edges
+   type(candidate_t), parameter :: unknown = candidate_t()
 
 contains
 
@@ -103,14 +106,14 @@ contains
       real(wp), intent(in) :: thick !< no particle of the block is thicker, m
       real(wp), intent(inout) :: overlap
       real(wp) :: reach      !< no candidate's contact point is further from the tool, m
-      real(wp) :: far        !< no candidate's centre is, if none is stretched to more than twice its length, m
+      real(wp) :: far        !< no candidate's centre is, m
       real(wp) :: gap(bins), normal(3, bins), middle(3, bins) !< the middle of a bin that is near, m; the tool from there
       logical :: holds(bins), is_near(bins)  !< a bin has particles; and some may be near enough
       real(wp) :: centre(3), gap_centre, normal_centre(3), half_diagonal, half_row
       integer :: bin, first, p
       reach = min(fastest*level%grid%cell, &
                   margin*thick + time_step*(fastest_node(level%solved(:, :, :, :, b)) + norm2(tool%velocity())))
-      far = thick + reach
+      far = stretched*tool%spec%penetration_factor*thick + reach
       half_diagonal = 0.5_wp*sqrt(3.0_wp)*level%grid%cell
       half_row = 0.5_wp*(block_size - 1)*level%grid%cell
       associate (block => level%blocks(b))
@@ -246,33 +249,38 @@ contains
             thickness = level%thickness(column(p, :), normal)
          else
             edge = 2.0_wp*column(p, at%half_size)
-            if (gap > edge + reach) return
+            if (gap > stretched*tool%spec%penetration_factor*edge + reach) return
             m = materials%of_body(block%particles%body(p))
             thickness = edge*materials%slots(m)%law%stretch(column(p, :), at, normal)
          end if
          gap = gap - tool%spec%penetration_factor*thickness
          if (gap > reach) return
          overlap = max(overlap, -gap)
-         call self%take(tool, level, time_step, number, candidate_t(block=number(1), particle=p, tool=number(4), gap=gap, &
-                                                                    normal=normal), edge, thickness)
+         call self%take(tool, level, time_step, number, gap, normal, edge, thickness)
       end associate
    end subroutine consider
 
    !> Keep a candidate if the free motion would carry its contact point into the tool, or almost.
-   subroutine take(self, tool, level, time_step, number, near, edge, thickness)
+   subroutine take(self, tool, level, time_step, number, gap, normal, edge, thickness)
       class(candidates_t), intent(inout) :: self
       type(tool_t), intent(in) :: tool
       type(level_t), intent(in) :: level
       real(wp), intent(in) :: time_step
       integer, intent(in) :: number(4)        !< as in consider
-      type(candidate_t), intent(in) :: near   !< particle, tool, gap and normal
+      real(wp), intent(in) :: gap, normal(3)  !< of the contact point
       real(wp), intent(in) :: edge, thickness !< of the particle, m
-      type(candidate_t) :: c
       real(wp) :: to_face, span(3, 3), position(3)
       integer :: p
-      c = near
+      call make_room(self)
       p = number(2)
-      associate (block => level%blocks(number(1)), column => level%blocks(number(1))%particles%column, at => level%layout)
+      associate (block => level%blocks(number(1)), column => level%blocks(number(1))%particles%column, at => level%layout, &
+                 c => self%list(self%count + 1))
+         c = unknown
+         c%block = number(1)
+         c%particle = p
+         c%tool = number(4)
+         c%gap = gap
+         c%normal = normal
          position = column(p, at%position:at%position + 2)
          if (at%domain > 0 .or. at%half_sizes) then
             associate (r => fitted_edges(column(p, :), at, level%grid%cell))
@@ -284,7 +292,8 @@ contains
          end if
          call set_face(c, level%grid, block%place, bin_place(number(3)), at%domain > 0, &
                        (position - to_face*c%normal - block%origin)*level%grid%per_cell, span*level%grid%per_cell)
-         if (c%gap + time_step*(normal_speed(level, c) - dot_product(c%normal, tool%velocity())) > margin*edge) return
+         c%speed = dot_product(c%normal, point_velocity(level, c))
+         if (c%gap + time_step*(c%speed - dot_product(c%normal, tool%velocity())) > margin*edge) return
          c%area = edge**2
          if (at%domain > 0 .or. at%half_sizes) c%area = column(p, at%volume)/thickness
          c%mass = column(p, at%mass)
@@ -295,7 +304,7 @@ contains
             c%last_drag = column(p, self%traction:self%traction + 2)*c%area
             c%tangent = tangents(c%normal)
          end if
-         call keep(self, c)
+         self%count = self%count + 1
       end associate
    end subroutine take
 
@@ -341,19 +350,15 @@ contains
       end associate
    end function touches
 
-   !> Append a candidate to the list.
-   subroutine keep(self, candidate)
+   !> Room for one candidate more.
+   pure subroutine make_room(self)
       class(candidates_t), intent(inout) :: self
-      type(candidate_t), intent(in) :: candidate
       type(candidate_t), allocatable :: more(:)
-      if (self%count == size(self%list)) then
-         allocate (more(2*self%count))
-         more(:self%count) = self%list
-         call move_alloc(more, self%list)
-      end if
-      self%count = self%count + 1
-      self%list(self%count) = candidate
-   end subroutine keep
+      if (self%count < size(self%list)) return
+      allocate (more(2*self%count))
+      more(:self%count) = self%list
+      call move_alloc(more, self%list)
+   end subroutine make_room
 
    !> True when a bin of the block at a place can hold a candidate. The same on every rank.
    pure logical function near_tool(tools, level, place)
@@ -405,13 +410,6 @@ contains
          call weigh_face(c%face, node, folded, halves, turns)
       end if
    end subroutine set_face
-
-   !> Speed along the normal that a contact point gets from the solved nodes, m/s.
-   pure real(wp) function normal_speed(level, c) result(speed)
-      type(level_t), intent(in) :: level
-      type(candidate_t), intent(in) :: c
-      speed = dot_product(c%normal, point_velocity(level, c))
-   end function normal_speed
 
    !> Velocity (m/s) that a contact point gets from the solved nodes, as the tool sees it.
    pure function point_velocity(level, c) result(velocity)

@@ -13,7 +13,7 @@ module m_contact
    use m_materials, only: materials_t
    use m_boundary, only: constrain_nodes
    use m_contact_complaints, only: check_nodes, candidate_text
-   use m_candidates, only: candidates_t, touches, normal_speed, point_velocity, fastest, recovery
+   use m_candidates, only: candidates_t, touches, point_velocity, fastest, recovery
    use m_friction, only: friction_t
    use m_contact_system, only: contact_system_t, nodal_forces_t
    use m_contact_rows, only: assemble, touched_nodes
@@ -190,7 +190,7 @@ contains
       call self%system%activate(1, self%candidates%count)
       do c = 1, self%candidates%count
          associate (it => self%candidates%list(c))
-            b(c) = dot_product(it%normal, self%tools(it%tool)%velocity()) - normal_speed(level, it) &
+            b(c) = dot_product(it%normal, self%tools(it%tool)%velocity()) - it%speed &
                    - max(it%gap, -recovery*sqrt(it%area))/time_step
             b(c) = b(c)*self%system%scale(c)
             x(c) = 0.0_wp
