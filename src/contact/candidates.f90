@@ -6,7 +6,7 @@ module m_candidates
    use m_scene, only: boundary_symmetry, safety_allowed
    use m_vectors, only: tangents
    use m_tool, only: tool_t
-   use m_level, only: level_t
+   use m_level, only: level_t, node_values
    use m_block, only: block_t
    use m_cell_list, only: bins
    use m_split, only: longest, fitted_edges
@@ -61,8 +61,7 @@ module m_candidates
    real(wp), parameter :: touching = 1.0e-4_wp    !< a smaller gap is none, in particle edges
    real(wp), parameter :: longest_thickness = 2.0_wp*sqrt(3.0_wp)*longest !< of domains that deform, in cells
    real(wp), parameter :: recovery = 0.01_wp      !< overlap is taken back by at most this much a step, in particle edges
-   real(wp), parameter :: stretched = 2.0_wp      !< no fixed domain is thicker, in particle edges
-   type(candidate_t), parameter :: unknown = candidate_t()
+   type(candidate_t), parameter :: unknown = candidate_t() !< before anything is said of it
 
 contains
 
@@ -106,14 +105,14 @@ contains
       real(wp), intent(in) :: thick !< no particle of the block is thicker, m
       real(wp), intent(inout) :: overlap
       real(wp) :: reach      !< no candidate's contact point is further from the tool, m
-      real(wp) :: far        !< no candidate's centre is, m
+      real(wp) :: far        !< no candidate's centre is, as long as a fixed domain's contact point is no edge away from it, m
       real(wp) :: gap(bins), normal(3, bins), middle(3, bins) !< the middle of a bin that is near, m; the tool from there
       logical :: holds(bins), is_near(bins)  !< a bin has particles; and some may be near enough
       real(wp) :: centre(3), gap_centre, normal_centre(3), half_diagonal, half_row
       integer :: bin, first, p
       reach = min(fastest*level%grid%cell, &
                   margin*thick + time_step*(fastest_node(level%solved(:, :, :, :, b)) + norm2(tool%velocity())))
-      far = stretched*tool%spec%penetration_factor*thick + reach
+      far = merge(tool%spec%penetration_factor, 1.0_wp, deform(level))*thick + reach
       half_diagonal = 0.5_wp*sqrt(3.0_wp)*level%grid%cell
       half_row = 0.5_wp*(block_size - 1)*level%grid%cell
       associate (block => level%blocks(b))
@@ -151,10 +150,16 @@ contains
       end associate
    end subroutine search
 
+   !> True when domains have edges of their own; else they are cubes.
+   pure logical function deform(level)
+      type(level_t), intent(in) :: level
+      deform = level%layout%domain > 0 .or. level%layout%half_sizes
+   end function deform
+
    !> No node of a tile is faster, m/s.
    pure real(wp) function fastest_node(tile)
-      real(wp), intent(in), contiguous :: tile(:, :, :, :)
-      real(wp) :: largest(size(tile, 1)) ! all of a node, so that it is one of vectors
+      real(wp), intent(in), contiguous :: tile(:, :, :, :) !< (node_values, nodes, nodes, nodes), solved
+      real(wp) :: largest(node_values) ! all of a node, so that it is one of vectors
       integer :: i, j, k
       largest = 0.0_wp
       do k = 1, size(tile, 4)
@@ -194,7 +199,7 @@ contains
       type(block_t), intent(in) :: block
       real(wp) :: centre(3), gap, normal(3), widest
       widest = level%grid%cell ! weights allow no wider domain
-      if (level%layout%domain > 0 .or. level%layout%half_sizes) widest = longest_thickness*level%grid%cell
+      if (deform(level)) widest = longest_thickness*level%grid%cell
       centre = 0.5_wp*(block%lowest + block%highest)
       call tool%gap_and_normal(centre, gap, normal)
       can_touch = .not. surely_beyond(widest + fastest*level%grid%cell, gap, normal, &
@@ -221,7 +226,7 @@ contains
       type(level_t), intent(in) :: level
       type(block_t), intent(in) :: block
       real(wp) :: smallest, largest
-      if (level%layout%domain > 0 .or. level%layout%half_sizes) then
+      if (deform(level)) then
          thickest = longest_thickness*level%grid%cell
       else
          call find_bounds(block%particles%count, block%particles%column(:, level%layout%half_size), smallest, largest)
@@ -244,12 +249,12 @@ contains
       p = number(2)
       associate (block => level%blocks(number(1)), column => level%blocks(number(1))%particles%column, at => level%layout)
          call tool%gap_and_normal(column(p, at%position:at%position + 2), gap, normal)
-         if (at%domain > 0 .or. at%half_sizes) then
+         if (deform(level)) then
             edge = (column(p, at%volume))**(1.0_wp/3.0_wp)
             thickness = level%thickness(column(p, :), normal)
          else
             edge = 2.0_wp*column(p, at%half_size)
-            if (gap > stretched*tool%spec%penetration_factor*edge + reach) return
+            if (gap > edge + reach) return
             m = materials%of_body(block%particles%body(p))
             thickness = edge*materials%slots(m)%law%stretch(column(p, :), at, normal)
          end if
@@ -282,7 +287,7 @@ contains
          c%gap = gap
          c%normal = normal
          position = column(p, at%position:at%position + 2)
-         if (at%domain > 0 .or. at%half_sizes) then
+         if (deform(level)) then
             associate (r => fitted_edges(column(p, :), at, level%grid%cell))
                call find_face(r, c%normal, level%grid%cell, norm2(matmul(c%normal, r)), to_face, span)
             end associate
@@ -295,7 +300,7 @@ contains
          c%speed = dot_product(c%normal, point_velocity(level, c))
          if (c%gap + time_step*(c%speed - dot_product(c%normal, tool%velocity())) > margin*edge) return
          c%area = edge**2
-         if (at%domain > 0 .or. at%half_sizes) c%area = column(p, at%volume)/thickness
+         if (deform(level)) c%area = column(p, at%volume)/thickness
          c%mass = column(p, at%mass)
          c%force = expected(column(p, self%pressure), column(p, self%earlier))*c%area
          if (tool%spec%friction > 0.0_wp) then

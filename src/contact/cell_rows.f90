@@ -111,7 +111,7 @@ contains
       type(grouped_rows_t), intent(inout) :: self
       type(grouped_rows_t), intent(in) :: others
       integer, intent(in) :: each
-      logical, intent(in) :: wanted(:)
+      logical, intent(in) :: wanted(:) !< (rows)
       integer :: c, g
       call make_room(self, each, others%rows)
       self%rows = 0
@@ -150,8 +150,8 @@ contains
    !> Values of rows by their places.
    pure subroutine in_order(rows, row, from, to)
       integer, intent(in) :: rows, row(rows)
-      real(wp), intent(in) :: from(*)
-      real(wp), intent(inout) :: to(rows)
+      real(wp), intent(in) :: from(*)     !< by rows
+      real(wp), intent(inout) :: to(rows) !< by places
       integer :: at
       do at = 1, rows
          to(at) = from(row(at))
@@ -176,8 +176,8 @@ contains
    !> Add up the lanes of rows, when all have theirs: one by one that would leave the vectors.
    pure subroutine add_lanes(rows, row, lane, along)
       integer, intent(in) :: rows, row(rows)
-      real(wp), intent(in) :: lane(width, rows)
-      real(wp), intent(inout) :: along(*)
+      real(wp), intent(in) :: lane(width, rows) !< by places
+      real(wp), intent(inout) :: along(*)       !< by rows
       integer :: at
       do at = 1, rows
          along(row(at)) = lane(1, at) + lane(2, at) + lane(3, at)

@@ -94,12 +94,13 @@ contains
       call system%group_rows()
    end subroutine assemble
 
-   !> Places in the grid (from -1 on) of a candidate's nodes along each axis. A node outside a symmetry plane has no weight: its mirror
-   !> image inside stands for it.
+   !> Places in the grid of a candidate's nodes along each axis. A node outside a symmetry plane has no weight: its mirror image
+   !> inside stands for it.
    pure function places_of(level, c) result(place)
       type(level_t), intent(in) :: level
       type(candidate_t), intent(in) :: c
-      integer :: place(0:2, 3), axis, first(3), i
+      integer :: place(0:2, 3) !< (nodes, axes), from -1; of a cell's nodes 0:1 count
+      integer :: axis, first(3), i
       first = first_node(level, c)
       do axis = 1, 3
          do i = 0, 2
@@ -113,8 +114,8 @@ contains
       type(contact_system_t), intent(inout) :: system
       type(level_t), intent(in) :: level
       type(candidate_t), intent(in) :: c
-      integer, intent(in) :: row
-      real(wp), intent(in) :: time_step
+      integer, intent(in) :: row            !< one of its rows
+      real(wp), intent(in) :: time_step     !< s
       logical, intent(inout) :: done(:) !< (nodes)
       integer :: i, j, k, n, s, image(3), place(0:2, 3), at(3)
       real(wp) :: mass

@@ -1,6 +1,7 @@
 !> The contact problem of one step: its rows (a contact point and a direction), the nodes they touch, and the operator that turns
 !> contact forces into velocities through those nodes and through tools that give way (theory.md, eq. contact-operator). No rank
-!> holds the whole of it. Products take the active rows only: those of the normal forces, or those of friction.
+!> holds the whole of it. Products take the active rows only: those of the normal forces, those of friction, or both; or of the
+!> former those that are free.
 module m_contact_system
    use mpi_f08
    use m_kinds, only: wp, i8
@@ -17,7 +18,7 @@ module m_contact_system
       integer, allocatable :: nodes(:)  !< local numbers, in the order of the grid
       integer(i8), allocatable :: theirs(:) !< nodes in the grid that its rows touch, rising
       real(wp), allocatable :: given(:, :), taken(:, :) !< (3, :), N
-      type(MPI_Request) :: sends, receives
+      type(MPI_Request) :: sends, receives !< of the two
    end type shared_nodes_t
 
    !> Forces that the rows of one rank give to nodes.
@@ -37,7 +38,7 @@ module m_contact_system
       integer :: extent(3) = 0                   !< nodes of the grid along each axis, from -1 on
       integer, allocatable :: begins(:)          !< (rows + 1): first entry of each row; an entry is one of its nodes
       integer, allocatable :: place(:, :, :)     !< (0:2, 3, rows): nodes in the grid along each axis, from -1; of a cell's 0:1 count
-      integer, allocatable :: node(:)            !< (entries): local numbers, the first axis fastest
+      integer, allocatable :: node(:)            !< (entries): local numbers, x fastest
       real(wp), allocatable :: weight(:)         !< (entries): of the contact point on the node
       real(wp), allocatable :: direction(:, :)   !< (4, rows): in which a force acts; the last is 0
       type(cell_rows_t) :: normal_rows, friction_rows !< as products take them, for unknowns that are scaled forces
@@ -46,7 +47,7 @@ module m_contact_system
       integer, allocatable :: tool(:)            !< (rows)
       real(wp), allocatable :: along(:)          !< (rows): what of the direction is along the tool's axis
       real(wp), allocatable :: tool_mobility(:)  !< (tools): along their axes, s/kg; 0 for those that do not give way
-      real(wp), allocatable :: tool_push(:)      !< (tools): forces along the axes, work
+      real(wp), allocatable :: tool_push(:)      !< (tools): work, forces along the axes and then the speeds that they make
       real(wp), allocatable :: mobility(:, :)    !< (4, nodes): dt/m, 0 for held components, s/kg
       real(wp), allocatable :: force(:, :)       !< (4, nodes): work, forces and then the velocities that they make
       real(wp), allocatable :: scale(:)          !< (rows): makes the diagonal 1
@@ -98,12 +99,13 @@ contains
       self%begins(1) = 1
    end subroutine begin
 
-   !> Add a row: where the nodes of its contact point are in the grid along each axis, their weights, the direction in which its force
-   !> acts; the tool that the force acts on in turn, and what of it is along the tool's axis.
+   !> Add a row: where the nodes of its contact point are in the grid along each axis, their weights, the direction in which its
+   !> force acts; the tool that the force acts on in turn, and what of it is along the tool's axis.
    subroutine add_row(self, last, place, weight, direction, tool, along)
       class(contact_system_t), intent(inout) :: self
       integer, intent(in) :: last                     !< nodes along each axis are from 0 to here: 1 in a cell, 2 around a bin
-      integer, intent(in) :: place(0:2, 3), tool
+      integer, intent(in) :: place(0:2, 3)            !< (nodes, axes), from -1
+      integer, intent(in) :: tool
       real(wp), intent(in) :: weight(0:2, 0:2, 0:2), direction(3), along
       integer :: j, k, n, s
       n = self%rows + 1
@@ -235,7 +237,9 @@ contains
       integer :: i, p
       allocate (rank(minval(at):maxval(at)), source=0)
       do i = 1, size(last)
-         rank(at(:last(i), i)) = 1
+         do p = 0, last(i)
+            rank(at(p, i)) = 1
+         end do
       end do
       allocate (places(sum(rank)))
       i = 0
@@ -351,7 +355,8 @@ contains
       call self%free_rows%choose(self%normal_rows, self%free)
    end subroutine set_free
 
-   !> The same as `multiply` between free rows of the normal forces. The others are 0 in what it takes and gives.
+   !> The same as `multiply` between free rows of the normal forces, which are the active ones. The others are 0 in what it takes and
+   !> gives.
    subroutine multiply_free(self, from, to)
       class(contact_system_t), intent(inout) :: self
       real(wp), intent(in), contiguous :: from(:)

@@ -159,7 +159,7 @@ contains
          PetscCallA(VecGetArrayReadF90(self%b, b, ierr))
          PetscCallA(VecGetArrayF90(self%right_side, gradient, ierr))
          gradient = gradient - b
-         free = x > 0.0_wp .or. gradient < 0.0_wp
+         free = x > 0.0_wp .or. .not. gradient >= 0.0_wp ! what is not a number must show in the norm
          gradient = merge(-gradient, 0.0_wp, free)
          PetscCallA(VecRestoreArrayF90(self%right_side, gradient, ierr))
          PetscCallA(VecRestoreArrayReadF90(self%b, b, ierr))

@@ -15,7 +15,7 @@ module m_face_weights
    type :: face_weights_t
       integer :: corner(3) = 0             !< lowest node, in the block, from 0
       integer :: last = 1                  !< nodes along each axis run from 0 to here: 1 or 2
-      real(wp) :: weight(0:2, 0:2, 0:2)    !< of which those up to `last` are set
+      real(wp) :: weight(0:2, 0:2, 0:2) = 0.0_wp !< of which those up to `last` are set
    end type face_weights_t
 
 contains

@@ -146,8 +146,8 @@ contains
       end if
    end subroutine hold
 
-   !> Place along an axis (index in the whole grid) of the node that stands for a node: its mirror image inside where that is outside
-   !> a symmetry plane, else itself.
+   !> Place along an axis (index in the whole grid) of the node that stands for a node: its mirror image inside where that is
+   !> outside a symmetry plane, else itself.
    pure integer function inside(grid, axis, node)
       type(grid_level_t), intent(in) :: grid
       integer, intent(in) :: axis, node

@@ -14,6 +14,7 @@ module m_coupled
       real(wp) :: little = 0.05_wp
       real(wp), allocatable :: rows(:, :) !< (unknowns here, rank of U)
       logical, allocatable :: free(:)
+      logical :: strays = .false. !< was asked for the product of something that is not free
    contains
       procedure :: multiply
       procedure :: set_free
@@ -22,6 +23,7 @@ module m_coupled
 
 contains
 
+   !> to = M from, at idle unknowns a copy.
    subroutine multiply(self, from, to)
       class(coupled_t), intent(inout) :: self
       real(wp), intent(in), contiguous :: from(:)
@@ -35,17 +37,20 @@ contains
       to(own + 1:) = from(own + 1:)
    end subroutine multiply
 
+   !> These are free from now on.
    subroutine set_free(self, free)
       class(coupled_t), intent(inout) :: self
       logical, intent(in) :: free(:)
       self%free = free
    end subroutine set_free
 
+   !> The product between them.
    subroutine multiply_free(self, from, to)
       class(coupled_t), intent(inout) :: self
       real(wp), intent(in), contiguous :: from(:)
       real(wp), intent(out), contiguous :: to(:)
-      call self%multiply(merge(from, 0.0_wp, self%free), to)
+      self%strays = self%strays .or. any(abs(from) > 0.0_wp .and. .not. self%free)
+      call self%multiply(from, to)
       to = merge(to, 0.0_wp, self%free)
    end subroutine multiply_free
 
@@ -124,6 +129,7 @@ program bounded
    if (comm%is_root()) print '(3x,a,3i4,a,es8.1)', 'left to gradient projection with 8, 1 and 0 guesses:', projected, &
       '; furthest apart', worst_apart
    call solver%release()
+   call test%check(.not. operator%strays, 'products between free unknowns are asked of no others')
    call test%finish()
 contains
 

@@ -1,6 +1,6 @@
 !> Nodes of contact points in a grid of more than 2**31 nodes, some on the 8 nodes of a cell and some on the 27 of a bin: places
 !> come back from their numbers, rows that share nodes of far-apart tools find them under one local number, in the order of the
-!> grid, forces arrive at the places that were given, and velocities come from there.
+!> grid, forces arrive at the places that were given, and velocities come from there, also between some of the rows.
 program node_numbers
    use m_kinds, only: wp, i8
    use m_communicator, only: communicator_t
@@ -15,9 +15,9 @@ program node_numbers
    type(assertions_t) :: test
    type(contact_system_t) :: system
    type(nodal_forces_t), allocatable :: parts(:)
-   real(wp) :: given(3), sums(3), force(4), speed(4), among_free(5), along
-   logical :: free(4)
-   integer :: n, order(4), p, q
+   real(wp) :: given(3), sums(3), force(8), speed(8), among_free(9), along
+   logical :: free(8)
+   integer :: n, order(8), p, q
    call comm%start()
    call test%start(comm, 'node_numbers')
 
@@ -32,41 +32,42 @@ program node_numbers
    call fill([3, 1, 4, 2])
    call test%check(all_come_back(), 'places come back whatever the order of rows')
 
-   ! forces arrive where they were given
+   ! forces arrive where they were given; some points have several rows
+   order = [3, 1, 4, 2, 3, 1, 1, 4]
+   call fill(order)
+   call test%check(all_come_back(), 'places come back where rows share a cell')
    call system%connect([integer ::])
-   call system%activate(1, 4)
-   call system%nodal_forces([1.0_wp, 2.0_wp, 4.0_wp, 8.0_wp], parts)
+   call system%activate(1, size(order))
+   force = [(2.0_wp**p, p=1, size(order))]
+   call system%nodal_forces(force, parts)
    sums = 0.0_wp
    do n = 1, size(parts(1)%node)
       sums = sums + parts(1)%force(3, n)*system%place_of(parts(1)%node(n))
    end do
-   ! row r is point order(r)
-   order = [3, 1, 4, 2]
-   force = [1.0_wp, 2.0_wp, 4.0_wp, 8.0_wp]
    given = 0.0_wp
-   do n = 1, 4
-      given = given + force(n)*(corner(:, order(n)) + 0.5_wp*last(order(n)))
+   do n = 1, size(order)
+      given = given + force(n)*(corner(:, order(n)) + middle(last(order(n)), n))
    end do
    call test%check_close(sums, given, 1.0e-9_wp, 'first moments of the forces')
 
    ! what comes of it at the points, by plain sums over the nodes that two of them share
    call system%connect([integer ::])
    call system%multiply(force, speed)
-   do p = 1, 4
+   do p = 1, size(order)
       along = 0.0_wp
-      do q = 1, 4
-         along = along + force(q)*system%scale(p)*system%scale(q)*shared(order(p), order(q))*mobility
+      do q = 1, size(order)
+         along = along + force(q)*system%scale(p)*system%scale(q)*shared(p, q)*mobility
       end do
-      call test%check_close(speed(p), along, 1.0e-12_wp, 'speed of a point')
+      call test%check_close(speed(p), along, 1.0e-12_wp*maxval(force), 'speed of a point')
    end do
 
    ! between some of them: the same as if the others were not there
-   do n = 0, 15
-      free = [(btest(n, p), p=0, 3)]
+   do n = 0, 2**size(order) - 1
+      free = [(btest(n, p), p=0, size(order) - 1)]
       call system%set_free([free, .false.])
       call system%multiply(merge(force, 0.0_wp, free), speed)
       call system%multiply_free([merge(force, 0.0_wp, free), 0.0_wp], among_free)
-      call test%check_close(among_free, [merge(speed, 0.0_wp, free), 0.0_wp], 1.0e-12_wp, 'speeds of free points')
+      call test%check_close(among_free, [merge(speed, 0.0_wp, free), 0.0_wp], 1.0e-12_wp*maxval(force), 'speeds of free points')
    end do
 
    ! no rows
@@ -76,18 +77,14 @@ program node_numbers
 
 contains
 
-   !> A system of some of the contact points, each in the middle of its nodes.
+   !> A system of rows at some of the contact points, each with weights of its own.
    subroutine fill(points)
       integer, intent(in) :: points(:)
       integer :: axis, i, p, place(0:2, 3)
-      real(wp) :: weight(0:2, 0:2, 0:2)
       call system%begin(comm, cells, [0.0_wp])
       do p = 1, size(points)
-         associate (c => corner(:, points(p)), l => last(points(p)))
-            place = reshape([((c(axis) + i, i=0, 2), axis=1, 3)], [3, 3])
-            weight = 1.0_wp/(l + 1)**3
-            call system%add_row(l, place, weight, [0.0_wp, 0.0_wp, 1.0_wp], 1, 0.0_wp)
-         end associate
+         place = reshape([((corner(axis, points(p)) + i, i=0, 2), axis=1, 3)], [3, 3])
+         call system%add_row(last(points(p)), place, weight_of(last(points(p)), p), [0.0_wp, 0.0_wp, 1.0_wp], 1, 0.0_wp)
       end do
       call system%number_nodes(size(points))
       system%mobility(:3, :system%nodes) = mobility
@@ -95,12 +92,55 @@ contains
       call system%group_rows()
    end subroutine fill
 
-   !> Sum over the nodes that two points share of the products of their weights.
+   !> Weights along an axis, other ones along each and for each row; their sum is 1.
+   pure function along_axis(last, row, axis) result(weight)
+      integer, intent(in) :: last, row, axis
+      real(wp) :: weight(0:2)
+      integer :: i
+      weight = 0.0_wp
+      weight(:last) = [(1.0_wp + i*axis + mod(row*axis, 5), i=0, last)]
+      weight = weight/sum(weight)
+   end function along_axis
+
+   !> Weights of a row's nodes.
+   pure function weight_of(last, row) result(weight)
+      integer, intent(in) :: last, row
+      real(wp) :: weight(0:2, 0:2, 0:2), x(0:2), y(0:2), z(0:2)
+      integer :: j, k
+      x = along_axis(last, row, 1)
+      y = along_axis(last, row, 2)
+      z = along_axis(last, row, 3)
+      do k = 0, 2
+         do j = 0, 2
+            weight(:, j, k) = x*y(j)*z(k)
+         end do
+      end do
+   end function weight_of
+
+   !> Where the middle of a row's weights is, from its first node.
+   pure function middle(last, row)
+      integer, intent(in) :: last, row
+      real(wp) :: middle(3)
+      integer :: axis
+      middle = [(dot_product(along_axis(last, row, axis), [0.0_wp, 1.0_wp, 2.0_wp]), axis=1, 3)]
+   end function middle
+
+   !> Sum over the nodes that two rows share of the products of their weights.
    pure real(wp) function shared(p, q)
       integer, intent(in) :: p, q
-      integer :: along(3)
-      along = min(corner(:, p) + last(p), corner(:, q) + last(q)) - max(corner(:, p), corner(:, q)) + 1
-      shared = real(product(max(0, along)), wp)/((last(p) + 1)*(last(q) + 1))**3
+      real(wp) :: a(0:2), b(0:2), of_axis
+      integer :: axis, i, there
+      shared = 1.0_wp
+      do axis = 1, 3
+         a = along_axis(last(order(p)), p, axis)
+         b = along_axis(last(order(q)), q, axis)
+         of_axis = 0.0_wp
+         do i = 0, 2
+            there = corner(axis, order(p)) + i - corner(axis, order(q))
+            if (there >= 0 .and. there <= 2) of_axis = of_axis + a(i)*b(there)
+         end do
+         shared = shared*of_axis
+      end do
    end function shared
 
    !> True when each row's nodes are, by their local numbers, where they were said to be.

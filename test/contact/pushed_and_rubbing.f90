@@ -103,6 +103,7 @@ contains
    !> Free what MPI holds. PETSc stays: it cannot start a second time in one program.
    subroutine let_go(model)
       type(model_t), intent(inout) :: model
+      call test%check(model%contact%solver%projected == 0, 'guesses of which points press are enough')
       call model%exchange(1)%release()
       call model%migration(1)%release()
    end subroutine let_go
