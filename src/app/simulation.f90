@@ -146,7 +146,7 @@ contains
       end if
       if (mod(self%model%step, int(rebalance_every, i8)) == 0) then
          call self%model%fold()
-         call self%model%rebalance(placement_lasts, self%error)
+         call self%model%rebalance(self%error, placement_lasts)
       end if
       self%facts%guard = self%guard%facts()
       call self%keeper%keep(self%scene, self%model, self%balance, self%facts, self%recorder, self%course%stop_reason, self%error)

@@ -151,7 +151,7 @@ contains
          call fill(self, scene, l)
       end do
       call self%prepare_blocks()
-      if (size(self%levels) > 1) call self%rebalance(huge(1), error) ! moves cost nothing beside all steps
+      if (size(self%levels) > 1) call self%rebalance(error) ! now that all blocks are there
       do e = 1, size(self%effects)
          call self%effects(e)%effect%verify(self%communicator, self%levels, size(scene%tools), error)
       end do
@@ -453,13 +453,13 @@ contains
       call self%connect()
    end subroutine make_wanted
 
-   !> Collective: place the blocks anew by what they hold now, where that pays in so many steps of the coarsest level. A level alone
-   !> loses its empty blocks by that; of several levels all stay: which blocks are there decides in which order slaves are handed
-   !> up, and must not depend on the ranks.
-   subroutine rebalance(self, steps, error)
+   !> Collective: place the blocks anew by what they hold now, where that pays in so many steps of the coarsest level; where `steps`
+   !> are not given, as if no block had an owner. A level alone loses its empty blocks by that; of several levels all stay: which
+   !> blocks are there decides in which order slaves are handed up, and must not depend on the ranks.
+   subroutine rebalance(self, error, steps)
       class(model_t), intent(inout) :: self
-      integer, intent(in) :: steps
       type(error_t), intent(inout) :: error
+      integer, intent(in), optional :: steps
       type(work_t) :: work
       integer, allocatable :: now(:), owner(:)
       if (self%communicator%ranks == 1) return

@@ -144,7 +144,7 @@ contains
       call test%check(model%contact%solves == single%contact%solves .and. model%contact%solves > 10, &
                       'every rank knows how many problems there were')
       call test%check(model%contact%handled == single%contact%handled, 'and of how many candidates')
-      call model%rebalance(500, error)
+      call model%rebalance(error, 500)
       if (comm%ranks > 1) call test%check(.not. any(model%contact%partners%member), 'whoever is needed is called anew')
       do step = 1, 5
          call advance(model, 0.5e-12_wp, error)

@@ -15,7 +15,7 @@ program ranks
    use m_grid_level, only: make_grid_level
    use m_level, only: level_t
    use m_body, only: count_in_block
-   use m_placement, only: work_of, choose_owners
+   use m_placement, only: work_of, order_work, choose_owners
    use m_decomposition, only: set_owners, settle_blocks, blocks_before
    use m_node_exchange, only: node_exchange_t
    use m_composite, only: composite_t
@@ -27,6 +27,7 @@ program ranks
    type(level_t), allocatable :: levels(:)
    type(error_t) :: error
    integer, allocatable :: counts(:), owner(:) !< of the blocks of all levels
+   integer, allocatable :: order(:)            !< what it costs in a step how their particles lie, as in the placement
    integer, allocatable :: steps_of_levels(:)  !< in a step of the coarsest
    integer :: a, number
    character(len=12) :: word
@@ -64,6 +65,7 @@ contains
          end do
       end do
       where (counts == 0) counts = -1
+      allocate (order(size(counts)), source=0) ! a level alone is placed before its particles are made
    end subroutine count_one_level
 
    !> Several levels: the blocks that a run makes.
@@ -77,9 +79,13 @@ contains
       call model%build(alone, scene, error)
       if (error%happened()) error stop 'the model cannot be built'
       allocate (counts(blocks_before(model%levels, size(model%levels) + 1)), source=-1)
+      allocate (order(size(counts)), source=0)
       do l = 1, size(model%levels)
          do b = 1, size(model%levels(l)%blocks)
-            counts(blocks_before(model%levels, l) + model%levels(l)%blocks(b)%index) = model%levels(l)%blocks(b)%particles%count
+            associate (block => model%levels(l)%blocks(b))
+               counts(blocks_before(model%levels, l) + block%index) = block%particles%count
+               order(blocks_before(model%levels, l) + block%index) = order_work(block%cells%occupied, block%jumps)
+            end associate
          end do
       end do
       levels = model%levels
@@ -97,7 +103,7 @@ contains
       integer(i8) :: bytes, bytes_all, bytes_most, messages, messages_all, messages_most, steps, work, work_all, work_most
       one = communicator
       one%ranks = number
-      call choose_owners(one, levels, work_of(levels, counts, steps_of_levels), owner, error)
+      call choose_owners(one, levels, work_of(levels, counts, steps_of_levels, order=order), owner, error)
       if (error%happened()) error stop 'METIS could not place the blocks'
       call set_owners(levels, owner)
       blocks_most = 0; neighbours = 0; work_most = 0; work_all = 0

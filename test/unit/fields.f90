@@ -229,7 +229,7 @@ contains
             call model%connect()
             call model%migration(1)%unload(model%levels(1))
          else
-            call model%rebalance(500, error)
+            call model%rebalance(error, 500)
             call test%check(.not. error%happened(), 'rebalancing goes well')
             share = comm%maximum(real(model%levels(1)%particle_count(), wp))*comm%ranks/size(ids)
             largest = comm%maximum(real(maxval([0, model%levels(1)%blocks%particles%count]), wp))*comm%ranks/size(ids)
