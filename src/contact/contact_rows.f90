@@ -117,9 +117,8 @@ contains
       integer, intent(in) :: row            !< one of its rows
       real(wp), intent(in) :: time_step     !< s
       logical, intent(inout) :: done(:) !< (nodes)
-      integer :: i, j, k, n, s, image(3), place(0:2, 3), at(3)
+      integer :: i, j, k, n, s, node(3), place(0:2, 3), at(3)
       real(wp) :: mass
-      logical :: held(3), turned(3)
       place = places_of(level, c)
       s = system%begins(row) - 1
       do k = 0, c%face%last
@@ -129,11 +128,11 @@ contains
                n = system%node(s)
                if (done(n)) cycle
                done(n) = .true.
-               call held_components(level%grid, [place(i, 1), place(j, 2), place(k, 3)], held, turned, image)
-               at = image - block_size*level%blocks(c%block)%place + 1
+               node = [place(i, 1), place(j, 2), place(k, 3)]
+               at = node - block_size*level%blocks(c%block)%place + 1
                mass = level%solved(1, at(1), at(2), at(3), c%block)
                system%mobility(:, n) = 0.0_wp
-               if (mass > 0.0_wp) system%mobility(:3, n) = merge(0.0_wp, time_step/mass, held)
+               if (mass > 0.0_wp) system%mobility(:3, n) = merge(0.0_wp, time_step/mass, held_components(level%grid, node))
             end do
          end do
       end do

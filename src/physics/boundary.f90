@@ -158,17 +158,14 @@ contains
       if (node > cells .and. grid%boundary(2, axis) == boundary_symmetry) inside = 2*cells - node
    end function inside
 
-   !> For one node (indices in the whole grid): which components are held, and which the mirror image turns round when the
-   !> node stands outside a symmetry plane, together with the node that stands for it.
-   pure subroutine held_components(grid, node, held, turned, image)
+   !> Which components of a node (indices in the whole grid) are held.
+   pure function held_components(grid, node) result(held)
       type(grid_level_t), intent(in) :: grid
       integer, intent(in) :: node(3)
-      logical, intent(out) :: held(3), turned(3)
-      integer, intent(out) :: image(3)
+      logical :: held(3)
       integer :: axis, side, plane
       held = .false.
       do axis = 1, 3
-         image(axis) = inside(grid, axis, node(axis))
          do side = 1, 2
             plane = merge(0, grid%cells(axis), side == 1)
             select case (grid%boundary(side, axis))
@@ -181,7 +178,6 @@ contains
             end select
          end do
       end do
-      turned = image /= node
-   end subroutine held_components
+   end function held_components
 
 end module m_boundary

@@ -7,7 +7,7 @@ program boundary
    use m_scene, only: grid_spec_t, boundary_free, boundary_symmetry, boundary_roller, boundary_fixed
    use m_grid_level, only: grid_level_t, make_grid_level
    use m_level, only: level_t, tile_last, node_values
-   use m_boundary, only: constrain_nodes, held_components
+   use m_boundary, only: constrain_nodes, held_components, inside
    use m_assertions, only: assertions_t
    use m_chance, only: chance_t, keep_worst, say
    use m_made_level, only: declare_usual_fields, make_level, node_state_t, all_nodes
@@ -253,7 +253,9 @@ contains
             do i = 0, tile_last
                node = block_size*place + [i, j, k] - 1
                if (any(node < -1) .or. any(node > spec%cells + 1)) cycle
-               call held_components(grid, node, held, turned, image)
+               held = held_components(grid, node)
+               image = [(inside(grid, a, node(a)), a=1, 3)]
+               turned = image /= node
                fixed = .false.
                do a = 1, 3
                   fixed = fixed .or. (spec%boundary(2*a - 1) == boundary_fixed .and. node(a) <= 0)
