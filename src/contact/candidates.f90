@@ -111,7 +111,7 @@ contains
       real(wp) :: centre(3), gap_centre, normal_centre(3), half_diagonal, half_row
       integer :: bin, first, p
       reach = min(fastest*level%grid%cell, &
-                  margin*thick + time_step*(fastest_node(level%solved(:, :, :, :, b)) + norm2(tool%velocity())))
+                  margin*thick + time_step*(fastest_node(level%nodes(:, :, :, :, b)) + norm2(tool%velocity())))
       far = merge(tool%spec%penetration_factor, 1.0_wp, deform(level))*thick + reach
       half_diagonal = 0.5_wp*sqrt(3.0_wp)*level%grid%cell
       half_row = 0.5_wp*(block_size - 1)*level%grid%cell
@@ -427,7 +427,7 @@ contains
          do j = 0, c%face%last
             do i = 0, c%face%last
                associate (at => c%face%corner + 1 + [i, j, k])
-                  velocity = velocity + c%face%weight(i, j, k)*level%solved(2:4, at(1), at(2), at(3), c%block)
+                  velocity = velocity + c%face%weight(i, j, k)*level%nodes(2:4, at(1), at(2), at(3), c%block)
                end associate
             end do
          end do

@@ -112,7 +112,7 @@ contains
       active = size(self%tools) > 0
    end function active
 
-   !> Collective: add the contact forces of one step to the solved nodes. On entry `solved` holds what the nodes would do
+   !> Collective: add the contact forces of one step to the solved nodes. On entry `nodes` holds what they would do
    !> without contact; tools stand where they are at `time`, until `conclude`. Ranks whose nodes no force can reach return at once.
    subroutine push(self, communicator, level, materials, neighbours, time, time_step, error)
       class(contact_t), intent(inout) :: self
@@ -342,7 +342,7 @@ contains
          end do
       end do
       do b = 1, size(level%blocks)
-         if (changed(b)) call constrain_nodes(level%grid, level%blocks(b)%place, level%solved(:, :, :, :, b))
+         if (changed(b)) call constrain_nodes(level%grid, level%blocks(b)%place, level%nodes(:, :, :, :, b))
       end do
    end subroutine move_nodes
 
@@ -364,7 +364,7 @@ contains
                slot = level%slot(i, j, k)
                if (slot == 0 .or. slot > size(level%blocks)) cycle
                at = place - block_size*block + 1
-               associate (node => level%solved(:, at(1), at(2), at(3), slot))
+               associate (node => level%nodes(:, at(1), at(2), at(3), slot))
                   if (node(1) <= 0.0_wp) cycle
                   node(5:7) = node(5:7) + force/node(1)
                   node(2:4) = node(2:4) + time_step*force/node(1)

@@ -130,7 +130,7 @@ contains
                done(n) = .true.
                node = [place(i, 1), place(j, 2), place(k, 3)]
                at = node - block_size*level%blocks(c%block)%place + 1
-               mass = level%solved(1, at(1), at(2), at(3), c%block)
+               mass = level%nodes(1, at(1), at(2), at(3), c%block)
                system%mobility(:, n) = 0.0_wp
                if (mass > 0.0_wp) system%mobility(:3, n) = merge(0.0_wp, time_step/mass, held_components(level%grid, node))
             end do

@@ -9,7 +9,7 @@ module m_composite
    use m_constants, only: block_size
    use m_sorting, only: sorted_order
    use m_communicator, only: communicator_t
-   use m_level, only: level_t, tile_last, node_values
+   use m_level, only: level_t, fit_pool, tile_last, node_values
    use m_boundary, only: constrain_nodes
    use m_edge, only: edge_t, has_slaves, list_slaves, gather_slaves, take_lead, take_cube, take_leads, set_motion, set_leads, &
                      cube_last, lead_first, lead_last
@@ -41,7 +41,7 @@ module m_composite
                                                              !< grown, N, (3, 0:9, 0:9, 0:9, receivers)
       real(wp), allocatable, private :: ahead(:, :, :, :, :) !< and the velocity that gradients of coarser particles are ahead by,
                                                              !< m/s
-      real(wp), allocatable, private :: own_mass(:, :, :, :) !< of the nodes of parents, without what is handed up: (0:9, 0:9, 0:9,
+      real(wp), allocatable, private :: own_mass(:, :, :, :) !< of the nodes of those, without what is handed up: (0:9, 0:9, 0:9,
                                                              !< blocks)
       integer, allocatable, private :: ranks(:)
       type(MPI_Datatype), allocatable, private :: of_blocks(:), of_parents(:) !< cubes shared with each rank: of own blocks, own
@@ -52,8 +52,8 @@ module m_composite
       procedure :: restrict
       procedure :: restrict_change
       procedure :: add_to_parents
-      procedure :: replace_in_parents
-      procedure :: add_grown
+      procedure :: hand_up_change
+      procedure :: hand_up_grown
       procedure :: keep_grown
       procedure :: lead_slaves
       procedure :: lead_masters
@@ -71,7 +71,8 @@ contains
    subroutine build(self, communicator, coarse, fine)
       class(composite_t), intent(inout) :: self
       type(communicator_t), intent(in) :: communicator
-      type(level_t), intent(in) :: coarse, fine
+      type(level_t), intent(inout) :: coarse !< gets tiles for what is handed up
+      type(level_t), intent(in) :: fine
       integer :: index, n, pass, place(3), parent(3), b
       call self%release()
       self%labelled = fine%layout%labels_gradients()
@@ -118,6 +119,7 @@ contains
       allocate (self%grown(3, 0:tile_last, 0:tile_last, 0:tile_last, n), source=0.0_wp)
       allocate (self%ahead(3, 0:tile_last, 0:tile_last, 0:tile_last, n), source=0.0_wp)
       allocate (self%own_mass(0:tile_last, 0:tile_last, 0:tile_last, size(coarse%blocks)))
+      call fit_pool(coarse%handed, size(coarse%blocks) + size(coarse%mirror_index))
       call make_messages(self, communicator, coarse, fine)
    contains
       subroutine fill_edge(edge, index, b)
@@ -187,7 +189,7 @@ contains
          do k = 0, tile_last
             do j = 0, tile_last
                do i = 0, tile_last
-                  if (fine%region%is_inner(2*(first + [i, j, k]))) coarse%solved(:, i, j, k, b) = 0.0_wp
+                  if (fine%region%is_inner(2*(first + [i, j, k]))) coarse%nodes(:, i, j, k, b) = 0.0_wp
                end do
             end do
          end do
@@ -195,7 +197,7 @@ contains
    end subroutine clear_covered
 
    !> What the slaves were given, to the cubes: mass, momentum less what it is ahead by, force, with the weights of eq. slaves.
-   !> `solved` of the finer level holds sums. Kept as that of a first step.
+   !> `nodes` of the finer level holds sums. Kept as that of a first step.
    subroutine restrict(self, communicator, fine, half)
       class(composite_t), intent(inout) :: self
       type(communicator_t), intent(in) :: communicator
@@ -204,7 +206,7 @@ contains
       integer :: e
       do e = 1, self%own
          call gather_slaves(self%edges(e), fine%grid, fine%blocks(self%edges(e)%block)%place, &
-                            fine%solved(:, :, :, :, self%edges(e)%block), fine%layout%gradient > 0, self%up(:, :, :, :, e))
+                            fine%nodes(:, :, :, :, self%edges(e)%block), fine%layout%gradient > 0, self%up(:, :, :, :, e))
       end do
       self%first = self%up(:, :, :, :, :self%own)
       if (fine%layout%edge_stress > 0) then
@@ -224,7 +226,7 @@ contains
       do e = 1, self%own
          associate (up => self%up(:, :, :, :, e), first => self%first(:, :, :, :, e))
             call gather_slaves(self%edges(e), fine%grid, fine%blocks(self%edges(e)%block)%place, &
-                               fine%solved(:, :, :, :, self%edges(e)%block), fine%layout%gradient > 0, up)
+                               fine%nodes(:, :, :, :, self%edges(e)%block), fine%layout%gradient > 0, up)
             up(8, :, :, :) = up(1, :, :, :)
             up(5:7, :, :, :) = up(5:7, :, :, :) - first(5:7, :, :, :)
          end associate
@@ -236,59 +238,56 @@ contains
    subroutine add_to_parents(self, coarse)
       class(composite_t), intent(inout) :: self
       type(level_t), intent(inout) :: coarse
-      integer :: c, e
-      do c = 1, size(self%by_index)
-         associate (b => self%edges(self%by_index(c))%parent)
-            self%own_mass(:, :, :, b) = coarse%gathered(1, :, :, :, b)
-         end associate
+      integer :: b
+      do b = 1, size(coarse%blocks)
+         if (self%adds(b)) self%own_mass(:, :, :, b) = coarse%nodes(1, :, :, :, b)
       end do
-      call add_cubes(self, coarse)
+      call add_cubes(self, coarse%nodes)
    end subroutine add_to_parents
 
-   subroutine add_cubes(self, coarse)
+   subroutine add_cubes(self, tiles)
       class(composite_t), intent(in) :: self
-      type(level_t), intent(inout) :: coarse
+      real(wp), intent(inout) :: tiles(node_values, 0:tile_last, 0:tile_last, 0:tile_last, *)
       integer :: c, e
       do c = 1, size(self%by_index)
          e = self%by_index(c)
          associate (a => self%edges(e)%corner, z => self%edges(e)%corner + cube_last, b => self%edges(e)%parent)
-            coarse%gathered(:, a(1):z(1), a(2):z(2), a(3):z(3), b) = coarse%gathered(:, a(1):z(1), a(2):z(2), a(3):z(3), b) &
-                                                                     + self%up(:node_values, :, :, :, e)
+            tiles(:, a(1):z(1), a(2):z(2), a(3):z(3), b) = tiles(:, a(1):z(1), a(2):z(2), a(3):z(3), b) &
+                                                           + self%up(:node_values, :, :, :, e)
          end associate
       end do
    end subroutine add_cubes
 
-   !> In the second of two finer steps: the mass that the particles of the coarser level gave, and the cubes.
-   subroutine replace_in_parents(self, coarse)
-      class(composite_t), intent(inout) :: self
+   !> In the second of two finer steps: the mass that the particles of the coarser level gave, and the cubes, as `handed`.
+   subroutine hand_up_change(self, coarse)
+      class(composite_t), intent(in) :: self
       type(level_t), intent(inout) :: coarse
-      integer :: b, c
-      do c = 1, size(self%by_index)
-         b = self%edges(self%by_index(c))%parent
-         coarse%gathered(1, :, :, :, b) = self%own_mass(:, :, :, b)
-      end do
+      integer :: b
       do b = 1, size(coarse%blocks)
-         if (self%adds(b)) coarse%gathered(2:, :, :, :, b) = 0.0_wp
+         if (.not. self%adds(b)) cycle
+         coarse%handed(1, :, :, :, b) = self%own_mass(:, :, :, b)
+         coarse%handed(2:, :, :, :, b) = 0.0_wp
       end do
-      call add_cubes(self, coarse)
-   end subroutine replace_in_parents
+      call add_cubes(self, coarse%handed)
+   end subroutine hand_up_change
 
-   !> Between the two sums of a coarser step a third, where there are labels: the forces that have grown, in place of momenta.
-   subroutine add_grown(self, coarse)
+   !> Between the two sums of a coarser step a third, where there are labels: the forces that have grown, in place of momenta, as
+   !> `handed`.
+   subroutine hand_up_grown(self, coarse)
       class(composite_t), intent(in) :: self
       type(level_t), intent(inout) :: coarse
       integer :: b, c, e
       do b = 1, size(coarse%blocks)
-         if (self%adds(b)) coarse%gathered(2:4, :, :, :, b) = 0.0_wp
+         if (self%adds(b)) coarse%handed(:, :, :, :, b) = 0.0_wp
       end do
       do c = 1, size(self%by_index)
          e = self%by_index(c)
          associate (a => self%edges(e)%corner, z => self%edges(e)%corner + cube_last, b => self%edges(e)%parent)
-            coarse%gathered(2:4, a(1):z(1), a(2):z(2), a(3):z(3), b) = coarse%gathered(2:4, a(1):z(1), a(2):z(2), a(3):z(3), b) &
-                                                                       + self%up(lead_first:lead_last, :, :, :, e)
+            coarse%handed(2:4, a(1):z(1), a(2):z(2), a(3):z(3), b) = coarse%handed(2:4, a(1):z(1), a(2):z(2), a(3):z(3), b) &
+                                                                     + self%up(lead_first:lead_last, :, :, :, e)
          end associate
       end do
-   end subroutine add_grown
+   end subroutine hand_up_grown
 
    !> The sum of that over blocks and ranks, for block b, which receives.
    subroutine keep_grown(self, b, sums)
@@ -349,8 +348,8 @@ contains
       growth = 0.0_wp
       do b = 1, size(coarse%blocks)
          if (.not. self%is_parent(b)) cycle
-         if (self%labelled) call known_to_gradients(self, coarse, b, coarse%solved(1, :, :, :, b), growth, known)
-         call take_cubes(self, b, coarse%solved(:, :, :, :, b), known)
+         if (self%labelled) call known_to_gradients(self, coarse, b, coarse%nodes(1, :, :, :, b), growth, known)
+         call take_cubes(self, b, coarse%nodes(:, :, :, :, b), known)
       end do
    end subroutine hand_down
 
@@ -369,7 +368,7 @@ contains
    end subroutine take_cubes
 
    !> Correct the solved nodes of block b of the coarser level by what the two finer steps really gave the slaves, and hand the
-   !> corrected motion down (theory.md, eq. half-steps). `change` is the sum over blocks of replace_in_parents: mass, momentum and
+   !> corrected motion down (theory.md, eq. half-steps). `change` is the sum over blocks of hand_up_change: mass, momentum and
    !> change of force of the slaves, mass of the slaves alone. A node whose mass has more than doubled begins anew with what it
    !> carries now.
    subroutine correct(self, coarse, b, time_step, flip_fraction, change)
@@ -390,7 +389,7 @@ contains
       do k = 0, tile_last
          do j = 0, tile_last
             do i = 0, tile_last
-               associate (given => change(:, i, j, k), node => coarse%solved(:, i, j, k, b))
+               associate (given => change(:, i, j, k), node => coarse%nodes(:, i, j, k, b))
                   if (.not. (given(1) > 0.0_wp .and. abs(given(8)) + abs(given(1) - node(1)) > 0.0_wp)) then
                      given(2:7) = 0.0_wp ! no slaves, at neither time
                      cycle
@@ -413,7 +412,7 @@ contains
       do k = 0, tile_last
          do j = 0, tile_last
             do i = 0, tile_last
-               associate (given => change(:, i, j, k), node => coarse%solved(:, i, j, k, b))
+               associate (given => change(:, i, j, k), node => coarse%nodes(:, i, j, k, b))
                   pushed = given(5:7)/time_step
                   node(2:4) = node(2:4) + given(2:4)
                   node(5:7) = node(5:7) + pushed

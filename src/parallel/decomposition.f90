@@ -1,7 +1,7 @@
 !> The blocks of a rank: those it owns, mirrors of its neighbours' next to them, and how all of them are numbered.
 module m_decomposition
    use m_kinds, only: wp
-   use m_level, only: level_t, tile_last, node_values
+   use m_level, only: level_t, tile_last, fit_pool
    use m_block, only: block_t
    implicit none
    private
@@ -82,8 +82,7 @@ contains
       end do
    end subroutine find_old
 
-   !> Tiles for all slots: those that hold go with their blocks, others may hold anything and reach everywhere. Pools that must grow
-   !> get room to spare, but the first: most scenes make no blocks. They do not shrink.
+   !> Tiles for all slots: those that hold go with their blocks, others may hold anything and reach everywhere.
    subroutine make_pools(level, old)
       type(level_t), intent(inout) :: level
       integer, intent(in) :: old(:) !< places of the blocks' tiles before, rising; or 0
@@ -97,27 +96,9 @@ contains
          if (level%blocks(b)%tile_holds) reach(:, :, b) = level%reach(:, :, old(b))
       end do
       call move_alloc(reach, level%reach)
-      level%solved_reach = spread(spread([0, tile_last], 2, 3), 3, size(level%blocks))
-      call fit_pool(level%gathered, slots)
-      call fit_pool(level%solved, size(level%blocks))
-      call move_tiles(level%gathered, old, level%blocks%tile_holds)
+      call fit_pool(level%nodes, slots)
+      call move_tiles(level%nodes, old, level%blocks%tile_holds)
    end subroutine make_pools
-
-   !> Room in a pool for so many tiles; what it holds stays.
-   subroutine fit_pool(pool, tiles)
-      real(wp), allocatable, intent(inout) :: pool(:, :, :, :, :)
-      integer, intent(in) :: tiles
-      real(wp), allocatable :: larger(:, :, :, :, :)
-      integer :: room
-      room = tiles
-      if (allocated(pool)) then
-         if (size(pool, 5) >= tiles) return
-         room = tiles + tiles/8
-      end if
-      allocate (larger(node_values, 0:tile_last, 0:tile_last, 0:tile_last, room), source=0.0_wp)
-      if (allocated(pool)) larger(:, :, :, :, :size(pool, 5)) = pool
-      call move_alloc(larger, pool)
-   end subroutine fit_pool
 
    !> Tiles that hold go from their old places to those of their blocks. Both rise, so that none is in the way of another: first all
    !> that go down, from the lowest on, then all that go up, from the highest on.
@@ -169,6 +150,7 @@ contains
       new%pressed = old%pressed
       new%at_rest = old%at_rest
       new%tile_holds = old%tile_holds
+      call move_alloc(old%resting_mass, new%resting_mass)
       new%sums_hold = old%sums_hold
       new%sums = old%sums
       new%wave_speed = old%wave_speed
@@ -176,7 +158,32 @@ contains
       new%highest = old%highest
    end subroutine take_over
 
-   !> Mirrors of the remote neighbours, slots of all, and each block's table of neighbours.
+   !> Of the own blocks from a block to its neighbour in the n-th of 27 directions, both included, the one whose turn comes first:
+   !> those without remote neighbours go first, each part by rising index.
+   pure integer function first_between(blocks, neighbour, n) result(first)
+      type(block_t), intent(in) :: blocks(:)
+      integer, intent(in) :: neighbour(27), n !< slots
+      integer :: x, y, z, far(3)
+      far = [mod(n - 1, 3), mod((n - 1)/3, 3), (n - 1)/9] - 1
+      first = 0
+      do z = min(0, far(3)), max(0, far(3))
+         do y = min(0, far(2)), max(0, far(2))
+            do x = min(0, far(1)), max(0, far(1))
+               associate (slot => neighbour(14 + x + 3*y + 9*z))
+                  if (slot == 0 .or. slot > size(blocks)) cycle
+                  if (first == 0) then
+                     first = slot
+                  else if (blocks(first)%shared .and. .not. blocks(slot)%shared) then
+                     first = slot
+                  end if
+               end associate
+            end do
+         end do
+      end do
+   end function first_between
+
+   !> Mirrors of the remote neighbours, slots of all, each block's table of neighbours, and the order in which blocks are gone
+   !> through where messages are on their way.
    subroutine find_mirrors(level, rank)
       type(level_t), intent(inout) :: level
       integer, intent(in) :: rank
@@ -209,6 +216,14 @@ contains
             if (level%owner_at(other) /= rank) level%blocks(b)%shared = .true.
          end do
       end do
+      do b = 1, size(level%blocks)
+         do n = 1, 27
+            level%blocks(b)%adds_up(n) = n /= 14 .and. b == first_between(level%blocks, level%blocks(b)%neighbour, n)
+         end do
+      end do
+      level%inner_first = [pack([(b, b=1, size(level%blocks))], .not. level%blocks%shared), &
+                           pack([(b, b=1, size(level%blocks))], level%blocks%shared)]
+      level%part_end = [0, count(.not. level%blocks%shared), size(level%blocks)]
    contains
       !> True when one of this rank's blocks is next to a place.
       pure logical function touches(place)

@@ -20,12 +20,14 @@ module m_block
       real(wp) :: jumps = 0.0_wp         !< the same, on average over the last steps: they cost time
       integer :: neighbour(27) = 0       !< slots of the blocks around, x fastest, 14 is this one; 0 where there is none
       logical :: shared = .false.        !< a neighbour lives on another rank
+      logical :: adds_up(27) = .false.   !< it makes the sums of the nodes that it shares with those between it and a direction alone
       integer(i4), allocatable :: leavers(:) !< particles that left during this step, rising
       integer :: leaver_count = 0
       logical :: pressed = .true.        !< some particle may carry a contact pressure, of the last step or the one before
       logical :: at_rest = .false.       !< no particle moves, none is under stress
-      logical :: tile_holds = .false.    !< its tile in `gathered` is what its particles give as they are now, but for what has
-                                         !< arrived
+      logical :: tile_holds = .false.    !< its tile is what its particles give as they are now, but for what has arrived
+      real(wp), allocatable :: resting_mass(:, :, :) !< (0:9, 0:9, 0:9), while it is at rest: what its particles give, kg; all else
+                                                     !< is 0
       logical :: sums_hold = .false.     !< `sums` is of its particles as they are now
       real(wp) :: sums(sum_count) = 0.0_wp !< of its particles, as energy.f90 numbers them
       real(wp) :: wave_speed = 0.0_wp    !< largest of its particles, m/s
@@ -84,6 +86,7 @@ contains
    !> Its particles are others from here on, or have moved: nothing holds that has been made of them.
    pure subroutine stir(self)
       class(block_t), intent(inout) :: self
+      if (allocated(self%resting_mass)) deallocate (self%resting_mass)
       self%at_rest = .false.
       self%tile_holds = .false.
       self%sums_hold = .false.
@@ -108,6 +111,7 @@ contains
    pure integer(i8) function bytes(self)
       class(block_t), intent(in) :: self
       bytes = self%particles%bytes() + self%cells%bytes()
+      if (allocated(self%resting_mass)) bytes = bytes + 8_i8*size(self%resting_mass, kind=i8)
       if (allocated(self%leavers)) bytes = bytes + 4_i8*size(self%leavers, kind=i8)
    end function bytes
 

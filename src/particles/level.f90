@@ -10,7 +10,7 @@ module m_level
    use m_split, only: half_edges
    implicit none
    private
-   public :: level_t
+   public :: level_t, fit_pool
 
    integer, parameter, public :: tile_last = block_size + 1 !< tiles run from 0 to 9: one ghost node on each side
    integer, parameter, public :: node_values = 8            !< values a node, one cache line: mass, momentum or velocity (2 to 4),
@@ -26,11 +26,15 @@ module m_level
       integer, allocatable :: slot(:, :, :)  !< slot of the block here (own blocks first, then mirrors), 0 if not here
       type(block_t), allocatable :: blocks(:) !< own blocks, by rising index; block b has slot b
       integer, allocatable :: mirror_index(:) !< block indices of the neighbours on other ranks; mirror m has slot size(blocks) + m
-      real(wp), allocatable :: gathered(:, :, :, :, :) !< (node_values, 0:9, 0:9, 0:9, slots)
-      real(wp), allocatable :: solved(:, :, :, :, :)   !< (node_values, 0:9, 0:9, 0:9, own blocks)
+      integer, allocatable :: inner_first(:) !< own blocks in two parts: those without remote neighbours, and the others, each by
+                                             !< rising index
+      integer :: part_end(0:2) = 0           !< part p of these is part_end(p - 1) + 1 to part_end(p)
+      real(wp), allocatable :: nodes(:, :, :, :, :)    !< (node_values, 0:9, 0:9, 0:9, slots): what a block's particles give; then
+                                                       !< sums over all blocks and ranks; then the motion
+      real(wp), allocatable :: handed(:, :, :, :, :)   !< the same shape, where there is a finer level: what that hands up while
+                                                       !< `nodes` holds the motion
       integer, allocatable :: reach(:, :, :)           !< (2, 3, slots): first and last index along each axis of the part of a tile
                                                        !< that can be other than 0: what its particles reach; of mirrors, all
-      integer, allocatable :: solved_reach(:, :, :)    !< the same of the tiles in `solved`, of own blocks
       real(wp), allocatable :: gradient(:, :)          !< work of one block: columns on their way into order; then body forces;
                                                        !< then velocity gradients, from nodes to stress
       integer(i4), allocatable :: order(:)             !< work of one block: the order into which its particles are brought
@@ -44,7 +48,6 @@ module m_level
       procedure :: look_over
       procedure :: list_arrivals
       procedure :: join_arrivals
-      procedure :: fit_solved
       procedure :: holds_whole
       procedure :: bytes
       procedure :: owner_at
@@ -94,7 +97,7 @@ contains
       if (whole) reach(2, :) = tile_last
       associate (old => self%reach(:, :, b))
          if (any(old(1, :) < reach(1, :)) .or. any(old(2, :) > reach(2, :))) then
-            self%gathered(:, old(1, 1):old(2, 1), old(1, 2):old(2, 2), old(1, 3):old(2, 3), b) = 0.0_wp
+            self%nodes(:, old(1, 1):old(2, 1), old(1, 2):old(2, 2), old(1, 3):old(2, 3), b) = 0.0_wp
          end if
          old = reach
       end associate
@@ -135,17 +138,6 @@ contains
       self%reach(2, :, b) = max(self%reach(2, :, b), reach(2, :))
    end subroutine widen_reach
 
-   !> Before sums are made in a block's tile of `solved`: what they will not reach becomes 0.
-   pure subroutine fit_solved(self, b)
-      class(level_t), intent(inout) :: self
-      integer, intent(in) :: b
-      associate (old => self%solved_reach(:, :, b), reach => self%reach(:, :, b))
-         if (any(old(1, :) < reach(1, :)) .or. any(old(2, :) > reach(2, :))) &
-            self%solved(:, old(1, 1):old(2, 1), old(1, 2):old(2, 2), old(1, 3):old(2, 3), b) = 0.0_wp
-         old = reach
-      end associate
-   end subroutine fit_solved
-
    !> True when all of a block's tile can be other than 0.
    pure logical function holds_whole(self, b)
       class(level_t), intent(in) :: self
@@ -171,11 +163,29 @@ contains
       if (self%layout%edge_stress > 0) call self%at_edge%reserve(largest, choosing=.true.)
    end subroutine size_work
 
+   !> Room in a pool for so many tiles; what it holds stays. Pools that must grow get room to spare, but the first: most scenes make
+   !> no blocks. They do not shrink.
+   subroutine fit_pool(pool, tiles)
+      real(wp), allocatable, intent(inout) :: pool(:, :, :, :, :)
+      integer, intent(in) :: tiles
+      real(wp), allocatable :: larger(:, :, :, :, :)
+      integer :: room
+      room = tiles
+      if (allocated(pool)) then
+         if (size(pool, 5) >= tiles) return
+         room = tiles + tiles/8
+      end if
+      allocate (larger(node_values, 0:tile_last, 0:tile_last, 0:tile_last, room), source=0.0_wp)
+      if (allocated(pool)) larger(:, :, :, :, :size(pool, 5)) = pool
+      call move_alloc(larger, pool)
+   end subroutine fit_pool
+
    !> Memory held on this rank (bytes).
    pure integer(i8) function bytes(self) result(held)
       class(level_t), intent(in) :: self
       integer :: b
-      held = 8_i8*(size(self%gathered, kind=i8) + size(self%solved, kind=i8))
+      held = 8_i8*size(self%nodes, kind=i8)
+      if (allocated(self%handed)) held = held + 8_i8*size(self%handed, kind=i8)
       held = held + 8_i8*(size(self%gradient, kind=i8) + size(self%lead, kind=i8))
       held = held + 4_i8*size(self%order, kind=i8)
       held = held + self%at_edge%bytes() + self%arrivals%bytes()

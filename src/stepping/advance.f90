@@ -75,9 +75,11 @@ contains
       type(clock_t), intent(in) :: clock
       type(error_t), intent(inout) :: error
       integer :: update
+      logical :: asked !< for the motion of all nodes, before particles move
       update = model%method%stress_update
       call model%timers%on_level(l)
-      call solve(model, l, clock)
+      asked = model%contact%active() .or. size(model%levels) > 1
+      if (asked) call solve(model, l, clock)                           ! 3 ends
       if (model%contact%active()) then                                 ! 4
          call model%timers%enter(phase_contact)
          if (l == size(model%levels)) then
@@ -92,7 +94,7 @@ contains
          if (error%happened()) return ! on all ranks: they have agreed
          call model%timers%on_level(l)
       end if
-      call to_particles(model, l, clock, with_stress=update == update_usl, error=error) ! 5, 6, 7
+      call to_particles(model, l, clock, with_stress=update == update_usl, solved=asked, error=error) ! 3 if not yet, 5, 6, 7
       if (update == update_musl) then
          call to_nodes(model, l, clock%time)
          call solve(model, l, clock_t(clock%time))
@@ -137,28 +139,28 @@ contains
    subroutine sum_grown(model, l)
       type(model_t), intent(inout) :: model
       integer, intent(in) :: l
-      real(wp) :: sums(node_values, 0:tile_last, 0:tile_last, 0:tile_last)
       integer :: b
       associate (level => model%levels(l), composite => model%composite(l + 1))
-         call composite%add_grown(level)
-         call exchange_tiles(model, l)
+         call composite%hand_up_grown(level)
+         call sum_handed(model, l)
          do b = 1, size(level%blocks)
-            if (.not. composite%receives(b)) cycle
-            call sum_tiles(level%blocks(b)%neighbour, level%gathered, sums)
-            call composite%keep_grown(b, sums)
+            if (composite%receives(b)) call composite%keep_grown(b, level%handed(:, :, :, :, b))
          end do
       end associate
    end subroutine sum_grown
 
-   !> Collective: tiles of level l to the ranks that share them, at once.
-   subroutine exchange_tiles(model, l)
+   !> Collective: sums over blocks and ranks of what the next finer level has handed up to level l, where slaves depend on them.
+   subroutine sum_handed(model, l)
       type(model_t), intent(inout) :: model
       integer, intent(in) :: l
       call model%timers%enter(phase_exchange)
-      call model%exchange(l)%start(model%communicator, model%levels(l)%gathered)
-      call model%exchange(l)%wait(model%levels(l)%gathered)
-      call model%timers%enter(model%levels_row)
-   end subroutine exchange_tiles
+      associate (level => model%levels(l))
+         call model%exchange(l)%start(model%communicator, level%handed)
+         call model%exchange(l)%wait(level%handed)
+         call model%timers%enter(model%levels_row)
+         call sum_tiles(level%blocks, level%inner_first, level%handed, wanted=model%composite(l + 1)%receives)
+      end associate
+   end subroutine sum_handed
 
    !> Collective: the solved nodes of level l take what its own step does not know of the two steps of the finer level.
    subroutine correct(model, l, clock)
@@ -168,11 +170,11 @@ contains
       real(wp) :: change(node_values, 0:tile_last, 0:tile_last, 0:tile_last)
       integer :: b
       associate (level => model%levels(l), composite => model%composite(l + 1))
-         call composite%replace_in_parents(level)
-         call exchange_tiles(model, l)
+         call composite%hand_up_change(level)
+         call sum_handed(model, l)
          do b = 1, size(level%blocks)
             if (.not. composite%receives(b)) cycle
-            call sum_tiles(level%blocks(b)%neighbour, level%gathered, change)
+            change = level%handed(:, :, :, :, b)
             call composite%correct(level, b, clock%step, model%method%flip_fraction, change)
          end do
          call composite%send_down(model%communicator)

@@ -27,10 +27,13 @@ module m_effect_step
       real(wp) :: damped = 0.0_wp        !< taken out by effects up to the last fold, J
       integer, allocatable, private :: kind(:) !< of the work of each effect
       real(wp), allocatable, private :: push(:, :, :, :, :, :) !< (3, 0:9, 0:9, 0:9, kinds, own blocks), N
+      real(wp), allocatable, private :: mass(:, :, :, :)       !< each block's own share of that of its nodes, where effects change
+                                                               !< nodes: (0:9, 0:9, 0:9, own blocks), kg
       real(wp), allocatable, private :: work(:, :)             !< (kinds, blocks of the level by index), J, since the last fold
    contains
       procedure :: build
       procedure :: give_forces
+      procedure :: keep_masses
       procedure :: change_nodes
       procedure :: measure
       procedure :: change_gradient
@@ -80,7 +83,7 @@ contains
       call fit_push(self, size(level%blocks))
       self%push(:, :, :, :, :, b) = 0.0_wp
       if (.not. self%gathers) return
-      before = level%gathered(5:7, :, :, :, b)
+      before = level%nodes(5:7, :, :, :, b)
       associate (block => level%blocks(b))
          if (size(self%acceleration) > 0) then
             level%gradient(:, 1:3) = 0.0_wp
@@ -91,16 +94,16 @@ contains
             end do
             call timers%enter(phase_to_nodes)
             call body_force_to_nodes(block%cells, block%particles%column, level%layout, frame_of(level, block), &
-                                     level%gradient(:, 1:3), level%gathered(:, :, :, :, b))
+                                     level%gradient(:, 1:3), level%nodes(:, :, :, :, b))
          end if
          do i = 1, size(self%add_forces)
             e = self%add_forces(i)
             call timers%enter(effects(e)%row)
-            call effects(e)%effect%add_forces(block, level%table, level%layout, level%grid, time, level%gathered(:, :, :, :, b))
+            call effects(e)%effect%add_forces(block, level%table, level%layout, level%grid, time, level%nodes(:, :, :, :, b))
          end do
       end associate
       call timers%enter(phase_to_nodes)
-      self%push(:, :, :, :, external, b) = level%gathered(5:7, :, :, :, b) - before
+      self%push(:, :, :, :, external, b) = level%nodes(5:7, :, :, :, b) - before
    end subroutine give_forces
 
    !> One push field a block of this rank; what it holds is begun anew every step.
@@ -113,6 +116,21 @@ contains
       end if
       allocate (self%push(3, 0:tile_last, 0:tile_last, 0:tile_last, size(self%work, 1), blocks))
    end subroutine fit_push
+
+   !> Before the sums over blocks: each block's own share of the mass of its nodes, if some effect will change them.
+   subroutine keep_masses(self, level)
+      class(effect_step_t), intent(inout) :: self
+      type(level_t), intent(in) :: level
+      integer :: b
+      if (size(self%on_nodes) == 0) return
+      if (allocated(self%mass)) then
+         if (size(self%mass, 4) /= size(level%blocks)) deallocate (self%mass)
+      end if
+      if (.not. allocated(self%mass)) allocate (self%mass(0:tile_last, 0:tile_last, 0:tile_last, size(level%blocks)))
+      do b = 1, size(level%blocks)
+         self%mass(:, :, :, b) = level%nodes(1, :, :, :, b)
+      end do
+   end subroutine keep_masses
 
    !> Effects on the solved nodes of a block, before what is held is held.
    subroutine change_nodes(self, effects, level, b, time, time_step, slave, timers)
@@ -128,18 +146,18 @@ contains
       do n = 1, size(self%on_nodes)
          e = self%on_nodes(n)
          call timers%enter(effects(e)%row)
-         before = level%solved(2:7, :, :, :, b)
-         call effects(e)%effect%on_nodes(time, time_step, level%solved(:, :, :, :, b))
+         before = level%nodes(2:7, :, :, :, b)
+         call effects(e)%effect%on_nodes(time, time_step, level%nodes(:, :, :, :, b))
          do s = 1, size(slave, 2)
             associate (at => slave(:3, s))
-               level%solved(2:7, at(1), at(2), at(3), b) = before(:, at(1), at(2), at(3))
+               level%nodes(2:7, at(1), at(2), at(3), b) = before(:, at(1), at(2), at(3))
             end associate
          end do
          do k = 0, tile_last
             do j = 0, tile_last
                do i = 0, tile_last
                   self%push(:, i, j, k, self%kind(e), b) = self%push(:, i, j, k, self%kind(e), b) &
-                     + level%gathered(1, i, j, k, b)*(level%solved(5:7, i, j, k, b) - before(4:6, i, j, k))
+                     + self%mass(i, j, k, b)*(level%nodes(5:7, i, j, k, b) - before(4:6, i, j, k))
                end do
             end do
          end do
@@ -161,8 +179,8 @@ contains
          do k = 0, tile_last
             do j = 0, tile_last
                do i = 0, tile_last
-                  sum_of_tile = sum_of_tile + dot_product(self%push(:, i, j, k, kind, b), level%solved(2:4, i, j, k, b) &
-                                                          - 0.5_wp*time_step*level%solved(5:7, i, j, k, b))
+                  sum_of_tile = sum_of_tile + dot_product(self%push(:, i, j, k, kind, b), level%nodes(2:4, i, j, k, b) &
+                                                          - 0.5_wp*time_step*level%nodes(5:7, i, j, k, b))
                end do
             end do
          end do
@@ -172,7 +190,7 @@ contains
       end do
    end subroutine measure
 
-   !> Effects on the velocity gradients of a block, before its stress. `solved` holds the sums over cells, if some effect asks for
+   !> Effects on the velocity gradients of a block, before its stress. `nodes` holds the sums over cells, if some effect asks for
    !> them.
    subroutine change_gradient(self, effects, level, b, time_step, timers)
       class(effect_step_t), intent(in) :: self
@@ -186,7 +204,7 @@ contains
          do i = 1, size(self%on_cells)
             call timers%enter(effects(self%on_cells(i))%row)
             call effects(self%on_cells(i))%effect%on_cells(block%cells, block%particles, level%layout, frame_of(level, block), &
-                                                           level%solved(:, :, :, :, b), level%gradient)
+                                                           level%nodes(:, :, :, :, b), level%gradient)
          end do
          do i = 1, size(self%on_gradient)
             call timers%enter(effects(self%on_gradient(i))%row)

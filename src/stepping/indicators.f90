@@ -65,7 +65,7 @@ contains
       error = stress_error_t(sums(1), sums(2), sums(3), largest(1), largest(2), found(:3), id, nint(found(4)))
    end subroutine estimate_stress_error
 
-   !> Collective: volume and volume times stress of the nodes of one level, in `solved`.
+   !> Collective: volume and volume times stress of the nodes of one level, in `nodes`.
    subroutine average(model, l)
       type(model_t), intent(inout) :: model
       integer, intent(in) :: l
@@ -77,20 +77,19 @@ contains
                call level%look_over(b, whole=.true.)
                call level%join_arrivals(b)
                call give_stress(block%cells, block%particles%column, level%layout, frame_of(level, block), &
-                                level%gathered(:, :, :, :, b))
-               call fold_symmetry(level%grid, block%place, level%gathered(:, :, :, :, b), stress_parity)
+                                level%nodes(:, :, :, :, b))
+               call fold_symmetry(level%grid, block%place, level%nodes(:, :, :, :, b), stress_parity)
                block%tile_holds = .false.
                if (arrived > 0) block%cells%current = .false. ! the next step lists them apart
                block%arrived = arrived
             end associate
          end do
-         call model%exchange(l)%start(model%communicator, level%gathered)
-         call model%exchange(l)%wait(level%gathered)
+         call model%exchange(l)%start(model%communicator, level%nodes)
+         call model%exchange(l)%wait(level%nodes)
+         call sum_tiles(level%blocks, level%inner_first, level%nodes)
          do b = 1, size(level%blocks)
             if (level%blocks(b)%particles%count == 0) cycle
-            call level%fit_solved(b)
-            call sum_tiles(level%blocks(b)%neighbour, level%gathered, level%solved(:, :, :, :, b))
-            call mirror_stress(level%grid, level%blocks(b)%place, level%solved(:, :, :, :, b))
+            call mirror_stress(level%grid, level%blocks(b)%place, level%nodes(:, :, :, :, b))
          end do
       end associate
    end subroutine average
@@ -103,7 +102,7 @@ contains
       real(wp) :: recovered(6, model%levels(l)%blocks(b)%particles%count), own(6), difference, energy
       integer :: p
       associate (level => model%levels(l), block => model%levels(l)%blocks(b), at => model%levels(l)%layout)
-         call take_stress(block%cells, block%particles%column, at, frame_of(level, block), level%solved(:, :, :, :, b), recovered)
+         call take_stress(block%cells, block%particles%column, at, frame_of(level, block), level%nodes(:, :, :, :, b), recovered)
          do p = 1, block%particles%count
             associate (law => model%materials%slots(model%materials%of_body(block%particles%body(p)))%law, &
                        volume => block%particles%column(p, at%volume), column => block%particles%column)

@@ -280,7 +280,7 @@ contains
       character(len=*), intent(in) :: place     !< how the sentence begins
       real(wp), intent(in) :: particles, blocks !< how many
       real(wp), parameter :: bytes_beside = 16.0_wp !< id, body and bin of a particle
-      real(wp), parameter :: tile_bytes = 2*8.0_wp*node_values*(tile_last + 1)**3 !< node sums of a block
+      real(wp), parameter :: tile_bytes = 8.0_wp*node_values*(tile_last + 1)**3 !< of the nodes of a block
       type(error_t), intent(inout) :: error
       real(wp) :: needed, free
       free = free_memory(self%communicator)

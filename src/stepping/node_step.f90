@@ -2,7 +2,8 @@
 module m_node_step
    use m_kinds, only: wp
    use m_timers
-   use m_level, only: tile_last
+   use m_block, only: block_t
+   use m_level, only: tile_last, node_values
    use m_model, only: model_t
    use m_migration, only: frame_of
    use m_composite, only: clear_covered
@@ -10,10 +11,10 @@ module m_node_step
    use m_particle_transfer, only: particles_to_nodes
    use m_node_exchange, only: sum_tiles
    use m_node_solve, only: solve_nodes
-   use m_boundary, only: fold_symmetry, constrain_nodes, motion_parity
+   use m_boundary, only: fold_symmetry, constrain_nodes, is_constrained, motion_parity
    implicit none
    private
-   public :: clock_t, to_nodes, solve, sum_cells, set_order, give_ahead, is_idle
+   public :: clock_t, to_nodes, sum_part, solve, solve_block, sum_cells, set_order, give_ahead, look_after_messages, is_idle
 
    !> Where a step of one level stands.
    type :: clock_t
@@ -26,14 +27,14 @@ module m_node_step
 contains
 
    !> 1. Lists; 2. particles to nodes, blocks with remote neighbours first; 3. sums over blocks and ranks begin, while inner blocks
-   !> work. Where there is a finer level, what it hands up is added first. Sums that other levels ask for are there on return,
-   !> others are made where the nodes are solved.
+   !> work. Where there is a finer level, what it hands up is added first. With several levels the sums are there on return, for
+   !> levels ask each other for them; else they are made where the nodes are solved.
    subroutine to_nodes(model, l, time)
       type(model_t), intent(inout) :: model
       integer, intent(in) :: l
       real(wp), intent(in) :: time !< of the level, s
       logical :: finest
-      integer :: b
+      integer :: b, part
       finest = l == size(model%levels)
       associate (level => model%levels(l))
          do b = 1, size(level%blocks)
@@ -44,30 +45,22 @@ contains
             call model%composite(l + 1)%add_to_parents(level)
          end if
          call model%timers%enter(phase_exchange)
-         call model%exchange(l)%start(model%communicator, level%gathered)
+         call model%exchange(l)%start(model%communicator, level%nodes)
          do b = 1, size(level%blocks)
             if (.not. finest .or. level%blocks(b)%shared) cycle
             call gather(model, l, b, time)
             call look_after_messages(model, l)
          end do
-         call model%timers%enter(phase_exchange)
-         if (size(model%levels) > 1) call model%exchange(l)%wait(level%gathered)
-         do b = 1, size(level%blocks)
-            if (goes_to_levels(model, l, b)) call sum_nodes(model, l, b)
-         end do
+         call model%effect_step(l)%keep_masses(level)
+         if (size(model%levels) == 1) return
       end associate
+      do part = 1, 2
+         call sum_part(model, l, part)
+      end do
       if (finest) return
       call model%timers%enter(model%levels_row)
       call clear_covered(model%levels(l), model%levels(l + 1))
    end subroutine to_nodes
-
-   !> True when another level asks for the sums of the nodes of a block, or changes them, before they are solved.
-   pure logical function goes_to_levels(model, l, b)
-      type(model_t), intent(in) :: model
-      integer, intent(in) :: l, b
-      goes_to_levels = l < size(model%levels)
-      if (l > 1) goes_to_levels = goes_to_levels .or. model%composite(l)%edge_of(b) > 0
-   end function goes_to_levels
 
    !> Between the work of two blocks.
    subroutine look_after_messages(model, l)
@@ -75,19 +68,8 @@ contains
       integer, intent(in) :: l
       if (size(model%exchange(l)%ranks) == 0) return ! nothing is on its way
       call model%timers%enter(phase_exchange)
-      call model%exchange(l)%progress(model%levels(l)%gathered)
+      call model%exchange(l)%progress(model%levels(l)%nodes)
    end subroutine look_after_messages
-
-   !> The sums of all tiles that hold the nodes of a block, which are here.
-   subroutine sum_nodes(model, l, b)
-      type(model_t), intent(inout) :: model
-      integer, intent(in) :: l, b
-      if (is_idle(model, l, b)) return
-      associate (level => model%levels(l))
-         call level%fit_solved(b)
-         call sum_tiles(level%blocks(b)%neighbour, level%gathered, level%solved(:, :, :, :, b), level%reach)
-      end associate
-   end subroutine sum_nodes
 
    !> Where effects want means over the cells, which blocks share: the sums over blocks and ranks, in place of the nodes. The
    !> velocity gradients of all blocks wait for them.
@@ -98,14 +80,12 @@ contains
       call model%timers%enter(phase_exchange)
       associate (level => model%levels(l))
          do b = 1, size(level%blocks) ! parents without particles hold what was handed up to their nodes
-            if (level%blocks(b)%particles%count == 0) call clear(level%gathered(:, :, :, :, b), level%reach(:, :, b))
+            if (level%blocks(b)%particles%count == 0) call clear(level%nodes(:, :, :, :, b), level%reach(:, :, b))
          end do
+         call model%exchange(l)%start(model%communicator, level%nodes)
+         call model%exchange(l)%wait(level%nodes)
+         call sum_tiles(level%blocks, level%inner_first, level%nodes, level%reach)
       end associate
-      call model%exchange(l)%start(model%communicator, model%levels(l)%gathered)
-      call model%exchange(l)%wait(model%levels(l)%gathered)
-      do b = 1, size(model%levels(l)%blocks)
-         call sum_nodes(model, l, b)
-      end do
    end subroutine sum_cells
 
    !> True when a finer level hands up to a block.
@@ -125,11 +105,12 @@ contains
       if (is_idle .and. l > 1) is_idle = model%composite(l)%edge_of(b) == 0
    end function is_idle
 
-   !> True when the nodes of a block matter where its particles do not reach: effects and other levels give to them or ask of them.
+   !> True when the nodes of a block matter where its particles do not reach: effects and other levels give to them or ask of them,
+   !> and a side of the grid sets them.
    pure logical function takes_more(model, l, b)
       type(model_t), intent(in) :: model
       integer, intent(in) :: l, b
-      takes_more = model%effect_step(l)%works
+      takes_more = model%effect_step(l)%works .or. is_constrained(model%levels(l)%grid, model%levels(l)%blocks(b)%place)
       if (l < size(model%levels)) takes_more = takes_more .or. model%composite(l + 1)%receives(b)
       if (l > 1) takes_more = takes_more .or. model%composite(l)%edge_of(b) > 0
    end function takes_more
@@ -140,21 +121,49 @@ contains
       type(model_t), intent(inout) :: model
       integer, intent(in) :: l, b
       real(wp), intent(in) :: time
-      logical :: given
-      given = model%levels(l)%blocks(b)%tile_holds
-      if (given) given = model%levels(l)%holds_whole(b) .or. .not. takes_more(model, l, b)
-      if (.not. given) then
-         call set_order(model, l, b)
-         call give(model, l, b)
-      end if
+      logical :: fits
+      fits = model%levels(l)%holds_whole(b) .or. .not. takes_more(model, l, b)
+      associate (block => model%levels(l)%blocks(b))
+         if (fits .and. block%tile_holds) then
+            continue
+         else if (fits .and. allocated(block%resting_mass)) then
+            call give_resting(model%levels(l)%nodes(:, :, :, :, b), block%resting_mass, model%levels(l)%reach(:, :, b))
+         else
+            call set_order(model, l, b)
+            call give(model, l, b)
+         end if
+      end associate
       if (model%levels(l)%blocks(b)%arrived > 0) call give_arrivals(model, l, b)
       associate (level => model%levels(l), block => model%levels(l)%blocks(b))
          call block%take_averages()
          if (model%effect_step(l)%works) call model%effect_step(l)%give_forces(model%effects, level, b, time, model%timers)
-         call fold_symmetry(level%grid, block%place, level%gathered(:, :, :, :, b), motion_parity)
-         block%tile_holds = block%at_rest .and. .not. is_parent(model, l, b) .and. .not. model%effect_step(l)%works ! who add to it
+         call fold_symmetry(level%grid, block%place, level%nodes(:, :, :, :, b), motion_parity)
+         block%tile_holds = .false. ! sums will take its place
+         call keep_resting(block, level%nodes(1, :, :, :, b), .not. is_parent(model, l, b) .and. .not. model%effect_step(l)%works)
       end associate
    end subroutine gather
+
+   !> While a block is at rest, what its particles give is kept: their mass.
+   pure subroutine keep_resting(block, mass, alone)
+      type(block_t), intent(inout) :: block
+      real(wp), intent(in) :: mass(0:, 0:, 0:) !< of its tile, kg
+      logical, intent(in) :: alone             !< nobody else gives to its tile
+      if (block%at_rest .and. alone .and. block%particles%count > 0) then
+         if (.not. allocated(block%resting_mass)) allocate (block%resting_mass(0:tile_last, 0:tile_last, 0:tile_last), source=mass)
+      else if (allocated(block%resting_mass)) then
+         deallocate (block%resting_mass)
+      end if
+   end subroutine keep_resting
+
+   !> What the particles of a block at rest give.
+   pure subroutine give_resting(tile, mass, reach)
+      real(wp), intent(inout) :: tile(node_values, 0:tile_last, 0:tile_last, 0:tile_last)
+      real(wp), intent(in) :: mass(0:tile_last, 0:tile_last, 0:tile_last) !< kg
+      integer, intent(in) :: reach(2, 3)
+      call clear(tile, reach)
+      tile(1, reach(1, 1):reach(2, 1), reach(1, 2):reach(2, 2), reach(1, 3):reach(2, 3)) = &
+         mass(reach(1, 1):reach(2, 1), reach(1, 2):reach(2, 2), reach(1, 3):reach(2, 3))
+   end subroutine give_resting
 
    !> At the end of a step: what the particles of a block, which is in order, will give to their nodes at the beginning of the next.
    subroutine give_ahead(model, l, b)
@@ -183,9 +192,9 @@ contains
       integer, intent(in) :: l, b
       call model%timers%enter(phase_to_nodes)
       associate (level => model%levels(l), block => model%levels(l)%blocks(b))
-         call clear(level%gathered(:, :, :, :, b), level%reach(:, :, b))
+         call clear(level%nodes(:, :, :, :, b), level%reach(:, :, b))
          call particles_to_nodes(block%cells, block%particles%column, level%layout, frame_of(level, block), &
-                                 level%gathered(:, :, :, :, b))
+                                 level%nodes(:, :, :, :, b))
       end associate
    end subroutine give
 
@@ -198,50 +207,53 @@ contains
          call level%list_arrivals(b)
          call model%timers%enter(phase_to_nodes)
          call particles_to_nodes(level%arrivals, block%particles%column, level%layout, frame_of(level, block), &
-                                 level%gathered(:, :, :, :, b))
+                                 level%nodes(:, :, :, :, b))
          if (.not. model%effect_step(l)%works .and. size(model%levels) == 1) return
          call model%timers%enter(phase_lists)
          call level%join_arrivals(b) ! effects and other levels go through all
       end associate
    end subroutine give_arrivals
 
-   !> 3. ends: sums; velocities at the end of the step and accelerations of the nodes, inside the boundary conditions. Slaves follow
-   !> the nodes of the coarser level. Blocks with remote neighbours come last: what these send may still be on its way.
+   !> 3. ends: sums; velocities at the end of the step and accelerations of the nodes, inside the boundary conditions.
    subroutine solve(model, l, clock)
       type(model_t), intent(inout) :: model
       integer, intent(in) :: l
       type(clock_t), intent(in) :: clock
-      integer :: b
-      do b = 1, size(model%levels(l)%blocks)
-         if (model%levels(l)%blocks(b)%shared) cycle
-         call solve_block(model, l, b, clock)
-         call look_after_messages(model, l)
-      end do
-      call model%timers%enter(phase_exchange)
-      call model%exchange(l)%wait(model%levels(l)%gathered)
-      do b = 1, size(model%levels(l)%blocks)
-         if (model%levels(l)%blocks(b)%shared) call solve_block(model, l, b, clock)
+      integer :: n, part
+      do part = 1, 2
+         if (size(model%levels) == 1) call sum_part(model, l, part)
+         do n = model%levels(l)%part_end(part - 1) + 1, model%levels(l)%part_end(part)
+            call solve_block(model, l, model%levels(l)%inner_first(n), clock)
+         end do
       end do
    end subroutine solve
 
-   !> The nodes of one block.
+   !> Sums of the nodes of one part of the blocks. For the second part, that with remote neighbours, messages are waited for. When
+   !> all blocks of a part have their sums nobody asks for their tiles any more.
+   subroutine sum_part(model, l, part)
+      type(model_t), intent(inout) :: model
+      integer, intent(in) :: l, part
+      call model%timers%enter(phase_exchange)
+      associate (level => model%levels(l), last => model%levels(l)%part_end)
+         if (part == 2) call model%exchange(l)%wait(level%nodes)
+         call sum_tiles(level%blocks, level%inner_first(last(part - 1) + 1:last(part)), level%nodes, level%reach)
+      end associate
+   end subroutine sum_part
+
+   !> Velocities at the end of the step and accelerations of the nodes of one block. Slaves follow the nodes of the coarser level.
    subroutine solve_block(model, l, b, clock)
       type(model_t), intent(inout) :: model
       integer, intent(in) :: l, b
       type(clock_t), intent(in) :: clock
       integer :: e
       if (is_idle(model, l, b)) return
-      if (.not. goes_to_levels(model, l, b)) then
-         call model%timers%enter(phase_exchange)
-         call sum_nodes(model, l, b)
-      end if
       call model%timers%enter(phase_nodes)
       e = 0
       if (l > 1) e = model%composite(l)%edge_of(b)
-      call solve_nodes(model%levels(l)%solved(:, :, :, :, b), clock%step, model%levels(l)%reach(:, :, b))
-      if (e > 0) call model%composite(l)%set_slaves(b, clock%remaining, model%levels(l)%solved(:, :, :, :, b))
+      call solve_nodes(model%levels(l)%nodes(:, :, :, :, b), clock%step, model%levels(l)%reach(:, :, b))
+      if (e > 0) call model%composite(l)%set_slaves(b, clock%remaining, model%levels(l)%nodes(:, :, :, :, b))
       if (size(model%effect_step(l)%on_nodes) > 0 .and. clock%step > 0.0_wp) call push_nodes(model, l, b, clock)
-      call constrain_nodes(model%levels(l)%grid, model%levels(l)%blocks(b)%place, model%levels(l)%solved(:, :, :, :, b))
+      call constrain_nodes(model%levels(l)%grid, model%levels(l)%blocks(b)%place, model%levels(l)%nodes(:, :, :, :, b))
    end subroutine solve_block
 
    !> Effects on the solved nodes of a block. What they add to the acceleration is kept where a finer level's two steps will ask for
@@ -261,18 +273,18 @@ contains
       kept = l < size(model%levels)
       if (kept) kept = model%composite(l + 1)%receives(b)
       if (kept) then
-         before = model%levels(l)%solved(5:7, :, :, :, b)
-         bare = .not. model%levels(l)%solved(1, :, :, :, b) > 0.0_wp
-         where (bare) model%levels(l)%solved(1, :, :, :, b) = tiny(1.0_wp)
+         before = model%levels(l)%nodes(5:7, :, :, :, b)
+         bare = .not. model%levels(l)%nodes(1, :, :, :, b) > 0.0_wp
+         where (bare) model%levels(l)%nodes(1, :, :, :, b) = tiny(1.0_wp)
       end if
       call model%effect_step(l)%change_nodes(model%effects, model%levels(l), b, clock%time, clock%step, slave, model%timers)
       if (.not. kept) return
       associate (composite => model%composite(l + 1))
          if (.not. allocated(composite%pushed)) &
             allocate (composite%pushed(3, 0:tile_last, 0:tile_last, 0:tile_last, size(model%levels(l)%blocks)), source=0.0_wp)
-         composite%pushed(:, :, :, :, b) = model%levels(l)%solved(5:7, :, :, :, b) - before
+         composite%pushed(:, :, :, :, b) = model%levels(l)%nodes(5:7, :, :, :, b) - before
          do q = 1, 7
-            where (bare) model%levels(l)%solved(q, :, :, :, b) = 0.0_wp
+            where (bare) model%levels(l)%nodes(q, :, :, :, b) = 0.0_wp
          end do
       end associate
    end subroutine push_nodes

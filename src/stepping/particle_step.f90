@@ -23,7 +23,7 @@ module m_particle_step
    use m_deform, only: advance_volume, advance_half_sizes, advance_half_edges, finite_stress
    use m_locate, only: locate_particles
    use m_energy, only: take_sums
-   use m_node_step, only: clock_t, sum_cells, set_order, give_ahead, is_idle
+   use m_node_step, only: clock_t, sum_part, solve_block, look_after_messages, sum_cells, set_order, give_ahead, is_idle
    use m_speed_bounds, only: include_speeds
    implicit none
    private
@@ -32,37 +32,45 @@ module m_particle_step
 contains
 
    !> 5. Nodes to particles; 6. the stress, when it is its turn; 7. where the particles are now. Block by block, while its
-   !> particles are in the cache.
-   subroutine to_particles(model, l, clock, with_stress, error)
+   !> particles and nodes are in the cache: where nobody has asked for the motion of all nodes, those of a block are solved only now,
+   !> and while inner blocks do all of this what other ranks send is on its way.
+   subroutine to_particles(model, l, clock, with_stress, solved, error)
       type(model_t), intent(inout) :: model
       integer, intent(in) :: l
       type(clock_t), intent(in) :: clock
       logical, intent(in) :: with_stress
+      logical, intent(in) :: solved !< all nodes are
       type(error_t), intent(inout) :: error
       type(motion_t) :: motion
-      integer :: b
+      integer :: b, n, part
       logical :: shares_cells
       call model%migration(l)%prepare(model%communicator, model%levels(l))
       shares_cells = with_stress .and. size(model%effect_step(l)%on_cells) > 0
       motion = motion_t(clock%step, model%method%flip_fraction, model%levels(l)%layout%position)
       if (model%levels(l)%layout%next_position > 0) motion%position = model%levels(l)%layout%next_position
-      do b = 1, size(model%levels(l)%blocks)
-         if (is_idle(model, l, b)) cycle
-         if (model%effect_step(l)%works .and. model%levels(l)%blocks(b)%particles%count == 0) &
-            call model%effect_step(l)%measure(model%levels(l), b, clock%step) ! a parent: on what is handed up
-         if (stays_at_rest(model, l, b)) then
-            model%particle_steps_at_rest = model%particle_steps_at_rest + model%levels(l)%blocks(b)%particles%count
-            cycle
-         end if
-         if (model%effect_step(l)%works) then
-            call model%timers%enter(phase_nodes)
-            call model%effect_step(l)%measure(model%levels(l), b, clock%step)
-         end if
-         call scatter(model, l, b, motion, error)
-         if (shares_cells) cycle
-         if (with_stress) call update_stress(model, l, b, clock%step, error)
-         if (model%levels(l)%layout%next_position == 0) call locate(model, l, b, error)
-         if (with_stress) call work_ahead(model, l, b, clock, error)
+      do part = 1, 2
+         if (.not. solved) call sum_part(model, l, part)
+         do n = model%levels(l)%part_end(part - 1) + 1, model%levels(l)%part_end(part)
+            b = model%levels(l)%inner_first(n)
+            if (.not. solved) call solve_block(model, l, b, clock)
+            if (is_idle(model, l, b)) cycle
+            if (model%effect_step(l)%works .and. model%levels(l)%blocks(b)%particles%count == 0) &
+               call model%effect_step(l)%measure(model%levels(l), b, clock%step) ! a parent: on what is handed up
+            if (stays_at_rest(model, l, b)) then
+               model%particle_steps_at_rest = model%particle_steps_at_rest + model%levels(l)%blocks(b)%particles%count
+               cycle
+            end if
+            if (model%effect_step(l)%works) then
+               call model%timers%enter(phase_nodes)
+               call model%effect_step(l)%measure(model%levels(l), b, clock%step)
+            end if
+            call scatter(model, l, b, motion, error)
+            if (shares_cells) cycle
+            if (with_stress) call update_stress(model, l, b, clock%step, error)
+            if (model%levels(l)%layout%next_position == 0) call locate(model, l, b, error)
+            if (with_stress) call work_ahead(model, l, b, clock, error)
+            if (part == 1 .and. .not. solved) call look_after_messages(model, l)
+         end do
       end do
       if (.not. shares_cells) return
       call sum_cells(model, l)
@@ -83,7 +91,7 @@ contains
          stays = block%particles%count == 0
          if (stays) return
          stays = block%at_rest .and. model%skip_at_rest .and. .not. model%effect_step(l)%acts_at_rest
-         if (stays) stays = .not. any(abs(model%levels(l)%solved(2:7, :, :, :, b)) > 0.0_wp)
+         if (stays) stays = .not. any(abs(model%levels(l)%nodes(2:7, :, :, :, b)) > 0.0_wp)
          if (.not. stays) then
             call block%stir()
             return
@@ -125,11 +133,11 @@ contains
       longest%speed = huge(1.0_wp)
       if (motion%time_step > 0.0_wp) longest%speed = furthest_way*model%levels(l)%grid%cell/motion%time_step
       associate (level => model%levels(l), block => model%levels(l)%blocks(b), first => model%levels(l)%layout%gradient)
-         call nodes_to_particles(block%cells, level%solved(:, :, :, :, b), level%layout, frame_of(level, block), motion, &
+         call nodes_to_particles(block%cells, level%nodes(:, :, :, :, b), level%layout, frame_of(level, block), motion, &
                                  block%particles%column, level%gradient, longest)
          if (block%arrived > 0) then
             call level%list_arrivals(b)
-            call nodes_to_particles(level%arrivals, level%solved(:, :, :, :, b), level%layout, frame_of(level, block), motion, &
+            call nodes_to_particles(level%arrivals, level%nodes(:, :, :, :, b), level%layout, frame_of(level, block), motion, &
                                     block%particles%column, level%gradient, longest)
          end if
          if (longest%particle > 0) call report_long_way(model, l, b, longest, motion%time_step, error)
@@ -138,7 +146,7 @@ contains
          if (leads) call add_leads(level%at_edge, level%lead, block%particles%column(:, first:first + 8))
          if (size(model%effect_step(l)%on_cells) == 0) return
          call give_to_cells(n, block%cells%bin, block%particles%column, level%layout, frame_of(level, block), level%gradient, &
-                            level%gathered(:, :, :, :, b))
+                            level%nodes(:, :, :, :, b))
          kept = level%layout%kept_gradient
          if (kept > 0) block%particles%column(:n, kept:kept + 8) = level%gradient(:n, :)
       end associate

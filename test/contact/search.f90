@@ -184,15 +184,15 @@ contains
             end do
          end do
       end do
-      level%solved = 0.0_wp
+      level%nodes = 0.0_wp
       do b = 1, size(level%blocks)
          do k = 0, tile_last
             do j = 0, tile_last
                do i = 0, tile_last
                   at = block_size*level%blocks(b)%place + [i, j, k] - 1
                   if (any(at > cells + 1)) cycle
-                  level%solved(1, i, j, k, b) = 1.0_wp
-                  level%solved(2:4, i, j, k, b) = nodes(:, at(1), at(2), at(3))
+                  level%nodes(1, i, j, k, b) = 1.0_wp
+                  level%nodes(2:4, i, j, k, b) = nodes(:, at(1), at(2), at(3))
                end do
             end do
          end do

@@ -1,9 +1,10 @@
 !test: ranks 1 2 4
 !> Sums over blocks and ranks: the same bits as on one rank, the same bits in all tiles that hold a node, the same where tiles are
-!> summed only as far as particles reach, and what a plain sum over all particles gives.
+!> summed only as far as particles reach and inner blocks go on before messages are sent, and what a plain sum over all particles
+!> gives.
 program exchange
    use mpi_f08
-   use m_kinds, only: wp
+   use m_kinds, only: wp, i8
    use m_constants, only: block_size
    use m_errors, only: error_t
    use m_communicator, only: communicator_t
@@ -22,6 +23,7 @@ program exchange
    type(model_t) :: model, single, reached
    type(error_t) :: error
    integer :: messages, step
+   integer :: inner_seen = 0 !< inner blocks of ranks that have others too, over the steps
    real(wp) :: smallest_part = 1.0_wp
    call comm%start()
    call test%start(comm, 'exchange')
@@ -47,6 +49,7 @@ program exchange
                                         'bytes are counted')
    call against_plain_sum()
    call test%check(-comm%maximum(-smallest_part) < 0.5_wp, 'some tiles are reached in part')
+   if (comm%ranks > 1) call test%check(comm%sum_count(int(inner_seen, i8)) > 0, 'there are inner blocks')
    call single%release()
    call reached%release()
    call model%release()
@@ -54,41 +57,49 @@ program exchange
 
 contains
 
-   !> Every tile filled with what its block's particles give, then summed into `solved`.
+   !> Every tile filled with what its block's particles give, then summed.
    subroutine sums(model)
       type(model_t), intent(inout) :: model
       integer :: b
       associate (level => model%levels(1))
-         level%gathered = -1.0e30_wp ! mirrors and tiles must be written anew
+         level%nodes = -1.0e30_wp ! mirrors and tiles must be written anew
          do b = 1, size(level%blocks)
-            level%gathered(:, :, :, :, b) = 0.0_wp
+            level%nodes(:, :, :, :, b) = 0.0_wp
             call add_to_nodes(level%blocks(b)%cells, level%blocks(b)%particles%column, level%layout, &
-                              frame_of(level, level%blocks(b)), level%gathered(:, :, :, :, b))
+                              frame_of(level, level%blocks(b)), level%nodes(:, :, :, :, b))
          end do
-         call model%exchange(1)%start(model%communicator, level%gathered)
-         call model%exchange(1)%wait(level%gathered)
-         do b = 1, size(level%blocks)
-            call sum_tiles(level%blocks(b)%neighbour, level%gathered, level%solved(:, :, :, :, b))
-         end do
+         call model%exchange(1)%start(model%communicator, level%nodes)
+         call model%exchange(1)%wait(level%nodes)
+         call sum_tiles(level%blocks, level%inner_first, level%nodes)
       end associate
    end subroutine sums
 
-   !> The same, each tile only as far as its particles reach, as a step does it.
+   !> The same, each tile only as far as its particles reach, and in two parts, as a step does it. Sums of the first part change
+   !> nothing that is sent, and those of the second ask for no tile of the first, nor for how far it reaches: both are other by then.
    subroutine reached_sums()
+      real(wp), allocatable :: inner(:, :, :, :, :)
+      integer, allocatable :: reach(:, :, :)
       integer :: b
-      associate (level => reached%levels(1))
+      associate (level => reached%levels(1), first => reached%levels(1)%inner_first(:reached%levels(1)%part_end(1)), &
+                 second => reached%levels(1)%inner_first(reached%levels(1)%part_end(1) + 1:))
          do b = 1, size(level%blocks)
             call level%look_over(b, whole=.false.)
-            call clear(level%gathered(:, :, :, :, b), level%reach(:, :, b))
+            call clear(level%nodes(:, :, :, :, b), level%reach(:, :, b))
             call add_to_nodes(level%blocks(b)%cells, level%blocks(b)%particles%column, level%layout, &
-                              frame_of(level, level%blocks(b)), level%gathered(:, :, :, :, b))
+                              frame_of(level, level%blocks(b)), level%nodes(:, :, :, :, b))
          end do
-         call reached%exchange(1)%start(reached%communicator, level%gathered)
-         call reached%exchange(1)%wait(level%gathered)
-         do b = 1, size(level%blocks)
-            call level%fit_solved(b)
-            call sum_tiles(level%blocks(b)%neighbour, level%gathered, level%solved(:, :, :, :, b), level%reach)
-         end do
+         call sum_tiles(level%blocks, first, level%nodes, level%reach)
+         inner = level%nodes(:, :, :, :, first)
+         reach = level%reach(:, :, first)
+         level%nodes(:, :, :, :, first) = -1.0e30_wp
+         level%reach(1, :, first) = 0
+         level%reach(2, :, first) = merge(-1, tile_last, modulo(step, 2) == 0)
+         call reached%exchange(1)%start(reached%communicator, level%nodes)
+         call reached%exchange(1)%wait(level%nodes)
+         call sum_tiles(level%blocks, second, level%nodes, level%reach)
+         level%nodes(:, :, :, :, first) = inner
+         level%reach(:, :, first) = reach
+         inner_seen = inner_seen + merge(size(first), 0, size(second) > 0)
       end associate
    end subroutine reached_sums
 
@@ -97,7 +108,7 @@ contains
       wrong = 0
       do b = 1, size(reached%levels(1)%blocks)
          associate (low => reached%levels(1)%reach(1, :, b), high => reached%levels(1)%reach(2, :, b), &
-                    part => reached%levels(1)%solved(:, :, :, :, b), all => model%levels(1)%solved(:, :, :, :, b))
+                    part => reached%levels(1)%nodes(:, :, :, :, b), all => model%levels(1)%nodes(:, :, :, :, b))
             wrong = wrong + count(abs(part(:, low(1) + 1:high(1) + 1, low(2) + 1:high(2) + 1, low(3) + 1:high(3) + 1) &
                                       - all(:, low(1) + 1:high(1) + 1, low(2) + 1:high(2) + 1, low(3) + 1:high(3) + 1)) > 0.0_wp)
             if (high(1) >= low(1)) smallest_part = min(smallest_part, product(high - low + 1)/real((tile_last + 1)**3, wp))
@@ -105,7 +116,7 @@ contains
       end do
    end function different_in_reach
 
-   !> Values other than 0 in both pools, outside of what own tiles reach.
+   !> Values other than 0 in the pool, outside of what own tiles reach.
    integer function beyond_reach() result(wrong)
       integer :: b, i, j, k
       wrong = 0
@@ -115,7 +126,7 @@ contains
                do j = 0, tile_last
                   do i = 0, tile_last
                      if (all([i, j, k] >= level%reach(1, :, b)) .and. all([i, j, k] <= level%reach(2, :, b))) cycle
-                     wrong = wrong + count(abs(level%gathered(:, i, j, k, b)) + abs(level%solved(:, i, j, k, b)) > 0.0_wp)
+                     wrong = wrong + count(abs(level%nodes(:, i, j, k, b)) > 0.0_wp)
                   end do
                end do
             end do
@@ -129,7 +140,7 @@ contains
       do b = 1, size(model%levels(1)%blocks)
          associate (place => model%levels(1)%blocks(b)%place)
             s = single%levels(1)%slot(place(1), place(2), place(3))
-            wrong = wrong + count(abs(model%levels(1)%solved(:, :, :, :, b) - single%levels(1)%solved(:, :, :, :, s)) > 0.0_wp)
+            wrong = wrong + count(abs(model%levels(1)%nodes(:, :, :, :, b) - single%levels(1)%nodes(:, :, :, :, s)) > 0.0_wp)
          end associate
       end do
    end function different_bits
@@ -149,7 +160,7 @@ contains
             do j = 0, tile_last
                do i = 0, tile_last
                   at = block_size*single%levels(1)%blocks(b)%place + [i, j, k] - 1
-                  associate (value => single%levels(1)%solved(:, i, j, k, b), node => nodes(:, at(1), at(2), at(3)))
+                  associate (value => single%levels(1)%nodes(:, i, j, k, b), node => nodes(:, at(1), at(2), at(3)))
                      if (.not. held(at(1), at(2), at(3))) node = value
                      if (any(abs(node - value) > 0.0_wp)) wrong = wrong + 1
                   end associate
@@ -204,7 +215,7 @@ contains
             do j = 0, tile_last
                do i = 0, tile_last
                   at = block_size*model%levels(1)%blocks(b)%place + [i, j, k] - 1
-                  associate (value => model%levels(1)%solved(:, i, j, k, b), to => plain(:, at(1), at(2), at(3)))
+                  associate (value => model%levels(1)%nodes(:, i, j, k, b), to => plain(:, at(1), at(2), at(3)))
                      call keep_worst(off(1), (value(1) - to(1))/scale(1))
                      call keep_worst(off(2), maxval(abs(value(2:4) - to(2:4)))/scale(2))
                      call keep_worst(off(3), maxval(abs(value(5:7) - to(5:7)))/scale(3))

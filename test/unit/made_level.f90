@@ -87,19 +87,19 @@ contains
       do b = 1, size(level%blocks)
          associate (block => level%blocks(b))
             call block%look_over()
-            level%gathered(:, :, :, :, b) = 0.0_wp
+            level%nodes(:, :, :, :, b) = 0.0_wp
             call add_to_nodes(block%cells, block%particles%column, level%layout, frame_of(level, block), &
-                              level%gathered(:, :, :, :, b))
-            call fold_symmetry(level%grid, block%place, level%gathered(:, :, :, :, b), motion_parity)
+                              level%nodes(:, :, :, :, b))
+            call fold_symmetry(level%grid, block%place, level%nodes(:, :, :, :, b), motion_parity)
          end associate
       end do
+      call sum_tiles(level%blocks, level%inner_first, level%nodes)
       do b = 1, size(level%blocks)
-         call sum_tiles(level%blocks(b)%neighbour, level%gathered, level%solved(:, :, :, :, b))
          call collect(level, b, state%sums, held, state%disagreements)
       end do
       do b = 1, size(level%blocks)
-         call solve_nodes(level%solved(:, :, :, :, b), time_step)
-         call constrain_nodes(level%grid, level%blocks(b)%place, level%solved(:, :, :, :, b))
+         call solve_nodes(level%nodes(:, :, :, :, b), time_step)
+         call constrain_nodes(level%grid, level%blocks(b)%place, level%nodes(:, :, :, :, b))
          call collect(level, b, state%solved, state%held, state%disagreements)
       end do
    end subroutine all_nodes
@@ -117,7 +117,7 @@ contains
             do i = 0, tile_last
                at = block_size*level%blocks(b)%place + [i, j, k] - 1
                if (any(at > level%grid%cells + 1)) cycle
-               associate (value => level%solved(:, i, j, k, b), node => nodes(:, at(1), at(2), at(3)))
+               associate (value => level%nodes(:, i, j, k, b), node => nodes(:, at(1), at(2), at(3)))
                   if (.not. held(at(1), at(2), at(3))) node = value
                   if (any(abs(node - value) > 0.0_wp)) disagreements = disagreements + 1
                end associate
