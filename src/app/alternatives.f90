@@ -158,7 +158,8 @@ contains
       share = 1.0_wp + 7.0_wp*box%particles/real(max(1_i8, model%communicator%sum_count(model%particle_count())), wp)
       other%stores = share*price%stores
       other%buffers = share*price%buffers
-      other%tiles = price%tiles*(1.0_wp + box%blocks/all_blocks(model))
+      other%tiles = price%tiles*(1.0_wp + box%blocks/all_blocks(model)) &
+                    + 8.0_wp*model%communicator%sum_count(size(model%levels(size(model%levels))%nodes, kind=i8)) ! `handed`
    end function one_level_more
 
    !> Share of the work with blocks that the finest level has.

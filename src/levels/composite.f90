@@ -41,8 +41,8 @@ module m_composite
                                                              !< grown, N, (3, 0:9, 0:9, 0:9, receivers)
       real(wp), allocatable, private :: ahead(:, :, :, :, :) !< and the velocity that gradients of coarser particles are ahead by,
                                                              !< m/s
-      real(wp), allocatable, private :: own_mass(:, :, :, :) !< of the nodes of those, without what is handed up: (0:9, 0:9, 0:9,
-                                                             !< blocks)
+      real(wp), allocatable, private :: own_mass(:, :, :, :) !< of the nodes of blocks that add to sums of what is handed up,
+                                                             !< without that: (0:9, 0:9, 0:9, blocks)
       integer, allocatable, private :: ranks(:)
       type(MPI_Datatype), allocatable, private :: of_blocks(:), of_parents(:) !< cubes shared with each rank: of own blocks, own
                                                                               !< parents

@@ -209,7 +209,7 @@ contains
             if (present(wanted)) then
                if (.not. any(is_wanted(holder(:held)%slot))) cycle
             end if
-            if (held == 2 .and. holder(held)%slot <= size(blocks) .and. all(holder(1)%first == holder(2)%first) &
+            if (held == 2 .and. all(holder(:2)%slot <= size(blocks)) .and. all(holder(1)%first == holder(2)%first) &
                 .and. all(holder(1)%last == holder(2)%last)) then
                call sum_two(holder(1), holder(2), tiles)
             else

@@ -26,8 +26,8 @@ module m_block
       logical :: pressed = .true.        !< some particle may carry a contact pressure, of the last step or the one before
       logical :: at_rest = .false.       !< no particle moves, none is under stress
       logical :: tile_holds = .false.    !< its tile is what its particles give as they are now, but for what has arrived
-      real(wp), allocatable :: resting_mass(:, :, :) !< (0:9, 0:9, 0:9), while it is at rest: what its particles give, kg; all else
-                                                     !< is 0
+      real(wp), allocatable :: resting_mass(:, :, :) !< (0:9, 0:9, 0:9), while it is at rest, and nobody else gives to its tile: what
+                                                     !< its particles give, kg; all else is 0
       logical :: sums_hold = .false.     !< `sums` is of its particles as they are now
       real(wp) :: sums(sum_count) = 0.0_wp !< of its particles, as energy.f90 numbers them
       real(wp) :: wave_speed = 0.0_wp    !< largest of its particles, m/s

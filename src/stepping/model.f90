@@ -69,6 +69,7 @@ module m_model
       logical :: works_ahead = .true.                 !< to nodes of the next step while blocks are in the cache: the same bits,
                                                       !< less time
       logical :: skip_at_rest = .true.                !< leave out blocks that are at rest: the same bits, less time
+      logical :: follows_speeds = .true.              !< time steps follow `bounds`, which else stay what they were at the start
    contains
       procedure :: build
       procedure :: connect
@@ -104,6 +105,7 @@ contains
       integer :: e, l
       self%communicator = communicator
       self%method = scene%time
+      self%follows_speeds = .not. scene%time%time_step > 0.0_wp
       self%materials = make_materials(scene)
       if ((self%method%domain /= domain_fixed .or. has_levels(scene)) .and. first_id(size(scene%bodies) + 1) > 2_i8**id_bits) then
          call fail(error, exit_input, "with levels, or domains other than 'fixed', a scene has at most "// &
@@ -135,12 +137,14 @@ contains
       type(scene_t), intent(in) :: scene
       type(error_t), intent(inout) :: error
       integer, allocatable :: counts(:), owner(:)
-      integer :: e, l
+      integer :: e, finest, l
       call require_memory(self, scene%place('cell_size'), sum(expected_count(scene%bodies, self%levels(1)%grid)), 0.0_wp, error)
       if (error%happened()) return
       call count_particles(self, scene, counts, error)
       if (error%happened()) return
-      call require_memory(self, scene%place('cell_size'), sum(real(max(counts, 0), wp)), real(count(counts >= 0), wp), error)
+      finest = blocks_before(self%levels, size(self%levels)) + 1 ! the blocks of the others have two tiles
+      call require_memory(self, scene%place('cell_size'), sum(real(max(counts, 0), wp)), &
+                          real(count(counts >= 0) + count(counts(:finest - 1) >= 0), wp), error)
       if (error%happened()) return
       allocate (owner(size(counts)))
       call choose_owners(self%communicator, self%levels, work_of(self%levels, counts, self%steps_of_levels()), owner, error)
@@ -275,16 +279,16 @@ contains
    end subroutine declare_fields
 
    !> Collective: refuse what does not fit into the memory of the machines.
-   subroutine require_memory(self, place, particles, blocks, error)
+   subroutine require_memory(self, place, particles, tiles, error)
       class(model_t), intent(in) :: self
-      character(len=*), intent(in) :: place     !< how the sentence begins
-      real(wp), intent(in) :: particles, blocks !< how many
+      character(len=*), intent(in) :: place    !< how the sentence begins
+      real(wp), intent(in) :: particles, tiles !< how many
       real(wp), parameter :: bytes_beside = 16.0_wp !< id, body and bin of a particle
       real(wp), parameter :: tile_bytes = 8.0_wp*node_values*(tile_last + 1)**3 !< of the nodes of a block
       type(error_t), intent(inout) :: error
       real(wp) :: needed, free
       free = free_memory(self%communicator)
-      needed = particles*(bytes_per_column*self%levels(1)%table%columns + bytes_beside) + blocks*tile_bytes
+      needed = particles*(bytes_per_column*self%levels(1)%table%columns + bytes_beside) + tiles*tile_bytes
       if (needed > free) call fail(error, exit_input, place//': the scene makes about '//to_text(particles, 3)// &
          ' particles, which need '//si(needed, 'B')//' of memory; '//si(free, 'B')// &
          ' are free: take larger cells, fewer particles_per_cell or more machines')

@@ -106,11 +106,13 @@ contains
    end function is_idle
 
    !> True when the nodes of a block matter where its particles do not reach: effects and other levels give to them or ask of them,
-   !> and a side of the grid sets them.
+   !> and a side of the grid sets them where anybody wants to know of them.
    pure logical function takes_more(model, l, b)
       type(model_t), intent(in) :: model
       integer, intent(in) :: l, b
-      takes_more = model%effect_step(l)%works .or. is_constrained(model%levels(l)%grid, model%levels(l)%blocks(b)%place)
+      takes_more = model%effect_step(l)%works
+      if (.not. takes_more .and. .not. is_idle(model, l, b)) &
+         takes_more = is_constrained(model%levels(l)%grid, model%levels(l)%blocks(b)%place)
       if (l < size(model%levels)) takes_more = takes_more .or. model%composite(l + 1)%receives(b)
       if (l > 1) takes_more = takes_more .or. model%composite(l)%edge_of(b) > 0
    end function takes_more
@@ -127,6 +129,8 @@ contains
          if (fits .and. block%tile_holds) then
             continue
          else if (fits .and. allocated(block%resting_mass)) then
+            call model%timers%enter(phase_to_nodes)
+            call model%levels(l)%look_over(b, takes_more(model, l, b))
             call give_resting(model%levels(l)%nodes(:, :, :, :, b), block%resting_mass, model%levels(l)%reach(:, :, b))
          else
             call set_order(model, l, b)
@@ -136,10 +140,11 @@ contains
       if (model%levels(l)%blocks(b)%arrived > 0) call give_arrivals(model, l, b)
       associate (level => model%levels(l), block => model%levels(l)%blocks(b))
          call block%take_averages()
+         call keep_resting(block, level%nodes(1, :, :, :, b), .not. is_parent(model, l, b) &
+                           .and. .not. model%effect_step(l)%works .and. .not. model%effect_step(l)%acts_at_rest)
          if (model%effect_step(l)%works) call model%effect_step(l)%give_forces(model%effects, level, b, time, model%timers)
          call fold_symmetry(level%grid, block%place, level%nodes(:, :, :, :, b), motion_parity)
          block%tile_holds = .false. ! sums will take its place
-         call keep_resting(block, level%nodes(1, :, :, :, b), .not. is_parent(model, l, b) .and. .not. model%effect_step(l)%works)
       end associate
    end subroutine gather
 
@@ -147,7 +152,7 @@ contains
    pure subroutine keep_resting(block, mass, alone)
       type(block_t), intent(inout) :: block
       real(wp), intent(in) :: mass(0:, 0:, 0:) !< of its tile, kg
-      logical, intent(in) :: alone             !< nobody else gives to its tile
+      logical, intent(in) :: alone             !< nobody else gives to its tile, and its particles give nothing else
       if (block%at_rest .and. alone .and. block%particles%count > 0) then
          if (.not. allocated(block%resting_mass)) allocate (block%resting_mass(0:tile_last, 0:tile_last, 0:tile_last), source=mass)
       else if (allocated(block%resting_mass)) then

@@ -91,7 +91,7 @@ contains
          stays = block%particles%count == 0
          if (stays) return
          stays = block%at_rest .and. model%skip_at_rest .and. .not. model%effect_step(l)%acts_at_rest
-         if (stays) stays = .not. any(abs(model%levels(l)%nodes(2:7, :, :, :, b)) > 0.0_wp)
+         if (stays) stays = .not. any_moves(model%levels(l)%nodes(:, :, :, :, b), block%cells%reach())
          if (.not. stays) then
             call block%stir()
             return
@@ -99,6 +99,15 @@ contains
          model%bounds%wave_speed = max(model%bounds%wave_speed, block%wave_speed)
       end associate
    end function stays_at_rest
+
+   !> True when a node within what the particles of a block reach has a velocity or an acceleration.
+   pure logical function any_moves(tile, reach)
+      real(wp), intent(in) :: tile(node_values, 0:tile_last, 0:tile_last, 0:tile_last)
+      integer, intent(in) :: reach(2, 3)
+      associate (a => reach(1, :), z => reach(2, :))
+         any_moves = any(abs(tile(2:7, a(1):z(1), a(2):z(2), a(3):z(3))) > 0.0_wp)
+      end associate
+   end function any_moves
 
    !> The stress from the velocity of the nodes as they stand: velocity gradient only, no motion.
    subroutine strain(model, l, time_step, error)
@@ -344,7 +353,7 @@ contains
          if (any(block%lowest < level%grid%lower) .or. any(block%highest > level%grid%upper)) &
             call report_outside(model, l, b, error)
          if (block%leaver_count > 0) call check_leavers(model, l, b, error)
-         call include_speeds(model%bounds, model%materials, level%layout, block)
+         if (model%follows_speeds) call include_speeds(model%bounds, model%materials, level%layout, block)
          block%at_rest = block%leaver_count == 0 .and. .not. moved .and. rests(block%particles, level%layout)
       end associate
       if (.not. error%happened()) call tidy(model, l, b)
