@@ -76,15 +76,20 @@ contains
       integer, intent(in) :: from, to
       integer, allocatable, intent(out) :: lengths(:)
       integer(MPI_ADDRESS_KIND), allocatable, intent(out) :: places(:)
-      integer :: index, place(3), slot
-      allocate (lengths(0), places(0))
+      logical :: shared(0:tile_last, 0:tile_last, 0:tile_last)
+      integer :: index, place(3), runs, slot
+      allocate (lengths(2*width**2), places(2*width**2))
+      runs = 0
       do index = 1, product(level%grid%blocks)
          place = level%grid%block_place(index)
          if (level%owner_at(place) /= from) cycle
          slot = level%slot(place(1), place(2), place(3))
          if (slot == 0) cycle
-         call add_runs(shared_nodes(level, place, to), slot, lengths, places)
+         shared = shared_nodes(level, place, to)
+         if (any(shared)) call add_runs(shared, slot, runs, lengths, places)
       end do
+      lengths = lengths(:runs)
+      places = places(:runs)
    end subroutine shared_runs
 
    !> The nodes of a block's tile that blocks of rank `to` also have.
@@ -103,16 +108,19 @@ contains
       end do
    end function shared_nodes
 
-   !> Append the runs along x of the marked nodes of one slot.
-   subroutine add_runs(shared, slot, lengths, places)
+   !> Append the runs along x of the marked nodes of one slot to the first `runs`: at most two a row, for they begin or end at a side.
+   subroutine add_runs(shared, slot, runs, lengths, places)
       logical, intent(in) :: shared(0:tile_last, 0:tile_last, 0:tile_last)
       integer, intent(in) :: slot
+      integer, intent(inout) :: runs
       integer, allocatable, intent(inout) :: lengths(:)
       integer(MPI_ADDRESS_KIND), allocatable, intent(inout) :: places(:)
       integer, parameter :: bytes_a_node = node_values*storage_size(1.0_wp)/8
-      integer :: i, j, k, first, run_length(width*width*width), runs
-      integer(MPI_ADDRESS_KIND) :: run_place(width*width*width)
-      runs = 0
+      integer :: i, j, k, first
+      if (size(lengths) < runs + 2*width**2) then
+         lengths = [lengths, spread(0, 1, runs + 2*width**2)]
+         places = [places, spread(0_MPI_ADDRESS_KIND, 1, runs + 2*width**2)]
+      end if
       do k = 0, tile_last
          do j = 0, tile_last
             i = 0
@@ -124,15 +132,13 @@ contains
                      i = i + 1
                   end do
                   runs = runs + 1
-                  run_length(runs) = node_values*(i - first + 1)
-                  run_place(runs) = bytes_a_node*(first + width*(j + width*(k + width*(slot - 1_MPI_ADDRESS_KIND))))
+                  lengths(runs) = node_values*(i - first + 1)
+                  places(runs) = bytes_a_node*(first + width*(j + width*(k + width*(slot - 1_MPI_ADDRESS_KIND))))
                end if
                i = i + 1
             end do
          end do
       end do
-      lengths = [lengths, run_length(:runs)]
-      places = [places, run_place(:runs)]
    end subroutine add_runs
 
    subroutine make_type(lengths, places, datatype)
