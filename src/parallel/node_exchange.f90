@@ -9,7 +9,7 @@ module m_node_exchange
    use m_kinds, only: wp, i8
    use m_constants, only: block_size
    use m_communicator, only: communicator_t
-   use m_block, only: block_t
+   use m_block, only: block_t, direction_of
    use m_level, only: level_t, tile_last, node_values
    implicit none
    private
@@ -330,13 +330,6 @@ contains
       integer, intent(in) :: direction
       shared_last = merge(1, merge(tile_last, tile_last - 2, direction == 1), direction == -1)
    end function shared_last
-
-   !> Direction -1, 0, 1 along each axis of the n-th of the 27 blocks around a block.
-   pure function direction_of(n) result(direction)
-      integer, intent(in) :: n
-      integer :: direction(3)
-      direction = [mod(n - 1, 3), mod((n - 1)/3, 3), (n - 1)/9] - 1
-   end function direction_of
 
    !> First and last tile index, along each axis, that a block shares with its neighbour in a direction.
    pure elemental integer function overlap_first(direction)
