@@ -37,7 +37,7 @@ contains
       integer(i8) :: bytes, blocks
       integer :: cores, ranks
       real(wp) :: time_step
-      bytes = model%communicator%sum_count(sum(own_bytes(model%levels)))
+      bytes = model%communicator%sum_count(sum(own_bytes(model%levels) + model%exchange%held()))
       blocks = model%communicator%sum_count(int(sum(own_blocks(model%levels)), i8))
       time_step = next_time_step(scene, model)
       associate (grid => model%levels(1)%grid)

@@ -1,7 +1,8 @@
 !> Sums of node values across blocks and ranks.
 !>
-!> Every block's tile overlaps its neighbours' by two node layers. Each rank receives the overlapping parts of its remote
-!> neighbours' tiles into mirror slots, one message a neighbour rank, described by a derived datatype over the pool of tiles.
+!> Every block's tile overlaps its neighbours' by two node layers. Each rank takes the overlapping parts of its remote neighbours'
+!> tiles into mirror slots: a neighbour puts them into its outbox and says where they are, in one message. On the same machine they
+!> are fetched from there; to another machine the message takes them along.
 !> Then all tiles here that hold a node take, in place of what they have, the sum over them and the mirrors, in the order of their
 !> block indices: they get the same bits, on any number of ranks, and nothing has to be sent back.
 module m_node_exchange
@@ -9,28 +10,46 @@ module m_node_exchange
    use m_kinds, only: wp, i8
    use m_constants, only: block_size
    use m_communicator, only: communicator_t
+   use m_outbox, only: outbox_t
    use m_block, only: block_t, direction_of
    use m_level, only: level_t, tile_last, node_values
    implicit none
    private
    public :: node_exchange_t, sum_tiles
 
+   !> Runs of values that follow each other in a pool of tiles, and what goes from one rank to another one after the other.
+   type :: runs_t
+      integer(i8), allocatable :: before(:) !< values of the pool before each run
+      integer, allocatable :: length(:)
+      integer(i8) :: values = 0             !< of all
+   end type runs_t
+
    !> The messages of one decomposition of a level.
    type :: node_exchange_t
       integer, allocatable :: ranks(:)                  !< neighbour ranks, rising
-      type(MPI_Datatype), allocatable :: give(:), take(:)
+      integer(i8) :: bytes_each = 0                     !< given by this rank in one exchange
+      integer(i8) :: messages = 0, bytes = 0            !< given by this rank over the run
+      type(runs_t), allocatable, private :: give(:), take(:)
+      type(outbox_t), private :: outbox                 !< two halves, used in turn: a neighbour may still read what it was given
+                                                        !< last, but not what was given before that
+      real(wp), allocatable, private :: inbox(:)        !< what comes from ranks on other machines
+      integer(i8), allocatable, private :: given(:)     !< values in the outbox before those for each neighbour: the message, on this machine
+      integer(i8), allocatable, private :: found(:)     !< values in each neighbour's outbox, or in the inbox, before those for this
+      logical, allocatable, private :: near(:)          !< neighbours on this machine
+      integer(i8), private :: turn = 0                  !< exchanges that have begun
       type(MPI_Request), allocatable, private :: requests(:)
-      integer(i8) :: bytes_each = 0                     !< sent by this rank in one exchange
-      integer(i8) :: messages = 0, bytes = 0            !< sent by this rank over the run
    contains
       procedure :: build
+      procedure :: open
       procedure :: start
       procedure :: progress
       procedure :: wait
+      procedure :: held
       procedure :: release
    end type node_exchange_t
 
    integer, parameter :: width = tile_last + 1 !< of a tile
+   integer(i8), parameter :: bytes_per_value = storage_size(1.0_wp)/8
 
    !> A tile that holds nodes that blocks share.
    type :: holder_t
@@ -41,16 +60,13 @@ module m_node_exchange
 
 contains
 
-   !> Build the datatypes for the level's blocks and mirrors, whose pool of tiles must be allocated.
+   !> Whom this rank gives what of the level's tiles, and what it takes from whom.
    subroutine build(self, communicator, level)
       class(node_exchange_t), intent(inout) :: self
       type(communicator_t), intent(in) :: communicator
       type(level_t), intent(in) :: level
       logical :: neighbour(0:communicator%ranks - 1)
-      integer, allocatable :: lengths(:)
-      integer(MPI_ADDRESS_KIND), allocatable :: places(:)
       integer :: m, n, r, place(3)
-      call self%release()
       neighbour = .false.
       do m = 1, size(level%mirror_index)
          place = level%grid%block_place(level%mirror_index(m))
@@ -58,39 +74,57 @@ contains
       end do
       self%ranks = pack([(r, r=0, communicator%ranks - 1)], neighbour)
       n = size(self%ranks)
-      allocate (self%give(n), self%take(n), self%requests(2*n))
-      self%bytes_each = 0
+      if (allocated(self%give)) deallocate (self%give, self%take)
+      allocate (self%give(n), self%take(n))
       do r = 1, n
-         call shared_runs(level, communicator%rank, self%ranks(r), lengths, places)
-         call make_type(lengths, places, self%give(r))
-         self%bytes_each = self%bytes_each + 8_i8*sum(lengths)
-         call shared_runs(level, self%ranks(r), communicator%rank, lengths, places)
-         call make_type(lengths, places, self%take(r))
+         call find_shared(level, communicator%rank, self%ranks(r), self%give(r))
+         call find_shared(level, self%ranks(r), communicator%rank, self%take(r))
       end do
+      self%bytes_each = bytes_per_value*sum(self%give%values)
    end subroutine build
 
-   !> The runs of values of all tiles of rank `from` that rank `to` needs, and where in the pool each begins (bytes); the same order
-   !> on both ranks.
-   subroutine shared_runs(level, from, to, lengths, places)
+   !> Collective, after `build`: places in outboxes, and room there.
+   subroutine open(self, communicator)
+      class(node_exchange_t), intent(inout) :: self
+      type(communicator_t), intent(in) :: communicator
+      integer(i8) :: far
+      integer :: n, r
+      n = size(self%ranks)
+      call self%outbox%reserve(communicator, 2*sum(self%give%values))
+      self%near = [(self%outbox%reads(self%ranks(r)), r=1, n)]
+      self%given = [(0_i8, r=1, n)]
+      self%found = [(sum(self%take(:r - 1)%values, .not. self%near(:r - 1)), r=1, n)]
+      if (allocated(self%requests)) deallocate (self%requests)
+      allocate (self%requests(2*n))
+      far = sum(self%take%values, .not. self%near)
+      if (allocated(self%inbox)) then
+         if (size(self%inbox, kind=i8) >= far) return
+         deallocate (self%inbox)
+      end if
+      allocate (self%inbox(far))
+   end subroutine open
+
+   !> The runs of all tiles of rank `from` that rank `to` needs; in the same order on both ranks.
+   subroutine find_shared(level, from, to, runs)
       type(level_t), intent(in) :: level
       integer, intent(in) :: from, to
-      integer, allocatable, intent(out) :: lengths(:)
-      integer(MPI_ADDRESS_KIND), allocatable, intent(out) :: places(:)
+      type(runs_t), intent(out) :: runs
       logical :: shared(0:tile_last, 0:tile_last, 0:tile_last)
-      integer :: index, place(3), runs, slot
-      allocate (lengths(2*width**2), places(2*width**2))
-      runs = 0
+      integer :: count, index, place(3), slot
+      allocate (runs%length(2*width**2), runs%before(2*width**2))
+      count = 0
       do index = 1, product(level%grid%blocks)
          place = level%grid%block_place(index)
          if (level%owner_at(place) /= from) cycle
          slot = level%slot(place(1), place(2), place(3))
          if (slot == 0) cycle
          shared = shared_nodes(level, place, to)
-         if (any(shared)) call add_runs(shared, slot, runs, lengths, places)
+         if (any(shared)) call add_runs(shared, slot, count, runs)
       end do
-      lengths = lengths(:runs)
-      places = places(:runs)
-   end subroutine shared_runs
+      runs%length = runs%length(:count)
+      runs%before = runs%before(:count)
+      runs%values = sum(int(runs%length, i8))
+   end subroutine find_shared
 
    !> The nodes of a block's tile that blocks of rank `to` also have.
    pure function shared_nodes(level, place, to) result(shared)
@@ -108,91 +142,145 @@ contains
       end do
    end function shared_nodes
 
-   !> Append the runs along x of the marked nodes of one slot to the first `runs`: at most two a row, for they begin or end at a side.
-   subroutine add_runs(shared, slot, runs, lengths, places)
+   !> Append the runs of the marked nodes of one slot to the first `count`. Rows along x have at most two, which begin or end at a
+   !> side.
+   subroutine add_runs(shared, slot, count, runs)
       logical, intent(in) :: shared(0:tile_last, 0:tile_last, 0:tile_last)
       integer, intent(in) :: slot
-      integer, intent(inout) :: runs
-      integer, allocatable, intent(inout) :: lengths(:)
-      integer(MPI_ADDRESS_KIND), allocatable, intent(inout) :: places(:)
-      integer, parameter :: bytes_a_node = node_values*storage_size(1.0_wp)/8
-      integer :: i, j, k, first
-      if (size(lengths) < runs + 2*width**2) then
-         lengths = [lengths, spread(0, 1, runs + 2*width**2)]
-         places = [places, spread(0_MPI_ADDRESS_KIND, 1, runs + 2*width**2)]
+      integer, intent(inout) :: count
+      type(runs_t), intent(inout) :: runs
+      integer(i8) :: before, behind
+      integer :: i, j, k
+      if (size(runs%length) < count + 2*width**2) then
+         runs%length = [runs%length, spread(0, 1, count + 2*width**2)]
+         runs%before = [runs%before, spread(0_i8, 1, count + 2*width**2)]
       end if
+      behind = -1
       do k = 0, tile_last
          do j = 0, tile_last
-            i = 0
-            do while (i <= tile_last)
-               if (shared(i, j, k)) then
-                  first = i
-                  do while (i < tile_last)
-                     if (.not. shared(i + 1, j, k)) exit
-                     i = i + 1
-                  end do
-                  runs = runs + 1
-                  lengths(runs) = node_values*(i - first + 1)
-                  places(runs) = bytes_a_node*(first + width*(j + width*(k + width*(slot - 1_MPI_ADDRESS_KIND))))
+            do i = 0, tile_last
+               if (.not. shared(i, j, k)) cycle
+               before = node_values*(i + width*(j + width*(k + width*(slot - 1_i8))))
+               if (before /= behind) then
+                  count = count + 1
+                  runs%before(count) = before
+                  runs%length(count) = 0
                end if
-               i = i + 1
+               runs%length(count) = runs%length(count) + node_values
+               behind = before + node_values
             end do
          end do
       end do
    end subroutine add_runs
 
-   subroutine make_type(lengths, places, datatype)
-      integer, intent(in) :: lengths(:)
-      integer(MPI_ADDRESS_KIND), intent(in) :: places(:)
-      type(MPI_Datatype), intent(out) :: datatype
-      call MPI_Type_create_hindexed(size(lengths), lengths, places, MPI_DOUBLE_PRECISION, datatype)
-      call MPI_Type_commit(datatype)
-   end subroutine make_type
-
-   !> Begin to exchange the tiles of shared blocks; they must be complete. Other blocks may still be worked on.
+   !> Begin to exchange the tiles of shared blocks; they must be complete, and may be changed from here on.
    subroutine start(self, communicator, tiles)
-      class(node_exchange_t), intent(inout) :: self
+      class(node_exchange_t), intent(inout), asynchronous :: self
       type(communicator_t), intent(in) :: communicator
-      real(wp), intent(inout), contiguous, asynchronous :: tiles(:, :, :, :, :)
+      real(wp), intent(in), contiguous :: tiles(:, :, :, :, :)
       integer :: r, n
       n = size(self%ranks)
+      if (n == 0) return
       do r = 1, n
-         call MPI_Irecv(tiles, 1, self%take(r), self%ranks(r), 1, communicator%comm, self%requests(r))
+         associate (give => self%give(r), take => self%take(r), rank => self%ranks(r))
+            self%given(r) = sum(self%give(:r - 1)%values) + mod(self%turn, 2_i8)*sum(self%give%values)
+            call put(give, tiles, self%outbox%own(self%given(r) + 1:self%given(r) + give%values))
+         end associate
       end do
+      call self%outbox%set_in_order()
       do r = 1, n
-         call MPI_Isend(tiles, 1, self%give(r), self%ranks(r), 1, communicator%comm, self%requests(n + r))
+         associate (give => self%give(r), take => self%take(r), rank => self%ranks(r))
+            if (self%near(r)) then
+               call MPI_Irecv(self%found(r), 1, MPI_INTEGER8, rank, 1, communicator%comm, self%requests(r))
+               call MPI_Isend(self%given(r), 1, MPI_INTEGER8, rank, 1, communicator%comm, self%requests(n + r))
+            else
+               call MPI_Irecv(self%inbox(self%found(r) + 1:), int(take%values), MPI_DOUBLE_PRECISION, rank, 1, &
+                              communicator%comm, self%requests(r))
+               call MPI_Isend(self%outbox%own(self%given(r) + 1:), int(give%values), MPI_DOUBLE_PRECISION, rank, 1, &
+                              communicator%comm, self%requests(n + r))
+            end if
+         end associate
       end do
+      self%turn = self%turn + 1
       self%messages = self%messages + n
       self%bytes = self%bytes + self%bytes_each
    end subroutine start
 
-   !> Between two blocks' work: let MPI see to messages that are on their way; large ones move only when both ranks look after them.
-   subroutine progress(self, tiles)
-      class(node_exchange_t), intent(inout) :: self
-      real(wp), intent(inout), contiguous, asynchronous :: tiles(:, :, :, :, :)
+   !> Between two blocks' work: let MPI see to large messages, which move only when both ranks look after them.
+   subroutine progress(self)
+      class(node_exchange_t), intent(inout), asynchronous :: self
       logical :: done
+      if (all(self%near)) return
       call MPI_Testall(size(self%requests), self%requests, done, MPI_STATUSES_IGNORE)
-      if (.not. MPI_ASYNC_PROTECTS_NONBLOCKING) call MPI_F_sync_reg(tiles)
+      if (.not. MPI_ASYNC_PROTECTS_NONBLOCKING) call MPI_F_sync_reg(self%inbox)
    end subroutine progress
 
-   !> Wait until the mirrors are filled and the own tiles may be written again.
+   !> Wait until the neighbours have given, and fill the mirrors.
    subroutine wait(self, tiles)
-      class(node_exchange_t), intent(inout) :: self
-      real(wp), intent(inout), contiguous, asynchronous :: tiles(:, :, :, :, :)
+      class(node_exchange_t), intent(inout), asynchronous :: self
+      real(wp), intent(inout), contiguous :: tiles(:, :, :, :, :)
+      integer :: r
+      if (size(self%ranks) == 0) return
       call MPI_Waitall(size(self%requests), self%requests, MPI_STATUSES_IGNORE)
-      if (.not. MPI_ASYNC_PROTECTS_NONBLOCKING) call MPI_F_sync_reg(tiles)
+      if (.not. MPI_ASYNC_PROTECTS_NONBLOCKING) then
+         call MPI_F_sync_reg(self%inbox)
+         call MPI_F_sync_reg(self%found)
+      end if
+      call self%outbox%set_in_order()
+      do r = 1, size(self%ranks)
+         associate (take => self%take(r), found => self%found(r))
+            if (self%near(r)) then
+               call take_out(take, self%outbox%values_of(self%ranks(r), found, take%values), tiles)
+            else
+               call take_out(take, self%inbox(found + 1:found + take%values), tiles)
+            end if
+         end associate
+      end do
    end subroutine wait
 
-   !> Free the datatypes.
+   !> Runs of a pool one after the other.
+   pure subroutine put(runs, pool, values)
+      type(runs_t), intent(in) :: runs
+      real(wp), intent(in) :: pool(*)
+      real(wp), intent(inout) :: values(*)
+      integer(i8) :: at
+      integer :: r, v
+      at = 0
+      do r = 1, size(runs%length)
+         do v = 1, runs%length(r)
+            values(at + v) = pool(runs%before(r) + v)
+         end do
+         at = at + runs%length(r)
+      end do
+   end subroutine put
+
+   !> The other way.
+   pure subroutine take_out(runs, values, pool)
+      type(runs_t), intent(in) :: runs
+      real(wp), intent(in) :: values(*)
+      real(wp), intent(inout) :: pool(*)
+      integer(i8) :: at
+      integer :: r, v
+      at = 0
+      do r = 1, size(runs%length)
+         do v = 1, runs%length(r)
+            pool(runs%before(r) + v) = values(at + v)
+         end do
+         at = at + runs%length(r)
+      end do
+   end subroutine take_out
+
+   !> Memory held by messages (bytes).
+   elemental integer(i8) function held(self)
+      class(node_exchange_t), intent(in) :: self
+      held = self%outbox%bytes()
+      if (allocated(self%inbox)) held = held + bytes_per_value*size(self%inbox, kind=i8)
+   end function held
+
+   !> Collective: free what the ranks of a machine share.
    subroutine release(self)
       class(node_exchange_t), intent(inout) :: self
-      integer :: r
-      if (.not. allocated(self%ranks)) return
-      do r = 1, size(self%ranks)
-         call MPI_Type_free(self%give(r))
-         call MPI_Type_free(self%take(r))
-      end do
-      deallocate (self%ranks, self%give, self%take, self%requests)
+      call self%outbox%release()
    end subroutine release
 
    !> In place of what the tiles hold of the nodes that blocks share: the sums over all tiles that hold them, in the order of their

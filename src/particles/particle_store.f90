@@ -101,14 +101,17 @@ contains
       class(particle_store_t), intent(inout) :: self
       integer(i4), intent(in) :: order(:)
       real(wp), intent(inout), contiguous :: work(:, :)
-      integer :: c, columns, n
+      integer :: c, columns, n, p
       n = size(order)
       columns = size(self%column, 2)
       do c = 1, columns - together + 1, together
          call permute_columns(self%column(:, c:c + together - 1), order, work)
       end do
       do c = c, columns
-         work(:n, 1) = self%column(order, c)
+         !GCC$ novector
+         do p = 1, n
+            work(p, 1) = self%column(order(p), c)
+         end do
          self%column(:n, c) = work(:n, 1)
       end do
       call permute_ids(self%id, order, work(:, 1))
@@ -123,12 +126,12 @@ contains
       integer(i4), intent(in) :: order(:)
       real(wp), intent(inout), contiguous :: work(:, :)
       integer :: c, p
-      !GCC$ novector
+      !$omp simd simdlen(4)
       do p = 1, size(order)
-         !GCC$ unroll 4
-         do c = 1, together
-            work(p, c) = column(order(p), c)
-         end do
+         work(p, 1) = column(order(p), 1)
+         work(p, 2) = column(order(p), 2)
+         work(p, 3) = column(order(p), 3)
+         work(p, 4) = column(order(p), 4)
       end do
       do c = 1, together
          column(:size(order), c) = work(:size(order), c)

@@ -278,7 +278,7 @@ contains
       stores = 0
       all = 0
       do l = 1, size(model%levels)
-         all = all + model%levels(l)%bytes()
+         all = all + model%levels(l)%bytes() + model%exchange(l)%held()
          do b = 1, size(model%levels(l)%blocks)
             stores = stores + model%levels(l)%blocks(b)%bytes()
          end do

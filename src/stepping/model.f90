@@ -341,13 +341,14 @@ contains
       end do
    end subroutine add_parents
 
-   !> Fit blocks, mirrors, pools and messages to the owners.
+   !> Collective: fit blocks, mirrors, pools and messages to the owners.
    subroutine connect(self)
       class(model_t), intent(inout) :: self
       integer :: l
       do l = 1, size(self%levels)
          call settle_blocks(self%levels(l), self%communicator%rank)
          call self%exchange(l)%build(self%communicator, self%levels(l))
+         call self%exchange(l)%open(self%communicator)
       end do
       do l = 2, size(self%levels)
          call self%composite(l)%build(self%communicator, self%levels(l - 1), self%levels(l))

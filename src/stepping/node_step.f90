@@ -68,7 +68,7 @@ contains
       integer, intent(in) :: l
       if (size(model%exchange(l)%ranks) == 0) return ! nothing is on its way
       call model%timers%enter(phase_exchange)
-      call model%exchange(l)%progress(model%levels(l)%nodes)
+      call model%exchange(l)%progress()
    end subroutine look_after_messages
 
    !> Where effects want means over the cells, which blocks share: the sums over blocks and ranks, in place of the nodes. The

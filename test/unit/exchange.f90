@@ -1,7 +1,7 @@
 !test: ranks 1 2 4
 !> Sums over blocks and ranks: the same bits as on one rank, the same bits in all tiles that hold a node, the same where tiles are
 !> summed only as far as particles reach and inner blocks go on before messages are sent, and what a plain sum over all particles
-!> gives.
+!> gives; and what a slow rank takes from one that has gone on. All of this where ranks share a machine's memory, where none does, and where pairs do.
 program exchange
    use mpi_f08
    use m_kinds, only: wp, i8
@@ -20,42 +20,89 @@ program exchange
    implicit none
    type(communicator_t) :: comm
    type(assertions_t) :: test
-   type(model_t) :: model, single, reached
+   type(model_t), allocatable :: model, single, reached
    type(error_t) :: error
-   integer :: messages, step
+   integer, parameter :: one_machine = 1, machines_of_one = 2, machines_of_two = 3
+   integer :: machines, messages, step
    integer :: inner_seen = 0 !< inner blocks of ranks that have others too, over the steps
    real(wp) :: smallest_part = 1.0_wp
    call comm%start()
    call test%start(comm, 'exchange')
-   call build_wandering(model, comm, error)
-   call build_wandering(single, alone(), error)
-   call build_wandering(reached, comm, error)
-   messages = 0
-   do step = 1, 12
-      call wander(model, step)
-      call wander(single, step)
-      call wander(reached, step)
-      call sums(model)
-      call sums(single)
-      call reached_sums()
-      messages = messages + size(model%exchange(1)%ranks)
-      call test%check_equal(different_bits(), 0, 'the bits of one rank')
-      call test%check_equal(disagreements(), 0, 'tiles that hold a node agree to the bit')
-      call test%check_equal(different_in_reach(), 0, 'the same bits where particles reach')
-      call test%check_equal(beyond_reach(), 0, 'nothing stands where none reach')
+   do machines = one_machine, machines_of_two
+      call try()
    end do
-   call test%check(model%exchange(1)%messages == messages, 'one message a neighbour rank and sum')
-   if (comm%ranks > 1) call test%check(model%exchange(1)%bytes_each > 0 .eqv. size(model%exchange(1)%ranks) > 0, &
-                                        'bytes are counted')
-   call against_plain_sum()
-   call test%check(-comm%maximum(-smallest_part) < 0.5_wp, 'some tiles are reached in part')
-   if (comm%ranks > 1) call test%check(comm%sum_count(int(inner_seen, i8)) > 0, 'there are inner blocks')
-   call single%release()
-   call reached%release()
-   call model%release()
    call test%finish()
 
 contains
+
+   !> Twelve steps of a wandering block.
+   subroutine try()
+      type(communicator_t) :: ranks
+      ranks = comm
+      if (machines == machines_of_one) ranks%machine = MPI_COMM_NULL
+      if (machines == machines_of_two) call MPI_Comm_split(comm%comm, comm%rank/2, comm%rank, ranks%machine)
+      allocate (model, single, reached)
+      call build_wandering(model, ranks, error)
+      call build_wandering(single, alone(), error)
+      call build_wandering(reached, ranks, error)
+      messages = 0
+      inner_seen = 0
+      smallest_part = 1.0_wp
+      do step = 1, 12
+         call wander(model, step)
+         call wander(single, step)
+         call wander(reached, step)
+         call sums(model)
+         call sums(single)
+         call reached_sums()
+         messages = messages + size(model%exchange(1)%ranks)
+         call test%check_equal(different_bits(), 0, 'the bits of one rank')
+         call test%check_equal(disagreements(), 0, 'tiles that hold a node agree to the bit')
+         call test%check_equal(different_in_reach(), 0, 'the same bits where particles reach')
+         call test%check_equal(beyond_reach(), 0, 'nothing stands where none reach')
+      end do
+      call test%check(model%exchange(1)%messages == messages, 'one message a neighbour rank and sum')
+      if (comm%ranks > 1) call test%check(model%exchange(1)%bytes_each > 0 .eqv. size(model%exchange(1)%ranks) > 0, &
+                                           'bytes are counted')
+      call test%check_equal(wrong_when_late(), 0, 'slow ranks take what was given then')
+      call against_plain_sum()
+      call test%check(-comm%maximum(-smallest_part) < 0.5_wp, 'some tiles are reached in part')
+      if (comm%ranks > 1) call test%check(comm%sum_count(int(inner_seen, i8)) > 0, 'there are inner blocks')
+      call single%release()
+      call reached%release()
+      call model%release()
+      deallocate (model, single, reached)
+      if (machines == machines_of_two) call MPI_Comm_free(ranks%machine)
+   end subroutine try
+
+   !> Exchanges in a row, before which ranks fill their tiles with one number; before they take, every other rank sleeps, in turn.
+   integer function wrong_when_late() result(wrong)
+      real(wp), parameter :: nothing = -1.0_wp, pause = 0.02_wp !< s
+      real(wp), allocatable :: before(:, :, :, :, :)
+      real(wp) :: begun
+      integer :: m, place(3), turn
+      wrong = 0
+      associate (level => model%levels(1), own => size(model%levels(1)%blocks))
+         before = level%nodes
+         do turn = 1, 5
+            level%nodes(:, :, :, :, :own) = 100*turn + comm%rank
+            level%nodes(:, :, :, :, own + 1:) = nothing
+            call model%exchange(1)%start(model%communicator, level%nodes)
+            begun = real(MPI_Wtime(), wp)
+            do while (MPI_Wtime() < begun + merge(pause, 0.0_wp, modulo(comm%rank + turn, 2) == 0))
+            end do
+            call model%exchange(1)%wait(level%nodes)
+            do m = 1, size(level%mirror_index)
+               place = level%grid%block_place(level%mirror_index(m))
+               associate (taken => level%nodes(:, :, :, :, own + m))
+                  wrong = wrong + count(abs(taken - nothing) > 0.0_wp .and. abs(taken - 100*turn - level%owner_at(place)) > 0.0_wp)
+                  if (all(taken < 0.0_wp)) wrong = wrong + 1
+               end associate
+            end do
+         end do
+         level%nodes = before
+      end associate
+   end function wrong_when_late
 
    !> Every tile filled with what its block's particles give, then summed.
    subroutine sums(model)
