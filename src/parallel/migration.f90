@@ -19,6 +19,8 @@ module m_migration
    real(wp), parameter :: arrives = -1.0_wp
 
    integer, parameter :: first_tag = 16 !< of messages that are not asked for: this and the number of the level
+   integer, parameter :: at_once = 3500 !< bytes; MPI sends larger messages only once the other rank has asked for them (Open MPI,
+                                        !< between ranks of a machine: above 4096)
    integer, parameter :: fewest = 64 !< records that there is room for, where there is any
 
    !> Records of particles under way: one column a particle.
@@ -33,11 +35,15 @@ module m_migration
       type(parcel_t), allocatable :: outgoing(:) !< one a rank, from 0
       type(parcel_t) :: incoming
       type(MPI_Datatype) :: record = MPI_DATATYPE_NULL
+      type(MPI_Request), allocatable, private :: sent_off(:) !< messages under way
       integer(i8) :: moved = 0      !< particles that changed block on this rank
       integer(i8) :: sent = 0       !< of those, to other ranks
    contains
       procedure :: prepare
       procedure :: see_off
+      procedure :: send
+      procedure :: take_in
+      procedure :: settle
       procedure :: move_leavers
       procedure :: move_blocks
       procedure :: give_away
@@ -70,15 +76,14 @@ contains
          do l = 1, block%leaver_count
             p = block%leavers(l)
             place = entered(level, block, p)
-            call send(self, communicator%rank, level%owner_at(place), block%particles%column(p, :), block%particles%id(p), &
+            call hand_over(self, communicator%rank, level%owner_at(place), block%particles%column(p, :), block%particles%id(p), &
                       block%particles%body(p), level%grid%block_index(place))
          end do
          if (block%leaver_count > 0) call take_out(block)
       end associate
    end subroutine see_off
 
-   !> Those that have been seen off, and leavers that are still listed, go to the blocks that they have entered, which must exist;
-   !> one message a neighbour rank. Arrivals are stored in the order of their ids, so that the order does not depend on the ranks.
+   !> All leavers go to the blocks that they have entered, which must exist.
    subroutine move_leavers(self, communicator, level, neighbours)
       class(migration_t), intent(inout) :: self
       type(communicator_t), intent(in) :: communicator
@@ -88,12 +93,69 @@ contains
       do b = 1, size(level%blocks)
          call self%see_off(communicator, level, b)
       end do
-      call exchange(self, communicator, neighbours)
-      call settle(self%incoming, level)
+      call self%send(communicator, neighbours)
+      call self%take_in(communicator, neighbours)
+      call self%settle(level)
    end subroutine move_leavers
 
+   !> Those that have been seen off go to their ranks; until `take_in` nobody else may be. In messages that are so small that they are
+   !> on their way at once, whatever this rank does then: the last to each neighbour has room to spare.
+   subroutine send(self, communicator, neighbours)
+      class(migration_t), intent(inout), asynchronous :: self
+      type(communicator_t), intent(in) :: communicator
+      integer, intent(in) :: neighbours(:)
+      integer :: m, messages, most, n, r
+      most = most_records(self)
+      messages = sum(self%outgoing(neighbours)%count/most + 1)
+      if (allocated(self%sent_off)) then
+         if (size(self%sent_off) < messages) deallocate (self%sent_off)
+      end if
+      if (.not. allocated(self%sent_off)) allocate (self%sent_off(2*messages))
+      self%sent_off = MPI_REQUEST_NULL
+      m = 0
+      do n = 1, size(neighbours)
+         associate (parcel => self%outgoing(neighbours(n)))
+            do r = 0, parcel%count, most
+               m = m + 1
+               call MPI_Isend(parcel%records(:, r + 1:), min(most, parcel%count - r), self%record, neighbours(n), 2, &
+                              communicator%comm, self%sent_off(m))
+            end do
+         end associate
+      end do
+   end subroutine send
+
+   !> What each neighbour sends is added to `incoming`.
+   subroutine take_in(self, communicator, neighbours)
+      class(migration_t), intent(inout), asynchronous :: self
+      type(communicator_t), intent(in) :: communicator
+      integer, intent(in) :: neighbours(:)
+      type(MPI_Status) :: status
+      integer :: n, count, most
+      most = most_records(self)
+      do n = 1, size(neighbours)
+         do
+            call make_room(self%incoming, most)
+            associate (before => self%incoming%count)
+               call MPI_Recv(self%incoming%records(:, before + 1:before + most), most, self%record, neighbours(n), 2, &
+                             communicator%comm, status)
+            end associate
+            call MPI_Get_count(status, self%record, count)
+            self%incoming%count = self%incoming%count + count
+            if (count < most) exit
+         end do
+      end do
+      call MPI_Waitall(size(self%sent_off), self%sent_off, MPI_STATUSES_IGNORE)
+      self%outgoing%count = 0
+   end subroutine take_in
+
+   !> Records in a message that takes no part of the other rank's time.
+   pure integer function most_records(self)
+      class(migration_t), intent(in) :: self
+      most_records = max(1, at_once/(size(self%incoming%records, 1)*storage_size(1.0_wp)/8))
+   end function most_records
+
    !> A particle on its way to a block of a rank.
-   subroutine send(self, here, rank, values, id, body, index)
+   subroutine hand_over(self, here, rank, values, id, body, index)
       class(migration_t), intent(inout) :: self
       integer, intent(in) :: here, rank, index
       real(wp), intent(in) :: values(:)
@@ -106,7 +168,7 @@ contains
          self%sent = self%sent + 1
          call self%outgoing(rank)%add(values, id, body, index, 0_i4, arrives, 0.0_wp)
       end if
-   end subroutine send
+   end subroutine hand_over
 
    !> After `prepare`, before `deliver`: a particle for the block of the level in which its centre lies, and which must exist.
    subroutine give_away(self, communicator, level, values, id, body)
@@ -120,7 +182,7 @@ contains
       associate (x => level%layout%position)
          place = level%grid%block_of(values(x:x + 2))
       end associate
-      call send(self, communicator%rank, level%owner_at(place), values, id, body, level%grid%block_index(place))
+      call hand_over(self, communicator%rank, level%owner_at(place), values, id, body, level%grid%block_index(place))
    end subroutine give_away
 
    !> Collective: what was given away arrives, in the order of ids.
@@ -129,7 +191,7 @@ contains
       type(communicator_t), intent(in) :: communicator
       type(level_t), intent(inout) :: level
       call exchange_unasked(self, communicator, first_tag + level%number)
-      call settle(self%incoming, level)
+      call self%settle(level)
    end subroutine deliver
 
    !> The block that a leaver has entered.
@@ -159,30 +221,6 @@ contains
       block%cells%current = .false.
       call block%stir()
    end subroutine take_out
-
-   !> One message to and from each neighbour; what comes in is added to `incoming`.
-   subroutine exchange(self, communicator, neighbours)
-      class(migration_t), intent(inout) :: self
-      type(communicator_t), intent(in) :: communicator
-      integer, intent(in) :: neighbours(:)
-      type(MPI_Request) :: requests(size(neighbours))
-      type(MPI_Status) :: status
-      type(MPI_Message) :: message
-      integer :: n, count
-      do n = 1, size(neighbours)
-         call MPI_Isend(self%outgoing(neighbours(n))%records, self%outgoing(neighbours(n))%count, self%record, neighbours(n), 2, &
-                        communicator%comm, requests(n))
-      end do
-      do n = 1, size(neighbours)
-         call MPI_Mprobe(neighbours(n), 2, communicator%comm, message, status)
-         call MPI_Get_count(status, self%record, count)
-         call make_room(self%incoming, count)
-         call MPI_Mrecv(self%incoming%records(:, self%incoming%count + 1:self%incoming%count + count), count, self%record, &
-                        message, MPI_STATUS_IGNORE)
-         self%incoming%count = self%incoming%count + count
-      end do
-      call MPI_Waitall(size(neighbours), requests, MPI_STATUSES_IGNORE)
-   end subroutine exchange
 
    !> Collective: what this rank has for others goes to them, who need not know that anything comes; what comes in is added to
    !> `incoming`. All is there when every rank has been told that its messages have been received (nonblocking consensus: Hoefler,
@@ -222,21 +260,20 @@ contains
       end do
    end subroutine exchange_unasked
 
-   !> Store what has come in, sorted by block and id.
-   subroutine settle(incoming, level)
-      type(parcel_t), intent(in) :: incoming
+   !> Store what has come in, sorted by block and id, so that the order of arrivals does not depend on the ranks.
+   subroutine settle(self, level)
+      class(migration_t), intent(in) :: self
       type(level_t), intent(inout) :: level
-      integer :: order(incoming%count), columns, r, place(3)
+      integer :: order(self%incoming%count), columns, r, place(3)
       columns = level%table%columns
-      associate (records => incoming%records)
-         order = sorted_order(int(records(columns + 3, :incoming%count), i8), &
-                              transfer(records(columns + 1, :incoming%count), [0_i8]))
-         do r = 1, incoming%count
+      associate (records => self%incoming%records, count => self%incoming%count)
+         order = sorted_order(int(records(columns + 3, :count), i8), transfer(records(columns + 1, :count), [0_i8]))
+         do r = 1, count
             place = level%grid%block_place(int(records(columns + 3, order(r))))
             call store(records(:, order(r)), level, level%blocks(level%slot(place(1), place(2), place(3))))
          end do
       end associate
-      if (incoming%count > 0) call level%size_work()
+      if (self%incoming%count > 0) call level%size_work()
    end subroutine settle
 
    !> Append one record to its block.

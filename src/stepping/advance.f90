@@ -14,7 +14,7 @@ module m_advance
    use m_contact_complaints, only: forbid_contact
    use m_complaints, only: check_missing
    use m_node_step, only: clock_t, to_nodes, solve
-   use m_particle_step, only: to_particles, strain, take_next_position, tidy
+   use m_particle_step, only: to_particles, strain, take_next_position, see_off, look_ahead
    implicit none
    private
    public :: advance
@@ -99,12 +99,12 @@ contains
          call to_nodes(model, l, clock%time)
          call solve(model, l, clock_t(clock%time))
          call strain(model, l, clock%step, error)                      ! 6, last
-         call take_next_position(model, l, error)                      ! 7, late
+         call take_next_position(model, l, clock, error)               ! 7, late
       end if
       call model%timers%enter(phase_control)
       if (model%contact%active() .and. l == size(model%levels)) &
          call model%contact%conclude(model%communicator, model%levels(l), clock%time + clock%step, clock%step, error)
-      call move_particles(model, l, error)
+      call move_particles(model, l, clock, error)
    end subroutine advance_level
 
    !> Collective: the steps of the next finer level within one of level l: two, between which level l is corrected by what the
@@ -183,23 +183,31 @@ contains
 
    !> Collective: the particles of level l go to the blocks, and with those of the next finer level to the levels, where they are
    !> now.
-   subroutine move_particles(model, l, error)
+   subroutine move_particles(model, l, clock, error)
       type(model_t), intent(inout) :: model
       integer, intent(in) :: l
+      type(clock_t), intent(in) :: clock
       type(error_t), intent(inout) :: error
       logical :: new_blocks
       integer :: b
-      call agree(model, l, new_blocks, error)
-      if (error%happened()) return
+      call agree(model, l, clock, new_blocks, error)
       call model%timers%enter(phase_migration)
-      if (new_blocks) then
-         call model%create_blocks()
-         do b = 1, size(model%levels(l)%blocks) ! whose particles had no place to go to: with the order that they would have by now
-            if (model%levels(l)%blocks(b)%leaver_count > 0) call tidy(model, l, b)
-         end do
-         call model%timers%enter(phase_migration)
-      end if
-      call model%migration(l)%move_leavers(model%communicator, model%levels(l), model%exchange(l)%ranks)
+      associate (migration => model%migration(l), communicator => model%communicator)
+         call migration%take_in(communicator, model%exchange(l)%ranks)
+         if (error%happened()) return
+         if (new_blocks) then
+            call model%create_blocks()
+            do b = 1, size(model%levels(l)%blocks) ! whose particles had no place to go to: with the order that they would have by now
+               if (model%levels(l)%blocks(b)%leaver_count == 0) cycle
+               call see_off(model, l, b)
+               call look_ahead(model, l, b, clock, .false., error)
+            end do
+            call model%timers%enter(phase_migration)
+            call migration%send(communicator, model%exchange(l)%ranks)
+            call migration%take_in(communicator, model%exchange(l)%ranks)
+         end if
+         call migration%settle(model%levels(l))
+      end associate
       model%particle_steps = model%particle_steps + model%levels(l)%particle_count()
       model%level_steps(l) = model%level_steps(l) + model%levels(l)%particle_count()
       if (l < size(model%levels)) call change_pair(model, l, error)
@@ -207,26 +215,31 @@ contains
    end subroutine move_particles
 
    !> Collective, one reduction: largest speeds for the next time step, whether blocks are missing, whether a rank failed, and what
-   !> ranks ask of the run.
-   subroutine agree(model, l, new_blocks, error)
+   !> ranks ask of the run. While others come to this point, the last blocks look ahead, for which nobody waits; leavers are on their
+   !> way by then.
+   subroutine agree(model, l, clock, new_blocks, error)
       type(model_t), intent(inout) :: model
       integer, intent(in) :: l
+      type(clock_t), intent(in) :: clock
       logical, intent(out) :: new_blocks
       type(error_t), intent(inout) :: error
-      real(wp) :: bounds(5)
-      integer :: b, m, place(3)
-      bounds = [model%bounds%wave_speed, model%bounds%particle_speed, 0.0_wp, 0.0_wp, real(model%asked, wp)]
-      if (.not. error%happened()) then
-         do b = 1, size(model%levels(l)%blocks)
-            do m = 1, model%levels(l)%blocks(b)%leaver_count
-               place = entered(model%levels(l), model%levels(l)%blocks(b), int(model%levels(l)%blocks(b)%leavers(m)))
-               if (model%levels(l)%owner_at(place) < 0) bounds(3) = 1.0_wp
-            end do
-         end do
-      else
-         bounds(4) = 1.0_wp
-      end if
-      call MPI_Allreduce(MPI_IN_PLACE, bounds, 5, MPI_DOUBLE_PRECISION, MPI_MAX, model%communicator%comm)
+      real(wp), asynchronous :: bounds(5)
+      type(MPI_Request) :: request
+      logical :: all_said
+      integer :: b, n
+      bounds = [model%bounds%wave_speed, model%bounds%particle_speed, merge(1.0_wp, 0.0_wp, any_missing(model, l)), &
+                merge(1.0_wp, 0.0_wp, error%happened()), real(model%asked, wp)]
+      call MPI_Iallreduce(MPI_IN_PLACE, bounds, size(bounds), MPI_DOUBLE_PRECISION, MPI_MAX, model%communicator%comm, request)
+      call model%migration(l)%send(model%communicator, model%exchange(l)%ranks)
+      do n = 1, size(model%levels(l)%blocks)
+         b = model%levels(l)%inner_first(n)
+         if (.not. model%levels(l)%blocks(b)%late) cycle
+         call look_ahead(model, l, b, clock, .true., error)
+         call model%timers%enter(phase_control)
+         call MPI_Test(request, all_said, MPI_STATUS_IGNORE) ! it moves on only when it is looked after
+      end do
+      call MPI_Wait(request, MPI_STATUS_IGNORE)
+      if (.not. MPI_ASYNC_PROTECTS_NONBLOCKING) call MPI_F_sync_reg(bounds)
       model%bounds%wave_speed = bounds(1)
       model%bounds%particle_speed = bounds(2)
       new_blocks = bounds(3) > 0.0_wp
@@ -239,5 +252,20 @@ contains
       end if
       if (bounds(4) > 0.0_wp) call model%communicator%agree(error)
    end subroutine agree
+
+   !> True when a particle has left its block for one that does not exist.
+   pure logical function any_missing(model, l)
+      type(model_t), intent(in) :: model
+      integer, intent(in) :: l
+      integer :: b, m
+      any_missing = .false.
+      associate (level => model%levels(l))
+         do b = 1, size(level%blocks)
+            do m = 1, level%blocks(b)%leaver_count
+               any_missing = any_missing .or. level%owner_at(entered(level, level%blocks(b), int(level%blocks(b)%leavers(m)))) < 0
+            end do
+         end do
+      end associate
+   end function any_missing
 
 end module m_advance

@@ -1,7 +1,7 @@
 !> The particles' part of a step of one level, numbered as in theory.md: their motion, stress, where they are, and what they do
 !> ahead.
 module m_particle_step
-   use m_kinds, only: wp
+   use m_kinds, only: wp, i8
    use m_constants, only: exit_numerical
    use m_errors, only: error_t, fail
    use m_text, only: to_text
@@ -27,7 +27,7 @@ module m_particle_step
    use m_speed_bounds, only: include_speeds
    implicit none
    private
-   public :: to_particles, strain, take_next_position, tidy
+   public :: to_particles, strain, take_next_position, see_off, look_ahead
 
 contains
 
@@ -42,10 +42,12 @@ contains
       logical, intent(in) :: solved !< all nodes are
       type(error_t), intent(inout) :: error
       type(motion_t) :: motion
-      integer :: b, n, part
+      integer :: b, late, n, part
       logical :: shares_cells
       call model%migration(l)%prepare(model%communicator, model%levels(l))
       shares_cells = with_stress .and. size(model%effect_step(l)%on_cells) > 0
+      late = size(model%levels(l)%blocks) + 1
+      if (with_stress .and. .not. solved) late = first_late(model, l)
       motion = motion_t(clock%step, model%method%flip_fraction, model%levels(l)%layout%position)
       if (model%levels(l)%layout%next_position > 0) motion%position = model%levels(l)%layout%next_position
       do part = 1, 2
@@ -67,8 +69,11 @@ contains
             call scatter(model, l, b, motion, error)
             if (shares_cells) cycle
             if (with_stress) call update_stress(model, l, b, clock%step, error)
-            if (model%levels(l)%layout%next_position == 0) call locate(model, l, b, error)
-            if (with_stress) call work_ahead(model, l, b, clock, error)
+            if (model%levels(l)%layout%next_position == 0) then
+               call locate(model, l, b, error)
+               model%levels(l)%blocks(b)%late = n >= late
+               if (n < late) call look_ahead(model, l, b, clock, with_stress, error)
+            end if
             if (part == 1 .and. .not. solved) call look_after_messages(model, l)
          end do
       end do
@@ -77,9 +82,26 @@ contains
       do b = 1, size(model%levels(l)%blocks)
          call update_stress(model, l, b, clock%step, error)
          call locate(model, l, b, error)
-         call work_ahead(model, l, b, clock, error)
+         call look_ahead(model, l, b, clock, with_stress, error)
       end do
    end subroutine to_particles
+
+   !> Among the blocks in the order in which they are gone through, the first of those at the end that look ahead only while ranks
+   !> wait for each other: with so many of the particles a rank that is done first has something to do.
+   pure integer function first_late(model, l) result(first)
+      type(model_t), intent(in) :: model
+      integer, intent(in) :: l
+      real(wp), parameter :: share = 0.1_wp
+      integer(i8) :: held
+      first = size(model%levels(l)%blocks) + 1
+      if (model%communicator%ranks == 1) return
+      held = 0
+      do while (first > 1)
+         held = held + model%levels(l)%blocks(model%levels(l)%inner_first(first - 1))%particles%count
+         if (held > share*model%levels(l)%particle_count()) return
+         first = first - 1
+      end do
+   end function first_late
 
    !> True when the particles of a block are at rest and their nodes leave them so: nothing of the rest of the step would change
    !> a bit of them.
@@ -313,9 +335,10 @@ contains
    end subroutine split
 
    !> With musl the positions wait until the stress is done.
-   subroutine take_next_position(model, l, error)
+   subroutine take_next_position(model, l, clock, error)
       type(model_t), intent(inout) :: model
       integer, intent(in) :: l
+      type(clock_t), intent(in) :: clock
       type(error_t), intent(inout) :: error
       integer :: b, n, x, y
       x = model%levels(l)%layout%position
@@ -326,11 +349,12 @@ contains
             particles%column(:n, x:x + 2) = particles%column(:n, y:y + 2)
          end associate
          call locate(model, l, b, error)
+         call look_ahead(model, l, b, clock, .false., error)
       end do
    end subroutine take_next_position
 
    !> 7. Particles that have become too long are split. Bins of one block's particles where they are now; particles that left the
-   !> block, and those that left the grid; the largest speeds. Leavers go on their way, the others are put in order.
+   !> block, and those that left the grid; the largest speeds. Leavers go on their way.
    subroutine locate(model, l, b, error)
       type(model_t), intent(inout) :: model
       integer, intent(in) :: l, b
@@ -356,7 +380,7 @@ contains
          if (model%follows_speeds) call include_speeds(model%bounds, model%materials, level%layout, block)
          block%at_rest = block%leaver_count == 0 .and. .not. moved .and. rests(block%particles, level%layout)
       end associate
-      if (.not. error%happened()) call tidy(model, l, b)
+      if (.not. error%happened()) call see_off(model, l, b)
    end subroutine locate
 
    !> True when no particle has a velocity, a velocity gradient or a stress.
@@ -383,29 +407,30 @@ contains
       rests = .true.
    end function rests
 
-   !> At the end of a step: the particles that have left a block go on their way, if there are blocks where they are, and the others
-   !> are put in order. Whether or not anything is done ahead, for the order decides that of later sums.
-   subroutine tidy(model, l, b)
+   !> At the end of a step: the particles that have left a block go on their way, if there are blocks where they are.
+   subroutine see_off(model, l, b)
       type(model_t), intent(inout) :: model
       integer, intent(in) :: l, b
-      if (model%levels(l)%blocks(b)%leaver_count > 0) then
-         call model%timers%enter(phase_migration)
-         call model%migration(l)%see_off(model%communicator, model%levels(l), b)
-         if (model%levels(l)%blocks(b)%leaver_count > 0) return
-      end if
-      if (model%levels(l)%blocks(b)%particles%count > 0) call set_order(model, l, b)
-   end subroutine tidy
+      if (model%levels(l)%blocks(b)%leaver_count == 0) return
+      call model%timers%enter(phase_migration)
+      call model%migration(l)%see_off(model%communicator, model%levels(l), b)
+   end subroutine see_off
 
-   !> At the end of a step, while the particles of a tidy block are in the cache: what the histories will ask of it, and what it
+   !> At the end of a step, while the particles of a block that its leavers have left are in the cache: they are put in order,
+   !> whether or not anything is done ahead, for the order decides that of later sums; what the histories will ask of it; and what it
    !> will give to its nodes at the beginning of the next step, but for what will arrive.
-   subroutine work_ahead(model, l, b, clock, error)
+   subroutine look_ahead(model, l, b, clock, with_stress, error)
       type(model_t), intent(inout) :: model
       integer, intent(in) :: l, b
       type(clock_t), intent(in) :: clock
+      logical, intent(in) :: with_stress !< they have the stress of the end of the step
       type(error_t), intent(in) :: error
       associate (block => model%levels(l)%blocks(b))
+         block%late = .false.
          if (error%happened() .or. block%leaver_count > 0 .or. block%particles%count == 0) return
       end associate
+      call set_order(model, l, b)
+      if (.not. with_stress) return
       if (model%wants_sums .and. clock%ends) then
          call model%timers%on_level(0) ! as all output
          call model%timers%enter(phase_output)
@@ -413,6 +438,6 @@ contains
          call model%timers%on_level(l)
       end if
       call give_ahead(model, l, b)
-   end subroutine work_ahead
+   end subroutine look_ahead
 
 end module m_particle_step
