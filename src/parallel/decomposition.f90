@@ -2,7 +2,7 @@
 module m_decomposition
    use m_kinds, only: wp
    use m_level, only: level_t, tile_last, fit_pool
-   use m_block, only: block_t, direction_of
+   use m_block, only: block_t, directions
    implicit none
    private
    public :: set_owners, all_owners, settle_blocks, blocks_before
@@ -164,7 +164,7 @@ contains
       type(block_t), intent(in) :: blocks(:)
       integer, intent(in) :: neighbour(27), n !< slots
       integer :: x, y, z, far(3)
-      far = direction_of(n)
+      far = directions(:, n)
       first = 0
       do z = min(0, far(3)), max(0, far(3))
          do y = min(0, far(2)), max(0, far(2))
@@ -209,7 +209,7 @@ contains
       do b = 1, size(level%blocks)
          level%blocks(b)%shared = .false.
          do n = 1, 27
-            other = level%blocks(b)%place + direction_of(n)
+            other = level%blocks(b)%place + directions(:, n)
             level%blocks(b)%neighbour(n) = 0
             if (level%owner_at(other) < 0) cycle
             level%blocks(b)%neighbour(n) = level%slot(other(1), other(2), other(3))

@@ -11,7 +11,7 @@ module m_node_exchange
    use m_constants, only: block_size
    use m_communicator, only: communicator_t
    use m_outbox, only: outbox_t
-   use m_block, only: block_t, direction_of
+   use m_block, only: block_t, directions
    use m_level, only: level_t, tile_last, node_values
    implicit none
    private
@@ -84,13 +84,14 @@ contains
    end subroutine build
 
    !> Collective, after `build`: places in outboxes, and room there.
-   subroutine open(self, communicator)
+   subroutine open(self, communicator, level)
       class(node_exchange_t), intent(inout) :: self
       type(communicator_t), intent(in) :: communicator
+      type(level_t), intent(in) :: level
       integer(i8) :: far
       integer :: n, r
       n = size(self%ranks)
-      call self%outbox%reserve(communicator, 2*sum(self%give%values))
+      if (communicator%ranks > 1) call self%outbox%reserve(communicator, 2*most_given(level, communicator%ranks))
       self%near = [(self%outbox%reads(self%ranks(r)), r=1, n)]
       self%given = [(0_i8, r=1, n)]
       self%found = [(sum(self%take(:r - 1)%values, .not. self%near(:r - 1)), r=1, n)]
@@ -103,6 +104,26 @@ contains
       end if
       allocate (self%inbox(far))
    end subroutine open
+
+   !> Values that each rank gives in one exchange, at most: what two blocks share counts once for each two, though several of them may
+   !> share it.
+   pure function most_given(level, ranks) result(values)
+      type(level_t), intent(in) :: level
+      integer, intent(in) :: ranks
+      integer(i8) :: values(0:ranks - 1)
+      integer :: index, n, other, owner, place(3)
+      values = 0
+      do index = 1, size(level%owner)
+         place = level%grid%block_place(index)
+         owner = level%owner_at(place)
+         if (owner < 0) cycle
+         do n = 1, 27
+            other = level%owner_at(place + directions(:, n))
+            if (other >= 0 .and. other /= owner) &
+               values(owner) = values(owner) + node_values*product(merge(2, width, directions(:, n) /= 0))
+         end do
+      end do
+   end function most_given
 
    !> The runs of all tiles of rank `from` that rank `to` needs; in the same order on both ranks.
    subroutine find_shared(level, from, to, runs)
@@ -134,7 +155,7 @@ contains
       integer :: direction(3), n
       shared = .false.
       do n = 1, 27
-         direction = direction_of(n)
+         direction = directions(:, n)
          if (n == 14 .or. level%owner_at(place + direction) /= to) cycle
          associate (a => overlap_first(direction), b => overlap_last(direction))
             shared(a(1):b(1), a(2):b(2), a(3):b(3)) = .true.
@@ -158,6 +179,7 @@ contains
       behind = -1
       do k = 0, tile_last
          do j = 0, tile_last
+            if (.not. any(shared(:, j, k))) cycle
             do i = 0, tile_last
                if (.not. shared(i, j, k)) cycle
                before = node_values*(i + width*(j + width*(k + width*(slot - 1_i8))))
@@ -298,7 +320,7 @@ contains
       do a = 1, size(adders)
          do n = 1, 27
             if (.not. blocks(adders(a))%adds_up(n)) cycle
-            call find_holders(blocks(adders(a))%neighbour, direction_of(n), reach, holder, held)
+            call find_holders(blocks(adders(a))%neighbour, directions(:, n), reach, holder, held)
             if (held < 2) cycle
             if (present(wanted)) then
                if (.not. any(is_wanted(holder(:held)%slot))) cycle

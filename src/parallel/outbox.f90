@@ -33,24 +33,24 @@ module m_outbox
 
 contains
 
-   !> Collective: make room for so many values on this rank. What is there may get lost. Nobody may be reading.
+   !> Collective: make room for so many values on each rank. What is there may get lost; nobody may be reading. Nobody waits for
+   !> anybody where there is room already.
    subroutine reserve(self, communicator, values)
       class(outbox_t), intent(inout) :: self
       type(communicator_t), intent(in) :: communicator
-      integer(i8), intent(in) :: values
-      integer(i8) :: room
-      room = 0
-      if (associated(self%own)) room = size(self%own, kind=i8)
-      if (.not. shared(communicator)) then
-         if (room >= values) return
-         if (associated(self%own)) deallocate (self%own)
-         allocate (self%own(roomy(values)))
-         return
-      end if
+      integer(i8), intent(in) :: values(0:) !< of all ranks, the same everywhere
+      integer(i8) :: wanted
       if (.not. allocated(self%number)) call find_neighbourhood(self, communicator)
-      room = merge(roomy(values), 0_i8, values > room)
-      call MPI_Allreduce(MPI_IN_PLACE, room, 1, MPI_INTEGER8, MPI_MAX, communicator%machine)
-      if (room > 0) call open_window(self, communicator%machine, room)
+      wanted = maxval(values, self%number >= 0)
+      if (associated(self%own)) then
+         if (size(self%own, kind=i8) >= wanted) return
+      end if
+      if (count(self%number >= 0) > 1) then
+         call open_window(self, communicator%machine, roomy(wanted))
+      else
+         if (associated(self%own)) deallocate (self%own)
+         allocate (self%own(roomy(wanted)))
+      end if
    end subroutine reserve
 
    !> With room to spare, in whole cache lines.
@@ -59,23 +59,15 @@ contains
       roomy = line*((values + values/4)/line + 1)
    end function roomy
 
-   !> True when there are other ranks on the machine.
-   logical function shared(communicator)
-      type(communicator_t), intent(in) :: communicator
-      integer :: ranks
-      shared = communicator%ranks > 1 .and. communicator%machine /= MPI_COMM_NULL
-      if (.not. shared) return
-      call MPI_Comm_size(communicator%machine, ranks)
-      shared = ranks > 1
-   end function shared
-
    !> Which ranks are on this machine.
    subroutine find_neighbourhood(self, communicator)
       type(outbox_t), intent(inout) :: self
       type(communicator_t), intent(in) :: communicator
       type(MPI_Group) :: all, here
       integer :: r
-      allocate (self%number(0:communicator%ranks - 1))
+      allocate (self%number(0:communicator%ranks - 1), source=-1)
+      self%number(communicator%rank) = 0
+      if (communicator%machine == MPI_COMM_NULL) return
       call MPI_Comm_group(communicator%comm, all)
       call MPI_Comm_group(communicator%machine, here)
       call MPI_Group_translate_ranks(all, communicator%ranks, [(r, r=0, communicator%ranks - 1)], here, self%number)

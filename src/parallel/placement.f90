@@ -10,7 +10,7 @@ module m_placement
    use m_level, only: level_t, tile_last
    use m_decomposition, only: blocks_before
    use m_metis, only: partition_graph
-   use m_block, only: direction_of
+   use m_block, only: directions
    use m_block_moves, only: block_graph_t, shorten_step, step_length, busiest, evenly_shared, stay_at_home
    implicit none
    private
@@ -231,7 +231,7 @@ contains
          position = levels(l)%grid%block_place(there(v) - blocks_before(levels, l))
          do n = 1, 27
             if (n == 14) cycle
-            d = direction_of(n)
+            d = directions(:, n)
             call connect(l, position + d, product(merge(2, tile_last + 1, d /= 0)))
          end do
          if (l > 1) call connect(l - 1, position/2, shared_with_parent)

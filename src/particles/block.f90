@@ -5,7 +5,12 @@ module m_block
    use m_cell_list, only: cell_list_t
    implicit none
    private
-   public :: block_t, direction_of
+   public :: block_t
+
+   integer, private :: n
+   !> Directions -1, 0, 1 along each axis of the 27 blocks around a block; the 14th is that of the block itself.
+   integer, parameter, public :: directions(3, 27) = reshape([(mod(n - 1, 3) - 1, mod((n - 1)/3, 3) - 1, (n - 1)/9 - 1, n=1, 27)], &
+                                                             [3, 27])
 
    integer, parameter, public :: sum_count = 11 !< quantities that histories sum over all particles (stepping/energy.f90)
 
@@ -48,13 +53,6 @@ module m_block
    real(wp), parameter :: averaged = 64.0_wp   !< steps
 
 contains
-
-   !> Direction -1, 0, 1 along each axis of the n-th of the 27 blocks around a block.
-   pure function direction_of(n) result(direction)
-      integer, intent(in) :: n
-      integer :: direction(3)
-      direction = [mod(n - 1, 3), mod((n - 1)/3, 3), (n - 1)/9] - 1
-   end function direction_of
 
    !> Make room for a number of particles.
    subroutine reserve(self, capacity, columns)

@@ -16,6 +16,8 @@ module m_level
    integer, parameter, public :: node_values = 8            !< values a node, one cache line: mass, momentum or velocity (2 to 4),
                                                             !< force or acceleration (5 to 7), spare
 
+   integer(i8), parameter :: tile_bytes = node_values*(tile_last + 1_i8)**3*storage_size(1.0_wp)/8
+
    type :: level_t
       integer :: number = 1                  !< 1 is the coarsest
       type(grid_level_t) :: grid
@@ -163,20 +165,19 @@ contains
       if (self%layout%edge_stress > 0) call self%at_edge%reserve(largest, choosing=.true.)
    end subroutine size_work
 
-   !> Room in a pool for so many tiles; what it holds stays. Pools that must grow get room to spare, but the first: most scenes make
-   !> no blocks. They do not shrink.
+   !> Room in a pool for so many tiles; what it holds stays. There is room to spare, which takes no memory as long as nobody touches
+   !> it. Pools do not shrink.
    subroutine fit_pool(pool, tiles)
       real(wp), allocatable, intent(inout) :: pool(:, :, :, :, :)
       integer, intent(in) :: tiles
       real(wp), allocatable :: larger(:, :, :, :, :)
-      integer :: room
-      room = tiles
-      if (allocated(pool)) then
-         if (size(pool, 5) >= tiles) return
-         room = tiles + tiles/8
-      end if
-      allocate (larger(node_values, 0:tile_last, 0:tile_last, 0:tile_last, room), source=0.0_wp)
-      if (allocated(pool)) larger(:, :, :, :, :size(pool, 5)) = pool
+      integer :: before
+      before = 0
+      if (allocated(pool)) before = size(pool, 5)
+      if (allocated(pool) .and. before >= tiles) return
+      allocate (larger(node_values, 0:tile_last, 0:tile_last, 0:tile_last, tiles + tiles/2))
+      if (before > 0) larger(:, :, :, :, :before) = pool
+      larger(:, :, :, :, before + 1:tiles) = 0.0_wp
       call move_alloc(larger, pool)
    end subroutine fit_pool
 
@@ -184,8 +185,7 @@ contains
    pure integer(i8) function bytes(self) result(held)
       class(level_t), intent(in) :: self
       integer :: b
-      held = 8_i8*size(self%nodes, kind=i8)
-      if (allocated(self%handed)) held = held + 8_i8*size(self%handed, kind=i8)
+      held = tile_bytes*size(self%reach, 3)*merge(2, 1, allocated(self%handed)) ! what is in use of the pools
       held = held + 8_i8*(size(self%gradient, kind=i8) + size(self%lead, kind=i8))
       held = held + 4_i8*size(self%order, kind=i8)
       held = held + self%at_edge%bytes() + self%arrivals%bytes()
