@@ -7,6 +7,8 @@ module m_locate
    private
    public :: locate_particles, find_bounds, bin_of
 
+   integer, parameter :: stretch = 128 !< particles among which leavers are looked for one by one if there are any
+
 contains
 
    !> Set the bins of the first `count` particles; those outside the block are listed, rising, and keep bin 0.
@@ -21,7 +23,7 @@ contains
       logical, intent(out) :: moved                        !< some particle is in another bin than before
       real(wp), intent(out) :: lowest(3), highest(3)       !< m
       real(wp) :: x, y, z, low_x, low_y, low_z, high_x, high_y, high_z
-      integer :: changes, outside, p
+      integer :: changes, first, last, outside, p
       integer(i4) :: i, j, k, below, now
       changes = 0
       outside = 0
@@ -62,12 +64,29 @@ contains
          allocate (leavers(2*outside))
       end if
       outside = 0
-      do p = 1, count
-         if (bin(p) /= 0) cycle
-         outside = outside + 1
-         leavers(outside) = p
+      first = 1
+      do while (outside < leaver_count)
+         last = min(first + stretch - 1, count)
+         if (zeros(bin(first:last)) > 0) then
+            do p = first, last
+               if (bin(p) /= 0) cycle
+               outside = outside + 1
+               leavers(outside) = p
+            end do
+         end if
+         first = last + 1
       end do
    end subroutine locate_particles
+
+   !> How many are 0.
+   pure integer function zeros(bin)
+      integer(i4), intent(in), contiguous :: bin(:)
+      integer :: p
+      zeros = 0
+      do p = 1, size(bin)
+         zeros = zeros + merge(1, 0, bin(p) == 0)
+      end do
+   end function zeros
 
    !> Smallest and largest of the first `count` values; as vectors, which minval and maxval are not.
    pure subroutine find_bounds(count, values, lowest, highest)
