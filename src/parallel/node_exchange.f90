@@ -15,7 +15,7 @@ module m_node_exchange
    use m_level, only: level_t, tile_last, node_values
    implicit none
    private
-   public :: node_exchange_t, sum_tiles
+   public :: node_exchange_t, sum_tiles, given_by_ranks
 
    !> Runs of values that follow each other in a pool of tiles, and what goes from one rank to another one after the other.
    type :: runs_t
@@ -91,7 +91,7 @@ contains
       integer(i8) :: far
       integer :: n, r
       n = size(self%ranks)
-      if (communicator%ranks > 1) call self%outbox%reserve(communicator, 2*most_given(level, communicator%ranks))
+      if (communicator%ranks > 1) call self%outbox%reserve(communicator, 2*given_by_ranks(level, communicator%ranks))
       self%near = [(self%outbox%reads(self%ranks(r)), r=1, n)]
       self%given = [(0_i8, r=1, n)]
       self%found = [(sum(self%take(:r - 1)%values, .not. self%near(:r - 1)), r=1, n)]
@@ -105,25 +105,48 @@ contains
       allocate (self%inbox(far))
    end subroutine open
 
-   !> Values that each rank gives in one exchange, at most: what two blocks share counts once for each two, though several of them may
-   !> share it.
-   pure function most_given(level, ranks) result(values)
+   !> Values that each rank gives in one exchange.
+   pure function given_by_ranks(level, ranks) result(values)
       type(level_t), intent(in) :: level
       integer, intent(in) :: ranks
       integer(i8) :: values(0:ranks - 1)
-      integer :: index, n, other, owner, place(3)
+      integer :: around(27), index, n, owner, place(3), takers
       values = 0
       do index = 1, size(level%owner)
          place = level%grid%block_place(index)
          owner = level%owner_at(place)
          if (owner < 0) cycle
          do n = 1, 27
-            other = level%owner_at(place + directions(:, n))
-            if (other >= 0 .and. other /= owner) &
-               values(owner) = values(owner) + node_values*product(merge(2, width, directions(:, n) /= 0))
+            around(n) = level%owner_at(place + directions(:, n))
+         end do
+         if (all(around == owner .or. around < 0)) cycle
+         do n = 1, 27
+            takers = other_ranks(around, directions(:, n))
+            if (takers == 0) cycle
+            values(owner) = values(owner) + takers*node_values*product(shared_last(directions(:, n)) &
+                                                                       - shared_first(directions(:, n)) + 1)
          end do
       end do
-   end function most_given
+   end function given_by_ranks
+
+   !> How many ranks other than the block's own have blocks between it and one direction.
+   pure integer function other_ranks(around, direction) result(others)
+      integer, intent(in) :: around(-1:1, -1:1, -1:1) !< owners of the 27 blocks around, -1 where there is none
+      integer, intent(in) :: direction(3)
+      integer :: seen(8), x, y, z
+      others = 0
+      do z = min(0, direction(3)), max(0, direction(3))
+         do y = min(0, direction(2)), max(0, direction(2))
+            do x = min(0, direction(1)), max(0, direction(1))
+               associate (rank => around(x, y, z))
+                  if (rank < 0 .or. rank == around(0, 0, 0) .or. any(seen(:others) == rank)) cycle
+                  others = others + 1
+                  seen(others) = rank
+               end associate
+            end do
+         end do
+      end do
+   end function other_ranks
 
    !> The runs of all tiles of rank `from` that rank `to` needs; in the same order on both ranks.
    subroutine find_shared(level, from, to, runs)

@@ -10,7 +10,7 @@ program exchange
    use m_communicator, only: communicator_t
    use m_level, only: tile_last, node_values
    use m_model, only: model_t
-   use m_node_exchange, only: sum_tiles
+   use m_node_exchange, only: sum_tiles, given_by_ranks
    use m_particle_to_node, only: clear, add_to_nodes
    use m_migration, only: frame_of
    use m_assertions, only: assertions_t
@@ -38,6 +38,7 @@ contains
    !> Twelve steps of a wandering block.
    subroutine try()
       type(communicator_t) :: ranks
+      integer(i8) :: given(0:comm%ranks - 1)
       ranks = comm
       if (machines == machines_of_one) ranks%machine = MPI_COMM_NULL
       if (machines == machines_of_two) call MPI_Comm_split(comm%comm, comm%rank/2, comm%rank, ranks%machine)
@@ -55,6 +56,9 @@ contains
          call sums(model)
          call sums(single)
          call reached_sums()
+         given = given_by_ranks(model%levels(1), comm%ranks)
+         call test%check(model%exchange(1)%bytes_each == given(comm%rank)*storage_size(1.0_wp)/8, &
+                         'every rank knows how much each gives')
          messages = messages + size(model%exchange(1)%ranks)
          call test%check_equal(different_bits(), 0, 'the bits of one rank')
          call test%check_equal(disagreements(), 0, 'tiles that hold a node agree to the bit')
