@@ -33,7 +33,8 @@ module m_node_exchange
       type(outbox_t), private :: outbox                 !< two halves, used in turn: a neighbour may still read what it was given
                                                         !< last, but not what was given before that
       real(wp), allocatable, private :: inbox(:)        !< what comes from ranks on other machines
-      integer(i8), allocatable, private :: given(:)     !< values in the outbox before those for each neighbour: the message, on this machine
+      integer(i8), allocatable, private :: given(:)     !< values in the outbox before those for each neighbour; on this machine that
+                                                        !< is the message
       integer(i8), allocatable, private :: found(:)     !< values in each neighbour's outbox, or in the inbox, before those for this
       logical, allocatable, private :: near(:)          !< neighbours on this machine
       integer(i8), private :: turn = 0                  !< exchanges that have begun
@@ -283,7 +284,7 @@ contains
       end do
    end subroutine wait
 
-   !> Runs of a pool one after the other.
+   !> Runs of a pool, one after the other, as values.
    pure subroutine put(runs, pool, values)
       type(runs_t), intent(in) :: runs
       real(wp), intent(in) :: pool(*)
@@ -299,7 +300,7 @@ contains
       end do
    end subroutine put
 
-   !> The other way.
+   !> Values to the runs of a pool.
    pure subroutine take_out(runs, values, pool)
       type(runs_t), intent(in) :: runs
       real(wp), intent(in) :: values(*)

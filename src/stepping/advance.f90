@@ -227,8 +227,12 @@ contains
       type(MPI_Request) :: request
       logical :: all_said
       integer :: b, n
-      bounds = [model%bounds%wave_speed, model%bounds%particle_speed, merge(1.0_wp, 0.0_wp, any_missing(model, l)), &
-                merge(1.0_wp, 0.0_wp, error%happened()), real(model%asked, wp)]
+      bounds = [model%bounds%wave_speed, model%bounds%particle_speed, 0.0_wp, 0.0_wp, real(model%asked, wp)]
+      if (error%happened()) then
+         bounds(4) = 1.0_wp
+      else if (any_missing(model, l)) then
+         bounds(3) = 1.0_wp
+      end if
       call MPI_Iallreduce(MPI_IN_PLACE, bounds, size(bounds), MPI_DOUBLE_PRECISION, MPI_MAX, model%communicator%comm, request)
       call model%migration(l)%send(model%communicator, model%exchange(l)%ranks)
       do n = 1, size(model%levels(l)%blocks)

@@ -92,13 +92,13 @@ contains
       type(model_t), intent(in) :: model
       integer, intent(in) :: l
       real(wp), parameter :: share = 0.1_wp
-      integer(i8) :: held
+      integer(i8) :: left
       first = size(model%levels(l)%blocks) + 1
       if (model%communicator%ranks == 1) return
-      held = 0
+      left = int(share*model%levels(l)%particle_count(), i8)
       do while (first > 1)
-         held = held + model%levels(l)%blocks(model%levels(l)%inner_first(first - 1))%particles%count
-         if (held > share*model%levels(l)%particle_count()) return
+         left = left - model%levels(l)%blocks(model%levels(l)%inner_first(first - 1))%particles%count
+         if (left < 0) return
          first = first - 1
       end do
    end function first_late
