@@ -28,7 +28,6 @@ module m_block
       logical :: adds_up(27) = .false.   !< it makes the sums of the nodes that it shares with those between it and a direction alone
       integer(i4), allocatable :: leavers(:) !< particles that left during this step, rising
       integer :: leaver_count = 0
-      logical :: late = .false.          !< its particles have moved, and are put in order while ranks wait for each other
       logical :: pressed = .true.        !< some particle may carry a contact pressure, of the last step or the one before
       logical :: at_rest = .false.       !< no particle moves, none is under stress
       logical :: tile_holds = .false.    !< its tile is what its particles give as they are now, but for what has arrived

@@ -190,7 +190,8 @@ contains
       type(error_t), intent(inout) :: error
       logical :: new_blocks
       integer :: b
-      call agree(model, l, clock, new_blocks, error)
+      call model%migration(l)%send(model%communicator, model%exchange(l)%ranks)
+      call agree(model, l, new_blocks, error)
       call model%timers%enter(phase_migration)
       associate (migration => model%migration(l), communicator => model%communicator)
          call migration%take_in(communicator, model%exchange(l)%ranks)
@@ -215,35 +216,21 @@ contains
    end subroutine move_particles
 
    !> Collective, one reduction: largest speeds for the next time step, whether blocks are missing, whether a rank failed, and what
-   !> ranks ask of the run. While others come to this point, the last blocks look ahead, for which nobody waits; leavers are on their
-   !> way by then.
-   subroutine agree(model, l, clock, new_blocks, error)
+   !> ranks ask of the run.
+   subroutine agree(model, l, new_blocks, error)
       type(model_t), intent(inout) :: model
       integer, intent(in) :: l
-      type(clock_t), intent(in) :: clock
       logical, intent(out) :: new_blocks
       type(error_t), intent(inout) :: error
-      real(wp), asynchronous :: bounds(5)
-      type(MPI_Request) :: request
-      logical :: all_said
-      integer :: b, n
+      real(wp) :: bounds(5)
+      integer :: b
       bounds = [model%bounds%wave_speed, model%bounds%particle_speed, 0.0_wp, 0.0_wp, real(model%asked, wp)]
       if (error%happened()) then
          bounds(4) = 1.0_wp
       else if (any_missing(model, l)) then
          bounds(3) = 1.0_wp
       end if
-      call MPI_Iallreduce(MPI_IN_PLACE, bounds, size(bounds), MPI_DOUBLE_PRECISION, MPI_MAX, model%communicator%comm, request)
-      call model%migration(l)%send(model%communicator, model%exchange(l)%ranks)
-      do n = 1, size(model%levels(l)%blocks)
-         b = model%levels(l)%inner_first(n)
-         if (.not. model%levels(l)%blocks(b)%late) cycle
-         call look_ahead(model, l, b, clock, .true., error)
-         call model%timers%enter(phase_control)
-         call MPI_Test(request, all_said, MPI_STATUS_IGNORE) ! it moves on only when it is looked after
-      end do
-      call MPI_Wait(request, MPI_STATUS_IGNORE)
-      if (.not. MPI_ASYNC_PROTECTS_NONBLOCKING) call MPI_F_sync_reg(bounds)
+      call MPI_Allreduce(MPI_IN_PLACE, bounds, size(bounds), MPI_DOUBLE_PRECISION, MPI_MAX, model%communicator%comm)
       model%bounds%wave_speed = bounds(1)
       model%bounds%particle_speed = bounds(2)
       new_blocks = bounds(3) > 0.0_wp

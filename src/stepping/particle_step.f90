@@ -1,7 +1,7 @@
 !> The particles' part of a step of one level, numbered as in theory.md: their motion, stress, where they are, and what they do
 !> ahead.
 module m_particle_step
-   use m_kinds, only: wp, i8
+   use m_kinds, only: wp
    use m_constants, only: exit_numerical
    use m_errors, only: error_t, fail
    use m_text, only: to_text
@@ -42,12 +42,10 @@ contains
       logical, intent(in) :: solved !< all nodes are
       type(error_t), intent(inout) :: error
       type(motion_t) :: motion
-      integer :: b, late, n, part
+      integer :: b, n, part
       logical :: shares_cells
       call model%migration(l)%prepare(model%communicator, model%levels(l))
       shares_cells = with_stress .and. size(model%effect_step(l)%on_cells) > 0
-      late = size(model%levels(l)%blocks) + 1
-      if (with_stress .and. .not. solved) late = first_late(model, l)
       motion = motion_t(clock%step, model%method%flip_fraction, model%levels(l)%layout%position)
       if (model%levels(l)%layout%next_position > 0) motion%position = model%levels(l)%layout%next_position
       do part = 1, 2
@@ -71,8 +69,7 @@ contains
             if (with_stress) call update_stress(model, l, b, clock%step, error)
             if (model%levels(l)%layout%next_position == 0) then
                call locate(model, l, b, error)
-               model%levels(l)%blocks(b)%late = n >= late
-               if (n < late) call look_ahead(model, l, b, clock, with_stress, error)
+               call look_ahead(model, l, b, clock, with_stress, error)
             end if
             if (part == 1 .and. .not. solved) call look_after_messages(model, l)
          end do
@@ -85,23 +82,6 @@ contains
          call look_ahead(model, l, b, clock, with_stress, error)
       end do
    end subroutine to_particles
-
-   !> Among the blocks in the order in which they are gone through, the first of those at the end that look ahead only while ranks
-   !> wait for each other: with so many of the particles a rank that is done first has something to do.
-   pure integer function first_late(model, l) result(first)
-      type(model_t), intent(in) :: model
-      integer, intent(in) :: l
-      real(wp), parameter :: share = 0.1_wp
-      integer(i8) :: left
-      first = size(model%levels(l)%blocks) + 1
-      if (model%communicator%ranks == 1) return
-      left = int(share*model%levels(l)%particle_count(), i8)
-      do while (first > 1)
-         left = left - model%levels(l)%blocks(model%levels(l)%inner_first(first - 1))%particles%count
-         if (left < 0) return
-         first = first - 1
-      end do
-   end function first_late
 
    !> True when the particles of a block are at rest and their nodes leave them so: nothing of the rest of the step would change
    !> a bit of them.
@@ -426,7 +406,6 @@ contains
       logical, intent(in) :: with_stress !< they have the stress of the end of the step
       type(error_t), intent(in) :: error
       associate (block => model%levels(l)%blocks(b))
-         block%late = .false.
          if (error%happened() .or. block%leaver_count > 0 .or. block%particles%count == 0) return
       end associate
       call set_order(model, l, b)
