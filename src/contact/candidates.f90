@@ -14,7 +14,7 @@ module m_candidates
    use m_grid_level, only: grid_level_t
    use m_locate, only: find_bounds
    use m_stencil, only: bin_place
-   use m_face_weights, only: face_weights_t, find_face, cube_span, weigh_point, weigh_face
+   use m_face_weights, only: face_weights_t, find_face, cube_span, weigh
    implicit none
    private
    public :: candidate_t, candidates_t, first_inside, touches, point_velocity, fastest, recovery
@@ -289,7 +289,7 @@ contains
          position = column(p, at%position:at%position + 2)
          if (deform(level)) then
             associate (r => fitted_edges(column(p, :), at, level%grid%cell))
-               call find_face(r, c%normal, level%grid%cell, norm2(matmul(c%normal, r)), to_face, span)
+               call find_face(r, c%normal, level%grid%cell, at%domain > 0, norm2(matmul(c%normal, r)), to_face, span)
             end associate
          else
             to_face = 0.5_wp*edge*min(1.0_wp, thickness/edge + flattening)
@@ -409,11 +409,7 @@ contains
          end do
       end do
       c%facing = c%mirror*c%normal
-      if (all(halves <= 0.0_wp .and. halves >= 0.0_wp)) then
-         call weigh_point(c%face, node, folded)
-      else
-         call weigh_face(c%face, node, folded, halves, turns)
-      end if
+      call weigh(c%face, node, folded, halves, turns)
    end subroutine set_face
 
    !> Velocity (m/s) that a contact point gets from the solved nodes, as the tool sees it.

@@ -216,7 +216,7 @@ contains
             edge = values(at%volume)**(1.0_wp/3.0_wp)
             associate (r => fitted_edges(values, at, cell))
                thickness = level%thickness(values, normal)
-               call find_face(r, normal, cell, norm2(matmul(normal, r)), to_face, span)
+               call find_face(r, normal, cell, at%domain > 0, norm2(matmul(normal, r)), to_face, span)
             end associate
          else
             edge = 2.0_wp*values(at%half_size)
