@@ -27,10 +27,12 @@ module m_candidates
       real(wp) :: facing(3) = 0.0_wp !< the same, mirrored where the contact point has been folded back at a symmetry plane
       real(wp) :: mirror(3) = 1.0_wp !< -1 for the components in which the two differ
       real(wp) :: gap = 0.0_wp   !< of its contact point now, m
+      logical :: carried = .false. !< the gap is the one that the nodes have carried on from the last step (eq. carried-gap)
       real(wp) :: speed = 0.0_wp !< of its contact point along the normal as the nodes have it without contact, m/s
       real(wp) :: area = 0.0_wp  !< m2
       real(wp) :: mass = 1.0_wp  !< kg
       real(wp) :: force = 0.0_wp !< N
+      real(wp) :: opening = 0.0_wp !< speed at which its gap opens with that force, m/s
       integer :: rubbing = 0     !< place among the candidates with friction; 0 without
       real(wp) :: tangent(3, 2) = 0.0_wp !< across the normal, as the tool sees them
       real(wp) :: drag(2) = 0.0_wp       !< friction on the body along the tangents, N
@@ -46,12 +48,15 @@ module m_candidates
       integer :: pressure = 0  !< column of the contact pressure
       integer :: earlier = 0   !< column of what it was a step before
       integer :: traction = 0  !< first column of the friction; 0 where no tool has any
+      integer :: carried = 0   !< first column of the gaps that are carried on, one for each tool
+      real(wp) :: drift = 0.0_wp !< largest difference yet between a carried gap and that of the particle's place and shape, m
    contains
       procedure :: find
       procedure :: pressed
       procedure, private :: search
       procedure, private :: consider
       procedure, private :: take
+      procedure, private :: carry_on
       procedure, private :: turn_page
    end type candidates_t
 
@@ -61,6 +66,8 @@ module m_candidates
    real(wp), parameter :: touching = 1.0e-4_wp    !< a smaller gap is none, in particle edges
    real(wp), parameter :: longest_thickness = 2.0_wp*sqrt(3.0_wp)*longest !< of domains that deform, in cells
    real(wp), parameter :: recovery = 0.01_wp      !< overlap is taken back by at most this much a step, in particle edges
+   real(wp), parameter :: widest_gap = 0.25_wp    !< nothing is carried on across a gap of so many thicknesses: the face is another's, of
+                                                  !< a particle that has been split
    type(candidate_t), parameter :: unknown = candidate_t() !< before anything is said of it
 
 contains
@@ -88,8 +95,8 @@ contains
             if (.not. thick > 0.0_wp) thick = thickest(level, level%blocks(b))
             call self%search(tools(t), level, materials, time_step, b, t, thick, overlap(t))
          end do
-         if (level%blocks(b)%pressed) &
-            call self%turn_page(level%blocks(b)%particles%count, level%blocks(b)%particles%column, level%blocks(b)%pressed)
+         if (level%blocks(b)%pressed) call self%turn_page(size(tools), level%blocks(b)%particles%count, &
+                                                          level%blocks(b)%particles%column, level%blocks(b)%pressed)
       end do
    end subroutine find
 
@@ -172,15 +179,19 @@ contains
       fastest_node = norm2(largest(2:4))
    end function fastest_node
 
-   !> The last pressures of a block's particles become the earlier ones, and friction is 0 until it is found again. Where there was
-   !> no pressure in either step, all is 0 and stays so.
-   pure subroutine turn_page(self, count, column, pressed)
+   !> The last pressures of a block's particles become the earlier ones; friction and carried gaps are 0 until they are found again.
+   !> Where there was none of them, all is 0 and stays so.
+   pure subroutine turn_page(self, tools, count, column, pressed)
       class(candidates_t), intent(in) :: self
-      integer, intent(in) :: count
+      integer, intent(in) :: tools, count !< how many tools and particles
       real(wp), intent(inout), contiguous :: column(:, :)
       logical, intent(out) :: pressed !< some particle was
       integer :: p
-      pressed = any(column(:count, self%pressure) > 0.0_wp .or. column(:count, self%earlier) > 0.0_wp)
+      associate (gaps => column(:count, self%carried:self%carried + tools - 1))
+         pressed = any(abs(gaps) > 0.0_wp)
+         if (pressed) gaps = 0.0_wp
+      end associate
+      if (.not. pressed) pressed = any(column(:count, self%pressure) > 0.0_wp .or. column(:count, self%earlier) > 0.0_wp)
       if (pressed) then
          !$omp simd
          do p = 1, count
@@ -245,6 +256,7 @@ contains
       real(wp), intent(in) :: reach    !< contact points that are further away do not get there, m
       real(wp), intent(inout) :: overlap
       real(wp) :: edge, gap, normal(3), thickness
+      logical :: carried
       integer :: m, p
       p = number(2)
       associate (block => level%blocks(number(1)), column => level%blocks(number(1))%particles%column, at => level%layout)
@@ -261,18 +273,37 @@ contains
          gap = gap - tool%spec%penetration_factor*thickness
          if (gap > reach) return
          overlap = max(overlap, -gap)
-         call self%take(tool, level, time_step, number, gap, normal, edge, thickness)
+         call self%carry_on(column(p, self%carried + number(4) - 1), thickness, gap, carried)
+         call self%take(tool, level, time_step, number, gap, carried, normal, edge, thickness)
       end associate
    end subroutine consider
 
+   !> The gap of a point that a tool has pressed goes on from where the nodes have left it, for only so do the forces that hold it
+   !> do no work of their own (theory.md, eq. carried-gap). It is that of the particle's place and shape again where the point has
+   !> come free of the tool by that measure too.
+   pure subroutine carry_on(self, last, thickness, gap, carried)
+      class(candidates_t), intent(inout) :: self
+      real(wp), intent(in) :: last      !< gap that the last step has left, m; 0: none
+      real(wp), intent(in) :: thickness !< of the particle, m
+      real(wp), intent(inout) :: gap    !< by place and shape; then the one that counts, m
+      logical, intent(out) :: carried
+      associate (drift => abs(last - gap))
+         carried = abs(last) > 0.0_wp .and. gap <= min(max(recovery*thickness, drift), widest_gap*thickness)
+         if (.not. carried) return
+         self%drift = max(self%drift, drift)
+      end associate
+      gap = last
+   end subroutine carry_on
+
    !> Keep a candidate if the free motion would carry its contact point into the tool, or almost.
-   subroutine take(self, tool, level, time_step, number, gap, normal, edge, thickness)
+   subroutine take(self, tool, level, time_step, number, gap, carried, normal, edge, thickness)
       class(candidates_t), intent(inout) :: self
       type(tool_t), intent(in) :: tool
       type(level_t), intent(in) :: level
       real(wp), intent(in) :: time_step
       integer, intent(in) :: number(4)        !< as in consider
       real(wp), intent(in) :: gap, normal(3)  !< of the contact point
+      logical, intent(in) :: carried          !< the gap is
       real(wp), intent(in) :: edge, thickness !< of the particle, m
       real(wp) :: to_face, span(3, 3), position(3)
       integer :: p
@@ -285,6 +316,7 @@ contains
          c%particle = p
          c%tool = number(4)
          c%gap = gap
+         c%carried = carried
          c%normal = normal
          position = column(p, at%position:at%position + 2)
          if (deform(level)) then
@@ -298,7 +330,7 @@ contains
          call set_face(c, level%grid, block%place, bin_place(number(3)), at%domain > 0, &
                        (position - to_face*c%normal - block%origin)*level%grid%per_cell, span*level%grid%per_cell)
          c%speed = dot_product(c%normal, point_velocity(level, c))
-         if (c%gap + time_step*(c%speed - dot_product(c%normal, tool%velocity())) > margin*edge) return
+         if (c%gap + time_step*(c%speed - dot_product(c%normal, tool%velocity())) > margin*edge .and. .not. carried) return
          c%area = edge**2
          if (deform(level)) c%area = column(p, at%volume)/thickness
          c%mass = column(p, at%mass)
