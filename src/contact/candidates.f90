@@ -28,6 +28,7 @@ module m_candidates
       real(wp) :: mirror(3) = 1.0_wp !< -1 for the components in which the two differ
       real(wp) :: gap = 0.0_wp   !< of its contact point now, m
       logical :: carried = .false. !< the gap is the one that the nodes have carried on from the last step (eq. carried-gap)
+      real(wp) :: drift = 0.0_wp !< that less the gap by the particle's place and shape, m
       real(wp) :: speed = 0.0_wp !< of its contact point along the normal as the nodes have it without contact, m/s
       real(wp) :: area = 0.0_wp  !< m2
       real(wp) :: mass = 1.0_wp  !< kg
@@ -49,9 +50,11 @@ module m_candidates
       integer :: earlier = 0   !< column of what it was a step before
       integer :: traction = 0  !< first column of the friction; 0 where no tool has any
       integer :: carried = 0   !< first column of the gaps that are carried on, one for each tool
+      integer, allocatable :: begins(:) !< those of block b stand from here on and before those of the next
       real(wp) :: drift = 0.0_wp !< largest difference yet between a carried gap and that of the particle's place and shape, m
    contains
       procedure :: find
+      procedure :: settle
       procedure :: pressed
       procedure, private :: search
       procedure, private :: consider
@@ -87,7 +90,9 @@ contains
       self%count = 0
       self%rubbing = 0
       overlap = 0.0_wp
+      self%begins = [(1, b=0, size(level%blocks))]
       do b = 1, size(level%blocks)
+         self%begins(b) = self%count + 1
          if (level%blocks(b)%particles%count == 0) cycle
          thick = 0.0_wp
          do t = 1, size(tools)
@@ -98,7 +103,27 @@ contains
          if (level%blocks(b)%pressed) call self%turn_page(size(tools), level%blocks(b)%particles%count, &
                                                           level%blocks(b)%particles%column, level%blocks(b)%pressed)
       end do
+      self%begins(b) = self%count + 1
    end subroutine find
+
+   !> After the motion of a block's particles: those that are pressed go along the normal to where their own face is the one that the
+   !> tool has pressed (theory.md, eq. carried-gap), by at most so much in a step as an overlap is taken back. Velocity, stress and
+   !> shape stay as they are.
+   pure subroutine settle(self, level, b)
+      class(candidates_t), intent(in) :: self
+      type(level_t), intent(inout) :: level
+      integer, intent(in) :: b
+      real(wp) :: most
+      integer :: n
+      do n = self%begins(b), self%begins(b + 1) - 1
+         associate (c => self%list(n), x => level%layout%position)
+            if (.not. (c%carried .and. c%force > 0.0_wp)) cycle
+            most = recovery*sqrt(c%area)
+            level%blocks(b)%particles%column(c%particle, x:x + 2) = level%blocks(b)%particles%column(c%particle, x:x + 2) &
+                                                                    + min(max(c%drift, -most), most)*c%normal
+         end associate
+      end do
+   end subroutine settle
 
    !> Consider the particles of a block that may be near enough to a tool: those of rows of bins and of bins that are surely too far
    !> away are not looked at, for no node of the block is fast enough to carry them to the tool in this step.
@@ -255,7 +280,7 @@ contains
       integer, intent(in) :: number(4) !< of the block, the particle, the bin and the tool
       real(wp), intent(in) :: reach    !< contact points that are further away do not get there, m
       real(wp), intent(inout) :: overlap
-      real(wp) :: edge, gap, normal(3), thickness
+      real(wp) :: edge, gap, drift, normal(3), thickness
       logical :: carried
       integer :: m, p
       p = number(2)
@@ -273,30 +298,30 @@ contains
          gap = gap - tool%spec%penetration_factor*thickness
          if (gap > reach) return
          overlap = max(overlap, -gap)
-         call self%carry_on(column(p, self%carried + number(4) - 1), thickness, gap, carried)
-         call self%take(tool, level, time_step, number, gap, carried, normal, edge, thickness)
+         call self%carry_on(column(p, self%carried + number(4) - 1), thickness, gap, carried, drift)
+         call self%take(tool, level, time_step, number, gap, carried, drift, normal, edge, thickness)
       end associate
    end subroutine consider
 
    !> The gap of a point that a tool has pressed goes on from where the nodes have left it, for only so do the forces that hold it
    !> do no work of their own (theory.md, eq. carried-gap). It is that of the particle's place and shape again where the point has
    !> come free of the tool by that measure too.
-   pure subroutine carry_on(self, last, thickness, gap, carried)
+   pure subroutine carry_on(self, last, thickness, gap, carried, drift)
       class(candidates_t), intent(inout) :: self
       real(wp), intent(in) :: last      !< gap that the last step has left, m; 0: none
       real(wp), intent(in) :: thickness !< of the particle, m
       real(wp), intent(inout) :: gap    !< by place and shape; then the one that counts, m
       logical, intent(out) :: carried
-      associate (drift => abs(last - gap))
-         carried = abs(last) > 0.0_wp .and. gap <= min(max(recovery*thickness, drift), widest_gap*thickness)
-         if (.not. carried) return
-         self%drift = max(self%drift, drift)
-      end associate
-      gap = last
+      real(wp), intent(out) :: drift    !< what counts less what was, m
+      drift = last - gap
+      carried = abs(last) > 0.0_wp .and. gap <= min(max(recovery*thickness, abs(drift)), widest_gap*thickness)
+      if (.not. carried) drift = 0.0_wp
+      self%drift = max(self%drift, abs(drift))
+      gap = gap + drift
    end subroutine carry_on
 
    !> Keep a candidate if the free motion would carry its contact point into the tool, or almost.
-   subroutine take(self, tool, level, time_step, number, gap, carried, normal, edge, thickness)
+   subroutine take(self, tool, level, time_step, number, gap, carried, drift, normal, edge, thickness)
       class(candidates_t), intent(inout) :: self
       type(tool_t), intent(in) :: tool
       type(level_t), intent(in) :: level
@@ -304,6 +329,7 @@ contains
       integer, intent(in) :: number(4)        !< as in consider
       real(wp), intent(in) :: gap, normal(3)  !< of the contact point
       logical, intent(in) :: carried          !< the gap is
+      real(wp), intent(in) :: drift           !< of it, m
       real(wp), intent(in) :: edge, thickness !< of the particle, m
       real(wp) :: to_face, span(3, 3), position(3)
       integer :: p
@@ -317,6 +343,7 @@ contains
          c%tool = number(4)
          c%gap = gap
          c%carried = carried
+         c%drift = drift
          c%normal = normal
          position = column(p, at%position:at%position + 2)
          if (deform(level)) then

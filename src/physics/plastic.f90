@@ -79,16 +79,9 @@ contains
       real(wp), intent(in) :: time_step
       integer, intent(in) :: first, last
       type(lane_t) :: lane
-      integer :: from, to, own, p
+      integer :: from, to, p
       call self%elastic_t%update(column, layout, gradient, time_step, first, last)
-      if (self%shape > 0) then
-         own = merge(layout%gradient, layout%kept_gradient, layout%gradient > 0)
-         if (own > 0) then ! an effect may have changed the other one; the face moves with the particle's own
-            call follow_shape(self%shape, column, column(:, own:own + 8), time_step, first, last)
-         else
-            call follow_shape(self%shape, column, gradient, time_step, first, last)
-         end if
-      end if
+      if (self%shape > 0) call follow_shape(self%shape, column, gradient, time_step, first, last)
       associate (s => layout%stress)
          do from = first, last, lanes
             to = min(from + lanes - 1, last)
