@@ -22,7 +22,7 @@ module m_model
    use m_block, only: block_t
    use m_locate, only: bin_of
    use m_migration, only: migration_t, entered, frame_of
-   use m_split, only: id_bits
+   use m_split, only: id_bits, stuff_t
    use m_materials, only: materials_t, make_materials
    use m_effect, only: effect_slot_t
    use m_effects, only: make_effects
@@ -43,6 +43,7 @@ module m_model
       type(time_spec_t) :: method
       type(level_t), allocatable :: levels(:)           !< the coarsest first
       type(materials_t) :: materials
+      type(stuff_t), allocatable :: stuff(:)            !< what splitting asks of the bodies' materials
       type(effect_slot_t), allocatable :: effects(:)
       type(effect_step_t), allocatable :: effect_step(:) !< one a level
       type(contact_t) :: contact
@@ -107,6 +108,10 @@ contains
       self%method = scene%time
       self%follows_speeds = .not. scene%time%time_step > 0.0_wp
       self%materials = make_materials(scene)
+      associate (materials => self%materials)
+         self%stuff = [(stuff_t(materials%slots(materials%of_body(e))%law%density, &
+                                materials%slots(materials%of_body(e))%law%stiffest()), e=1, size(materials%of_body))]
+      end associate
       if ((self%method%domain /= domain_fixed .or. has_levels(scene)) .and. first_id(size(scene%bodies) + 1) > 2_i8**id_bits) then
          call fail(error, exit_input, "with levels, or domains other than 'fixed', a scene has at most "// &
                    to_text(2_i8**id_bits/first_id(2))//' bodies')

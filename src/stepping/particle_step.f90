@@ -304,7 +304,7 @@ contains
       type(error_t), intent(inout) :: error
       integer :: splits, worn_out
       associate (level => model%levels(l))
-         call split_long(level%blocks(b), level%table, level%layout, level%grid%cell, splits, worn_out)
+         call split_long(level%blocks(b), level%table, level%layout, level%grid%cell, model%stuff, splits, worn_out)
       end associate
       if (worn_out > 0) call fail(error, exit_numerical, particle_text(model, l, b, worn_out)//' has been split '// &
          to_text(most_generations)//' times and its domain is too long again: the motion is without bound; try a smaller safety', &
