@@ -19,7 +19,8 @@ module m_split
 
    ! Under tension nodes must see more of the motion within a cell (theory.md, eq. pulled).
    real(wp), parameter :: longest_pulled = 0.35_wp  !< half edge of a particle that bears tension, in cells; shorter where the
-                                                    !< tension is above the modulus of a wave,
+                                                    !< tension comes near the modulus of a wave:
+   real(wp), parameter :: longest_at_modulus = 0.28_wp !< where it is the modulus, and inversely to it,
    real(wp), parameter :: shortest_pulled = 0.2_wp  !< but never asked to be shorter than this
    real(wp), parameter :: longest_whole = 0.505_wp  !< while one particle is all of a cell: the edge that bears the tension
    real(wp), parameter :: whole = 0.75_wp           !< a particle with more than this of the mass of a cell was never split
@@ -91,8 +92,8 @@ contains
          end if
       else
          tension = largest_tension(particles%column(p, :), layout, 0.0_wp)
-         if (tension > 0.0_wp) across = squares > (cell*longest_pulled*max(shortest_pulled/longest_pulled, &
-                                                                           min(1.0_wp, stuff%modulus/tension)))**2
+         if (tension > 0.0_wp) across = squares > (cell*max(shortest_pulled, min(longest_pulled, longest_at_modulus &
+                                                                                     *stuff%modulus/tension)))**2
       end if
       if (maxval(squares) > (longest*cell)**2) across(maxloc(squares, dim=1)) = .true.
    end function edges_to_split

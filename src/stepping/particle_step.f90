@@ -47,6 +47,8 @@ contains
       call model%migration(l)%prepare(model%communicator, model%levels(l))
       shares_cells = with_stress .and. size(model%effect_step(l)%on_cells) > 0
       motion = motion_t(clock%step, model%method%flip_fraction, model%levels(l)%layout%position)
+      motion%unseen = model%unseen
+      motion%heat = model%levels(l)%layout%unseen_heat
       if (model%levels(l)%layout%next_position > 0) motion%position = model%levels(l)%layout%next_position
       do part = 1, 2
          if (.not. solved) call sum_part(model, l, part)
