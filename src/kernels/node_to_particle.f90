@@ -12,11 +12,13 @@ module m_node_to_particle
    integer, parameter :: lanes = 8 !< values a node: mass, velocity (3), acceleration (3), spare
    integer, parameter :: half = 4  !< of them, those of which the gradient is wanted, and those of which it is not
 
-   !> How the particles move: x += dt v_grid, v = flip (v + dt a) + (1 - flip) v_grid.
+   !> How the particles move: x += dt v_grid, v = flip (v + dt a) + (1 - flip) v_grid; then v - v_grid <- unseen (v - v_grid).
    type :: motion_t
       real(wp) :: time_step     !< s; with 0 and flip 1 only the velocity gradient is taken
       real(wp) :: flip_fraction
       integer :: position       !< first column of where the new position goes
+      real(wp) :: unseen = 1.0_wp !< what is left of the velocity that nodes do not see
+      integer :: heat = 0       !< column of the energy that is taken from it; 0: none is
    end type motion_t
 
    !> The particle of a block that the grid carries fastest along an axis, if faster than allowed: an undefined speed is none.
@@ -260,6 +262,28 @@ contains
          column(p, v) = motion%flip_fraction*(column(p, v) + motion%time_step*taken%motion(q, 3 + axis)) &
                         + (1.0_wp - motion%flip_fraction)*taken%motion(q, axis)
       end do
+      if (motion%heat > 0) call rest_along(axis, before, before_in_chunk, count, taken, layout, motion, column)
    end subroutine move_along
+
+   !> What nodes do not see of the velocities of particles that follow each other, along one axis, comes to rest (theory.md, eq.
+   !> unseen).
+   pure subroutine rest_along(axis, before, before_in_chunk, count, taken, layout, motion, column)
+      integer, intent(in) :: axis, before, before_in_chunk, count !< as above
+      type(taken_t), intent(in) :: taken
+      type(layout_t), intent(in) :: layout
+      type(motion_t), intent(in) :: motion
+      real(wp), intent(inout), contiguous :: column(:, :)
+      real(wp) :: rest
+      integer :: m, p, v
+      v = layout%velocity + axis - 1
+      !$omp simd private(p, rest)
+      do m = 1, count
+         p = before + m
+         rest = taken%motion(before_in_chunk + m, axis) + motion%unseen*(column(p, v) - taken%motion(before_in_chunk + m, axis))
+         column(p, motion%heat) = column(p, motion%heat) &
+                                  + 0.5_wp*column(p, layout%mass)*(column(p, v) - rest)*(column(p, v) + rest)
+         column(p, v) = rest
+      end do
+   end subroutine rest_along
 
 end module m_node_to_particle

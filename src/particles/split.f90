@@ -10,7 +10,7 @@ module m_split
    use m_region, only: region_t
    implicit none
    private
-   public :: split_long, split_in_eight, must_split, half_edges, fitted_edges, extents, octant_of, child_id, longest
+   public :: stuff_t, split_long, split_in_eight, must_split, half_edges, fitted_edges, extents, octant_of, child_id, longest
 
    integer, parameter, public :: id_bits = 50          !< ids of particles that were never split are below 2^id_bits
    integer, parameter, public :: most_generations = 12 !< splits that an id has room for; it stays below 2^62
@@ -20,44 +20,109 @@ module m_split
 
    real(wp), parameter :: at_end = 1.0e-3_wp !< a carried face so near to the end of its domain, in half edges, lies on it
 
+   ! Under tension nodes must see more of the motion within a cell (theory.md, eq. pulled).
+   real(wp), parameter :: longest_pulled = 0.35_wp  !< half edge of a particle that bears tension, in cells; shorter where the
+                                                    !< tension comes near the modulus of a wave:
+   real(wp), parameter :: longest_at_modulus = 0.28_wp !< where it is the modulus, and inversely to it,
+   real(wp), parameter :: shortest_pulled = 0.2_wp  !< but never asked to be shorter than this
+   real(wp), parameter :: longest_whole = 0.505_wp  !< while one particle is all of a cell: the edge that bears the tension
+   real(wp), parameter :: whole = 0.75_wp           !< a particle with more than this of the mass of a cell was never split
+   real(wp), parameter :: pulls = 0.1_wp            !< a normal stress of so much of the largest component counts as tension
+
+   !> What splitting asks of the material of a body.
+   type :: stuff_t
+      real(wp) :: density = 0.0_wp !< undeformed, kg/m3
+      real(wp) :: modulus = 0.0_wp !< of a plane wave, Pa
+   end type stuff_t
+
 contains
 
-   !> Split the particles of a block that have a half edge longer than 0.525 cells, each across its longest, in the order of
-   !> storage. The lower half keeps place and id, the upper one is appended. `worn_out`: a particle that has been split too often
-   !> to be split again, 0 if there is none.
-   subroutine split_long(block, table, layout, cell, splits, worn_out)
+   !> Split the particles of a block whose half edges are too long (theory.md, eqs too-long, pulled), each across every edge that is,
+   !> in the order of storage. The lower part keeps place and id, the others are appended. `worn_out`: a particle that has been
+   !> split too often to be split again, 0 if there is none.
+   subroutine split_long(block, table, layout, cell, stuff, splits, worn_out)
       type(block_t), intent(inout) :: block
       type(field_table_t), intent(in) :: table
       type(layout_t), intent(in) :: layout
-      real(wp), intent(in) :: cell !< m
-      integer, intent(out) :: splits, worn_out
+      real(wp), intent(in) :: cell          !< m
+      type(stuff_t), intent(in) :: stuff(:) !< of the bodies
+      integer, intent(out) :: splits        !< particles made
+      integer, intent(out) :: worn_out
       type(shares_t) :: shares
-      real(wp) :: squares(3)
-      integer :: n, p, too_long
+      logical :: across(3)
+      integer :: n, p, parts
       splits = 0
       worn_out = 0
       n = block%particles%count
-      too_long = 0
+      parts = 0
       do p = 1, n
-         squares = lengths_squared(block%particles%column, p, layout)
-         if (maxval(squares) > (longest*cell)**2) too_long = too_long + 1
+         across = edges_to_split(block%particles, p, layout, cell, stuff(block%particles%body(p)))
+         if (any(across)) parts = parts + 2**count(across) - 1
       end do
-      if (too_long == 0) return
+      if (parts == 0) return
       shares = table%shares()
-      call block%reserve(n + too_long, table%columns)
+      call block%reserve(n + parts, table%columns)
       do p = 1, n
-         squares = lengths_squared(block%particles%column, p, layout)
-         if (.not. maxval(squares) > (longest*cell)**2) cycle ! as counted, also where a length is not a number
-         if (nint(block%particles%column(p, layout%generation)) == most_generations) then
+         across = edges_to_split(block%particles, p, layout, cell, stuff(block%particles%body(p)))
+         if (.not. any(across)) cycle
+         if (nint(block%particles%column(p, layout%generation)) + count(across) > most_generations) then
             worn_out = p
             return
          end if
-         call halve(block%particles, p, maxloc(squares, dim=1), layout, shares)
-         block%cells%bin(block%particles%count) = 0
-         splits = splits + 1
+         call split_across(block%particles, p, across, layout, shares)
+         splits = splits + 2**count(across) - 1
       end do
+      block%cells%bin(n + 1:block%particles%count) = 0
       block%cells%current = .false.
    end subroutine split_long
+
+   !> Across which of its half edges a particle must be split: the longest, if it is too long for the weights; under tension, all that
+   !> are too long for that.
+   pure function edges_to_split(particles, p, layout, cell, stuff) result(across)
+      type(particle_store_t), intent(in) :: particles
+      integer, intent(in) :: p
+      type(layout_t), intent(in) :: layout
+      real(wp), intent(in) :: cell       !< m
+      type(stuff_t), intent(in) :: stuff !< of the particle's body
+      logical :: across(3)
+      real(wp) :: squares(3), tension
+      across = .false.
+      squares = lengths_squared(particles%column, p, layout)
+      if (.not. maxval(squares) > (shortest_pulled*cell)**2) return ! also where a length is not a number
+      if (particles%column(p, layout%mass) > whole*stuff%density*cell**3) then
+         if (maxval(squares) > (longest_whole*cell)**2) then
+            tension = largest_tension(particles%column(p, :), layout, longest_whole*cell)
+            if (tension > 0.0_wp) across = squares > (longest_pulled*cell)**2
+         end if
+      else
+         tension = largest_tension(particles%column(p, :), layout, 0.0_wp)
+         if (tension > 0.0_wp) across = squares > (cell*max(shortest_pulled, min(longest_pulled, longest_at_modulus &
+                                                                                     *stuff%modulus/tension)))**2
+      end if
+      if (maxval(squares) > (longest*cell)**2) across(maxloc(squares, dim=1)) = .true.
+   end function edges_to_split
+
+   !> The largest normal stress (Pa) along a half edge of more than the given length, 0 if none counts as tension.
+   pure real(wp) function largest_tension(values, layout, length) result(tension)
+      real(wp), intent(in) :: values(:) !< the particle's columns
+      type(layout_t), intent(in) :: layout
+      real(wp), intent(in) :: length    !< m
+      real(wp) :: r(3, 3), s(3, 3), along, square
+      integer :: k
+      r = half_edges(values, layout)
+      associate (at => layout%stress)
+         s(:, 1) = values([at, at + 5, at + 4])
+         s(:, 2) = values([at + 5, at + 1, at + 3])
+         s(:, 3) = values([at + 4, at + 3, at + 2])
+      end associate
+      tension = 0.0_wp
+      do k = 1, 3
+         square = dot_product(r(:, k), r(:, k))
+         if (.not. square > length**2) cycle
+         along = dot_product(r(:, k), matmul(s, r(:, k)))/square
+         if (along > pulls*maxval(abs(s))) tension = max(tension, along)
+      end do
+   end function largest_tension
 
    !> True when a particle that goes to a finer level, or lives there, must be split into eight: its centre is inside and it is
    !> larger than the particles of that level, or it is too large for the weights there (theory.md, eq. level-split).
@@ -189,6 +254,25 @@ contains
          r = min(short_of*r, 0.5_wp*cell)
       end if
    end function fitted_edges
+
+   !> Split particle p across some of its half edges: 1, 3 or 7 particles are appended.
+   subroutine split_across(particles, p, across, layout, shares)
+      type(particle_store_t), intent(inout) :: particles
+      integer, intent(in) :: p
+      logical, intent(in) :: across(3)
+      type(layout_t), intent(in) :: layout
+      type(shares_t), intent(in) :: shares
+      integer :: first, k, last, q
+      first = particles%count + 1
+      do k = 1, 3
+         if (.not. across(k)) cycle
+         last = particles%count
+         call halve(particles, p, k, layout, shares)
+         do q = first, last
+            call halve(particles, q, k, layout, shares)
+         end do
+      end do
+   end subroutine split_across
 
    !> Split particle p across half edge k. With the velocity gradient L each half has the velocity of its own centre.
    subroutine halve(particles, p, k, layout, shares)

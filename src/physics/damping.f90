@@ -1,4 +1,5 @@
-!> Damping of the nodes' motion, to bring a body to rest (theory.md, eq. damping).
+!> Damping of the motion of nodes, and of particles where nodes do not see it, to bring a body to rest (theory.md, eqs damping,
+!> unseen).
 module m_damping
    use m_kinds, only: wp
    use m_constants, only: exit_input
@@ -6,6 +7,7 @@ module m_damping
    use m_communicator, only: communicator_t
    use m_level, only: level_t
    use m_effect, only: effect_t, hooks_t
+   use m_field_table, only: field_table_t
    use m_group_reader, only: group_reader_t
    use m_value_range, only: range_t, at_least
    implicit none
@@ -20,11 +22,15 @@ module m_damping
    type, extends(effect_t) :: damping_t
       integer :: kind = kind_local
       real(wp) :: coefficient = 0.0_wp !< local: 1; viscous: 1/s
+      integer, private :: heat = 0     !< column
    contains
       procedure :: variables
+      procedure :: declare
       procedure :: hooks
       procedure :: verify
       procedure :: longest_step
+      procedure :: rests_at
+      procedure :: dissipated
       procedure :: on_nodes
    end type damping_t
 
@@ -39,6 +45,13 @@ contains
       if (self%kind == kind_viscous) range = at_least(0.0_wp, '1/s')
       call group%get('coefficient', self%coefficient, range, required=.true.)
    end subroutine variables
+
+   subroutine declare(self, table)
+      class(damping_t), intent(inout) :: self
+      type(field_table_t), intent(inout) :: table
+      call table%declare('unseen_heat', 1, 'J', written=.false., extensive=.true.)
+      self%heat = table%column('unseen_heat')
+   end subroutine declare
 
    pure type(hooks_t) function hooks(self)
       class(damping_t), intent(in) :: self
@@ -66,6 +79,21 @@ contains
       longest_step = huge(1.0_wp)
       if (self%kind == kind_viscous .and. self%coefficient > 0.0_wp) longest_step = at_most/self%coefficient
    end function longest_step
+
+   !> Local damping takes a share of each mode in a period of it; what nodes do not see lives within a cell.
+   pure real(wp) function rests_at(self, crossings)
+      class(damping_t), intent(in) :: self
+      real(wp), intent(in) :: crossings
+      rests_at = self%coefficient
+      if (self%kind == kind_local) rests_at = self%coefficient*crossings
+   end function rests_at
+
+   pure real(wp) function dissipated(self, column, first, last)
+      class(damping_t), intent(in) :: self
+      real(wp), intent(in), contiguous :: column(:, :)
+      integer, intent(in) :: first, last
+      dissipated = sum(column(first:last, self%heat))
+   end function dissipated
 
    !> a <- a - c |a| sign(v) for each component, or a <- a - c v; v is the velocity at the beginning of the step.
    pure subroutine on_nodes(self, time, time_step, tile)

@@ -38,6 +38,7 @@ module m_effect
       procedure :: verify
       procedure :: wave_factor
       procedure :: longest_step
+      procedure :: rests_at
       procedure :: dissipated
       procedure :: acceleration
       procedure :: add_forces
@@ -116,6 +117,15 @@ contains
       associate (unused => self%repeats); end associate
       longest_step = huge(1.0_wp)
    end function longest_step
+
+   !> Rate (1/s) at which the effect brings that part of the particles' velocities to rest that nodes do not see, 0 for none. Such an
+   !> effect must declare the field unseen_heat, where the step puts the energy that this takes.
+   pure real(wp) function rests_at(self, crossings)
+      class(effect_t), intent(in) :: self
+      real(wp), intent(in) :: crossings !< cells of the finest level that the fastest wave crosses in a second, 1/s
+      associate (unused => self%repeats, c => crossings); end associate
+      rests_at = 0.0_wp
+   end function rests_at
 
    !> Energy (J) that the effect has taken out of particles first..last so far, other than through nodes (the model measures that).
    pure real(wp) function dissipated(self, column, first, last)

@@ -26,6 +26,7 @@ contains
       type(model_t), intent(inout) :: model
       real(wp), intent(in) :: time_step !< s
       type(error_t), intent(inout) :: error
+      model%unseen = model%share_of_unseen(time_step)
       if (model%follows_speeds) model%bounds = bounds_t()
       if (model%method%stress_update == update_usf) then
          call gather_levels(model, 1, model%time, time_step)
@@ -126,7 +127,7 @@ contains
       end if
       half = 0.5_wp*clock%step
       ahead = 0.5_wp*half
-      if (model%method%flip_fraction < 1.0_wp) ahead = 0.0_wp ! eq. labels: not with PIC
+      if (model%mixes()) ahead = 0.0_wp ! eq. labels: not with PIC
       call advance_level(model, l + 1, clock_t(clock%time, half, half - ahead, ends=.false.), error)
       if (error%happened()) return
       call gather_levels(model, l + 1, clock%time + half, half)
@@ -175,7 +176,7 @@ contains
          do b = 1, size(level%blocks)
             if (.not. composite%receives(b)) cycle
             change = level%handed(:, :, :, :, b)
-            call composite%correct(level, b, clock%step, model%method%flip_fraction, change)
+            call composite%correct(level, b, clock%step, model%unseen*model%method%flip_fraction, change)
          end do
          call composite%send_down(model%communicator)
       end associate

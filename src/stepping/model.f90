@@ -22,7 +22,7 @@ module m_model
    use m_block, only: block_t
    use m_locate, only: bin_of
    use m_migration, only: migration_t, entered, frame_of
-   use m_split, only: id_bits
+   use m_split, only: id_bits, stuff_t
    use m_materials, only: materials_t, make_materials
    use m_effect, only: effect_slot_t
    use m_effects, only: make_effects
@@ -43,6 +43,7 @@ module m_model
       type(time_spec_t) :: method
       type(level_t), allocatable :: levels(:)           !< the coarsest first
       type(materials_t) :: materials
+      type(stuff_t), allocatable :: stuff(:)            !< what splitting asks of the bodies' materials
       type(effect_slot_t), allocatable :: effects(:)
       type(effect_step_t), allocatable :: effect_step(:) !< one a level
       type(contact_t) :: contact
@@ -52,6 +53,7 @@ module m_model
       type(timers_t) :: timers
       integer :: levels_row = 0                       !< of the timers, where there are several levels
       type(bounds_t) :: bounds
+      real(wp) :: unseen = 1.0_wp                     !< what the step leaves of the velocity that nodes do not see
       type(level_spec_t), allocatable :: level_specs(:) !< what the scene says of levels 2 and on
       integer, allocatable :: first_low(:, :), first_high(:, :) !< sides of their boxes at the start, in nodes: (3, levels)
       integer(i8) :: moves = 0                        !< times that boxes of levels have moved
@@ -83,6 +85,8 @@ module m_model
       procedure :: fold
       procedure :: stepped_cell
       procedure :: wave_speed
+      procedure :: mixes
+      procedure :: share_of_unseen
       procedure :: release
       procedure, private :: mark_wanted
       procedure, private :: make_wanted
@@ -107,6 +111,10 @@ contains
       self%method = scene%time
       self%follows_speeds = .not. scene%time%time_step > 0.0_wp
       self%materials = make_materials(scene)
+      associate (materials => self%materials)
+         self%stuff = [(stuff_t(materials%slots(materials%of_body(e))%law%density, &
+                                materials%slots(materials%of_body(e))%law%stiffest()), e=1, size(materials%of_body))]
+      end associate
       if ((self%method%domain /= domain_fixed .or. has_levels(scene)) .and. first_id(size(scene%bodies) + 1) > 2_i8**id_bits) then
          call fail(error, exit_input, "with levels, or domains other than 'fixed', a scene has at most "// &
                    to_text(2_i8**id_bits/first_id(2))//' bodies')
@@ -257,7 +265,7 @@ contains
          if (self%method%domain /= domain_fixed .or. size(self%levels) > 1) &
             call table%declare('generation', 1, '1', written=.false.)
          if (size(self%levels) > 1) call table%declare('refinement', 1, '1', written=.false.)
-         if (size(self%levels) > 1 .and. self%method%subcycle .and. .not. self%method%flip_fraction < 1.0_wp) &
+         if (size(self%levels) > 1 .and. self%method%subcycle .and. .not. self%mixes()) &
             call table%declare('edge_stress', 6, 'Pa', written=.false.)
          call table%declare('stress', 6, 'Pa', written=.true.)
          if (self%method%affine) call table%declare('velocity_gradient', 9, '1/s', written=.false.)
@@ -277,6 +285,32 @@ contains
          end do
       end associate
    end subroutine declare_fields
+
+   !> True when particles' velocities come nearer to the grid's: there are no labels at edges of levels then (theory.md, eq.
+   !> half-steps-pic).
+   pure logical function mixes(self)
+      class(model_t), intent(in) :: self
+      integer :: e
+      mixes = self%method%flip_fraction < 1.0_wp
+      do e = 1, size(self%effects)
+         mixes = mixes .or. self%effects(e)%effect%rests_at(1.0_wp) > 0.0_wp
+      end do
+   end function mixes
+
+   !> What a step leaves of the velocity that nodes do not see (theory.md, eq. unseen): as much on all levels, since what they give
+   !> to each other needs one share.
+   pure real(wp) function share_of_unseen(self, time_step) result(share)
+      class(model_t), intent(in) :: self
+      real(wp), intent(in) :: time_step !< of the coarsest level, s
+      real(wp) :: crossings, step
+      integer :: e
+      step = time_step/maxval(self%steps_of_levels())
+      crossings = self%bounds%wave_speed/self%levels(size(self%levels))%grid%cell
+      share = 1.0_wp
+      do e = 1, size(self%effects)
+         share = share*max(0.0_wp, 1.0_wp - step*self%effects(e)%effect%rests_at(crossings))
+      end do
+   end function share_of_unseen
 
    !> Collective: refuse what does not fit into the memory of the machines.
    subroutine require_memory(self, place, particles, tiles, error)

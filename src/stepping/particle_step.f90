@@ -47,6 +47,8 @@ contains
       call model%migration(l)%prepare(model%communicator, model%levels(l))
       shares_cells = with_stress .and. size(model%effect_step(l)%on_cells) > 0
       motion = motion_t(clock%step, model%method%flip_fraction, model%levels(l)%layout%position)
+      motion%unseen = model%unseen
+      motion%heat = model%levels(l)%layout%unseen_heat
       if (model%levels(l)%layout%next_position > 0) motion%position = model%levels(l)%layout%next_position
       do part = 1, 2
          if (.not. solved) call sum_part(model, l, part)
@@ -304,7 +306,7 @@ contains
       type(error_t), intent(inout) :: error
       integer :: splits, worn_out
       associate (level => model%levels(l))
-         call split_long(level%blocks(b), level%table, level%layout, level%grid%cell, splits, worn_out)
+         call split_long(level%blocks(b), level%table, level%layout, level%grid%cell, model%stuff, splits, worn_out)
       end associate
       if (worn_out > 0) call fail(error, exit_numerical, particle_text(model, l, b, worn_out)//' has been split '// &
          to_text(most_generations)//' times and its domain is too long again: the motion is without bound; try a smaller safety', &

@@ -4,12 +4,13 @@ program split
    use m_communicator, only: communicator_t
    use m_block, only: block_t
    use m_level, only: level_t
-   use m_split, only: split_long, half_edges, id_bits, most_generations
+   use m_split, only: stuff_t, split_long, half_edges, id_bits, most_generations
    use m_sorting, only: sorted_order
    use m_assertions, only: assertions_t
    use m_chance, only: chance_t
    implicit none
    real(wp), parameter :: cell = 0.3_wp
+   type(stuff_t), parameter :: soft(2) = stuff_t(density=1000.0_wp, modulus=1.0e6_wp)
    type(communicator_t) :: comm
    type(assertions_t) :: test
    type(chance_t) :: chance
@@ -18,6 +19,8 @@ program split
    call pieces(corners=.true., affine=.true.)
    call pieces(corners=.true., affine=.false.)
    call pieces(corners=.false., affine=.true.)
+   call pulled(corners=.true.)
+   call pulled(corners=.false.)
    call too_often()
    call thickness()
    call test%finish()
@@ -139,7 +142,7 @@ contains
       total = 0
       do round = 1, 20
          p = block%particles%count
-         call split_long(block, level%table, level%layout, cell, splits, worn_out)
+         call split_long(block, level%table, level%layout, cell, soft, splits, worn_out)
          call test%check_equal(worn_out, 0, name//'none has been split too often')
          call test%check_equal(block%particles%count, p + splits, name//'a split makes one particle more')
          total = total + splits
@@ -192,6 +195,56 @@ contains
       end do
    end function inward
 
+   !> Under tension particles are split that else would not be, and across all edges that are too long for it: into how many.
+   subroutine pulled(corners)
+      logical, intent(in) :: corners
+      real(wp), parameter :: eighth(3) = [0.25_wp, 0.25_wp, 0.36_wp], cube(3) = [0.45_wp, 0.5_wp, 0.51_wp], small(3) = 0.19_wp
+      real(wp), parameter :: along_z(6) = [0.0_wp, 0.0_wp, 1.0_wp, 0.0_wp, 0.0_wp, 0.0_wp]
+      real(wp), parameter :: along_x(6) = [1.0_wp, 0.0_wp, 0.0_wp, 0.0_wp, 0.0_wp, 0.0_wp]
+      character(len=:), allocatable :: name
+      name = trim(merge('corners', 'stretch', corners))//': '
+      call test%check_equal(parts_of(corners, eighth, 0.0_wp*along_z, 0.2_wp), 1, name//'no stress')
+      call test%check_equal(parts_of(corners, eighth, -along_z, 0.2_wp), 1, name//'compression')
+      call test%check_equal(parts_of(corners, eighth, along_z, 0.2_wp), 2, name//'tension')
+      call test%check_equal(parts_of(corners, eighth, along_x, 0.2_wp), 2, name//'tension across the long edge')
+      call test%check_equal(parts_of(corners, eighth - 0.02_wp, along_z, 0.2_wp), 1, name//'tension, short')
+      call test%check_equal(parts_of(corners, eighth, 1.05e6_wp*along_z, 0.2_wp), 2, name//'tension of 1.05 moduli')
+      call test%check_equal(parts_of(corners, eighth, 1.2e6_wp*along_z, 0.2_wp), 8, name//'tension of 1.2 moduli')
+      call test%check_equal(parts_of(corners, small, 9.0e6_wp*along_z, 0.2_wp), 1, name//'tension of 9 moduli, small')
+      call test%check_equal(parts_of(corners, cube, along_z, 1.0_wp), 8, name//'all of a cell, tension along the longest')
+      call test%check_equal(parts_of(corners, cube, along_x, 1.0_wp), 1, name//'all of a cell, tension along another')
+      call test%check_equal(parts_of(corners, cube - 0.01_wp, along_z, 1.0_wp), 1, name//'all of a cell, hardly strained')
+      call test%check_equal(parts_of(corners, cube + 0.02_wp, -along_z, 1.0_wp), 2, name//'all of a cell, compression')
+   end subroutine pulled
+
+   !> Into how many parts a particle is split.
+   integer function parts_of(corners, half, stress, mass) result(parts)
+      logical, intent(in) :: corners
+      real(wp), intent(in) :: half(3)   !< half edges, cells
+      real(wp), intent(in) :: stress(6) !< Pa
+      real(wp), intent(in) :: mass      !< of that of a cell
+      type(level_t) :: level
+      type(block_t) :: block
+      real(wp), allocatable :: values(:)
+      integer :: splits, worn_out
+      call declare(level, corners, affine=.true.)
+      allocate (values(level%table%columns), source=0.0_wp)
+      associate (at => level%layout)
+         if (corners) then
+            values(at%domain:at%domain + 8:4) = half*cell
+         else
+            values(at%half_size:at%half_size + 2) = half*cell
+         end if
+         values(at%mass) = mass*soft(1)%density*cell**3
+         values(at%stress:at%stress + 5) = stress
+      end associate
+      call block%reserve(1, level%table%columns)
+      call block%particles%append(values, 1_i8, 1)
+      call split_long(block, level%table, level%layout, cell, soft, splits, worn_out)
+      parts = block%particles%count
+      call test%check_equal(splits, parts - 1, 'all parts are counted')
+   end function parts_of
+
    !> A particle that has no generation left is named, not split.
    subroutine too_often()
       type(level_t) :: level
@@ -208,13 +261,13 @@ contains
       do g = 1, most_generations
          block%particles%count = 1
          block%particles%column(1, level%layout%domain) = 0.9_wp*cell
-         call split_long(block, level%table, level%layout, cell, splits, worn_out)
+         call split_long(block, level%table, level%layout, cell, soft, splits, worn_out)
          call test%check_equal(splits, 1, 'it is split')
       end do
       call test%check(block%particles%id(2) == 7_i8 + 2_i8**(id_bits + most_generations - 1), 'the last id')
       block%particles%count = 1
       block%particles%column(1, level%layout%domain) = 0.9_wp*cell
-      call split_long(block, level%table, level%layout, cell, splits, worn_out)
+      call split_long(block, level%table, level%layout, cell, soft, splits, worn_out)
       call test%check(worn_out == 1 .and. splits == 0 .and. block%particles%count == 1, 'not once more')
    end subroutine too_often
 

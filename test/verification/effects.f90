@@ -2,7 +2,7 @@
 !test: ranks 1 2 4
 !test: limit 120
 program effects
-   use m_kinds, only: wp
+   use m_kinds, only: wp, i8
    use m_constants, only: pi
    use m_errors, only: error_t
    use m_communicator, only: communicator_t
@@ -18,7 +18,7 @@ program effects
    use m_advance, only: advance
    use m_energy, only: balance_t
    use m_assertions, only: assertions_t
-   use m_chance, only: keep_worst
+   use m_chance, only: keep_worst, chance_of
    use m_test_effects, only: body_force_t, tile_force_t, rigid_t, counter_t
    implicit none
    integer, parameter :: viscous = 2, local = 1
@@ -34,6 +34,8 @@ program effects
    call free_fall(body_force_t(name='body force', field=field), update_usl, 'the same as a body force')
    call free_fall(tile_force_t(name='tile force', field=field), update_usl, 'the same as forces on tiles')
    call viscous_decay()
+   call noise_decays(.true., 'noise, affine')
+   call noise_decays(.false., 'noise, plain')
    call damping_that_drives()
    call bar_to_rest()
    call column_to_rest()
@@ -149,6 +151,66 @@ contains
       call test%check_close(balance%external_work, 0.0_wp, 0.0_wp, 'viscous: no external work')
       call model%release()
    end subroutine viscous_decay
+
+   !> Every particle's velocity decays as v = v0 (1 - c dt)^n, also where it differs from its neighbours' by what nodes do not see,
+   !> which else would stay for ever.
+   subroutine noise_decays(affine, name)
+      logical, intent(in) :: affine
+      character(len=*), intent(in) :: name
+      integer, parameter :: steps = 60
+      real(wp), parameter :: coefficient = 20.0_wp
+      type(model_t) :: model
+      type(scene_t) :: scene
+      type(error_t) :: error
+      type(balance_t) :: balance
+      real(wp) :: off, share
+      integer :: step, b, p, axis
+      call set_effects(model, damping_t(name='damping', kind=viscous, coefficient=coefficient))
+      scene = flying(update_usl)
+      scene%materials(1) = material_of('without', 'elastic', density, 1.0e-18_wp*young, 0.3_wp)
+      scene%time%affine = affine
+      call model%build(comm, scene, error)
+      do b = 1, size(model%levels(1)%blocks)
+         associate (particles => model%levels(1)%blocks(b)%particles, at => model%levels(1)%layout)
+            do p = 1, particles%count
+               do axis = 1, 3
+                  particles%column(p, at%velocity + axis - 1) = noise(int(particles%id(p)), axis)
+               end do
+            end do
+         end associate
+      end do
+      call balance%begin(model)
+      do step = 1, steps
+         call advance(model, time_step, error)
+      end do
+      call test%check(.not. error%happened(), name//': goes on')
+      if (error%happened()) return
+      call balance%follow(model)
+      share = (1.0_wp - coefficient*time_step)**steps
+      off = 0.0_wp
+      do b = 1, size(model%levels(1)%blocks)
+         associate (particles => model%levels(1)%blocks(b)%particles, at => model%levels(1)%layout)
+            do p = 1, particles%count
+               do axis = 1, 3
+                  call keep_worst(off, abs(particles%column(p, at%velocity + axis - 1) - share*noise(int(particles%id(p)), axis)))
+               end do
+            end do
+         end associate
+      end do
+      call test%check(share < 0.5_wp, name//': much is damped')
+      call test%check_close(off, 0.0_wp, 1.0e-12_wp, name//': every particle decays as it must') ! m/s
+      call test%check_close(balance%now%kinetic, share**2*balance%start%kinetic, 1.0e-12_wp*balance%start%kinetic, &
+                            name//': energy')
+      if (.not. affine) call test%check_close(balance%error(), 0.0_wp, 0.01_wp, name//': energy balance') ! of first order in c dt
+      if (comm%is_root()) print '(3x,a,4es11.3)', name//': kinetic energy at the start and at the end, damped, balance error / J', &
+         balance%start%kinetic, balance%now%kinetic, balance%damped, balance%excess()
+      call model%release()
+   end subroutine noise_decays
+
+   pure real(wp) function noise(id, axis)
+      integer, intent(in) :: id, axis
+      noise = chance_of(int(id, i8), axis) - 0.5_wp ! m/s
+   end function noise
 
    !> v = v0 (1 - c dt)^n with c dt = 2.4, which a scene may not have: what damping has put in is energy from nowhere.
    subroutine damping_that_drives()
