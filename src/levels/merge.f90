@@ -9,6 +9,7 @@ module m_merge
    use m_migration, only: frame_of, take_out
    use m_materials, only: materials_t
    use m_split, only: id_bits
+   use m_inner_motion, only: inner_motion
    implicit none
    private
    public :: merge_siblings
@@ -124,9 +125,11 @@ contains
       !> Energy of some of the nine, J.
       real(wp) function energy(first, last)
          integer, intent(in) :: first, last
+         real(wp) :: inner, angular(3)
          integer :: p
+         call inner_motion(values, first, last, level%layout, inner, angular)
          associate (law => materials%slots(materials%of_body(body))%law, v => level%layout%velocity)
-            energy = law%strain_energy(values, level%layout, first, last) + law%plastic_energy(values, first, last)
+            energy = inner + law%strain_energy(values, level%layout, first, last) + law%plastic_energy(values, first, last)
             do p = first, last
                energy = energy + 0.5_wp*values(p, level%layout%mass)*sum(values(p, v:v + 2)**2)
             end do

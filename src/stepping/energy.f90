@@ -4,6 +4,7 @@ module m_energy
    use m_kinds, only: wp
    use m_block, only: sum_count
    use m_decomposition, only: blocks_before
+   use m_inner_motion, only: inner_motion
    use m_model, only: model_t
    implicit none
    private
@@ -12,11 +13,11 @@ module m_energy
    !> Sums over all particles of all ranks; the same bits on any number of ranks.
    type :: sums_t
       real(wp) :: mass = 0.0_wp               !< kg
-      real(wp) :: kinetic = 0.0_wp            !< J
+      real(wp) :: kinetic = 0.0_wp            !< with the motion within particles that they carry gradients of, J
       real(wp) :: strain = 0.0_wp             !< J
       real(wp) :: plastic = 0.0_wp            !< plastic work since the start, J
       real(wp) :: momentum(3) = 0.0_wp        !< kg m/s
-      real(wp) :: angular_momentum(3) = 0.0_wp !< kg m2/s about the origin
+      real(wp) :: angular_momentum(3) = 0.0_wp !< the same, kg m2/s about the origin
       real(wp) :: dissipated = 0.0_wp         !< taken out of particles by effects since the start, J
    contains
       procedure :: energy
@@ -92,13 +93,16 @@ contains
    pure function block_sums(model, l, b) result(sums)
       type(model_t), intent(in) :: model
       integer, intent(in) :: l, b
-      real(wp) :: sums(sum_count)
+      real(wp) :: sums(sum_count), kinetic, angular(3)
       integer :: first, last, m
       associate (particles => model%levels(l)%blocks(b)%particles, at => model%levels(l)%layout)
          sums = 0.0_wp
          if (particles%count == 0) return
          call moments(particles%count, particles%column(:, at%position:at%position + 2), &
                       particles%column(:, at%velocity:at%velocity + 2), particles%column(:, at%mass), sums)
+         call inner_motion(particles%column, 1, particles%count, at, kinetic, angular)
+         sums(2) = sums(2) + kinetic
+         sums(8:10) = sums(8:10) + angular
          first = 1
          do while (first <= particles%count)
             last = particles%run_end(first)
@@ -113,7 +117,7 @@ contains
       end associate
    end function block_sums
 
-   !> All of block_sums but the laws' energies, which it leaves alone.
+   !> All of block_sums that the particles' own velocities make; the laws' energies it leaves alone.
    pure subroutine moments(count, x, v, m, sums)
       integer, intent(in) :: count
       real(wp), intent(in), contiguous :: x(:, :), v(:, :), m(:)

@@ -1,14 +1,15 @@
 !test: helper
-!> A stressed bar carried through the grid: crossing SPEED ANGLE WEIGHTS [PERIODS [LEVELS]]
+!> A stressed bar carried through the grid: crossing SPEED ANGLE WEIGHTS [PERIODS [LEVELS [PARTICLES [CELLS]]]]
 !>
-!> A free bar, 16 x 2 x 2 cells, 8 particles a cell, Poisson 0, rings in its first mode (amplitude of the velocity 1e-4 c) while
+!> A free bar, 2 x 2 cells thick and 16 CELLS long if nothing else is said, Poisson 0, with 8 PARTICLES a cell if nothing else is said, rings in its first mode (amplitude of the velocity 1e-4 c) while
 !> it flies at SPEED (over c) in a direction ANGLE degrees off its axis, half of the way across in y, half in z. Exactly,
 !>
 !>    sigma_xx = -E a sin(pi X/L) sin(pi c t/L),   a = 1e-4,   all other components 0.
 !>
 !> WEIGHTS is fixed, stretch, corners (the domains of a scene) or linear: domains a thousandth as large, which makes the weights
 !> those of the plain material point method. PERIODS is 3 when not given. With 2 LEVELS the cells are half as large in the middle of
-!> the grid. Prints the rms error of all stress components of all particles, over the amplitude, the largest change of momentum over
+!> the grid. Prints the rms error of all stress components over the amplitude, of all particles, and of the mean of the particles that
+!> began in the same cell along the bar; the largest change of momentum over
 !> mass times amplitude of the velocity, how many steps there were, and the largest energy about the mean motion in the last period
 !> over that in the first. (Within a period kinetic and strain energy, taken half a step apart, swing by half the step times the
 !> frequency.)
@@ -26,22 +27,25 @@ program crossing
    use m_energy, only: sums_t, measure
    implicit none
    real(wp), parameter :: cell = 1.0_wp, young = 1.0_wp, density = 1.0_wp, wave_speed = 1.0_wp !< m, Pa, kg/m3, m/s
-   real(wp), parameter :: length = 16.0_wp*cell, strain = 1.0e-4_wp, safety = 0.3_wp
+   real(wp), parameter :: strain = 1.0e-4_wp, safety = 0.3_wp
    real(wp), parameter :: shrink = 1.0e-3_wp !< of the domains, for linear weights
    type(communicator_t) :: comm
    type(model_t) :: model
    type(error_t) :: error
    type(sums_t) :: start
-   character(len=16) :: words(5)
-   real(wp) :: speed, angle, direction(3), time_step, sums(2), pushed
+   character(len=16) :: words(7)
+   real(wp) :: length, speed, angle, direction(3), time_step, sums(2), mean_sums(2), pushed
    real(wp), allocatable :: largest(:)
-   integer :: i, period, periods, levels, step, steps
-   words(4:) = ['3', '1']
+   integer :: i, period, periods, levels, per_cell, slices, step, steps
+   words(4:) = ['3 ', '1 ', '8 ', '16']
    do i = 1, command_argument_count()
       call get_command_argument(i, words(i))
    end do
    read (words(4), *) periods
    read (words(5), *) levels
+   read (words(6), *) per_cell
+   read (words(7), *) slices
+   length = slices*cell
    read (words(1), *) speed
    read (words(2), *) angle
    angle = angle*pi/180.0_wp
@@ -57,6 +61,7 @@ program crossing
    steps = ceiling(periods*2.0_wp*length/wave_speed/(safety*cell/(wave_speed + speed)))
    time_step = periods*2.0_wp*length/wave_speed/steps
    sums = 0.0_wp
+   mean_sums = 0.0_wp
    do step = 1, steps
       call advance(model, time_step, error)
       if (error%happened()) exit
@@ -68,10 +73,12 @@ program crossing
    call MPI_Allreduce(MPI_IN_PLACE, sums, 2, MPI_DOUBLE_PRECISION, MPI_SUM, comm%comm)
    if (error%happened()) then ! it flew apart
       sums = [huge(1.0_wp), 1.0_wp]
+      mean_sums = sums
       largest = [(1.0_wp, i=1, periods - 1), huge(1.0_wp)]
    end if
    if (comm%is_root()) then
       print '(a,es14.6e3)', 'figure noise ', sqrt(sums(1)/sums(2))
+      print '(a,es14.6e3)', 'figure mean ', sqrt(mean_sums(1)/mean_sums(2))
       print '(a,es14.6e3)', 'figure energy ', largest(periods)/largest(1)
       print '(a,es14.6e3)', 'figure momentum ', pushed
       print '(a,i0)', 'figure steps ', merge(step, steps, error%happened())
@@ -86,7 +93,7 @@ contains
       real(wp) :: way(3)
       way = speed*direction*periods*2.0_wp*length/wave_speed
       scene%title = 'bar that flies and rings'
-      scene%grid%cells = ceiling([22.0_wp, 8.0_wp, 8.0_wp] + way/cell)
+      scene%grid%cells = ceiling([slices + 6.0_wp, 8.0_wp, 8.0_wp] + way/cell)
       scene%grid%upper = scene%grid%cells*cell
       scene%grid%cell_size = cell
       scene%time%domain = domain_fixed
@@ -98,7 +105,7 @@ contains
       scene%bodies(1)%material = 1
       scene%bodies(1)%lower = 3.0_wp*cell
       scene%bodies(1)%upper = scene%bodies(1)%lower + [length, 2.0_wp*cell, 2.0_wp*cell]
-      scene%bodies(1)%particles_per_cell = 8
+      scene%bodies(1)%particles_per_cell = per_cell
       scene%bodies(1)%velocity = speed*direction
       if (levels == 1) return
       allocate (scene%levels(1))
@@ -125,11 +132,13 @@ contains
       end do
    end subroutine set_motion
 
-   !> Add the squared errors of this rank's particles over the amplitude, and their number.
+   !> Collective: add the squared errors of this rank's particles over the amplitude, and their number; the same of the slices of the
+   !> bar that were a cell thick.
    subroutine add_errors(time)
       real(wp), intent(in) :: time !< s
-      real(wp) :: off(6), along
-      integer :: b, l, p
+      real(wp) :: off(6), along, means(7, slices)
+      integer :: b, l, p, slice
+      means = 0.0_wp
       do l = 1, levels
          do b = 1, size(model%levels(l)%blocks)
             associate (particles => model%levels(l)%blocks(b)%particles, at => model%levels(l)%layout)
@@ -138,9 +147,15 @@ contains
                   off = particles%column(p, at%stress:at%stress + 5)/(young*strain)
                   off(1) = off(1) + sin(pi*along/length)*sin(pi*wave_speed*time/length)
                   sums = sums + [sum(off**2), 1.0_wp]
+                  slice = min(max(1 + floor(along/cell), 1), slices)
+                  means(:, slice) = means(:, slice) + [off, 1.0_wp]
                end do
             end associate
          end do
+      end do
+      call MPI_Allreduce(MPI_IN_PLACE, means, size(means), MPI_DOUBLE_PRECISION, MPI_SUM, comm%comm)
+      do slice = 1, slices
+         mean_sums = mean_sums + [sum((means(1:6, slice)/means(7, slice))**2), 1.0_wp]
       end do
    end subroutine add_errors
 

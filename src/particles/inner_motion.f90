@@ -1,0 +1,81 @@
+!> The motion within particles that their velocity gradients describe (theory.md, eq. inner-motion): with affine transfer a particle
+!> moves as v + L (x - x_p) over its domain, and this part of its kinetic energy and angular momentum is no less real than m v.
+module m_inner_motion
+   use m_kinds, only: wp
+   use m_field_table, only: layout_t
+   implicit none
+   private
+   public :: inner_motion
+
+contains
+
+   !> Kinetic energy (J) and angular momentum (kg m2/s) of particles about their own centres; 0 where they carry no gradients.
+   pure subroutine inner_motion(column, first, last, layout, kinetic, angular)
+      real(wp), intent(in), contiguous :: column(:, :)
+      integer, intent(in) :: first, last !< of the particles
+      type(layout_t), intent(in) :: layout
+      real(wp), intent(out) :: kinetic, angular(3)
+      kinetic = 0.0_wp
+      angular = 0.0_wp
+      if (layout%gradient == 0) return
+      associate (m => column(first:last, layout%mass), l => column(first:last, layout%gradient:layout%gradient + 8))
+         if (layout%domain > 0) then
+            call of_edges(last - first + 1, m, l, column(first:last, layout%domain:layout%domain + 8), kinetic, angular)
+         else if (layout%half_sizes) then
+            call of_boxes(last - first + 1, m, l, column(first:last, layout%half_size), column(first:last, layout%half_size + 1), &
+                          column(first:last, layout%half_size + 2), kinetic, angular)
+         else
+            call of_boxes(last - first + 1, m, l, column(first:last, layout%half_size), column(first:last, layout%half_size), &
+                          column(first:last, layout%half_size), kinetic, angular)
+         end if
+      end associate
+   end subroutine inner_motion
+
+   !> Boxes along the axes, with the half sizes r1, r2, r3 (m).
+   pure subroutine of_boxes(count, m, l, r1, r2, r3, kinetic, angular)
+      integer, intent(in) :: count
+      real(wp), intent(in) :: m(:), l(:, :), r1(:), r2(:), r3(:)
+      real(wp), intent(out) :: kinetic, angular(3)
+      real(wp) :: twice, about_x, about_y, about_z, w1, w2, w3
+      integer :: p
+      twice = 0.0_wp; about_x = 0.0_wp; about_y = 0.0_wp; about_z = 0.0_wp
+      !$omp simd reduction(+: twice, about_x, about_y, about_z) private(w1, w2, w3)
+      do p = 1, count
+         w1 = m(p)*r1(p)**2
+         w2 = m(p)*r2(p)**2
+         w3 = m(p)*r3(p)**2
+         twice = twice + w1*(l(p, 1)**2 + l(p, 2)**2 + l(p, 3)**2) + w2*(l(p, 4)**2 + l(p, 5)**2 + l(p, 6)**2) &
+                 + w3*(l(p, 7)**2 + l(p, 8)**2 + l(p, 9)**2)
+         about_x = about_x + w2*l(p, 6) - w3*l(p, 8)
+         about_y = about_y + w3*l(p, 7) - w1*l(p, 3)
+         about_z = about_z + w1*l(p, 2) - w2*l(p, 4)
+      end do
+      kinetic = twice/6.0_wp
+      angular = [about_x, about_y, about_z]/3.0_wp
+   end subroutine of_boxes
+
+   !> Parallelepipeds with the half edges r, one behind the other (m): each edge turns and stretches as L r.
+   pure subroutine of_edges(count, m, l, r, kinetic, angular)
+      integer, intent(in) :: count
+      real(wp), intent(in) :: m(:), l(:, :), r(:, :)
+      real(wp), intent(out) :: kinetic, angular(3)
+      real(wp) :: twice, about_x, about_y, about_z, u1, u2, u3
+      integer :: k, p
+      twice = 0.0_wp; about_x = 0.0_wp; about_y = 0.0_wp; about_z = 0.0_wp
+      do k = 1, 7, 3
+         !$omp simd reduction(+: twice, about_x, about_y, about_z) private(u1, u2, u3)
+         do p = 1, count
+            u1 = m(p)*(l(p, 1)*r(p, k) + l(p, 4)*r(p, k + 1) + l(p, 7)*r(p, k + 2))
+            u2 = m(p)*(l(p, 2)*r(p, k) + l(p, 5)*r(p, k + 1) + l(p, 8)*r(p, k + 2))
+            u3 = m(p)*(l(p, 3)*r(p, k) + l(p, 6)*r(p, k + 1) + l(p, 9)*r(p, k + 2))
+            twice = twice + (u1**2 + u2**2 + u3**2)/m(p)
+            about_x = about_x + r(p, k + 1)*u3 - r(p, k + 2)*u2
+            about_y = about_y + r(p, k + 2)*u1 - r(p, k)*u3
+            about_z = about_z + r(p, k)*u2 - r(p, k + 1)*u1
+         end do
+      end do
+      kinetic = twice/6.0_wp
+      angular = [about_x, about_y, about_z]/3.0_wp
+   end subroutine of_edges
+
+end module m_inner_motion
