@@ -58,21 +58,36 @@ contains
       end do
    end subroutine rows
 
-   !> Under its own name only when closed.
+   !> Under its own name from the beginning, and whole lines of it at any time.
    subroutine one_curve()
       type(history_t) :: curve
       type(error_t) :: error
+      character(len=:), allocatable :: text
+      integer :: block
       call curve%open(comm, top//'/curve.dat', header('one curve'), error)
-      call rows(curve, 0, 100, error)
-      call expect_there(top//'/curve.dat', .false., 'no curve before it is closed')
-      call expect_there(top//'/curve.dat.part', .true., 'a part while it is written')
+      call expect_there(top//'/curve.dat', .true., 'a curve from the beginning')
+      call expect_there(top//'/curve.dat.part', .false., 'no part of it')
+      do block = 0, 9
+         call rows(curve, 10*block, 10*block + 9, error)
+         if (block == 5) call curve%flush(error)
+         if (.not. comm%is_root()) cycle
+         text = bytes('curve.dat')
+         call test%check(text(len(text):) == new_line('a'), 'whole lines while it is written')
+         if (block == 5) call test%check(index(text, to_text_of(59*1.1e-12_wp)) > 0, 'all rows after a flush')
+      end do
+      call rows(curve, 100, 100, error)
       call curve%close(error)
-      call expect_there(top//'/curve.dat', .true., 'a curve after it is closed')
-      call expect_there(top//'/curve.dat.part', .false., 'no part after it is closed')
       call test%check(.not. error%happened(), 'a curve is written')
       call curve%close(error)
       call test%check(.not. error%happened(), 'closing twice does no harm')
    end subroutine one_curve
+
+   !> A number as it stands in a row.
+   function to_text_of(value) result(text)
+      real(wp), intent(in) :: value
+      character(len=24) :: text
+      write (text, '(es24.16e3)') value
+   end function to_text_of
 
    !> Rows that are taken back have never been: the same bytes as of a curve without them, also where none follow.
    subroutine taken_back()
@@ -111,7 +126,7 @@ contains
       call test%check(ok, name//' can be read')
    end function bytes
 
-   !> A run that was killed: rows past the checkpoint and a torn line are in the part; then taken up again, stopped and taken up.
+   !> A run that was killed: rows past the checkpoint and a torn line are there; then taken up again, stopped and taken up.
    subroutine taken_up_again()
       type(history_t) :: curve
       type(error_t) :: error
@@ -123,7 +138,6 @@ contains
          open (newunit=unit, file=top//'/again.dat', position='append', action='write')
          write (unit, '(a)', advance='no') '   6.71000000E-0'
          close (unit)
-         call execute_command_line('mv '//top//'/again.dat '//top//'/again.dat.part')
       end if
       call comm%agree(error)
       call curve%open(comm, top//'/again.dat', header('taken up again'), error, keep_until=40*1.1e-12_wp)
