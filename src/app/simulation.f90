@@ -4,6 +4,7 @@ module m_simulation
    use m_constants, only: exit_files, exit_numerical, exit_stopped
    use m_errors, only: error_t, fail
    use m_communicator, only: communicator_t
+   use m_launcher, only: check_launch
    use m_text, only: to_text, si
    use m_timers, only: phase_output, phase_contact
    use m_scene, only: scene_t
@@ -70,6 +71,8 @@ contains
       self%course%stop_reason = ''
       call self%communicator%start()
       call self%console%start(self%communicator)
+      call check_launch(self%communicator, self%error)
+      if (self%error%happened()) return
       call known_materials(self%catalogue)
       call known_effects(self%catalogue)
       call read_run(self%communicator, self%catalogue, self%scene, before, self%lock, self%error)

@@ -6,7 +6,7 @@
 !> for ten minutes. Both times are those of the file system's clock. A run that finds its lock in other hands (it was stopped for that
 !> long) ends without writing.
 module m_output_lock
-   use, intrinsic :: iso_c_binding, only: c_int64_t
+   use, intrinsic :: iso_c_binding, only: c_char, c_int, c_int64_t, c_null_char
    use m_kinds, only: wp
    use m_constants, only: exit_files
    use m_errors, only: error_t, fail
@@ -19,6 +19,7 @@ module m_output_lock
    use m_timers, only: wall_time
    implicit none
    private
+   public :: drop_lock
 
    real(wp), parameter :: touch_every = 30.0_wp !< s
    integer, parameter :: dead_after = 600       !< s
@@ -39,6 +40,9 @@ module m_output_lock
       procedure :: release
       procedure, private :: take_over
    end type output_lock_t
+
+   integer, parameter :: longest_path = 4096
+   character(kind=c_char) :: held_path(longest_path) = c_null_char !< the lock that this process holds; empty: none
 
 contains
 
@@ -86,6 +90,7 @@ contains
       end do
       call remove_file(part_name(mine), ignored)
       self%touched = wall_time()
+      if (self%held) call remember(self%path)
       if (.not. self%held) call fail(error, exit_files, 'cannot write '//self%path//': others make and remove it all the time')
    end subroutine take_alone
 
@@ -149,6 +154,7 @@ contains
          call create_file(self%path, self%text, ok) ! somebody has removed it
       end if
       if (is_lost) self%held = .false.
+      if (is_lost) call remember('')
    end function is_lost
 
    !> Give the lock back, if it is still this run's.
@@ -158,9 +164,33 @@ contains
       logical :: ok
       if (.not. self%held) return
       self%held = .false.
+      call remember('')
       call read_file(self%path, longest, text, ok)
       if (ok .and. text == self%text) call remove_file(self%path, ok)
    end subroutine release
+
+   !> Which lock this process holds, for `drop_lock`.
+   subroutine remember(path)
+      character(len=*), intent(in) :: path
+      integer :: i
+      held_path = c_null_char
+      if (len(path) >= longest_path) return
+      do i = 1, len(path)
+         held_path(i) = path(i:i)
+      end do
+   end subroutine remember
+
+   !> Give back the lock of this process where it ends at once; takes no memory.
+   subroutine drop_lock()
+      interface
+         integer(c_int) function c_unlink(path) bind(c, name='unlink')
+            import :: c_char, c_int
+            character(kind=c_char), intent(in) :: path(*)
+         end function c_unlink
+      end interface
+      integer(c_int) :: ignored
+      if (held_path(1) /= c_null_char) ignored = c_unlink(held_path)
+   end subroutine drop_lock
 
    !> What stands in the lock of a process.
    function text_of(process) result(text)

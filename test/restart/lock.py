@@ -22,7 +22,8 @@ def ask(what, status, sentence, text="", restart=None, ranks=1):
     lines = [line for line in done.stderr.splitlines() if line.startswith("gimp3d: ")]
     found = re.search(sentence, lines[0] if status else done.stdout) if status == 0 or len(lines) == 1 else None
     require(f"{what}: status {done.returncode}, {lines or found and found[0]}", done.returncode == status and found is not None)
-    require(f"{what}: no lock and nothing begun is left", status != 0 or not list(OUT.glob("*.lock*")) + list(OUT.glob("*.part*")))
+    if status == 0:
+        require(f"{what}: no lock and nothing begun is left", not list(OUT.glob("*.lock*")) + list(OUT.glob("*.part*")))
 
 
 def write_lock(host, process, started="1", system="another start pid:[1]", minutes=0):
