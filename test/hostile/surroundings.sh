@@ -59,15 +59,16 @@ if [ "$BUILD" != debug ]; then
    status=$?
    check "too little for the particles: status $status, $(said memory.log)" [ $status = 2 -a ! -e large ]
    check 'one sentence' once memory.log
-   # enough for the particles, not for a snapshot of them: what the refusal says is missing, and a little more
+   # enough for the particles, not for a snapshot of them: the first limit that is not refused at once
    scene 0.02 large >large.nml
    for ranks in 1 2; do
-      (ulimit -v 320000; mpirun -n $ranks "$GIMP3D" <large.nml >memory.log 2>&1)
-      limit=$(sed -nE 's/^gimp3d: .* need (\S+) MB of memory; (\S+) MB are free.*/\1 \2/p' memory.log |
-         awk -v ranks=$ranks '{ printf "%d", 320000 + 1000*($1 - $2 + 15)/ranks }')
-      rm -rf large
-      (ulimit -v "${limit:-0}"; mpirun -n $ranks "$GIMP3D" <large.nml >memory.log 2>&1)
-      status=$?
+      limit=300000 status=2
+      while [ $status = 2 ] && [ $limit -lt 600000 ]; do
+         rm -rf large
+         limit=$((limit + 40000 / ranks))
+         (ulimit -v $limit; mpirun -n $ranks "$GIMP3D" <large.nml >memory.log 2>&1)
+         status=$?
+      done
       check "too little later, $limit kB on $ranks: status $status, $(said memory.log | head -n 1)" [ $status = 3 ]
       check 'no backtrace' [ -z "$(grep -i 'backtrace\|SIGSEGV' memory.log)" ]
       check 'the directory is free again' [ ! -e large/run.lock ]
