@@ -10,11 +10,10 @@ import re
 import sys
 from pathlib import Path
 
-import h5py
 import numpy as np
 
 from run_scene import ROOT, probe, replace, run, seconds_and_particles
-from runs import History, check, finish, require
+from runs import History, Particles, check, finish, require
 
 MOVING = """&scene title='sphere on a level that moves', end_time=2.2e-8 /
 &grid lower=0,0,0, upper=61.44e-6,61.44e-6,38.4e-6, cell_size=2.56e-6, boundary='symmetry','free','symmetry','free','roller','free' /
@@ -62,8 +61,7 @@ class Outcome:
 
 def peak(path):
     """Largest von Mises stress of the particles of a snapshot, Pa."""
-    with h5py.File(path) as file:
-        s = file["VTKHDF/PointData/stress"][...].T
+    s = Particles(path)["stress"].T
     return np.sqrt(0.5*((s[0] - s[1])**2 + (s[1] - s[2])**2 + (s[2] - s[0])**2) + 3*(s[3]**2 + s[4]**2 + s[5]**2)).max()
 
 
