@@ -48,15 +48,15 @@ require(f"mpirun passes SIGTERM on, and ends with status {process.returncode}", 
 require("with a newer checkpoint, and nothing begun", newest_step("launcher") > first and not list(Path("launcher").glob("*.part")))
 
 # the limit on the wall; going on with another one
-output = run(1, scene(PLASTIC, "limit", "wall_limit=0.3", end=END, every=0.2, history=0.001), expect=5)
-require(said(output), "stopped at its wall limit of 0.3 s" in said(output))
+output = run(1, scene(PLASTIC, "limit", "wall_limit=0.05", end=END, every=0.2, history=0.001), expect=5)
+require(said(output), "stopped at its wall limit of 0.05 s" in said(output))
 require("wall limit: a checkpoint", len(checkpoints("limit")) == 1)
 text = scene(PLASTIC, "limit", end=END, every=0.2, history=0.001).replace("&scene", "&scene restart='limit',")
 run(1, text, what="limit")
 same("after the wall limit", "straight", "limit")
 
 # checkpoints by the scene's time, by steps, by the wall; the last two stay; none without a wish
-for wish in ("every=0.03", "every_steps=50", "every_wall=0.05", ""):
+for wish in ("every=0.03", "every_steps=50", "every_wall=0.01", ""):
     name = "wish_" + wish.split("=")[0]
     run(1, scene(PLASTIC, name, wish, end=END, every=0.2, history=0.001))
     found = [step_of(path) for path in checkpoints(name)]
