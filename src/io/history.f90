@@ -1,7 +1,8 @@
 !> Curves over time: one Tecplot zone in point packing, which numpy.loadtxt reads once the header is skipped.
 !>
-!> A curve has its name from the beginning and grows by whole lines, about once a second, so that it can be read while the run goes
-!> on or after it was killed. A run that is taken up again carries over the rows of it.
+!> A curve has its name from the beginning and grows by whole rows, about once a second, so that it can be read while the run goes
+!> on or after it was killed. Systems show a file that grows page by page: blanks stand before a row that would lie across the end of a
+!> page, so that a reader never sees a part of one. A run that is taken up again carries over the rows of it.
 module m_history
    use m_kinds, only: wp, i8
    use m_constants, only: exit_files, exit_numerical
@@ -18,6 +19,7 @@ module m_history
 
    integer, parameter, public :: history_text_length = 200
    integer, parameter :: value_width = 25
+   integer(i8), parameter :: page = 4096       ! bytes; larger pages are multiples of it
    real(wp), parameter :: flush_every = 1.0_wp ! s
    character(len=*), parameter :: value_format = '(*(1x,es24.16e3))'
 
@@ -38,6 +40,8 @@ module m_history
       logical :: is_open = .false.
       type(text_file_t) :: file
       integer :: columns = 0
+      integer :: rows = 0
+      integer(i8) :: head = 0 !< bytes before the first row
       real(wp) :: flushed = 0.0_wp
    contains
       procedure :: open => open_history
@@ -118,7 +122,7 @@ contains
          return
       end if
       write (line, value_format) values
-      call self%file%put(line, error)
+      call put_row(self, line, error)
       if (wall_time() - self%flushed > flush_every) call self%flush(error)
    end subroutine append
 
@@ -127,9 +131,32 @@ contains
       class(history_t), intent(inout) :: self
       integer, intent(in) :: rows
       type(error_t), intent(inout) :: error
+      integer(i8) :: length, bytes
+      integer :: row
       if (.not. self%is_open .or. rows == 0) return
-      call self%file%take_back(rows*(value_width*self%columns + 1_i8), error)
+      length = value_width*self%columns + 1_i8
+      self%rows = self%rows - rows
+      bytes = self%head
+      do row = 1, self%rows
+         bytes = bytes + blanks_before(bytes, length) + length
+      end do
+      call self%file%take_back(self%file%bytes() - bytes, error)
    end subroutine take_back
+
+   subroutine put_row(self, line, error)
+      class(history_t), intent(inout) :: self
+      character(len=*), intent(in) :: line
+      type(error_t), intent(inout) :: error
+      call self%file%put(repeat(' ', int(blanks_before(self%file%bytes(), len(line) + 1_i8)))//line, error)
+      self%rows = self%rows + 1
+   end subroutine put_row
+
+   !> How many blanks keep a row of so many bytes on one page, where the file ends after `bytes`.
+   pure integer(i8) function blanks_before(bytes, length)
+      integer(i8), intent(in) :: bytes, length
+      blanks_before = page - mod(bytes, page)
+      if (length <= blanks_before .or. length > page) blanks_before = 0
+   end function blanks_before
 
    !> End the curve, also where the run ends early. If a row could not be written it ends with the row before.
    subroutine close_history(self, error)
@@ -165,6 +192,8 @@ contains
          end do
       end if
       call self%file%flush(error)
+      self%head = self%file%bytes()
+      self%rows = 0
    end subroutine put_header
 
    !> A name as Tecplot wants it: letters, digits and underscores.
@@ -185,20 +214,23 @@ contains
       character(len=*), intent(in) :: from
       real(wp), intent(in) :: keep_until
       type(error_t), intent(inout) :: error
-      character(len=value_width*self%columns + 2) :: line
+      character(len=2*value_width*self%columns + 2) :: line
       real(wp) :: values(self%columns)
-      integer :: old, status
+      integer :: old, status, first, last
       logical :: ignored
       open (newunit=old, file=from, status='old', action='read', iostat=status)
       if (status /= 0) return
       do
          read (old, '(a)', iostat=status) line
          if (status /= 0) exit
-         if (len_trim(line) /= value_width*self%columns) cycle ! header, or torn
-         read (line, *, iostat=status) values
+         last = len_trim(line)
+         first = last - value_width*self%columns + 1
+         if (first < 1) cycle ! header, or torn
+         if (line(:first - 1) /= '') cycle
+         read (line(first:last), *, iostat=status) values
          if (status /= 0) cycle
          if (values(1) > keep_until + 1.0e-9_wp*abs(keep_until)) exit
-         call self%file%put(line(:value_width*self%columns), error)
+         call put_row(self, line(first:last), error)
       end do
       close (old)
       if (.not. error%happened()) call self%file%flush(error)

@@ -26,6 +26,7 @@ module m_text_file
       procedure :: put
       procedure :: flush => flush_file
       procedure :: take_back
+      procedure :: bytes
       procedure :: close => close_file
       procedure, private :: hand_over
       procedure, private :: cut
@@ -128,6 +129,12 @@ contains
       call self%flush(error)
       call self%cut(self%written - bytes, error)
    end subroutine take_back
+
+   !> Length of the file with what waits, bytes.
+   pure integer(i8) function bytes(self)
+      class(text_file_t), intent(in) :: self
+      bytes = self%written + self%used
+   end function bytes
 
    !> Let the file end after so many bytes.
    subroutine cut(self, bytes, error)

@@ -74,6 +74,7 @@ contains
          if (.not. comm%is_root()) cycle
          text = bytes('curve.dat')
          call test%check(text(len(text):) == new_line('a'), 'whole lines while it is written')
+         call test%check(whole_on_pages(text), 'no row lies across the end of a page')
          if (block == 5) call test%check(index(text, to_text_of(59*1.1e-12_wp)) > 0, 'all rows after a flush')
       end do
       call rows(curve, 100, 100, error)
@@ -82,6 +83,17 @@ contains
       call curve%close(error)
       call test%check(.not. error%happened(), 'closing twice does no harm')
    end subroutine one_curve
+
+   !> Whether what stands before the end of each page ends with a line, or with blanks before one.
+   pure logical function whole_on_pages(text) result(whole)
+      character(len=*), intent(in) :: text
+      integer :: page, last
+      whole = .true.
+      do page = 4096, len(text), 4096
+         last = index(text(:page), new_line('a'), back=.true.)
+         if (last < page) whole = whole .and. text(last + 1:page) == ''
+      end do
+   end function whole_on_pages
 
    !> A number as it stands in a row.
    function to_text_of(value) result(text)
