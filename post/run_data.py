@@ -1,7 +1,10 @@
-"""Reading what a run wrote: histories (Tecplot ASCII), particles (HDF5), the values it used (case.nml)."""
+"""Reading what a run wrote, or is still writing: histories (Tecplot ASCII), particles (HDF5), the values it used (case.nml)."""
+import os
 import re
 
 import numpy as np
+
+os.environ.setdefault("HDF5_USE_FILE_LOCKING", "FALSE")  # of snapshots nothing changes any more; some file systems have no locks
 
 
 class Unreadable(Exception):
@@ -15,16 +18,20 @@ def split_unit(name):
 
 
 class History:
-    """A Tecplot ASCII file of points: its columns by their bare names, their units, the numbers of zones and rows."""
+    """A Tecplot ASCII file of points: its columns by their bare names, their units, the numbers of zones and rows. A last line that
+    has no end is left out."""
 
     def __init__(self, path):
         self.zones = 0
         self.notes = {}  # AUXDATA
         names, blocks, in_variables, packed = [], [], False, False
         try:
-            lines = path.read_text().splitlines()
+            text = path.read_text()
+            lines = text.splitlines()
         except (OSError, UnicodeDecodeError) as error:
             raise Unreadable(f"{path}: {error}")
+        if text and not text.endswith("\n"):
+            lines.pop()  # of a run that is writing it, or was killed
         for number, line in enumerate(lines, 1):
             text = line.strip()
             upper = text.upper()
@@ -82,8 +89,16 @@ class Particles:
                 group = file["VTKHDF"]
                 self.time = float(np.ravel(file.attrs["time"])[0])
                 self.fields = {"position": group["Points"][...]}
+                apart = {}  # fields whose components are tables of their own: name -> number of a component -> values
                 for name, data in group["PointData"].items():
-                    self.fields[name] = data[...]
+                    if "component_of" in data.attrs:
+                        whole = data.attrs["component_of"]
+                        whole = whole.decode() if isinstance(whole, bytes) else str(whole)
+                        apart.setdefault(whole, {})[int(data.attrs["component"])] = data[...]
+                    else:
+                        self.fields[name] = data[...]
+                for name, parts in apart.items():
+                    self.fields[name] = np.stack([parts[number] for number in sorted(parts)], axis=1)
                 self.ids = self.fields.pop("id").reshape(-1)
                 self.boxes, self.cells = np.empty((0, 2, 3)), np.empty(0)
                 if "level_cell" in group.get("FieldData", {}):

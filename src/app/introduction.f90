@@ -3,6 +3,7 @@ module m_introduction
    use m_kinds, only: wp, i8
    use m_text, only: to_text, si
    use m_machine, only: find_crowd
+   use m_launcher, only: tasks_of_job
    use m_scene, only: scene_t, domain_fixed
    use m_offer, only: catalogue_t
    use m_field_table, only: field_table_t, bytes_per_column
@@ -61,6 +62,9 @@ contains
       if (ranks > cores) &
          call console%line('warning    '//to_text(ranks)//' ranks share '//to_text(cores)//' core(s) of a machine: each waits '// &
                            'for the others'' turns, in contact most of all; take no more ranks than cores')
+      if (model%communicator%ranks == 1 .and. tasks_of_job() > 1) &
+         call console%line('warning    one rank in a job of '//to_text(tasks_of_job())//' tasks (SLURM_NTASKS); '// &
+                           'mpirun or srun takes them all')
    end subroutine introduce
 
    !> Collective: a line a level, and the cells of all of them beside those of a grid as fine everywhere.

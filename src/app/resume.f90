@@ -4,7 +4,7 @@ module m_resume
    use m_constants, only: exit_input
    use m_errors, only: error_t, fail
    use m_communicator, only: communicator_t
-   use m_filesystem, only: same_file
+   use m_filesystem, only: same_file, is_directory
    use m_text, only: to_text, si
    use m_offer, only: catalogue_t
    use m_scene, only: scene_t
@@ -14,6 +14,7 @@ module m_resume
    use m_model, only: model_t
    use m_energy, only: balance_t
    use m_recorder, only: recorder_t, resumption_t
+   use m_output_lock, only: output_lock_t
    use m_checkpoint, only: checkpoint_t, run_facts_t
    implicit none
    private
@@ -23,6 +24,7 @@ module m_resume
    type :: resumed_t
       logical :: happened = .false. !< it does
       logical :: in_place = .false. !< its output goes to the directory of the run before
+      logical :: ended = .false.    !< and that has come to the scene's end: nothing is to be done or written
       type(checkpoint_t) :: checkpoint
    contains
       procedure :: newest_here
@@ -33,12 +35,14 @@ module m_resume
 
 contains
 
-   !> Collective: the scene, from standard input or from the checkpoint that the command line names.
-   subroutine read_run(communicator, catalogue, scene, before, error)
+   !> Collective: the scene, from standard input or from the checkpoint that the command line names. Where the run goes on in its
+   !> directory it holds the lock of that from here on: nobody else is to change the checkpoints that it reads.
+   subroutine read_run(communicator, catalogue, scene, before, lock, error)
       type(communicator_t), intent(in) :: communicator
       type(catalogue_t), intent(in) :: catalogue
       type(scene_t), intent(out) :: scene
       type(resumed_t), intent(out) :: before
+      type(output_lock_t), intent(inout) :: lock
       type(error_t), intent(inout) :: error
       type(scene_t) :: earlier
       character(len=:), allocatable :: directory, text
@@ -51,8 +55,12 @@ contains
          if (error%happened()) return
          directory = scene%restart
          if (directory == '') return
+         before%in_place = goes_on_in(communicator, scene, directory)
+      else
+         before%in_place = communicator%sum_count(merge(1_i8, 0_i8, is_directory(directory))) > 0
       end if
       before%happened = .true.
+      if (before%in_place) call lock%take(communicator, directory, error)
       call before%checkpoint%open(communicator, directory, error)
       call before%checkpoint%scene_text(text, error)
       if (error%happened()) return
@@ -64,24 +72,33 @@ contains
       if (named) then
          scene = earlier
          scene%output%directory = directory ! it may have been given another name
-         before%in_place = .true.
          return
       end if
       call check_physics(before%checkpoint%path, physics_as_namelist(earlier), physics_as_namelist(scene), error)
-      if (.not. scene%output%present) return
-      before%in_place = scene%output%directory == directory
-      if (communicator%is_root() .and. .not. before%in_place) before%in_place = same_file(scene%output%directory, directory)
-      before%in_place = communicator%sum_count(merge(1_i8, 0_i8, before%in_place)) > 0
    end subroutine read_run
 
-   !> Collective: everything as it was at the checkpoint; the model has been built empty.
-   subroutine resume_run(before, scene, model, balance, facts, recorder, error)
+   !> Collective: whether a scene writes to the directory of the run that it goes on from.
+   logical function goes_on_in(communicator, scene, directory)
+      type(communicator_t), intent(in) :: communicator
+      type(scene_t), intent(in) :: scene
+      character(len=*), intent(in) :: directory
+      goes_on_in = .false.
+      if (.not. scene%output%present) return
+      goes_on_in = scene%output%directory == directory
+      if (communicator%is_root() .and. .not. goes_on_in) goes_on_in = same_file(scene%output%directory, directory)
+      goes_on_in = communicator%sum_count(merge(1_i8, 0_i8, goes_on_in)) > 0
+   end function goes_on_in
+
+   !> Collective: everything as it was at the checkpoint; the model has been built empty. If the run before has come to the scene's end
+   !> in this directory, all that it has written stays as it is.
+   subroutine resume_run(before, scene, model, balance, facts, recorder, lock, error)
       type(resumed_t), intent(inout) :: before
       type(scene_t), intent(in) :: scene
       type(model_t), intent(inout) :: model
       type(balance_t), intent(inout) :: balance
       type(run_facts_t), intent(inout) :: facts
       type(recorder_t), intent(inout) :: recorder
+      type(output_lock_t), intent(inout) :: lock
       type(error_t), intent(inout) :: error
       type(resumption_t) :: resumption
       allocate (facts%probes(size(scene%probes)), source=0_i8)
@@ -93,6 +110,10 @@ contains
                    ' s, where the run stands in '//before%checkpoint%path)
          return
       end if
+      before%ended = before%in_place .and. model%time >= scene%end_time
+      if (before%ended) return
+      if (scene%output%present) call lock%take(model%communicator, scene%output%directory, error)
+      if (error%happened()) return
       resumption%directory = before%checkpoint%directory
       resumption%in_place = before%in_place
       resumption%probes = facts%probes

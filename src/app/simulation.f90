@@ -1,10 +1,11 @@
 !> A run: the scene, its model, and everything around the steps.
 module m_simulation
    use m_kinds, only: wp, i8
-   use m_constants, only: exit_numerical, exit_stopped
+   use m_constants, only: exit_files, exit_numerical, exit_stopped
    use m_errors, only: error_t, fail
    use m_communicator, only: communicator_t
-   use m_text, only: to_text
+   use m_launcher, only: check_launch
+   use m_text, only: to_text, si
    use m_timers, only: phase_output, phase_contact
    use m_scene, only: scene_t
    use m_offer, only: catalogue_t
@@ -18,7 +19,8 @@ module m_simulation
    use m_energy, only: balance_t, sums_t, measure
    use m_recorder, only: recorder_t
    use m_checkpoint, only: run_facts_t
-   use m_keeper, only: keeper_t
+   use m_keeper, only: keeper_t, asks_end_lost
+   use m_output_lock, only: output_lock_t
    use m_signals, only: catch_signals
    use m_resume, only: read_run, resume_run, resumed_t
    use m_console, only: console_t
@@ -40,6 +42,7 @@ module m_simulation
       type(console_t) :: console
       type(error_t) :: error
       type(keeper_t) :: keeper
+      type(output_lock_t) :: lock
       type(guard_t) :: guard
       type(run_facts_t) :: facts
       type(course_t) :: course
@@ -52,6 +55,7 @@ module m_simulation
       procedure, private :: record
       procedure, private :: look
       procedure, private :: meet_fault
+      procedure, private :: leave_directory
    end type simulation_t
 
    integer, parameter :: rebalance_every = 100        !< steps
@@ -67,15 +71,17 @@ contains
       self%course%stop_reason = ''
       call self%communicator%start()
       call self%console%start(self%communicator)
+      call check_launch(self%communicator, self%error)
+      if (self%error%happened()) return
       call known_materials(self%catalogue)
       call known_effects(self%catalogue)
-      call read_run(self%communicator, self%catalogue, self%scene, before, self%error)
+      call read_run(self%communicator, self%catalogue, self%scene, before, self%lock, self%error)
       if (self%error%happened()) return
       if (.not. self%scene%plans) call catch_signals() ! a plan has nothing to keep
       call self%model%build(self%communicator, self%scene, self%error, empty=before%happened)
       if (self%error%happened()) return
       if (before%happened) then
-         call resume_run(before, self%scene, self%model, self%balance, self%facts, self%recorder, self%error)
+         call resume_run(before, self%scene, self%model, self%balance, self%facts, self%recorder, self%lock, self%error)
       else
          call bound_speeds(self%model)
       end if
@@ -97,19 +103,22 @@ contains
       if (.not. before%happened) then
          self%facts%particles = self%course%particles
          call self%balance%begin(self%model)
+         if (self%scene%output%present) call self%lock%take(self%communicator, self%scene%output%directory, self%error)
+         if (self%error%happened()) return
          call self%recorder%start(self%scene, self%model, self%error)
          if (self%error%happened()) return
          self%facts%probes = self%recorder%probe_ids()
       end if
-      if (self%scene%output%present) call self%console%open_log(self%communicator, self%scene%output%directory//'/run.log', &
-                                                                self%error, resume=before%in_place)
+      if (self%scene%output%present .and. .not. before%ended) &
+         call self%console%open_log(self%communicator, self%scene%output%directory//'/run.log', self%error, resume=before%in_place)
       if (self%error%happened()) return ! what an older run left to go on from is still there
-      call self%keeper%start(self%scene, self%model, self%console%elapsed(), before%newest_here())
+      if (.not. before%ended) call self%keeper%start(self%scene, self%model, self%console%elapsed(), before%newest_here())
       call self%guard%start(self%scene%guard, self%model, longest_step(self%scene, self%model, self%model%time))
       if (before%happened) call self%guard%remember(self%facts%guard)
       call introduce(self%console, self%scene, self%catalogue, self%model, self%course%particles)
       call self%console%line('guard      '//self%guard%sentence(self%model))
       if (before%happened) call self%console%line(before%sentence(self%model%step, self%model%time))
+      if (allocated(self%lock%note)) call self%console%line('run.lock   '//self%lock%note)
       if (.not. before%happened) call self%record()
       call save(self, written=.true.)
       call self%expectation%start(self%model, self%console%elapsed())
@@ -129,9 +138,11 @@ contains
       logical :: written
       time_step = next_time_step(self%scene, self%model, self%guard%share())
       self%model%asked = self%keeper%request()
+      if (self%lock%is_lost()) self%model%asked = asks_end_lost
       self%model%wants_sums = self%recorder%history_is_due(self%model%time + time_step)
       call advance(self%model, time_step, self%error)
       self%course%steps = self%course%steps + 1
+      if (self%model%asked == asks_end_lost) call self%leave_directory()
       written = self%recorder%snapshot_is_due(self%model%time) .or. self%keeper%is_due(self%model)
       call self%look(written)
       if (.not. self%error%happened()) call self%record()
@@ -151,6 +162,7 @@ contains
       self%facts%guard = self%guard%facts()
       call self%keeper%keep(self%scene, self%model, self%balance, self%facts, self%recorder, self%course%stop_reason, self%error)
       call save(self, written)
+      call self%recorder%show_rows()
       call self%console%progress(int(self%model%step), self%model%time, self%scene%end_time, self%balance%error())
    end subroutine step
 
@@ -200,6 +212,16 @@ contains
       end if
    end subroutine meet_fault
 
+   !> All ranks: another run has taken the output directory over; this one ends and writes nothing there any more.
+   subroutine leave_directory(self)
+      class(simulation_t), intent(inout) :: self
+      call fail(self%error, exit_files, 'another run has taken over '//self%scene%output%directory// &
+                ' while this one stood still (run.lock there names another process): this one ends at time '// &
+                si(self%model%time, 's')//' and writes nothing more')
+      call self%console%finish()
+      self%course%steps = 0
+   end subroutine leave_directory
+
    !> Collective: write what is due.
    subroutine record(self)
       class(simulation_t), intent(inout) :: self
@@ -224,6 +246,7 @@ contains
          call fail(self%error, exit_stopped, self%course%stop_reason)
       status = self%error%status
       call self%console%finish()
+      call self%lock%release()
       call self%model%release()
    end function finalise
 

@@ -39,10 +39,12 @@ contains
    !> Initialise MPI and take a communicator of our own. Open MPI guards a file pointer that ranks might share, and nobody uses, by
    !> a named semaphore of the machine: whoever is killed while it opens a file leaves that locked, and later runs, of other
    !> directories too, would wait for it for ever in a file of the same name. The component that does so is left out, unless the
-   !> environment chooses.
+   !> environment chooses. HDF5 locks files against others that write them; a run has its directory to itself (m_output_lock), and file
+   !> systems of clusters often refuse locks: it is told not to.
    subroutine start(self)
       class(communicator_t), intent(out) :: self
       integer(c_int) :: status
+      status = c_setenv('HDF5_USE_FILE_LOCKING'//c_null_char, 'FALSE'//c_null_char, 0_c_int)
       status = c_setenv('OMPI_MCA_sharedfp'//c_null_char, '^sm'//c_null_char, 0_c_int) ! no room: then as it was
       call MPI_Init()
       call MPI_Comm_dup(MPI_COMM_WORLD, self%comm)

@@ -13,7 +13,6 @@ module m_constants
    integer, parameter, public :: exit_files = 4     !< a file cannot be read or written
    integer, parameter, public :: exit_stopped = 5   !< wall limit or signal, after a checkpoint
 
-   integer, parameter, public :: longest_line = 2**30   !< characters of a line of text in a file: none is cut
    integer, parameter, public :: block_size = 8     !< nodes (and node-centred bins) of a block along each axis
 
    !> Half sizes that follow the material are taken this much smaller: a face that stays on a node plane, as at a side of the grid,

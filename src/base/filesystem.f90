@@ -1,11 +1,12 @@
 !> Directories and files, through the C library: make, test, rename, remove, list, bring to the disk, and read whole.
 module m_filesystem
-   use, intrinsic :: iso_c_binding, only: c_char, c_int, c_size_t, c_intptr_t, c_ptr, c_null_char, c_null_ptr, c_associated, &
-                                          c_f_pointer
+   use, intrinsic :: iso_c_binding, only: c_char, c_int, c_int64_t, c_size_t, c_intptr_t, c_ptr, c_null_char, &
+                                          c_null_ptr, c_associated, c_f_pointer
    implicit none
    private
    public :: make_directory, can_make_directory, is_directory, is_writable, rename_file, remove_file
-   public :: read_file, read_standard_input, sync_file, list_files, same_file, system_reason
+   public :: read_file, read_standard_input, sync_file, list_files, same_file, system_reason, system_error
+   public :: link_file, create_file, touch_file, time_of_file, locks_are_refused
 
    integer(c_int), parameter :: may_search = 1, may_write = 2, permissions = 511 ! rwxrwxrwx, less the umask
    integer, parameter :: piece = 65536
@@ -39,6 +40,25 @@ module m_filesystem
          import :: c_char, c_int
          character(kind=c_char), intent(in) :: old(*), new(*)
       end function c_rename
+      integer(c_int) function c_link(old, new) bind(c, name='link')
+         import :: c_char, c_int
+         character(kind=c_char), intent(in) :: old(*), new(*)
+      end function c_link
+      integer(c_int) function c_utimes(path, times) bind(c, name='utimes')
+         import :: c_char, c_int, c_ptr
+         character(kind=c_char), intent(in) :: path(*)
+         type(c_ptr), value :: times
+      end function c_utimes
+      integer(c_int) function c_statx(directory, path, flags, mask, found) bind(c, name='statx')
+         import :: c_char, c_int, c_int64_t
+         integer(c_int), value :: directory, flags, mask
+         character(kind=c_char), intent(in) :: path(*)
+         integer(c_int64_t), intent(out) :: found(*)
+      end function c_statx
+      integer(c_int) function c_flock(descriptor, operation) bind(c, name='flock')
+         import :: c_int
+         integer(c_int), value :: descriptor, operation
+      end function c_flock
       integer(c_int) function c_open(path, flags) bind(c, name='open')
          import :: c_char, c_int
          character(kind=c_char), intent(in) :: path(*)
@@ -91,6 +111,12 @@ module m_filesystem
          integer(c_size_t), value :: size, count
          type(c_ptr), value :: stream
       end function c_fread
+      integer(c_size_t) function c_fwrite(buffer, size, count, stream) bind(c, name='fwrite')
+         import :: c_char, c_size_t, c_ptr
+         character(kind=c_char), intent(in) :: buffer(*)
+         integer(c_size_t), value :: size, count
+         type(c_ptr), value :: stream
+      end function c_fwrite
       integer(c_int) function c_ferror(stream) bind(c, name='ferror')
          import :: c_int, c_ptr
          type(c_ptr), value :: stream
@@ -207,6 +233,54 @@ contains
       ok = c_unlink(path//c_null_char) == 0
    end subroutine remove_file
 
+   !> Give a file a second name, unless there is a file of that name: of several that try, also on several machines, one succeeds.
+   subroutine link_file(old, new, ok)
+      character(len=*), intent(in) :: old, new
+      logical, intent(out) :: ok
+      ok = c_link(old//c_null_char, new//c_null_char) == 0
+   end subroutine link_file
+
+   !> Make a file that is not there yet, with a text in it; for file systems without second names.
+   subroutine create_file(path, text, ok)
+      character(len=*), intent(in) :: path, text
+      logical, intent(out) :: ok
+      type(c_ptr) :: stream
+      stream = c_fopen(path//c_null_char, 'wx'//c_null_char)
+      ok = c_associated(stream)
+      if (.not. ok) return
+      ok = c_fwrite(text, 1_c_size_t, len(text, c_size_t), stream) == len(text)
+      ok = c_fclose(stream) == 0 .and. ok
+   end subroutine create_file
+
+   !> Let a file have been modified now, by the clock of its file system.
+   subroutine touch_file(path, ok)
+      character(len=*), intent(in) :: path
+      logical, intent(out) :: ok
+      ok = c_utimes(path//c_null_char, c_null_ptr) == 0
+   end subroutine touch_file
+
+   !> When a file was modified last, s by the clock of its file system; -1 where it is not there.
+   integer(c_int64_t) function time_of_file(path) result(seconds)
+      character(len=*), intent(in) :: path
+      integer(c_int), parameter :: here = -100, modified = 64
+      integer, parameter :: at = 15 ! stx_mtime.tv_sec, in words of 8 bytes
+      integer(c_int64_t) :: found(32)
+      seconds = -1
+      if (c_statx(here, path//c_null_char, 0_c_int, modified, found) == 0) seconds = found(at)
+   end function time_of_file
+
+   !> Whether the file system of a file refuses to lock it, which is not the same as that somebody else has locked it.
+   logical function locks_are_refused(path) result(refused)
+      character(len=*), intent(in) :: path
+      integer(c_int), parameter :: shared_at_once = 5, would_block = 11
+      integer(c_int) :: descriptor, ignored
+      refused = .false.
+      descriptor = c_open(path//c_null_char, 0_c_int)
+      if (descriptor < 0) return
+      if (c_flock(descriptor, shared_at_once) /= 0) refused = system_error() /= would_block
+      ignored = c_close(descriptor)
+   end function locks_are_refused
+
    !> Wait until what was written of a file (or of the names in a directory) is on the disk.
    subroutine sync_file(path, ok)
       character(len=*), intent(in) :: path
@@ -312,15 +386,20 @@ contains
       text = buffer(:min(length, limit + 1))
    end subroutine read_stream
 
+   !> The number of the error (errno) of the last call of the C library that has failed.
+   integer(c_int) function system_error()
+      integer(c_int), pointer :: number
+      call c_f_pointer(c_errno_location(), number)
+      system_error = number
+   end function system_error
+
    !> Why the last call of the C library has failed, in the system's words.
    function system_reason() result(reason)
       character(len=:), allocatable :: reason
-      integer(c_int), pointer :: number
       character(kind=c_char), pointer :: letters(:)
       type(c_ptr) :: text
       integer :: i
-      call c_f_pointer(c_errno_location(), number)
-      text = c_strerror(number)
+      text = c_strerror(system_error())
       call c_f_pointer(text, letters, [c_strlen(text)])
       allocate (character(len=size(letters)) :: reason)
       do i = 1, size(letters)

@@ -14,8 +14,8 @@ module m_machine
 
 contains
 
-   !> Collective: memory (bytes) that is free on all machines of the run together, within what a batch system allows; huge where
-   !> the system does not say.
+   !> Collective: memory (bytes) that is free on all machines of the run together, within what a batch system or a limit of the
+   !> processes (ulimit -v) allows; huge where the system does not say.
    real(wp) function free_memory(communicator) result(bytes)
       type(communicator_t), intent(in) :: communicator
       type(MPI_Comm) :: machine
@@ -24,8 +24,10 @@ contains
       call MPI_Comm_size(machine, neighbours)
       call MPI_Comm_free(machine)
       bytes = min(free_here(), allowed_here())
+      if (bytes < unknown) bytes = bytes/neighbours
+      bytes = min(bytes, allowed_process())
       if (communicator%maximum(bytes) < unknown) then
-         bytes = communicator%sum_real(bytes/neighbours)
+         bytes = communicator%sum_real(bytes)
       else
          bytes = unknown
       end if
@@ -91,6 +93,16 @@ contains
       bytes = number(text_of('/sys/fs/cgroup/memory.max'))
       if (bytes < unknown) bytes = max(0.0_wp, bytes - number(text_of('/sys/fs/cgroup/memory.current')))
    end function allowed_here
+
+   !> What is left of this process's own limits of address space and data, bytes.
+   real(wp) function allowed_process() result(bytes)
+      character(len=:), allocatable :: limits, status
+      limits = text_of('/proc/self/limits')
+      status = text_of('/proc/self/status')
+      bytes = min(number(line_after(limits, 'Max address space')) - 1024.0_wp*number(line_after(status, 'VmSize:')), &
+                  number(line_after(limits, 'Max data size')) - 1024.0_wp*number(line_after(status, 'VmData:')))
+      bytes = max(0.0_wp, bytes)
+   end function allowed_process
 
    !> Most memory that this rank has held at once so far, libraries included (bytes); 0 where the system does not tell.
    integer(i8) function peak_memory() result(bytes)

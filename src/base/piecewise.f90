@@ -18,7 +18,7 @@ contains
       else if (time >= times(n)) then
          value = values(n)
       else
-         i = count(times <= time)
+         i = last_before(times, time)
          value = values(i) + (values(i + 1) - values(i))*(time - times(i))/(times(i + 1) - times(i))
       end if
    end function value_at
@@ -30,7 +30,8 @@ contains
       integer :: i
       integral = 0.0_wp
       begun = from
-      do i = 1, size(times) + 1
+      do i = max(1, last_before(times, from)), size(times) + 1
+         if (begun >= to) exit
          ended = to
          if (i <= size(times)) ended = min(to, times(i))
          if (ended <= begun) cycle
@@ -38,5 +39,21 @@ contains
          begun = ended
       end do
    end function integral
+
+   !> How many of the times, which rise, are at or before this one; found by halving, for they may be many.
+   pure integer function last_before(times, time) result(low)
+      real(wp), intent(in) :: times(:), time
+      integer :: high, middle
+      low = 0
+      high = size(times) + 1
+      do while (high - low > 1)
+         middle = (low + high)/2
+         if (times(middle) <= time) then
+            low = middle
+         else
+            high = middle
+         end if
+      end do
+   end function last_before
 
 end module m_piecewise

@@ -13,7 +13,7 @@ module m_namelist_text
    private
 
    integer, parameter :: most_entries = 1000    !< variables in a group
-   integer, parameter :: most_values = 100000   !< of one variable, repeats counted
+   integer, parameter :: most_repeats = 1000000 !< of a value; a variable with repeats has no more, or than its text has characters
    character(len=*), parameter :: quotes = '''"'
    character(len=*), parameter :: brackets = '()%'
    character(len=*), parameter :: index_sentence = ': an index is not allowed; give all values at once, as name=value,value,value'
@@ -290,9 +290,9 @@ contains
       star = index(word, '*')
       if (star > 1) then
          call read_integer(word(:star - 1), repeats, good)
-         if (.not. good .or. repeats < 1 .or. repeats > most_values) then
+         if (.not. good .or. repeats < 1 .or. repeats > most_repeats) then
             call fail(error, exit_input, start//'='//abbreviated(word)//': the repeat count must be between 1 and '// &
-                      to_text(most_values))
+                      to_text(most_repeats))
          end if
       end if
       new%first = begin + star - origin
@@ -312,7 +312,8 @@ contains
       end if
       values(count + 1:count + repeats) = new
       count = count + repeats
-      if (count > most_values) call fail(error, exit_input, start//': more than '//to_text(most_values)//' values')
+      if (count > max(most_repeats, cursor%at - origin)) & ! those without repeats are as many as wanted
+         call fail(error, exit_input, start//': more than '//to_text(most_repeats)//' values by repeat counts')
    end subroutine parse_value
 
    !> A text in quotes at the cursor, a quote inside doubled.

@@ -107,16 +107,26 @@ contains
       real(wp), intent(in) :: values(:)
       integer, intent(in), optional :: digits !< significant digits
       character(len=:), allocatable :: text
-      integer :: i
-      text = ''
+      character(len=:), allocatable :: number, larger
+      integer :: i, used
+      allocate (character(len=64) :: text)
+      used = 0
       do i = 1, size(values)
-         if (i > 1) text = text//','
          if (present(digits)) then
-            text = text//to_text(values(i), digits)
+            number = to_text(values(i), digits)
          else
-            text = text//exact_text(values(i))
+            number = exact_text(values(i))
          end if
+         if (i > 1) number = ','//number
+         if (used + len(number) > len(text)) then ! twice the room: a list may be long
+            allocate (character(len=2*(used + len(number))) :: larger)
+            larger(:used) = text(:used)
+            call move_alloc(larger, text)
+         end if
+         text(used + 1:used + len(number)) = number
+         used = used + len(number)
       end do
+      text = text(:used)
    end function reals_text
 
 end module m_number_text

@@ -189,20 +189,20 @@ contains
       bytes = communicator%sum_count(bytes)
    end function size_of
 
-   !> One rank: remove what was begun of checkpoints and snapshots in a directory, and what MPI had beside it; those that are whole
-   !> stay.
+   !> One rank: remove what was begun of files in a directory, what MPI had beside it, and what is left of locks of dead runs; what is
+   !> whole stays.
    subroutine remove_parts(directory)
       character(len=*), intent(in) :: directory
-      type(path_t), allocatable :: checkpoints(:), snapshots(:)
-      integer :: n
+      character(len=100), parameter :: begun(*) = [character(len=100) :: any_checkpoint//'.part*', 'particles_[0-9]*.part*', &
+                                      '*.dat.part', '*.xdmf.part', 'case.nml.part', 'run.lock.*.part', 'run.lock.*.part.old']
+      type(path_t), allocatable :: paths(:)
+      integer :: k, n
       logical :: ignored
-      call list_files(directory, any_checkpoint//'.part*', checkpoints)
-      call list_files(directory, 'particles_[0-9]*.part*', snapshots)
-      do n = 1, size(checkpoints)
-         call remove_file(checkpoints(n)%text, ignored)
-      end do
-      do n = 1, size(snapshots)
-         call remove_file(snapshots(n)%text, ignored)
+      do k = 1, size(begun)
+         call list_files(directory, trim(begun(k)), paths)
+         do n = 1, size(paths)
+            call remove_file(paths(n)%text, ignored)
+         end do
       end do
    end subroutine remove_parts
 

@@ -2,7 +2,7 @@
 module m_console
    use, intrinsic :: iso_fortran_env, only: output_unit
    use m_kinds, only: wp
-   use m_constants, only: exit_files, longest_line
+   use m_constants, only: exit_files
    use m_errors, only: error_t, fail
    use m_communicator, only: communicator_t
    use m_text, only: to_text, si, duration
@@ -72,8 +72,7 @@ contains
                state = 'unknown'
             end if
          end if
-         open (newunit=self%unit, file=path, status=state, position=place, action='write', recl=longest_line, &
-               iostat=status, iomsg=reason)
+         open (newunit=self%unit, file=path, status=state, position=place, action='write', iostat=status, iomsg=reason)
          if (status /= 0) call fail(error, exit_files, 'cannot write '//path//': '//trim(reason))
          self%logs = status == 0
          if (self%logs) then

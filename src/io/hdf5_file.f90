@@ -8,7 +8,7 @@ module m_hdf5_file
    use m_constants, only: exit_files
    use m_errors, only: error_t, fail
    use m_communicator, only: communicator_t
-   use m_part_file, only: part_name, begin_shared_part, finish_shared_part, empty_part
+   use m_part_file, only: lock_hint, part_name, begin_shared_part, finish_shared_part, empty_part
    use m_snapshot, only: file_layout_t
    implicit none
    private
@@ -193,6 +193,7 @@ contains
    subroutine finish(self, error)
       class(hdf5_file_t), intent(inout) :: self
       type(error_t), intent(inout) :: error
+      character(len=:), allocatable :: hint
       integer(hid_t) :: file
       integer :: status, ignored
       status = 0
@@ -204,6 +205,9 @@ contains
          if (self%communicator%is_root() .and. .not. error%happened()) then
             call h5fopen_f(part_name(self%path), H5F_ACC_RDONLY_F, file, status) ! finds a file that the disk cut short
             if (status >= 0) call h5fclose_f(file, status)
+            hint = ''
+            if (status < 0) hint = lock_hint(part_name(self%path))
+            if (hint /= '') call fail(error, exit_files, 'cannot write '//self%path//': it cannot be opened again'//hint)
             if (status < 0) call fail(error, exit_files, 'cannot write '//self%path//': it is not whole on the disk')
          end if
       end if
@@ -219,7 +223,8 @@ contains
       integer, intent(in) :: status
       character(len=*), intent(in) :: what
       type(error_t), intent(inout) :: error
-      if (status < 0) call fail(error, exit_files, 'cannot write '//self%path//': HDF5 failed at '//what)
+      if (status < 0) call fail(error, exit_files, 'cannot write '//self%path//': HDF5 failed at '//what// &
+                                    lock_hint(part_name(self%path)))
       call self%communicator%agree(error)
    end subroutine settle
 

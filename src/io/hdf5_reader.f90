@@ -10,6 +10,7 @@ module m_hdf5_reader
    use m_communicator, only: communicator_t
    use m_hdf5_file, only: make_spaces, number_type
    use m_snapshot, only: file_layout_t
+   use m_part_file, only: lock_hint
    implicit none
    private
 
@@ -128,7 +129,7 @@ contains
       integer, intent(in) :: status
       character(len=*), intent(in) :: what
       type(error_t), intent(inout) :: error
-      if (status < 0) call fail(error, exit_files, 'cannot read '//self%path//': HDF5 failed at '//what)
+      if (status < 0) call fail(error, exit_files, 'cannot read '//self%path//': HDF5 failed at '//what//lock_hint(self%path))
       call self%communicator%agree(error)
    end subroutine settle
 

@@ -173,6 +173,7 @@ contains
       call file%put_text(top//'/PointData/id', 'unit', pure_number, error)
    end subroutine put_ids
 
+   !> A field as one table with the names of its components, or each component as a table that says whose it is.
    subroutine put_field(file, where_to, field, n_total, error)
       type(hdf5_file_t), intent(in) :: file
       type(file_layout_t), intent(in) :: where_to
@@ -181,18 +182,33 @@ contains
       type(error_t), intent(inout) :: error
       character(len=:), allocatable :: name, components
       integer :: c
+      if (field%comes_apart()) then
+         do c = 1, field%components
+            name = top//'/PointData/'//field%full_name(c)
+            call put_table(file, name, where_to, field%values(:, c:c), n_total, error)
+            call put_names(name, field%full_name(c))
+            call file%put_text(name, 'component_of', field%name, error)
+            call file%put_integers(name, 'component', [c], error)
+         end do
+         return
+      end if
       name = top//'/PointData/'//field%name
       call put_table(file, name, where_to, field%values, n_total, error)
-      if (len_trim(field%unit) > 0) then
-         call file%put_text(name, 'unit', field%unit, error)
-      else
-         call file%put_text(name, 'unit', pure_number, error)
-      end if
       components = field%full_name(1)
       do c = 2, field%components
          components = components//' '//field%full_name(c)
       end do
-      call file%put_text(name, 'components', components, error)
+      call put_names(name, components)
+   contains
+      subroutine put_names(table, names)
+         character(len=*), intent(in) :: table, names
+         if (len_trim(field%unit) > 0) then
+            call file%put_text(table, 'unit', field%unit, error)
+         else
+            call file%put_text(table, 'unit', pure_number, error)
+         end if
+         call file%put_text(table, 'components', names, error)
+      end subroutine put_names
    end subroutine put_field
 
    !> A table of reals from (n_local, components) in memory order.

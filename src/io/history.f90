@@ -1,16 +1,16 @@
 !> Curves over time: one Tecplot zone in point packing, which numpy.loadtxt reads once the header is skipped.
 !>
-!> While a run goes on a curve stands in `<path>.part`, flushed about once a second, so that it can be watched; closing it gives
-!> it its name. So `<path>` never holds a torn line: only a run that is killed leaves a `.part`, whose last line may be torn, and
-!> a run that is taken up again carries over the whole lines of it.
+!> A curve has its name from the beginning and grows by whole rows, about once a second, so that it can be read while the run goes
+!> on or after it was killed. Systems show a file that grows page by page: blanks stand before a row that would lie across the end of a
+!> page, so that a reader never sees a part of one. A run that is taken up again carries over the rows of it.
 module m_history
    use m_kinds, only: wp, i8
-   use m_constants, only: exit_files, exit_numerical, longest_line
+   use m_constants, only: exit_files, exit_numerical
    use m_errors, only: error_t, fail
    use m_communicator, only: communicator_t
-   use m_part_file, only: part_name, publish_part
+   use m_part_file, only: part_name, publish_part, discard_part
    use m_text_file, only: text_file_t
-   use m_filesystem, only: remove_file, rename_file, sync_file
+   use m_filesystem, only: sync_file
    use m_tecplot_snapshot, only: quoted
    use m_text, only: to_text, exact_text
    use m_timers, only: wall_time
@@ -19,6 +19,7 @@ module m_history
 
    integer, parameter, public :: history_text_length = 200
    integer, parameter :: value_width = 25
+   integer(i8), parameter :: page = 4096       ! bytes; larger pages are multiples of it
    real(wp), parameter :: flush_every = 1.0_wp ! s
    character(len=*), parameter :: value_format = '(*(1x,es24.16e3))'
 
@@ -37,23 +38,25 @@ module m_history
       private
       character(len=:), allocatable :: path
       logical :: is_open = .false.
-      logical :: is_whole = .true. !< no row was lost
       type(text_file_t) :: file
       integer :: columns = 0
+      integer :: rows = 0
+      integer(i8) :: head = 0 !< bytes before the first row
       real(wp) :: flushed = 0.0_wp
    contains
       procedure :: open => open_history
       procedure :: append
       procedure :: take_back
+      procedure :: flush => flush_rows
       procedure :: sync
       procedure :: close => close_history
    end type history_t
 
 contains
 
-   !> Collective: begin `path`. What an earlier run left under that name goes, unless `keep_until` is given: then its rows up to
-   !> that time (s, first column) are carried over, or those of the curve `from`. Whenever the program is killed meanwhile, the old
-   !> rows are there. All ranks leave with the same error (exit_files).
+   !> Collective: begin `path`. What an earlier run left under that name is replaced; with `keep_until` its rows up to that time (s,
+   !> first column) are carried over, or those of the curve `from`. Whenever the program is killed meanwhile, the old rows are there.
+   !> All ranks leave with the same error (exit_files).
    subroutine open_history(self, communicator, path, header, error, keep_until, from)
       class(history_t), intent(inout) :: self
       type(communicator_t), intent(in) :: communicator
@@ -62,16 +65,12 @@ contains
       type(error_t), intent(inout) :: error
       real(wp), intent(in), optional :: keep_until
       character(len=*), intent(in), optional :: from
-      character(len=:), allocatable :: first_name
-      logical :: ok
+      type(error_t) :: closing
       self%path = path
       self%columns = size(header%columns)
       self%is_open = .false.
-      self%is_whole = .true.
       if (communicator%is_root() .and. .not. error%happened()) then
-         first_name = path
-         if (present(keep_until)) first_name = path//'.new'
-         call self%file%open(first_name, error)
+         call self%file%open(path, error)
          self%is_open = .not. error%happened()
          if (self%is_open) call put_header(self, header, error)
          if (self%is_open .and. present(keep_until)) then
@@ -80,31 +79,34 @@ contains
             else
                call carry_over(self, path, keep_until, error)
             end if
-            ok = .true.
-            if (.not. error%happened()) call rename_file(part_name(first_name), part_name(path), ok)
-            if (.not. ok) call fail(error, exit_files, 'cannot write '//path//': '//part_name(first_name)//' cannot be renamed')
-            if (error%happened()) call remove_file(part_name(first_name), ok)
-         else if (self%is_open .and. .not. error%happened()) then
-            call remove_file(path, ok)
          end if
-         if (error%happened()) self%is_whole = .false.
-         if (error%happened()) call self%close(error)
+         if (self%is_open .and. .not. error%happened()) call publish_part(path, error)
+         if (self%is_open .and. error%happened()) then
+            call self%close(closing)
+            call discard_part(path)
+         end if
          self%flushed = wall_time()
       end if
       call communicator%agree(error)
    end subroutine open_history
 
+   !> Hand to the system the rows that wait. Nothing happens on the other ranks; rank 0 may get an error.
+   subroutine flush_rows(self, error)
+      class(history_t), intent(inout) :: self
+      type(error_t), intent(inout) :: error
+      if (self%is_open) call self%file%flush(error)
+      self%flushed = wall_time()
+   end subroutine flush_rows
+
    !> Wait until all rows are on the disk. Rank 0 may get an error.
    subroutine sync(self, error)
       class(history_t), intent(inout) :: self
       type(error_t), intent(inout) :: error
-      type(error_t) :: lost
       logical :: ok
       if (.not. self%is_open) return
-      call self%file%flush(lost)
-      call note(self, lost, error)
-      if (lost%happened()) return
-      call sync_file(part_name(self%path), ok)
+      call self%flush(error)
+      if (error%happened()) return
+      call sync_file(self%path, ok)
       if (.not. ok) call fail(error, exit_files, 'cannot write '//self%path//': it does not get to the disk')
    end subroutine sync
 
@@ -113,7 +115,6 @@ contains
       class(history_t), intent(inout) :: self
       real(wp), intent(in) :: values(:)
       type(error_t), intent(inout) :: error
-      type(error_t) :: lost
       character(len=value_width*size(values)) :: line
       if (.not. self%is_open) return
       if (size(values) /= self%columns) then
@@ -121,12 +122,8 @@ contains
          return
       end if
       write (line, value_format) values
-      call self%file%put(line, lost)
-      if (wall_time() - self%flushed > flush_every) then
-         call self%file%flush(lost)
-         self%flushed = wall_time()
-      end if
-      call note(self, lost, error)
+      call put_row(self, line, error)
+      if (wall_time() - self%flushed > flush_every) call self%flush(error)
    end subroutine append
 
    !> Remove the last rows again. Nothing happens on the other ranks; rank 0 may get an error.
@@ -134,39 +131,45 @@ contains
       class(history_t), intent(inout) :: self
       integer, intent(in) :: rows
       type(error_t), intent(inout) :: error
-      type(error_t) :: lost
+      integer(i8) :: length, bytes
+      integer :: row
       if (.not. self%is_open .or. rows == 0) return
-      call self%file%take_back(rows*(value_width*self%columns + 1_i8), lost)
-      call note(self, lost, error)
+      length = value_width*self%columns + 1_i8
+      self%rows = self%rows - rows
+      bytes = self%head
+      do row = 1, self%rows
+         bytes = bytes + blanks_before(bytes, length) + length
+      end do
+      call self%file%take_back(self%file%bytes() - bytes, error)
    end subroutine take_back
 
-   !> Rows that are lost are an error, and the curve is not whole from here on.
-   subroutine note(self, lost, error)
-      type(history_t), intent(inout) :: self
-      type(error_t), intent(in) :: lost
+   subroutine put_row(self, line, error)
+      class(history_t), intent(inout) :: self
+      character(len=*), intent(in) :: line
       type(error_t), intent(inout) :: error
-      if (.not. lost%happened()) return
-      self%is_whole = .false.
-      call fail(error, lost%status, lost%message)
-   end subroutine note
+      call self%file%put(repeat(' ', int(blanks_before(self%file%bytes(), len(line) + 1_i8)))//line, error)
+      self%rows = self%rows + 1
+   end subroutine put_row
 
-   !> End the curve: the file gets its name, also when the run ends early. If a row could not be written it stays a `.part`.
+   !> How many blanks keep a row of so many bytes on one page, where the file ends after `bytes`.
+   pure integer(i8) function blanks_before(bytes, length)
+      integer(i8), intent(in) :: bytes, length
+      blanks_before = page - mod(bytes, page)
+      if (length <= blanks_before .or. length > page) blanks_before = 0
+   end function blanks_before
+
+   !> End the curve, also where the run ends early. If a row could not be written it ends with the row before.
    subroutine close_history(self, error)
       class(history_t), intent(inout) :: self
       type(error_t), intent(inout) :: error
-      type(error_t) :: closing
       if (.not. self%is_open) return
       self%is_open = .false.
-      call self%file%close(closing)
-      call note(self, closing, error)
-      if (.not. self%is_whole) return
-      call publish_part(self%path, closing)
-      call note(self, closing, error)
+      call self%file%close(error)
    end subroutine close_history
 
    !> Title, variables, zone and facts.
    subroutine put_header(self, header, error)
-      type(history_t), intent(in) :: self
+      type(history_t), intent(inout) :: self
       type(history_header_t), intent(in) :: header
       type(error_t), intent(inout) :: error
       character(len=:), allocatable :: line, note
@@ -189,6 +192,8 @@ contains
          end do
       end if
       call self%file%flush(error)
+      self%head = self%file%bytes()
+      self%rows = 0
    end subroutine put_header
 
    !> A name as Tecplot wants it: letters, digits and underscores.
@@ -203,32 +208,33 @@ contains
       end do
    end function identifier
 
-   !> Copy the rows of an earlier curve up to a time (with a little room for rounding): of its part, if there is one, which is newer
-   !> than the file with its name.
+   !> Copy the rows of an earlier curve up to a time (with a little room for rounding).
    subroutine carry_over(self, from, keep_until, error)
       type(history_t), intent(inout) :: self
       character(len=*), intent(in) :: from
       real(wp), intent(in) :: keep_until
       type(error_t), intent(inout) :: error
-      character(len=value_width*self%columns + 2) :: line
+      character(len=2*value_width*self%columns + 2) :: line
       real(wp) :: values(self%columns)
-      integer :: old, status
+      integer :: old, status, first, last
       logical :: ignored
-      open (newunit=old, file=part_name(from), status='old', action='read', recl=longest_line, iostat=status)
-      if (status /= 0) open (newunit=old, file=from, status='old', action='read', recl=longest_line, iostat=status)
+      open (newunit=old, file=from, status='old', action='read', iostat=status)
       if (status /= 0) return
       do
          read (old, '(a)', iostat=status) line
          if (status /= 0) exit
-         if (len_trim(line) /= value_width*self%columns) cycle ! header, or torn
-         read (line, *, iostat=status) values
+         last = len_trim(line)
+         first = last - value_width*self%columns + 1
+         if (first < 1) cycle ! header, or torn
+         if (line(:first - 1) /= '') cycle
+         read (line(first:last), *, iostat=status) values
          if (status /= 0) cycle
          if (values(1) > keep_until + 1.0e-9_wp*abs(keep_until)) exit
-         call self%append(values, error)
+         call put_row(self, line(first:last), error)
       end do
       close (old)
       if (.not. error%happened()) call self%file%flush(error)
-      if (.not. error%happened()) call sync_file(part_name(self%path//'.new'), ignored)
+      if (.not. error%happened()) call sync_file(part_name(self%path), ignored)
    end subroutine carry_over
 
 end module m_history

@@ -17,6 +17,7 @@ module m_keeper
 
    !> What a rank asks of the run; the largest of all ranks counts.
    integer, parameter :: asks_checkpoint = 1, asks_end_limit = 2, asks_end_interrupt = 3, asks_end_terminate = 4
+   integer, parameter, public :: asks_end_lost = 5 !< the directory is another run's now: nothing is to be written any more
 
    real(wp), parameter :: slow_disk = 1.0e8_wp !< bytes a second: what no checkpoint has been timed for is taken to need
 

@@ -5,10 +5,11 @@ module m_part_file
    use m_constants, only: exit_files
    use m_errors, only: error_t, fail
    use m_communicator, only: communicator_t
-   use m_filesystem, only: rename_file, remove_file, system_reason
+   use m_filesystem, only: rename_file, remove_file, system_reason, locks_are_refused
    use m_text, only: to_text
    implicit none
    private
+   public :: lock_hint
    public :: part_name, publish_part, discard_part, empty_part, begin_shared_part, finish_shared_part
 
    integer(c_int), parameter :: permissions = 438 ! rw-rw-rw-, less the umask
@@ -44,6 +45,16 @@ contains
       character(len=:), allocatable :: name
       name = path//'.part'
    end function part_name
+
+   !> Words for a sentence on a file that a library could not open, write or read: whether that may be for want of locks. HDF5 locks
+   !> what it opens unless it is told not to.
+   function lock_hint(path) result(words)
+      character(len=*), intent(in) :: path
+      character(len=:), allocatable :: words
+      words = ''
+      if (locks_are_refused(path)) words = '; its file system refuses to lock files (as NFS and Lustre may): '// &
+                                           'set HDF5_USE_FILE_LOCKING=FALSE in the environment, or have locking turned on there'
+   end function lock_hint
 
    !> One rank: remove what was written of a file that will not be finished.
    subroutine discard_part(path)

@@ -1,11 +1,11 @@
 !> Everything that a run writes under its output directory, and when.
 module m_recorder
    use m_kinds, only: wp, i8
-   use m_constants, only: exit_files
    use m_errors, only: error_t, fail
-   use m_filesystem, only: make_directory, remove_file
+   use m_filesystem, only: remove_file
    use m_communicator, only: communicator_t
    use m_text, only: to_text
+   use m_timers, only: wall_time
    use m_scene, only: scene_t, boundary_symmetry
    use m_scene_writer, only: scene_as_namelist
    use m_part_file, only: publish_part
@@ -24,7 +24,8 @@ module m_recorder
    private
    public :: recorder_t
 
-   integer, parameter :: default_rows = 1000 !< rows of a history where the scene does not say how many
+   integer, parameter :: default_rows = 1000   !< rows of a history where the scene does not say how many
+   real(wp), parameter :: show_every = 1.0_wp  !< s of the clock on the wall
 
    !> Where a run goes on from.
    type, public :: resumption_t
@@ -42,6 +43,8 @@ module m_recorder
       integer :: snapshots = 0, rows = 0
       integer :: rows_since_mark = 0
       integer(i8) :: last_snapshot = -1 !< step of it
+      real(wp) :: shown = 0.0_wp        !< wall time when rows were last handed to the system, s
+      type(error_t) :: late             !< of rank 0, from then: the ranks agree on it with the next row
       type(history_t), allocatable :: tools(:), probes(:)
       type(history_t) :: energy
       type(probe_t), allocatable :: probed(:)
@@ -54,6 +57,7 @@ module m_recorder
       procedure :: record_snapshot
       procedure :: mark
       procedure :: go_back
+      procedure :: show_rows
       procedure :: sync
       procedure :: probe_ids
       procedure :: finish
@@ -62,7 +66,7 @@ module m_recorder
 
 contains
 
-   !> Collective: make the directory, write case.nml, begin the histories, or go on with those of the run before.
+   !> Collective: write case.nml, begin the histories, or go on with those of the run before.
    subroutine start(self, scene, model, error, resumption)
       class(recorder_t), intent(inout) :: self
       type(scene_t), intent(in) :: scene
@@ -84,9 +88,7 @@ contains
       self%tecplot = scene%output%tecplot
       self%snapshot_every = scene%output%every
       if (model%communicator%is_root()) then
-         call make_directory(self%directory, ok)
-         if (.not. ok) call fail(error, exit_files, 'cannot make the directory '//self%directory)
-         if (ok) call write_case(self%directory//'/case.nml', scene, error)
+         call write_case(self%directory//'/case.nml', scene, error)
          if (.not. present(resumption)) call remove_file(self%directory//'/cost.dat', ok) ! of an earlier run
       end if
       call model%communicator%agree(error)
@@ -141,6 +143,22 @@ contains
       integer(i8), allocatable :: ids(:)
       ids = self%probed%id
    end function probe_ids
+
+   !> After a step: rows that have waited for a second can be read by others from here on.
+   subroutine show_rows(self)
+      class(recorder_t), intent(inout) :: self
+      integer :: n
+      if (.not. self%writes) return
+      if (wall_time() - self%shown < show_every) return
+      self%shown = wall_time()
+      call self%energy%flush(self%late)
+      do n = 1, size(self%tools)
+         call self%tools(n)%flush(self%late)
+      end do
+      do n = 1, size(self%probes)
+         call self%probes(n)%flush(self%late)
+      end do
+   end subroutine show_rows
 
    !> Collective: all rows of the histories are on the disk when this returns.
    subroutine sync(self, communicator, error)
@@ -197,6 +215,7 @@ contains
       integer :: n
       self%rows = 1 + int(model%time/self%history_every*(1.0_wp + 1.0e-12_wp))
       if (.not. self%writes) return
+      if (self%late%happened()) error = self%late
       self%rows_since_mark = self%rows_since_mark + 1
       call self%energy%append([model%time, balance%now%kinetic, balance%now%strain, balance%now%plastic, balance%damped, &
                                balance%external_work, balance%error(), balance%now%momentum, &
@@ -281,6 +300,7 @@ contains
       type(error_t), intent(inout) :: error
       integer :: n
       if (.not. self%writes .or. .not. allocated(self%tools)) return
+      if (self%late%happened()) call fail(error, self%late%status, self%late%message)
       call self%energy%close(error)
       do n = 1, size(self%tools)
          call self%tools(n)%close(error)

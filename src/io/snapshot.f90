@@ -21,6 +21,7 @@ module m_snapshot
       real(wp), allocatable :: values(:, :) !< (n_local, components)
    contains
       procedure :: full_name
+      procedure :: comes_apart
    end type snapshot_field_t
 
    !> Where the particles of this rank go in a file: file positions `offset(r)` to `offset(r) + count(r) - 1` (0-based),
@@ -89,6 +90,13 @@ contains
          name = name//'_'//to_text(component)
       end if
    end function full_name
+
+   !> Whether its components are tables of their own in HDF5: readers know scalars, vectors and full tensors. They take a symmetric
+   !> tensor for one in another order (each in its own), and ParaView's readers do not all find a column of a table.
+   elemental logical function comes_apart(self)
+      class(snapshot_field_t), intent(in) :: self
+      comes_apart = all(self%components /= [1, 3, 9])
+   end function comes_apart
 
    !> Collective: fail when the arrays do not fit each other or the runs do not cover the file exactly.
    subroutine check(self, communicator, error)

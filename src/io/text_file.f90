@@ -1,7 +1,8 @@
 !> Text files through the C library. The Fortran library reports success where a full disk has taken nothing (libgfortran 12: write,
-!> flush and close alike), so that files would be torn without a word; here every failure is an error.
+!> flush and close alike), so that files would be torn without a word; here every failure is an error. What is on the disk ends with
+!> a whole line at any time, so that a file can be read while it grows.
 module m_text_file
-   use, intrinsic :: iso_c_binding, only: c_char, c_int, c_long, c_size_t, c_ptr, c_null_char, c_null_ptr, c_associated
+   use, intrinsic :: iso_c_binding, only: c_char, c_int, c_long, c_size_t, c_null_char
    use m_kinds, only: i8
    use m_constants, only: exit_files
    use m_errors, only: error_t, fail
@@ -10,61 +11,58 @@ module m_text_file
    implicit none
    private
 
+   integer, parameter :: room = 16384 !< characters that wait
+
    !> A text file being written under the name of its part. Errors name `path` and tell the system's reason.
    type, public :: text_file_t
       private
       character(len=:), allocatable :: path
-      type(c_ptr) :: stream = c_null_ptr
+      character(len=:), allocatable :: waiting !< `used` characters of it: whole lines
+      integer :: used = 0
+      integer(i8) :: written = 0               !< bytes that the system has
+      integer(c_int) :: descriptor = -1
    contains
       procedure :: open => open_file
       procedure :: put
       procedure :: flush => flush_file
       procedure :: take_back
+      procedure :: bytes
       procedure :: close => close_file
+      procedure, private :: hand_over
+      procedure, private :: cut
       procedure, private :: complain
    end type text_file_t
 
    character(len=1), parameter :: newline = achar(10)
-   integer(c_int), parameter :: from_end = 2
+   integer(c_int), parameter :: permissions = 438 ! rw-rw-rw-, less the umask
+   integer(c_int), parameter :: from_start = 0
 
    interface
-      type(c_ptr) function c_fopen(path, mode) bind(c, name='fopen')
-         import :: c_ptr, c_char
-         character(kind=c_char), intent(in) :: path(*), mode(*)
-      end function c_fopen
-      integer(c_size_t) function c_fwrite(bytes, size, count, stream) bind(c, name='fwrite')
-         import :: c_size_t, c_char, c_ptr
+      integer(c_int) function c_creat(path, mode) bind(c, name='creat')
+         import :: c_char, c_int
+         character(kind=c_char), intent(in) :: path(*)
+         integer(c_int), value :: mode
+      end function c_creat
+      integer(c_size_t) function c_write(descriptor, bytes, count) bind(c, name='write')
+         import :: c_char, c_int, c_size_t
+         integer(c_int), value :: descriptor
          character(kind=c_char), intent(in) :: bytes(*)
-         integer(c_size_t), value :: size, count
-         type(c_ptr), value :: stream
-      end function c_fwrite
-      integer(c_int) function c_fflush(stream) bind(c, name='fflush')
-         import :: c_int, c_ptr
-         type(c_ptr), value :: stream
-      end function c_fflush
-      integer(c_int) function c_fclose(stream) bind(c, name='fclose')
-         import :: c_int, c_ptr
-         type(c_ptr), value :: stream
-      end function c_fclose
-      integer(c_int) function c_fseek(stream, offset, whence) bind(c, name='fseek')
-         import :: c_int, c_long, c_ptr
-         type(c_ptr), value :: stream
+         integer(c_size_t), value :: count
+      end function c_write
+      integer(c_long) function c_lseek(descriptor, offset, whence) bind(c, name='lseek')
+         import :: c_int, c_long
+         integer(c_int), value :: descriptor, whence
          integer(c_long), value :: offset
-         integer(c_int), value :: whence
-      end function c_fseek
-      integer(c_long) function c_ftell(stream) bind(c, name='ftell')
-         import :: c_long, c_ptr
-         type(c_ptr), value :: stream
-      end function c_ftell
-      integer(c_int) function c_fileno(stream) bind(c, name='fileno')
-         import :: c_int, c_ptr
-         type(c_ptr), value :: stream
-      end function c_fileno
+      end function c_lseek
       integer(c_int) function c_ftruncate(descriptor, length) bind(c, name='ftruncate')
          import :: c_int, c_long
          integer(c_int), value :: descriptor
          integer(c_long), value :: length
       end function c_ftruncate
+      integer(c_int) function c_close(descriptor) bind(c, name='close')
+         import :: c_int
+         integer(c_int), value :: descriptor
+      end function c_close
    end interface
 
 contains
@@ -75,46 +73,89 @@ contains
       character(len=*), intent(in) :: path
       type(error_t), intent(inout) :: error
       self%path = path
-      self%stream = c_fopen(part_name(path)//c_null_char, 'w'//c_null_char)
-      if (.not. c_associated(self%stream)) call self%complain(error)
+      allocate (character(len=room) :: self%waiting)
+      self%descriptor = c_creat(part_name(path)//c_null_char, permissions)
+      if (self%descriptor < 0) call self%complain(error)
    end subroutine open_file
 
    !> Add a line, which may hold several. It may get to the disk later.
    subroutine put(self, line, error)
-      class(text_file_t), intent(in) :: self
+      class(text_file_t), intent(inout) :: self
       character(len=*), intent(in) :: line
       type(error_t), intent(inout) :: error
-      integer(c_size_t) :: length
-      length = len(line, c_size_t) + 1_c_size_t
-      if (c_fwrite(line//newline, 1_c_size_t, length, self%stream) /= length) call self%complain(error)
+      integer :: length
+      length = len(line) + 1
+      if (self%used + length > room) call self%flush(error)
+      if (length > room) then
+         call self%hand_over(line//newline, error)
+      else
+         self%waiting(self%used + 1:self%used + length) = line//newline
+         self%used = self%used + length
+      end if
    end subroutine put
 
    !> Hand to the system what has been put.
    subroutine flush_file(self, error)
-      class(text_file_t), intent(in) :: self
+      class(text_file_t), intent(inout) :: self
       type(error_t), intent(inout) :: error
-      if (c_fflush(self%stream) /= 0) call self%complain(error)
+      if (self%used > 0) call self%hand_over(self%waiting(:self%used), error)
+      self%used = 0
    end subroutine flush_file
+
+   !> Give whole lines to the system: all of them, or none and an error.
+   subroutine hand_over(self, text, error)
+      class(text_file_t), intent(inout) :: self
+      character(len=*), intent(in) :: text
+      type(error_t), intent(inout) :: error
+      integer(c_size_t) :: taken, count
+      taken = 0
+      do while (taken < len(text))
+         count = c_write(self%descriptor, text(taken + 1:), len(text, c_size_t) - taken)
+         if (count <= 0) then
+            call self%complain(error)
+            call self%cut(self%written, error)
+            return
+         end if
+         taken = taken + count
+      end do
+      self%written = self%written + taken
+   end subroutine hand_over
 
    !> Remove so many bytes at the end again.
    subroutine take_back(self, bytes, error)
+      class(text_file_t), intent(inout) :: self
+      integer(i8), intent(in) :: bytes
+      type(error_t), intent(inout) :: error
+      call self%flush(error)
+      call self%cut(self%written - bytes, error)
+   end subroutine take_back
+
+   !> Length of the file with what waits, bytes.
+   pure integer(i8) function bytes(self)
       class(text_file_t), intent(in) :: self
+      bytes = self%written + self%used
+   end function bytes
+
+   !> Let the file end after so many bytes.
+   subroutine cut(self, bytes, error)
+      class(text_file_t), intent(inout) :: self
       integer(i8), intent(in) :: bytes
       type(error_t), intent(inout) :: error
       logical :: ok
-      ok = c_fflush(self%stream) == 0
-      if (ok) ok = c_ftruncate(c_fileno(self%stream), c_ftell(self%stream) - int(bytes, c_long)) == 0
-      if (ok) ok = c_fseek(self%stream, 0_c_long, from_end) == 0
+      ok = c_ftruncate(self%descriptor, int(bytes, c_long)) == 0
+      if (ok) ok = c_lseek(self%descriptor, int(bytes, c_long), from_start) == bytes
       if (.not. ok) call self%complain(error)
-   end subroutine take_back
+      if (ok) self%written = bytes
+   end subroutine cut
 
-   !> End the file, which keeps the name of its part.
+   !> End the file, which keeps its name.
    subroutine close_file(self, error)
       class(text_file_t), intent(inout) :: self
       type(error_t), intent(inout) :: error
       integer(c_int) :: status
-      status = c_fclose(self%stream)
-      self%stream = c_null_ptr
+      call self%flush(error)
+      status = c_close(self%descriptor)
+      self%descriptor = -1
       if (status /= 0) call self%complain(error)
    end subroutine close_file
 

@@ -84,34 +84,28 @@ contains
       text = text(:len(text) - 1) ! without the last end of line
    end function particles_entry
 
-   !> A field: scalar, vector or tensor as it is. The components of any other one as scalars of their own: readers take a
-   !> symmetric tensor for one in another order than VTK's (xx yy zz xy yz xz), and know no other widths.
+   !> A field: scalar, vector or tensor as it is; the components of any other one as scalars of their own, from their own tables.
    function field_text(field, file, points) result(text)
       type(snapshot_field_t), intent(in) :: field
       character(len=*), intent(in) :: file, points
       character(len=:), allocatable :: text
-      character(len=:), allocatable :: table, extent
       character(len=*), parameter :: real_type = 'NumberType="Float" Precision="8"'
+      character(len=:), allocatable :: table
+      character(len=6) :: kind
       integer :: c
       table = '/VTKHDF/PointData/'//field%name
-      extent = points//' '//to_text(field%components)
-      select case (field%components)
-      case (1)
-         text = attribute(field%name, 'Scalar', data_item(file, table, points, real_type))
-      case (3)
-         text = attribute(field%name, 'Vector', data_item(file, table, extent, real_type))
-      case (9)
-         text = attribute(field%name, 'Tensor', data_item(file, table, extent, real_type))
-      case default
-         text = ''
+      text = ''
+      if (field%comes_apart()) then
          do c = 1, field%components
             text = text//attribute(field%full_name(c), 'Scalar', &
-                                   '      <DataItem ItemType="HyperSlab" Dimensions="'//points//' 1">'//newline// &
-                                   '      <DataItem Format="XML" NumberType="Int" Dimensions="3 2">0 '//to_text(c - 1)// &
-                                   ' 1 1 '//points//' 1</DataItem>'//newline// &
-                                   data_item(file, table, extent, real_type)//'      </DataItem>'//newline)
+                                   data_item(file, '/VTKHDF/PointData/'//field%full_name(c), points, real_type))
          end do
-      end select
+      else if (field%components == 1) then
+         text = attribute(field%name, 'Scalar', data_item(file, table, points, real_type))
+      else
+         kind = merge('Vector', 'Tensor', field%components == 3)
+         text = attribute(field%name, kind, data_item(file, table, points//' '//to_text(field%components), real_type))
+      end if
    end function field_text
 
    pure function attribute(name, kind, item, center) result(text)

@@ -14,8 +14,8 @@ driver=${DRIVER:-$BUILD_DIR/test/input/read_scene}
 unit=${UNIT:-$BUILD_DIR/test/input/namelist_test}
 program=${asked:-$GIMP3D}
 table=$PWD/table.txt # with the words that stand in its braces
-seconds=10
-[ "$BUILD" = debug ] && seconds=50
+seconds=60 # then it hangs
+[ "$BUILD" = debug ] && seconds=300
 [ -x "$driver" ] || fail "$driver is not there: make tests"
 if [ ! -x "$program" ]; then
    [ -z "$asked" ] || fail "$program is not there"

@@ -83,7 +83,7 @@ def run(name, words):
     """Run a scene; its output and cost.dat."""
     scene = SCENE.format(**({"name": name, "transfer": "plain", "update": "usl", "domain": "fixed", "law": "model='elastic'", "groups": ""} | words))
     Path(f"{name}.nml").write_text(scene)
-    done = subprocess.run([os.environ["GIMP3D"]], input=scene, capture_output=True, text=True, timeout=30,
+    done = subprocess.run([os.environ["GIMP3D"]], input=scene, capture_output=True, text=True, timeout=300,
                           env=os.environ | {"PETSC_OPTIONS": "-no_such_option -options_left"})
     if done.returncode != 0:
         sys.exit(f"FAILED: {name}: exit status {done.returncode}: {done.stdout[-600:]}{done.stderr[-600:]}")

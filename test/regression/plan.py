@@ -46,14 +46,16 @@ def main():
         for what, one, other in zip(("node blocks", "particles"), most, there):
             if abs(one / other - 1) > 0.1:
                 wrong.append(f"{one} {what} were planned, {other} are there in the end")
-        one, other = (int(find(r"^(\d+) particle-steps on", text, "particle-steps")[1]) for text in (plan, run))
-        if not 0.6 < one / other < 1.6:
-            wrong.append(f"{one} particle-steps were planned, {other} done")
-        print(f"   {most[0]} node blocks planned, {there[0]} in the end; {most[1]} particles, {there[1]}; {one} particle-steps, {other}")
-    time = float(find(r"^time       .*\(([0-9.e+-]+) s\)", plan, "time")[1])
-    took = float(find(r'AUXDATA elapsed_s="(.*)"', (directory / "cost.dat").read_text(), "time in cost.dat")[1])
-    if not 0.1 < time / took < 10:
-        wrong.append(f"{time} s were planned, {took} s taken")
+        print(f"   {most[0]} node blocks planned, {there[0]} in the end; {most[1]} particles, {there[1]}")
+    # how long a particle-step takes is this machine's affair; how many there are, and that the time is made of the rows, is the plan's
+    one, other = (int(find(r"^(\d+) particle-steps on", text, "particle-steps")[1]) for text in (plan, run))
+    if not (0.6 if "flying" in sys.argv else 0.9) < one / other < (1.6 if "flying" in sys.argv else 1.1):
+        wrong.append(f"{one} particle-steps were planned, {other} done")
+    time, before, unit = find(r"^time       .*\(([0-9.e+-]+) s\), of that (\S+) (\w+) until", plan, "time").groups()
+    rows = float(find(r"^all +\S+ +(\S+)", plan, "row of all")[1])
+    before = float(before) * {"s": 1, "ms": 1e-3, "us": 1e-6}[unit]
+    if abs(float(time) - before - rows) > 0.002 + 0.02 * float(time):
+        wrong.append(f"{time} s were planned, {before} s until the first step and {rows} s in the rows")
     snapshots = int(find(r"^output     (\d+) snapshots", plan, "output")[1])
     written = len(list(directory.glob("particles_*.h5")))
     if snapshots != written:

@@ -35,7 +35,8 @@ check "histories that may not grow: status $status, $(said short.log)" [ $status
 check 'one sentence' once short.log
 torn() { for file in short/*.dat short/case.nml; do [ -e "$file" ] && [ -n "$(tail -c 1 "$file")" ] && echo "$file"; done; true; }
 check "what is there under its own name is whole: $(ls short | grep -v 'part$' | tr '\n' ' ')" [ -z "$(torn)" ]
-check 'the history that lost a row keeps the name of its part' [ -e short/energy.dat.part -a ! -e short/energy.dat ]
+check "the history that lost a row ends with the one before: $(wc -l <short/energy.dat) lines" [ "$(wc -l <short/energy.dat)" -gt 5 ]
+check 'nothing begun is left, and no lock' [ -z "$(ls short | grep -E 'part$|lock')" ]
 
 # a small file system, where root may mount one
 mkdir -p small

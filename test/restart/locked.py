@@ -26,11 +26,11 @@ def run_for(seconds, **settings):
     return process.returncode
 
 
-require("without locks it ends", run_for(30) == 0)
+require("without locks it ends", run_for(100) == 0)
 try:
     for name in names:
         require(f"a lock, {name.decode()}", libc.sem_open(name, os.O_CREAT, 0o600, 0) is not None)
-    require("with locks too", run_for(30) == 0)
+    require("with locks too", run_for(100) == 0)
     require(f"checkpoints of steps {[step_of(path) for path in checkpoints('locked')]}", len(checkpoints("locked")) == 2)
     waits = run_for(10, OMPI_MCA_sharedfp="sm") is None  # a control of the MPI, not of the program
     print("   with the component that looks for them it waits" if waits else "   this MPI never waits: nothing is shown by that")

@@ -9,16 +9,11 @@ def send(process, ranks, number):
         os.kill(pid, number)
 
 
-def rows(directory):
-    path = Path(directory) / "energy.dat.part"
-    return len(path.read_text().splitlines()) if path.exists() else 0
-
-
 run(1, scene(PLASTIC, "straight", end=END, every=0.2, history=0.001))
 for ranks in (1, 2):
     directory = f"signals_{ranks}"
     process = start(ranks, scene(PLASTIC, directory, end=END, every=0.2, history=0.001)) # without a &checkpoint
-    require(f"{ranks} ranks: begins", wait_for(lambda: Path(directory, "energy.dat.part").exists(), process))
+    require(f"{ranks} ranks: begins", wait_for(lambda: Path(directory, "energy.dat").exists(), process))
     time.sleep(0.2)
     send(process, ranks, signal.SIGUSR1)
     require(f"{ranks} ranks: SIGUSR1 makes a checkpoint", wait_for(lambda: len(checkpoints(directory)) > 0, process))
@@ -41,7 +36,7 @@ for ranks in (1, 2):
 # mpirun hands SIGUSR1 on at once, SIGTERM after so many seconds, after as many more it kills; its status is its own
 os.environ["OMPI_MCA_odls_base_sigkill_timeout"] = "10"
 process = start(2, scene(PLASTIC, "launcher", end=2000, every=0, history=1))
-wait_for(lambda: Path("launcher", "energy.dat.part").exists(), process)
+wait_for(lambda: Path("launcher", "energy.dat").exists(), process)
 time.sleep(0.3)
 process.send_signal(signal.SIGUSR1)
 require("mpirun passes SIGUSR1 on", wait_for(lambda: len(checkpoints("launcher")) > 0, process))
@@ -53,15 +48,15 @@ require(f"mpirun passes SIGTERM on, and ends with status {process.returncode}", 
 require("with a newer checkpoint, and nothing begun", newest_step("launcher") > first and not list(Path("launcher").glob("*.part")))
 
 # the limit on the wall; going on with another one
-output = run(1, scene(PLASTIC, "limit", "wall_limit=0.3", end=END, every=0.2, history=0.001), expect=5)
-require(said(output), "stopped at its wall limit of 0.3 s" in said(output))
+output = run(1, scene(PLASTIC, "limit", "wall_limit=0.05", end=END, every=0.2, history=0.001), expect=5)
+require(said(output), "stopped at its wall limit of 0.05 s" in said(output))
 require("wall limit: a checkpoint", len(checkpoints("limit")) == 1)
 text = scene(PLASTIC, "limit", end=END, every=0.2, history=0.001).replace("&scene", "&scene restart='limit',")
 run(1, text, what="limit")
 same("after the wall limit", "straight", "limit")
 
 # checkpoints by the scene's time, by steps, by the wall; the last two stay; none without a wish
-for wish in ("every=0.03", "every_steps=50", "every_wall=0.05", ""):
+for wish in ("every=0.03", "every_steps=50", "every_wall=0.01", ""):
     name = "wish_" + wish.split("=")[0]
     run(1, scene(PLASTIC, name, wish, end=END, every=0.2, history=0.001))
     found = [step_of(path) for path in checkpoints(name)]

@@ -1,0 +1,5 @@
+#!/bin/sh
+#test: limit 240
+# A run that goes on, or was killed, can be read and drawn (watched.py).
+. "$(dirname "$0")/../harness/env.sh"
+PYTHONPATH=$ROOT/test/restart exec "$PYTHON" "$ROOT/test/restart/watched.py"
