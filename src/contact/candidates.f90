@@ -35,6 +35,8 @@ module m_candidates
       real(wp) :: tangent(3, 2) = 0.0_wp !< across the normal, as the tool sees them
       real(wp) :: drag(2) = 0.0_wp       !< friction on the body along the tangents, N
       real(wp) :: last_drag(3) = 0.0_wp  !< the same in the last step, N
+      real(wp) :: from(3) = 0.0_wp       !< the particle's centre at the beginning of the step, m
+      real(wp) :: arm(3) = 0.0_wp        !< from there to the contact point, m
       logical :: touches = .false. !< its face ends the step on the tool (eq. contact-area)
    end type candidate_t
 
@@ -42,6 +44,7 @@ module m_candidates
    type :: candidates_t
       type(candidate_t), allocatable :: list(:)
       integer :: count = 0
+      integer, allocatable :: before(:) !< each block's, candidates of the blocks before it
       integer :: rubbing = 0   !< of them with friction
       integer :: pressure = 0  !< column of the contact pressure
       integer :: earlier = 0   !< column of what it was a step before
@@ -80,7 +83,12 @@ contains
       self%count = 0
       self%rubbing = 0
       overlap = 0.0_wp
+      if (allocated(self%before)) then
+         if (size(self%before) /= size(level%blocks) + 1) deallocate (self%before)
+      end if
+      if (.not. allocated(self%before)) allocate (self%before(size(level%blocks) + 1))
       do b = 1, size(level%blocks)
+         self%before(b) = self%count
          if (level%blocks(b)%particles%count == 0) cycle
          thick = 0.0_wp
          do t = 1, size(tools)
@@ -91,6 +99,7 @@ contains
          if (level%blocks(b)%pressed) &
             call self%turn_page(level%blocks(b)%particles%count, level%blocks(b)%particles%column, level%blocks(b)%pressed)
       end do
+      self%before(size(self%before)) = self%count
    end subroutine find
 
    !> Consider the particles of a block that may be near enough to a tool: those of rows of bins and of bins that are surely too far
@@ -297,6 +306,8 @@ contains
          end if
          call set_face(c, level%grid, block%place, bin_place(number(3)), at%domain > 0, &
                        (position - to_face*c%normal - block%origin)*level%grid%per_cell, span*level%grid%per_cell)
+         c%from = position
+         c%arm = -to_face*c%normal
          c%speed = dot_product(c%normal, point_velocity(level, c))
          if (c%gap + time_step*(c%speed - dot_product(c%normal, tool%velocity())) > margin*edge) return
          c%area = edge**2

@@ -30,6 +30,7 @@ module m_contact
       real(wp) :: overlap = 0.0_wp      !< deepest place of a contact point inside the tool at the start of the step, m
       real(wp) :: work = 0.0_wp         !< done by the tool since the start, J
       real(wp) :: heat = 0.0_wp         !< made by friction since the start, J
+      real(wp) :: particle_work = 0.0_wp !< done on the particles by their own motion since the start, J: work less heat
       real(wp) :: impulse(3) = 0.0_wp   !< given to the bodies since the program began, N s
    end type tool_state_t
 
@@ -52,12 +53,14 @@ module m_contact
       real(wp) :: worst_residual = 0.0_wp   !< relative
       real(wp) :: worst_overlap = 0.0_wp    !< m
       real(wp) :: worst_bridge = 0.0_wp     !< largest force that acts across a gap, times the gap: over largest force and cell
-      real(wp), allocatable :: felt(:, :)   !< (parts_felt, tools) of a step on this rank: load, N; area, m2; heat, J; candidates
+      real(wp), allocatable :: felt(:, :)   !< (parts_felt, tools) of a step on this rank: load, N; area, m2; heat, J; candidates;
+                                            !< work by the particles' motion, J
    contains
       procedure :: build
       procedure :: declare
       procedure :: active
       procedure :: push
+      procedure :: follow
       procedure :: conclude
       procedure :: part
       procedure :: release
@@ -77,7 +80,7 @@ module m_contact
    integer, parameter :: most_unsolved = 10
    integer, parameter :: most_sweeps = 50         !< over normal forces and friction in a step
    integer, parameter :: products = 20            !< of the problem of friction, for each iteration that the other is allowed
-   integer, parameter :: parts_felt = 6, parts_of_effort = 10
+   integer, parameter :: parts_felt = 7, parts_of_effort = 10
 
 contains
 
@@ -396,6 +399,28 @@ contains
       end do
    end subroutine feel
 
+   !> What the forces of the step do on the particles of a block that the tools press, by the motion that these have just made: that of
+   !> the centre, and dt L arm. `gradient` of the level holds L.
+   pure subroutine follow(self, level, b, way_to, time_step)
+      class(contact_t), intent(inout) :: self
+      type(level_t), intent(in) :: level
+      integer, intent(in) :: b      !< number of the block
+      integer, intent(in) :: way_to !< first column of the centres at the end of the step
+      real(wp), intent(in) :: time_step
+      real(wp) :: force(3), way(3)
+      integer :: c
+      if (self%candidates%count == 0 .or. .not. self%active()) return
+      do c = self%candidates%before(b) + 1, self%candidates%before(b + 1)
+         associate (it => self%candidates%list(c), column => level%blocks(b)%particles%column)
+            force = it%force*it%normal
+            if (it%rubbing > 0) force = force + matmul(it%tangent, it%drag)
+            way = column(it%particle, way_to:way_to + 2) - it%from &
+                  + time_step*matmul(reshape(level%gradient(it%particle, :), [3, 3]), it%arm)
+            self%felt(7, it%tool) = self%felt(7, it%tool) + dot_product(force, way)
+         end associate
+      end do
+   end subroutine follow
+
    !> Collective, at the end of a step: loads, areas, overlaps and work of the tools; loads move those that are pushed. On return
    !> tools stand where they are at `time`, that of the end.
    subroutine conclude(self, communicator, level, time, time_step, error)
@@ -420,6 +445,7 @@ contains
             state%area = sums(4, t)
             state%overlap = deepest(t)
             state%heat = state%heat + sums(5, t)
+            state%particle_work = state%particle_work + sums(7, t)
             call self%tools(t)%react(state%load, time_step)
             state%work = state%work - time_step*dot_product(state%load, self%tools(t)%velocity())
             state%impulse = state%impulse - time_step*state%load

@@ -37,6 +37,7 @@ module m_pressure
       procedure :: initialise
       procedure :: verify
       procedure :: add_forces
+      procedure :: particle_work
       procedure :: on_stress
    end type pressure_t
 
@@ -61,7 +62,7 @@ contains
    pure type(hooks_t) function hooks(self)
       class(pressure_t), intent(in) :: self
       associate (unused => self%area); end associate
-      hooks = hooks_t(add_forces=.true., on_stress=.true.)
+      hooks = hooks_t(add_forces=.true., on_stress=.true., follows_particles=.true.)
    end function hooks
 
    !> Two vectors a particle. Patches have columns of their own, so that one particle may lie under several.
@@ -168,6 +169,31 @@ contains
          end do
       end associate
    end subroutine add_forces
+
+   !> -p A times the way of the middle of each share: that of the centre, and dt L arm.
+   pure function particle_work(self, particles, layout, gradient, from, way_to, time, time_step) result(work)
+      class(pressure_t), intent(in) :: self
+      type(particle_store_t), intent(in) :: particles
+      type(layout_t), intent(in) :: layout
+      real(wp), intent(in), contiguous :: gradient(:, :), from(:, :)
+      integer, intent(in) :: way_to
+      real(wp), intent(in) :: time, time_step
+      real(wp) :: work(2), area(3), swept, way(3)
+      integer :: p
+      associate (unused => layout%mass); end associate
+      swept = 0.0_wp
+      associate (column => particles%column)
+         do p = 1, particles%count
+            area = column(p, self%area:self%area + 2)
+            if (.not. any(abs(area) > 0.0_wp)) cycle
+            way = column(p, way_to:way_to + 2) - from(p, :) &
+                  + time_step*matmul(reshape(gradient(p, :), [3, 3]), column(p, self%arm:self%arm + 2))
+            swept = swept + dot_product(area, way)
+         end do
+      end associate
+      work(2) = -0.5_wp*value_at(self%times, self%values, time + time_step)*swept
+      work(1) = work(2) - 0.5_wp*value_at(self%times, self%values, time)*swept
+   end function particle_work
 
    !> With F = I + dt L the arm becomes F arm and the area J F^-T area (Nanson).
    pure subroutine on_stress(self, particles, layout, gradient, cell, time_step)

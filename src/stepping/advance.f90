@@ -26,6 +26,7 @@ contains
       type(model_t), intent(inout) :: model
       real(wp), intent(in) :: time_step !< s
       type(error_t), intent(inout) :: error
+      model%last_step = time_step
       if (model%follows_speeds) model%bounds = bounds_t()
       if (model%method%stress_update == update_usf) then
          call gather_levels(model, 1, model%time, time_step)

@@ -56,6 +56,7 @@ module m_model
       integer, allocatable :: first_low(:, :), first_high(:, :) !< sides of their boxes at the start, in nodes: (3, levels)
       integer(i8) :: moves = 0                        !< times that boxes of levels have moved
       real(wp) :: time = 0.0_wp                       !< s
+      real(wp) :: last_step = 0.0_wp                  !< of the coarsest level, s
       integer(i8) :: step = 0
       integer :: asked = 0                            !< what this rank asks of the run; after a step the largest of all ranks
       logical :: wants_sums = .false.                 !< histories will ask for the sums over all particles after the next step

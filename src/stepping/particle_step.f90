@@ -64,7 +64,7 @@ contains
                call model%timers%enter(phase_nodes)
                call model%effect_step(l)%measure(model%levels(l), b, clock%step)
             end if
-            call scatter(model, l, b, motion, error)
+            call scatter(model, l, b, motion, clock%time, error)
             if (shares_cells) cycle
             if (with_stress) call update_stress(model, l, b, clock%step, error)
             if (model%levels(l)%layout%next_position == 0) then
@@ -120,7 +120,7 @@ contains
       integer :: b
       do b = 1, size(model%levels(l)%blocks)
          if (stays_at_rest(model, l, b)) cycle
-         call scatter(model, l, b, motion_t(0.0_wp, 1.0_wp, model%levels(l)%layout%position), error)
+         call scatter(model, l, b, motion_t(0.0_wp, 1.0_wp, model%levels(l)%layout%position), model%time, error)
          if (size(model%effect_step(l)%on_cells) == 0) call update_stress(model, l, b, time_step, error)
       end do
       if (size(model%effect_step(l)%on_cells) == 0) return
@@ -131,11 +131,13 @@ contains
    end subroutine strain
 
    !> Nodes to the particles of one block. Affine transfer: the velocity gradient stays with them.
-   subroutine scatter(model, l, b, motion, error)
+   subroutine scatter(model, l, b, motion, time, error)
       type(model_t), intent(inout) :: model
       integer, intent(in) :: l, b
       type(motion_t), intent(in) :: motion
+      real(wp), intent(in) :: time !< of the level, s
       type(error_t), intent(inout) :: error
+      real(wp), allocatable :: from(:, :)
       type(longest_t) :: longest
       integer :: kept, n
       logical :: leads
@@ -144,6 +146,8 @@ contains
       longest%speed = huge(1.0_wp)
       if (motion%time_step > 0.0_wp) longest%speed = furthest_way*model%levels(l)%grid%cell/motion%time_step
       associate (level => model%levels(l), block => model%levels(l)%blocks(b), first => model%levels(l)%layout%gradient)
+         if (motion%time_step > 0.0_wp .and. model%effect_step(l)%is_loaded(b)) &
+            from = block%particles%column(:block%particles%count, level%layout%position:level%layout%position + 2)
          call nodes_to_particles(block%cells, level%nodes(:, :, :, :, b), level%layout, frame_of(level, block), motion, &
                                  block%particles%column, level%gradient, longest)
          if (block%arrived > 0) then
@@ -152,6 +156,10 @@ contains
                                     block%particles%column, level%gradient, longest)
          end if
          if (longest%particle > 0) call report_long_way(model, l, b, longest, motion%time_step, error)
+         if (allocated(from)) call model%effect_step(l)%follow(model%effects, level, b, from, motion%position, time, &
+                                                                  motion%time_step)
+         if (motion%time_step > 0.0_wp .and. l == size(model%levels)) &
+            call model%contact%follow(level, b, motion%position, motion%time_step)
          n = block%particles%count
          if (first > 0) block%particles%column(:n, first:first + 8) = level%gradient(:n, :)
          if (leads) call add_leads(level%at_edge, level%lead, block%particles%column(:, first:first + 8))
