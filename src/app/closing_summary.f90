@@ -38,7 +38,8 @@ module m_closing_summary
       procedure :: note
    end type facts_t
 
-   real(wp), parameter :: notable = 0.05_wp !< of the largest energy or work: what is apart or missing is said
+   real(wp), parameter :: notable = 0.05_wp         !< of the largest energy or work: what is apart or missing is said
+   real(wp), parameter :: notable_of_tools = 0.08_wp !< the same for their works: a sphere that is buried has 0.05
 
 contains
 
@@ -217,7 +218,7 @@ contains
       if (size(scene%tools) == 0) return
       call facts%note('work_apart_of_tools_J', to_text(balance%worst_of_tools))
       call facts%say(apart_text('tools: work', balance%worst_of_tools, balance%largest))
-      if (balance%worst_of_tools > notable*balance%largest) call facts%say('WARNING: tools do work that the particles &
+      if (balance%worst_of_tools > notable_of_tools*balance%largest) call facts%say('WARNING: tools do work that the particles &
             &they press do not get, or the reverse: loads are as wrong; '//remedy(scene))
    end subroutine say_work_done
 
@@ -251,7 +252,8 @@ contains
       if (balance%excess() > 0.0_wp) then
          text = text//'; '//remedy(scene)//', a smaller safety'
       else
-         text = text//', in transfer or contact, or where material tears; '//remedy(scene)
+         text = text//', in transfer or contact, where material tears, or in the energy that a law of small strain has at &
+                &large strain; '//remedy(scene)
          if (scene%time%flip_fraction < 1.0_wp) text = text//', flip_fraction=1'
          if (.not. scene%time%affine) text = text//', transfer=''affine'''
       end if

@@ -198,7 +198,7 @@ contains
       if (.not. error%happened() .and. max(self%spec%energy_limit, self%spec%work_limit) > 0.0_wp) then
          seen = balance%glance(model)
          call self%look_at_energy(model, seen, error)
-         if (.not. error%happened()) call self%look_at_work(model, seen, error)
+         if (.not. error%happened()) call self%look_at_work(model, seen, .false., error)
          if (self%spec%energy_limit > 0.0_wp) &
             self%clean = seen%excess() <= clean_share*self%spec%energy_limit*max(seen%largest, self%quiet)
       end if
@@ -222,18 +222,19 @@ contains
 
    !> Collective: the work that loads are said to do must be what they do on the particles, but for the first steps of a load or a touch.
    !> Smaller steps would not change it.
-   subroutine look_at_work(self, model, balance, error)
+   subroutine look_at_work(self, model, balance, ends, error)
       class(guard_t), intent(inout) :: self
       type(model_t), intent(in) :: model
       type(balance_t), intent(in) :: balance !< the same on all ranks, but for last bits
+      logical, intent(in) :: ends            !< the scene does with this step: it is looked at for the last time
       type(error_t), intent(inout) :: error
       associate (apart => max(abs(balance%effects_apart), abs(balance%tools_apart)))
          if (self%spec%work_limit <= 0.0_wp .or. &
              apart <= self%spec%work_limit*max(balance%largest, unsettled*self%quiet)) then
             self%apart_since = -1
-         else if (self%apart_since < 0) then
-            self%apart_since = model%step
-         else if (model%step - self%apart_since >= settling) then
+         else
+            if (self%apart_since < 0) self%apart_since = model%step
+            if (model%step - self%apart_since < settling .and. .not. (ends .and. model%step >= settling)) return
             call fail(error, exit_numerical, 'time '//si(model%time, 's')//': '//work_text(balance)//': '//to_text(apart, 3)// &
                       ' J apart, more than '//to_text(self%spec%work_limit)//' of the largest energy or work, '// &
                       to_text(balance%largest, 3)//' J; try domain=''stretch'', 8 or 27 particles per cell, or smaller cells')

@@ -6,7 +6,7 @@ module m_particle_step
    use m_errors, only: error_t, fail
    use m_text, only: to_text
    use m_timers
-   use m_scene, only: domain_fixed
+   use m_scene, only: domain_fixed, update_usl
    use m_field_table, only: layout_t
    use m_particle_store, only: particle_store_t
    use m_cell_list, only: cell_list_t, bins_at
@@ -158,8 +158,15 @@ contains
          if (longest%particle > 0) call report_long_way(model, l, b, longest, motion%time_step, error)
          if (allocated(from)) call model%effect_step(l)%follow(model%effects, level, b, from, motion%position, time, &
                                                                   motion%time_step)
-         if (motion%time_step > 0.0_wp .and. l == size(model%levels)) &
-            call model%contact%follow(level, b, motion%position, motion%time_step)
+         if (motion%time_step > 0.0_wp .and. l == size(model%levels)) then
+            if (model%method%stress_update == update_usl) then
+               call model%contact%follow(level, b, motion%position, motion%time_step, level%gradient)
+            else if (first > 0) then ! domains follow the gradient of a solve of their own, which has not met the tools
+               call model%contact%follow(level, b, motion%position, motion%time_step, block%particles%column(:, first:first + 8))
+            else
+               call model%contact%follow(level, b, motion%position, motion%time_step)
+            end if
+         end if
          n = block%particles%count
          if (first > 0) block%particles%column(:n, first:first + 8) = level%gradient(:n, :)
          if (leads) call add_leads(level%at_edge, level%lead, block%particles%column(:, first:first + 8))
