@@ -38,6 +38,7 @@ module m_contact
       type(tool_t), allocatable :: tools(:)
       type(tool_state_t), allocatable :: states(:)
       type(contact_spec_t) :: spec
+      logical :: followed = .false.         !< the work of the tools is known by the particles' motion too
       type(contact_system_t) :: system
       type(petsc_solver_t) :: solver
       type(partners_t) :: partners          !< the ranks that solve
@@ -401,22 +402,21 @@ contains
 
    !> What the forces of the step do on the particles of a block that the tools press, by the motion that these have just made: that of
    !> the centre, and dt L arm.
-   pure subroutine follow(self, level, b, way_to, time_step, gradient)
+   pure subroutine follow(self, level, b, gradient, way_to, time_step)
       class(contact_t), intent(inout) :: self
       type(level_t), intent(in) :: level
       integer, intent(in) :: b      !< number of the block
+      real(wp), intent(in), contiguous :: gradient(:, :) !< (:, 9), 1/s: L
       integer, intent(in) :: way_to !< first column of the centres at the end of the step
       real(wp), intent(in) :: time_step
-      real(wp), intent(in), contiguous, optional :: gradient(:, :) !< (:, 9), 1/s: L; absent: that of centres alone
       real(wp) :: force(3), way(3)
       integer :: c
-      if (self%candidates%count == 0 .or. .not. self%active()) return
       do c = self%candidates%before(b) + 1, self%candidates%before(b + 1)
          associate (it => self%candidates%list(c), column => level%blocks(b)%particles%column)
             force = it%force*it%normal
             if (it%rubbing > 0) force = force + matmul(it%tangent, it%drag)
-            way = column(it%particle, way_to:way_to + 2) - it%from
-            if (present(gradient)) way = way + time_step*matmul(reshape(gradient(it%particle, :), [3, 3]), it%arm)
+            way = column(it%particle, way_to:way_to + 2) - it%from &
+                  + time_step*matmul(reshape(gradient(it%particle, :), [3, 3]), it%arm)
             self%felt(7, it%tool) = self%felt(7, it%tool) + dot_product(force, way)
          end associate
       end do

@@ -40,6 +40,7 @@ module m_effect
       procedure :: wave_factor
       procedure :: longest_step
       procedure :: dissipated
+      procedure :: pushed
       procedure :: particle_work
       procedure :: potential
       procedure :: acceleration
@@ -129,20 +130,30 @@ contains
       dissipated = 0.0_wp
    end function dissipated
 
-   !> Work (J) that the forces of add_forces do on a block's particles in a step, by how the particles themselves move: what the nodes
-   !> make of it must be the same (theory.md, Work).
-   pure function particle_work(self, particles, layout, gradient, from, way_to, time, time_step) result(work)
+   !> Numbers of a block's particles that add_forces pushes.
+   pure function pushed(self, particles) result(which)
       class(effect_t), intent(in) :: self
       type(particle_store_t), intent(in) :: particles
+      integer, allocatable :: which(:)
+      associate (unused => self%repeats, p => particles%count); end associate
+      allocate (which(0))
+   end function pushed
+
+   !> Work (J) that the forces of add_forces do on a block's particles in a step, by how the particles themselves move: what the nodes
+   !> make of it must be the same (theory.md, Work).
+   pure function particle_work(self, particles, which, layout, gradient, from, way_to, time, time_step) result(work)
+      class(effect_t), intent(in) :: self
+      type(particle_store_t), intent(in) :: particles
+      integer, intent(in) :: which(:) !< particles: those that are pushed
       type(layout_t), intent(in) :: layout
       real(wp), intent(in), contiguous :: gradient(:, :) !< (:, 9), 1/s
-      real(wp), intent(in), contiguous :: from(:, :)     !< (:, 3), centres at the beginning of the step, m
+      real(wp), intent(in), contiguous :: from(:, :)     !< (3, those pushed), centres at the beginning of the step, m
       integer, intent(in) :: way_to                      !< first column of the centres at its end
       real(wp), intent(in) :: time                       !< s, of the beginning of the step
       real(wp), intent(in) :: time_step                  !< s
       real(wp) :: work(2) !< with the mean of the forces at the step's beginning and end; of it, by half the force at its end
       associate (unused => self%repeats, p => particles%count, l => layout%mass, n => size(gradient), &
-                 f => size(from), w => way_to, s => time, d => time_step); end associate
+                 i => size(which), f => size(from), w => way_to, s => time, d => time_step); end associate
       work = 0.0_wp
    end function particle_work
 

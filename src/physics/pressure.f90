@@ -37,6 +37,7 @@ module m_pressure
       procedure :: initialise
       procedure :: verify
       procedure :: add_forces
+      procedure :: pushed
       procedure :: particle_work
       procedure :: on_stress
    end type pressure_t
@@ -170,25 +171,43 @@ contains
       end associate
    end subroutine add_forces
 
-   !> -p A times the way of the middle of each share: that of the centre, and dt L arm.
-   pure function particle_work(self, particles, layout, gradient, from, way_to, time, time_step) result(work)
+   !> Those with a share of the patch.
+   pure function pushed(self, particles) result(which)
       class(pressure_t), intent(in) :: self
       type(particle_store_t), intent(in) :: particles
+      integer, allocatable :: which(:)
+      integer :: list(particles%count), found, p
+      found = 0
+      associate (column => particles%column, a => self%area)
+         do p = 1, particles%count
+            if (.not. abs(column(p, a)) + abs(column(p, a + 1)) + abs(column(p, a + 2)) > 0.0_wp) cycle
+            found = found + 1
+            list(found) = p
+         end do
+      end associate
+      which = list(:found)
+   end function pushed
+
+   !> -p A times the way of the middle of each share: that of the centre, and dt L arm.
+   pure function particle_work(self, particles, which, layout, gradient, from, way_to, time, time_step) result(work)
+      class(pressure_t), intent(in) :: self
+      type(particle_store_t), intent(in) :: particles
+      integer, intent(in) :: which(:)
       type(layout_t), intent(in) :: layout
       real(wp), intent(in), contiguous :: gradient(:, :), from(:, :)
       integer, intent(in) :: way_to
       real(wp), intent(in) :: time, time_step
-      real(wp) :: work(2), area(3), swept, way(3)
-      integer :: p
+      real(wp) :: work(2), swept, way(3)
+      integer :: i
       associate (unused => layout%mass); end associate
       swept = 0.0_wp
       associate (column => particles%column)
-         do p = 1, particles%count
-            area = column(p, self%area:self%area + 2)
-            if (.not. any(abs(area) > 0.0_wp)) cycle
-            way = column(p, way_to:way_to + 2) - from(p, :) &
-                  + time_step*matmul(reshape(gradient(p, :), [3, 3]), column(p, self%arm:self%arm + 2))
-            swept = swept + dot_product(area, way)
+         do i = 1, size(which)
+            associate (p => which(i))
+               way = column(p, way_to:way_to + 2) - from(:, i) &
+                     + time_step*matmul(reshape(gradient(p, :), [3, 3]), column(p, self%arm:self%arm + 2))
+               swept = swept + dot_product(column(p, self%area:self%area + 2), way)
+            end associate
          end do
       end associate
       work(2) = -0.5_wp*value_at(self%times, self%values, time + time_step)*swept

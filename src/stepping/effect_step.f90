@@ -18,6 +18,12 @@ module m_effect_step
    integer, parameter :: external = 1, dissipated = 2 !< kinds of work on nodes
    integer, parameter, public :: kinds_booked = 3     !< what is booked of a block: these, and the work by the particles' motion
 
+   !> Particles of a block that an effect pushes, and where their centres are at the beginning of the step.
+   type :: marked_t
+      integer, allocatable :: which(:)
+      real(wp), allocatable :: from(:, :) !< (3, those), m
+   end type marked_t
+
    !> Which effects want to be called where (indices of the effects, rising), and their work so far.
    type :: effect_step_t
       integer, allocatable :: acceleration(:), add_forces(:), on_nodes(:), on_cells(:), on_gradient(:), on_stress(:)
@@ -36,6 +42,7 @@ module m_effect_step
       real(wp), allocatable, private :: work(:, :)             !< (kinds, blocks of the level by index), J, since the last fold
       real(wp), allocatable, private :: own_work(:)            !< by the particles' motion: (blocks of the level by index), J, the same
       real(wp), allocatable, private :: ahead(:)               !< of that, what the positions are ahead of the velocities
+      type(marked_t), allocatable, private :: marked(:)        !< by each effect that gives forces, in the block that moves
       logical, allocatable, private :: loaded(:)               !< forces act on points of own blocks' particles in this step
    contains
       procedure :: build
@@ -44,6 +51,7 @@ module m_effect_step
       procedure :: change_nodes
       procedure :: measure
       procedure :: is_loaded
+      procedure :: mark
       procedure :: follow
       procedure :: change_gradient
       procedure :: change_stress
@@ -214,13 +222,35 @@ contains
       if (allocated(self%loaded)) is_loaded = self%loaded(b)
    end function is_loaded
 
-   !> Add what the forces on points of a block's particles do by the motion of these in the step.
-   subroutine follow(self, effects, level, b, from, way_to, time, time_step)
+   !> Before the particles of a block move: which of them effects push, and where they are.
+   subroutine mark(self, effects, level, b)
       class(effect_step_t), intent(inout) :: self
       type(effect_slot_t), intent(in) :: effects(:)
       type(level_t), intent(in) :: level
       integer, intent(in) :: b
-      real(wp), intent(in), contiguous :: from(:, :) !< (:, 3), centres at the beginning of the step, m
+      integer :: i, n
+      if (.not. allocated(self%marked)) allocate (self%marked(size(self%add_forces)))
+      associate (particles => level%blocks(b)%particles, x => level%layout%position)
+         do i = 1, size(self%add_forces)
+            associate (marked => self%marked(i))
+               marked%which = effects(self%add_forces(i))%effect%pushed(particles)
+               if (allocated(marked%from)) deallocate (marked%from)
+               allocate (marked%from(3, size(marked%which)))
+               do n = 1, size(marked%which)
+                  marked%from(:, n) = particles%column(marked%which(n), x:x + 2)
+               end do
+            end associate
+         end do
+      end associate
+   end subroutine mark
+
+   !> Add what the forces on points of a block's particles do by the motion of these in the step.
+   subroutine follow(self, effects, level, b, gradient, way_to, time, time_step)
+      class(effect_step_t), intent(inout) :: self
+      type(effect_slot_t), intent(in) :: effects(:)
+      type(level_t), intent(in) :: level
+      integer, intent(in) :: b
+      real(wp), intent(in), contiguous :: gradient(:, :) !< (:, 9), 1/s: L
       integer, intent(in) :: way_to                  !< first column of the centres at its end
       real(wp), intent(in) :: time, time_step        !< s
       real(wp) :: work(2)
@@ -228,8 +258,10 @@ contains
       work = 0.0_wp
       associate (block => level%blocks(b))
          do i = 1, size(self%add_forces)
-            work = work + effects(self%add_forces(i))%effect%particle_work(block%particles, level%layout, level%gradient, from, &
-                                                                           way_to, time, time_step)
+            associate (effect => effects(self%add_forces(i))%effect, marked => self%marked(i))
+               work = work + effect%particle_work(block%particles, marked%which, level%layout, gradient, marked%from, way_to, &
+                                                  time, time_step)
+            end associate
          end do
          self%own_work(block%index) = self%own_work(block%index) + work(1)
          self%ahead(block%index) = work(2)

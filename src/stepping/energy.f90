@@ -207,7 +207,9 @@ contains
       self%worst = max(self%worst, abs(self%excess()))
       if (all(model%effect_step%follows_particles)) self%effects_apart = by_effects - (self%start%potential - self%now%potential) &
                                                                 - sum(model%effect_step%particle_work) - booked(3)
-      self%tools_apart = sum(model%contact%states%work - model%contact%states%heat - model%contact%states%particle_work)
+      associate (states => model%contact%states)
+         if (model%contact%followed) self%tools_apart = sum(states%work - states%heat - states%particle_work)
+      end associate
       self%worst_of_effects = max(self%worst_of_effects, abs(self%effects_apart))
       self%worst_of_tools = max(self%worst_of_tools, abs(self%tools_apart))
    end subroutine take

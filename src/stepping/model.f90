@@ -9,7 +9,8 @@ module m_model
    use m_field_table, only: bytes_per_column
    use m_communicator, only: communicator_t
    use m_timers, only: timers_t, phase_balance
-   use m_scene, only: scene_t, time_spec_t, level_spec_t, update_musl, domain_fixed, domain_stretch, domain_corners
+   use m_scene, only: scene_t, time_spec_t, level_spec_t, update_usl, update_musl, domain_fixed, domain_stretch, &
+                      domain_corners
    use m_grid_level, only: make_grid_level
    use m_level, only: level_t, tile_last, node_values
    use m_body, only: fill_block, count_in_block, expected_count
@@ -124,6 +125,7 @@ contains
          call self%effect_step(l)%build(self%effects, product(self%levels(l)%grid%blocks), self%timers)
       end do
       call self%contact%build(scene%tools, scene%contact)
+      self%contact%followed = self%contact%active() .and. (self%method%affine .or. self%method%stress_update == update_usl)
       allocate (self%lost_in_merging(blocks_before(self%levels, size(self%levels) + 1)), source=0.0_wp)
       call declare_fields(self)
       if (present(empty)) then

@@ -137,7 +137,6 @@ contains
       type(motion_t), intent(in) :: motion
       real(wp), intent(in) :: time !< of the level, s
       type(error_t), intent(inout) :: error
-      real(wp), allocatable :: from(:, :)
       type(longest_t) :: longest
       integer :: kept, n
       logical :: leads
@@ -147,7 +146,7 @@ contains
       if (motion%time_step > 0.0_wp) longest%speed = furthest_way*model%levels(l)%grid%cell/motion%time_step
       associate (level => model%levels(l), block => model%levels(l)%blocks(b), first => model%levels(l)%layout%gradient)
          if (motion%time_step > 0.0_wp .and. model%effect_step(l)%is_loaded(b)) &
-            from = block%particles%column(:block%particles%count, level%layout%position:level%layout%position + 2)
+            call model%effect_step(l)%mark(model%effects, level, b)
          call nodes_to_particles(block%cells, level%nodes(:, :, :, :, b), level%layout, frame_of(level, block), motion, &
                                  block%particles%column, level%gradient, longest)
          if (block%arrived > 0) then
@@ -156,17 +155,7 @@ contains
                                     block%particles%column, level%gradient, longest)
          end if
          if (longest%particle > 0) call report_long_way(model, l, b, longest, motion%time_step, error)
-         if (allocated(from)) call model%effect_step(l)%follow(model%effects, level, b, from, motion%position, time, &
-                                                                  motion%time_step)
-         if (motion%time_step > 0.0_wp .and. l == size(model%levels)) then
-            if (model%method%stress_update == update_usl) then
-               call model%contact%follow(level, b, motion%position, motion%time_step, level%gradient)
-            else if (first > 0) then ! domains follow the gradient of a solve of their own, which has not met the tools
-               call model%contact%follow(level, b, motion%position, motion%time_step, block%particles%column(:, first:first + 8))
-            else
-               call model%contact%follow(level, b, motion%position, motion%time_step)
-            end if
-         end if
+         if (motion%time_step > 0.0_wp) call follow_loads(model, l, b, motion, time)
          n = block%particles%count
          if (first > 0) block%particles%column(:n, first:first + 8) = level%gradient(:n, :)
          if (leads) call add_leads(level%at_edge, level%lead, block%particles%column(:, first:first + 8))
@@ -177,6 +166,30 @@ contains
          if (kept > 0) block%particles%column(:n, kept:kept + 8) = level%gradient(:n, :)
       end associate
    end subroutine scatter
+
+   !> The work of loads by the motion that a block's particles have just made (theory.md, eq. particle-work). Where the stress has a solve
+   !> of its own, which has not met the tools, domains follow the gradient of that, if it is kept; else tools are not followed.
+   subroutine follow_loads(model, l, b, motion, time)
+      type(model_t), intent(inout) :: model
+      integer, intent(in) :: l, b
+      type(motion_t), intent(in) :: motion
+      real(wp), intent(in) :: time !< of the level, s
+      associate (at => model%levels(l)%layout)
+         if (model%method%stress_update == update_usl .or. at%gradient == 0) then
+            call follow_with(model%levels(l)%gradient)
+         else
+            call follow_with(model%levels(l)%blocks(b)%particles%column(:, at%gradient:at%gradient + 8))
+         end if
+      end associate
+   contains
+      subroutine follow_with(gradient)
+         real(wp), intent(in), contiguous :: gradient(:, :)
+         if (model%effect_step(l)%is_loaded(b)) call model%effect_step(l)%follow(model%effects, model%levels(l), b, gradient, &
+                                                                         motion%position, time, motion%time_step)
+         if (model%contact%followed .and. l == size(model%levels)) &
+            call model%contact%follow(model%levels(l), b, gradient, motion%position, motion%time_step)
+      end subroutine follow_with
+   end subroutine follow_loads
 
    !> At the edge of a level: how far the gradients that particles keep are to be ahead of the motion (theory.md, eq. lead), into
    !> the work array, while particles are where the step began; which particles, into the level's list of those at edges.

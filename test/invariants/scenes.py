@@ -133,13 +133,17 @@ class Scene:
         return size, high
 
     def maybe_level(self, size, high):
-        """A finer level that holds the upper part, or some of it."""
+        """A finer level that holds the upper part: all of it under a tool, else some."""
         if self.chance.random() < 0.25:
-            low = [0, 0] if self.quarter else [-1, -1]
             first = 2*max(1, int(size[2]/4))
             top = high if self.chance.random() < 0.5 else high - 2
-            if top - first >= 4:
-                self.level([*low, first], [low[0] + 4, low[1] + 4, top])
+            if top - first < 4:
+                return
+            low = [0, 0] if self.quarter else [-1, -1]
+            wide = [4, 4]
+            if self.tools:
+                wide = [round(self.upper[a]/CELL) - 2 - low[a] for a in (0, 1)]
+            self.level([*low, first], [low[0] + wide[0], low[1] + wide[1], top])
 
     def make_block(self):
         """Pressures of either sign on faces, gravity, damping."""
