@@ -38,6 +38,9 @@ module m_closing_summary
       procedure :: note
    end type facts_t
 
+   real(wp), parameter :: notable = 0.05_wp         !< of the largest energy or work: what is apart or missing is said
+   real(wp), parameter :: notable_of_tools = 0.08_wp !< the same for their works: a sphere that is buried has 0.05
+
 contains
 
    !> Collective: the closing summary and cost.dat.
@@ -65,6 +68,8 @@ contains
       call say_expectation(facts, console, model, expectation, model%time >= scene%end_time .and. .not. error%happened())
       call say_work(facts, scene, model, course, cost%particle_steps)
       call say_conservation(facts, scene, model, balance, course)
+      call say_work_done(facts, scene, model, balance)
+      call warn_of_balance(facts, scene, balance)
       call say_contact(facts, console, model, balance, course)
       if (.not. error%happened()) call say_stress_error(facts, model)
       call facts%say(guarded)
@@ -195,6 +200,65 @@ contains
       call facts%say('mass: changed by '//to_text(mass, 3)//' of '//to_text(sums%mass, 3)//' kg')
       call facts%note('mass_error_kg', to_text(mass))
    end subroutine say_conservation
+
+   !> How far the work of loads that is booked is from what they do by the motion of the particles that they act on; and what it means
+   !> where that is much.
+   subroutine say_work_done(facts, scene, model, balance)
+      type(facts_t), intent(inout) :: facts
+      type(scene_t), intent(in) :: scene
+      type(model_t), intent(in) :: model
+      type(balance_t), intent(in) :: balance
+      if (any(model%effect_step%works) .and. all(model%effect_step%follows_particles)) then
+         call facts%note('work_apart_of_effects_J', to_text(balance%worst_of_effects))
+         call facts%say(apart_text('effects: work', balance%worst_of_effects, balance%largest))
+         if (balance%worst_of_effects > notable*balance%largest) call facts%say('WARNING: effects do work that the &
+            &particles they act on do not get: their forces lie on nodes with hardly any material, and motion and stress &
+            &there are as wrong; '//remedy(scene))
+      end if
+      if (size(scene%tools) == 0) return
+      call facts%note('work_apart_of_tools_J', to_text(balance%worst_of_tools))
+      call facts%say(apart_text('tools: work', balance%worst_of_tools, balance%largest))
+      if (balance%worst_of_tools > notable_of_tools*balance%largest) call facts%say('WARNING: tools do work that the particles &
+            &they press do not get, or the reverse: loads are as wrong; '//remedy(scene))
+   end subroutine say_work_done
+
+   !> The two figures of a work side by side.
+   function apart_text(what, apart, largest) result(text)
+      character(len=*), intent(in) :: what
+      real(wp), intent(in) :: apart, largest !< J
+      character(len=:), allocatable :: text
+      text = what//' by the motion of nodes and tools and by that of the particles they act on differs by at most '// &
+             si(apart, 'J')//percent(apart, largest)//' of the largest energy or work'
+   end function apart_text
+
+   !> What to take where loads and particles do not agree, of what the scene has not taken.
+   function remedy(scene) result(text)
+      type(scene_t), intent(in) :: scene
+      character(len=:), allocatable :: text
+      text = 'try smaller cells there'
+      if (any(scene%bodies%particles_per_cell == 1)) text = text//', particles_per_cell=8'
+      if (scene%time%domain == domain_fixed) text = text//', domain=''stretch'''
+   end function remedy
+
+   !> Energy that has come from nowhere, or gone, to an extent that matters.
+   subroutine warn_of_balance(facts, scene, balance)
+      type(facts_t), intent(inout) :: facts
+      type(scene_t), intent(in) :: scene
+      type(balance_t), intent(in) :: balance
+      character(len=:), allocatable :: text
+      if (.not. balance%worst > notable*balance%largest) return
+      text = 'WARNING: energy '//trim(merge('from nowhere', 'lost        ', balance%excess() > 0.0_wp))//': up to '// &
+             si(balance%worst, 'J')//percent(balance%worst, balance%largest)//' of the largest'
+      if (balance%excess() > 0.0_wp) then
+         text = text//'; '//remedy(scene)//', a smaller safety'
+      else
+         text = text//', in transfer or contact, where material tears, or in the energy that a law of small strain has at &
+                &large strain; '//remedy(scene)
+         if (scene%time%flip_fraction < 1.0_wp) text = text//', flip_fraction=1'
+         if (.not. scene%time%affine) text = text//', transfer=''affine'''
+      end if
+      call facts%say(text)
+   end subroutine warn_of_balance
 
    !> A share in words; nothing where there is nothing to share.
    function percent(part, whole) result(text)

@@ -228,7 +228,9 @@ contains
       call self%model%timers%enter(phase_output)
       if (self%recorder%history_is_due(self%model%time)) then
          call self%balance%follow(self%model)
-         call self%guard%look_at_energy(self%model, self%balance%excess(), self%balance%largest, self%error)
+         call self%guard%look_at_energy(self%model, self%balance, self%error)
+         if (.not. self%error%happened()) call self%guard%look_at_work(self%model, self%balance, &
+                                                                           self%model%time >= self%scene%end_time, self%error)
          if (.not. self%error%happened()) call self%recorder%record_history(self%model, self%balance, self%error)
       end if
       if (.not. self%error%happened()) call self%recorder%record_snapshot(self%model, self%error)

@@ -116,6 +116,7 @@ module m_scene
       integer :: save_every = 200        !< steps between copies, and between looks at all fields and the energy
       real(wp) :: memory = 1.0e9_wp      !< bytes a rank that the copy may take; 0: no copy
       real(wp) :: energy_limit = 0.5_wp  !< energy from nowhere in the largest energy or work; 0: not looked at
+      real(wp) :: work_limit = 0.25_wp   !< work of loads that particles do not get, in the same; 0: not looked at
       real(wp) :: step_limit = 1.0e-3_wp !< smallest time step in the first one
    end type guard_spec_t
 

@@ -459,6 +459,7 @@ contains
       call group%get('save_every', guard%save_every, least=1)
       call group%get('memory', guard%memory, at_least(0.0_wp, 'bytes'))
       call group%get('energy_limit', guard%energy_limit, at_least(0.0_wp, '', at_most=1.0_wp))
+      call group%get('work_limit', guard%work_limit, at_least(0.0_wp, ''))
       call group%get('step_limit', guard%step_limit, at_least(0.0_wp, '', at_most=0.5_wp))
    end subroutine describe_guard
 

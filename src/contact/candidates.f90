@@ -38,6 +38,8 @@ module m_candidates
       real(wp) :: tangent(3, 2) = 0.0_wp !< across the normal, as the tool sees them
       real(wp) :: drag(2) = 0.0_wp       !< friction on the body along the tangents, N
       real(wp) :: last_drag(3) = 0.0_wp  !< the same in the last step, N
+      real(wp) :: from(3) = 0.0_wp       !< the particle's centre at the beginning of the step, m
+      real(wp) :: arm(3) = 0.0_wp        !< from there to the contact point, m
       logical :: touches = .false. !< its face ends the step on the tool (eq. contact-area)
    end type candidate_t
 
@@ -45,12 +47,12 @@ module m_candidates
    type :: candidates_t
       type(candidate_t), allocatable :: list(:)
       integer :: count = 0
+      integer, allocatable :: before(:) !< each block's, candidates of the blocks before it
       integer :: rubbing = 0   !< of them with friction
       integer :: pressure = 0  !< column of the contact pressure
       integer :: earlier = 0   !< column of what it was a step before
       integer :: traction = 0  !< first column of the friction; 0 where no tool has any
       integer :: carried = 0   !< first column of the gaps that are carried on, one for each tool
-      integer, allocatable :: begins(:) !< those of block b stand from here on and before those of the next
       real(wp) :: drift = 0.0_wp !< largest difference yet between a carried gap and that of the particle's place and shape, m
    contains
       procedure :: find
@@ -90,9 +92,12 @@ contains
       self%count = 0
       self%rubbing = 0
       overlap = 0.0_wp
-      self%begins = [(1, b=0, size(level%blocks))]
+      if (allocated(self%before)) then
+         if (size(self%before) /= size(level%blocks) + 1) deallocate (self%before)
+      end if
+      if (.not. allocated(self%before)) allocate (self%before(size(level%blocks) + 1))
       do b = 1, size(level%blocks)
-         self%begins(b) = self%count + 1
+         self%before(b) = self%count
          if (level%blocks(b)%particles%count == 0) cycle
          thick = 0.0_wp
          do t = 1, size(tools)
@@ -103,7 +108,7 @@ contains
          if (level%blocks(b)%pressed) call self%turn_page(size(tools), level%blocks(b)%particles%count, &
                                                           level%blocks(b)%particles%column, level%blocks(b)%pressed)
       end do
-      self%begins(b) = self%count + 1
+      self%before(size(self%before)) = self%count
    end subroutine find
 
    !> After the motion of a block's particles: those that are pressed go along the normal to where their own face is the one that the
@@ -115,7 +120,7 @@ contains
       integer, intent(in) :: b
       real(wp) :: most
       integer :: n
-      do n = self%begins(b), self%begins(b + 1) - 1
+      do n = self%before(b) + 1, self%before(b + 1)
          associate (c => self%list(n), x => level%layout%position)
             if (.not. (c%carried .and. c%force > 0.0_wp)) cycle
             most = recovery*sqrt(c%area)
@@ -356,6 +361,8 @@ contains
          end if
          call set_face(c, level%grid, block%place, bin_place(number(3)), at%domain > 0, &
                        (position - to_face*c%normal - block%origin)*level%grid%per_cell, span*level%grid%per_cell)
+         c%from = position
+         c%arm = -to_face*c%normal
          c%speed = dot_product(c%normal, point_velocity(level, c))
          if (c%gap + time_step*(c%speed - dot_product(c%normal, tool%velocity())) > margin*edge .and. .not. carried) return
          c%area = edge**2

@@ -31,6 +31,7 @@ module m_contact
       real(wp) :: work = 0.0_wp         !< done by the tool since the start, J
       real(wp) :: heat = 0.0_wp         !< made by friction since the start, J
       real(wp) :: constraint_work = 0.0_wp !< done on the bodies by the condition itself, beyond the tool's own, since the start, J
+      real(wp) :: particle_work = 0.0_wp !< done on the particles by their own motion since the start, J: work less heat
       real(wp) :: impulse(3) = 0.0_wp   !< given to the bodies since the program began, N s
    end type tool_state_t
 
@@ -38,6 +39,7 @@ module m_contact
       type(tool_t), allocatable :: tools(:)
       type(tool_state_t), allocatable :: states(:)
       type(contact_spec_t) :: spec
+      logical :: followed = .false.         !< the work of the tools is known by the particles' motion too
       type(contact_system_t) :: system
       type(petsc_solver_t) :: solver
       type(partners_t) :: partners          !< the ranks that solve
@@ -53,13 +55,14 @@ module m_contact
       real(wp) :: worst_residual = 0.0_wp   !< relative
       real(wp) :: worst_overlap = 0.0_wp    !< m
       real(wp) :: worst_bridge = 0.0_wp     !< largest force that acts across a gap, times the gap: over largest force and cell
-      real(wp), allocatable :: felt(:, :)   !< (parts_felt, tools) of a step on this rank: load, N; area, m2; heat, J;
-                                            !< candidates; work of the constraint, J
+      real(wp), allocatable :: felt(:, :)   !< (parts_felt, tools) of a step on this rank: load, N; area, m2; heat, J; candidates;
+                                            !< work by the particles' motion, J; work of the constraint, J
    contains
       procedure :: build
       procedure :: declare
       procedure :: active
       procedure :: push
+      procedure :: follow
       procedure :: conclude
       procedure :: part
       procedure :: release
@@ -80,7 +83,7 @@ module m_contact
    integer, parameter :: most_unsolved = 10
    integer, parameter :: most_sweeps = 50         !< over normal forces and friction in a step
    integer, parameter :: products = 20            !< of the problem of friction, for each iteration that the other is allowed
-   integer, parameter :: parts_felt = 7, parts_of_effort = 10
+   integer, parameter :: parts_felt = 8, parts_of_effort = 10
 
 contains
 
@@ -415,7 +418,7 @@ contains
             felt(1:3) = felt(1:3) - it%force*it%normal
             if (it%touches) felt(4) = felt(4) + it%area
             felt(6) = felt(6) + 1.0_wp
-            felt(7) = felt(7) + time_step*it%force*it%opening
+            felt(8) = felt(8) + time_step*it%force*it%opening
             if (it%rubbing == 0) cycle
             felt(1:3) = felt(1:3) - matmul(it%tangent, it%drag)
             felt(5) = felt(5) - time_step*dot_product(matmul(it%tangent, it%drag), &
@@ -423,6 +426,28 @@ contains
          end associate
       end do
    end subroutine feel
+
+   !> What the forces of the step do on the particles of a block that the tools press, by the motion that these have just made: that of
+   !> the centre, and dt L arm.
+   pure subroutine follow(self, level, b, gradient, way_to, time_step)
+      class(contact_t), intent(inout) :: self
+      type(level_t), intent(in) :: level
+      integer, intent(in) :: b      !< number of the block
+      real(wp), intent(in), contiguous :: gradient(:, :) !< (:, 9), 1/s: L
+      integer, intent(in) :: way_to !< first column of the centres at the end of the step
+      real(wp), intent(in) :: time_step
+      real(wp) :: force(3), way(3)
+      integer :: c
+      do c = self%candidates%before(b) + 1, self%candidates%before(b + 1)
+         associate (it => self%candidates%list(c), column => level%blocks(b)%particles%column)
+            force = it%force*it%normal
+            if (it%rubbing > 0) force = force + matmul(it%tangent, it%drag)
+            way = column(it%particle, way_to:way_to + 2) - it%from &
+                  + time_step*matmul(reshape(gradient(it%particle, :), [3, 3]), it%arm)
+            self%felt(7, it%tool) = self%felt(7, it%tool) + dot_product(force, way)
+         end associate
+      end do
+   end subroutine follow
 
    !> Collective, at the end of a step: loads, areas, overlaps and work of the tools; loads move those that are pushed. On return
    !> tools stand where they are at `time`, that of the end.
@@ -448,7 +473,8 @@ contains
             state%area = sums(4, t)
             state%overlap = deepest(t)
             state%heat = state%heat + sums(5, t)
-            state%constraint_work = state%constraint_work + sums(7, t)
+            state%particle_work = state%particle_work + sums(7, t)
+            state%constraint_work = state%constraint_work + sums(8, t)
             call self%tools(t)%react(state%load, time_step)
             state%work = state%work - time_step*dot_product(state%load, self%tools(t)%velocity())
             state%impulse = state%impulse - time_step*state%load

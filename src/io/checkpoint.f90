@@ -48,7 +48,7 @@ module m_checkpoint
 
    integer(i8), parameter :: longest_case = 2_i8**28  !< bytes
    integer(i8), parameter :: most_unknowns = 2_i8**24 !< of the contact solver of a rank
-   integer, parameter :: sums = 11, own_columns = 3 !< of a particle besides its fields: id, body, bin
+   integer, parameter :: sums = 12, own_columns = 3 !< of a particle besides its fields: id, body, bin
 
 contains
 
@@ -205,12 +205,14 @@ contains
       model%lost = clock(4)
       call describe_balance(store, balance, error)
       call describe_guard(store, model, facts, error)
-      allocate (works(2, size(model%levels)), regions(6, size(model%levels)))
+      allocate (works(3, size(model%levels)), regions(6, size(model%levels)))
       works(1, :) = model%effect_step%external_work
       works(2, :) = model%effect_step%damped
+      works(3, :) = model%effect_step%particle_work
       call store%reals('/state/effects', works, error)
       model%effect_step%external_work = works(1, :)
       model%effect_step%damped = works(2, :)
+      model%effect_step%particle_work = works(3, :)
       do l = 1, size(model%levels)
          regions(:, l) = [model%levels(l)%region%low, model%levels(l)%region%high]
       end do
@@ -229,11 +231,12 @@ contains
       real(wp), allocatable :: tools(:, :)
       integer :: t
       associate (contact => model%contact)
-         allocate (tools(10, size(contact%tools)))
+         allocate (tools(11, size(contact%tools)))
          do t = 1, size(contact%tools)
             associate (state => contact%states(t))
                tools(:, t) = [contact%tools(t)%travel, contact%tools(t)%speed, state%load, state%area, state%overlap, state%work, &
-                              state%heat, state%constraint_work]
+                              state%heat, state%particle_work, &
+                              state%constraint_work]
             end associate
          end do
          call store%reals('/state/tools', tools, error)
@@ -245,7 +248,8 @@ contains
             contact%states(t)%overlap = tools(7, t)
             contact%states(t)%work = tools(8, t)
             contact%states(t)%heat = tools(9, t)
-            contact%states(t)%constraint_work = tools(10, t)
+            contact%states(t)%particle_work = tools(10, t)
+            contact%states(t)%constraint_work = tools(11, t)
          end do
          worth = [contact%worst_residual, contact%worst_overlap, model%communicator%maximum(contact%worst_bridge), &
                   contact%friction%steepest, model%communicator%maximum(contact%candidates%drift)]
@@ -310,24 +314,27 @@ contains
       type(store_t), intent(inout) :: store
       type(balance_t), intent(inout) :: balance
       type(error_t), intent(inout) :: error
-      real(wp) :: start(sums), now(sums), rest(4)
+      real(wp) :: start(sums), now(sums), rest(6)
       start = plain(balance%start)
       now = plain(balance%now)
-      rest = [balance%external_work, balance%damped, balance%largest, balance%worst]
+      rest = [balance%external_work, balance%damped, balance%largest, balance%worst, &
+              balance%worst_of_effects, balance%worst_of_tools]
       call store%reals('/state/balance_start', start, error)
       call store%reals('/state/balance_now', now, error)
       call store%reals('/state/balance', rest, error)
-      balance%start = sums_t(start(1), start(2), start(3), start(4), start(5:7), start(8:10), start(11))
-      balance%now = sums_t(now(1), now(2), now(3), now(4), now(5:7), now(8:10), now(11))
+      balance%start = sums_t(start(1), start(2), start(3), start(4), start(5:7), start(8:10), start(11), start(12))
+      balance%now = sums_t(now(1), now(2), now(3), now(4), now(5:7), now(8:10), now(11), now(12))
       balance%external_work = rest(1)
       balance%damped = rest(2)
       balance%largest = rest(3)
       balance%worst = rest(4)
+      balance%worst_of_effects = rest(5)
+      balance%worst_of_tools = rest(6)
    contains
       pure function plain(of) result(values)
          type(sums_t), intent(in) :: of
          real(wp) :: values(sums)
-         values = [of%mass, of%kinetic, of%strain, of%plastic, of%momentum, of%angular_momentum, of%dissipated]
+         values = [of%mass, of%kinetic, of%strain, of%plastic, of%momentum, of%angular_momentum, of%dissipated, of%potential]
       end function plain
    end subroutine describe_balance
 

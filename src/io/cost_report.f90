@@ -11,7 +11,7 @@ module m_cost_report
    private
    public :: write_cost_report
 
-   integer, parameter, public :: cost_line_length = 180
+   integer, parameter, public :: cost_line_length = 400
    integer, parameter :: columns = 7 !< of the table, before those of levels
 
    !> What the report is about.

@@ -219,7 +219,7 @@ contains
       self%rows_since_mark = self%rows_since_mark + 1
       call self%energy%append([model%time, balance%now%kinetic, balance%now%strain, balance%now%plastic, balance%damped, &
                                balance%external_work, balance%error(), balance%now%momentum, &
-                               balance%now%angular_momentum, balance%now%mass], error)
+                               balance%now%angular_momentum, balance%now%mass, balance%particle_work()], error)
       do n = 1, size(self%tools)
          associate (tool => model%contact%tools(n), state => model%contact%states(n))
             call self%tools(n)%append([model%time, tool%travel, state%load, state%area, state%overlap], error)
@@ -318,7 +318,7 @@ contains
       header%columns = [character(len=history_text_length) :: 'time [s]', 'kinetic [J]', 'strain [J]', 'plastic [J]', &
                         'damped [J]', 'external_work [J]', 'balance_error [1]', 'momentum_x [kg m/s]', 'momentum_y [kg m/s]', &
                         'momentum_z [kg m/s]', 'angular_momentum_x [kg m2/s]', 'angular_momentum_y [kg m2/s]', &
-                        'angular_momentum_z [kg m2/s]', 'mass [kg]']
+                        'angular_momentum_z [kg m2/s]', 'mass [kg]', 'particle_work [J]']
    end function energy_header
 
    function tool_header(scene, n) result(header)

@@ -12,7 +12,7 @@ module m_block
    integer, parameter, public :: directions(3, 27) = reshape([(mod(n - 1, 3) - 1, mod((n - 1)/3, 3) - 1, (n - 1)/9 - 1, n=1, 27)], &
                                                              [3, 27])
 
-   integer, parameter, public :: sum_count = 11 !< quantities that histories sum over all particles (stepping/energy.f90)
+   integer, parameter, public :: sum_count = 12 !< quantities that histories sum over all particles (stepping/energy.f90)
 
    type :: block_t
       integer :: place(3) = 0            !< which block of the level, from 0

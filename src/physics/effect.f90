@@ -27,6 +27,7 @@ module m_effect
       logical :: on_stress = .false.
       logical :: acts_at_rest = .false. !< changes material that does not move and bears no stress: nothing may be left out
       logical :: dissipates = .false. !< what it does to nodes counts as damped energy, not as external work
+      logical :: follows_particles = .false. !< particle_work and potential say all of its external work by the motion of particles
    end type hooks_t
 
    type, abstract, extends(offer_t) :: effect_t
@@ -40,6 +41,9 @@ module m_effect
       procedure :: longest_step
       procedure :: rests_at
       procedure :: dissipated
+      procedure :: pushed
+      procedure :: particle_work
+      procedure :: potential
       procedure :: acceleration
       procedure :: add_forces
       procedure :: on_nodes
@@ -135,6 +139,45 @@ contains
       associate (unused => self%repeats, c => size(column), a => first, b => last); end associate
       dissipated = 0.0_wp
    end function dissipated
+
+   !> Numbers of a block's particles that add_forces pushes.
+   pure function pushed(self, particles) result(which)
+      class(effect_t), intent(in) :: self
+      type(particle_store_t), intent(in) :: particles
+      integer, allocatable :: which(:)
+      associate (unused => self%repeats, p => particles%count); end associate
+      allocate (which(0))
+   end function pushed
+
+   !> Work (J) that the forces of add_forces do on a block's particles in a step, by how the particles themselves move: what the nodes
+   !> make of it must be the same (theory.md, Work).
+   pure function particle_work(self, particles, which, layout, gradient, from, way_to, time, time_step) result(work)
+      class(effect_t), intent(in) :: self
+      type(particle_store_t), intent(in) :: particles
+      integer, intent(in) :: which(:) !< particles: those that are pushed
+      type(layout_t), intent(in) :: layout
+      real(wp), intent(in), contiguous :: gradient(:, :) !< (:, 9), 1/s
+      real(wp), intent(in), contiguous :: from(:, :)     !< (3, those pushed), centres at the beginning of the step, m
+      integer, intent(in) :: way_to                      !< first column of the centres at its end
+      real(wp), intent(in) :: time                       !< s, of the beginning of the step
+      real(wp), intent(in) :: time_step                  !< s
+      real(wp) :: work(2) !< with the mean of the forces at the step's beginning and end; of it, by half the force at its end
+      associate (unused => self%repeats, p => particles%count, l => layout%mass, n => size(gradient), &
+                 i => size(which), f => size(from), w => way_to, s => time, d => time_step); end associate
+      work = 0.0_wp
+   end function particle_work
+
+   !> Energy (J) of particles first..last in the field of an effect that does not change with time, where they were at the time of their
+   !> velocities: what it loses is external work.
+   pure real(wp) function potential(self, column, layout, first, last, lead) result(energy)
+      class(effect_t), intent(in) :: self
+      real(wp), intent(in), contiguous :: column(:, :)
+      type(layout_t), intent(in) :: layout
+      integer, intent(in) :: first, last
+      real(wp), intent(in) :: lead !< from the time of the velocities to that of the positions, s: half a step
+      associate (unused => self%repeats, c => size(column), l => layout%mass, a => first, b => last, t => lead); end associate
+      energy = 0.0_wp
+   end function potential
 
    !> Add to the body force per mass (m/s2) of the block's particles at a time (s). Its work counts as external.
    pure subroutine acceleration(self, particles, table, layout, time, body_force)

@@ -2,6 +2,7 @@
 module m_gravity
    use m_kinds, only: wp
    use m_effect, only: effect_t, hooks_t
+   use m_field_table, only: layout_t
    use m_group_reader, only: group_reader_t
    use m_value_range, only: any_value
    implicit none
@@ -14,6 +15,7 @@ module m_gravity
       procedure :: variables
       procedure :: hooks
       procedure :: on_nodes
+      procedure :: potential
    end type gravity_t
 
 contains
@@ -27,7 +29,7 @@ contains
    pure type(hooks_t) function hooks(self)
       class(gravity_t), intent(in) :: self
       associate (unused => self%field); end associate
-      hooks = hooks_t(on_nodes=.true.)
+      hooks = hooks_t(on_nodes=.true., follows_particles=.true.)
    end function hooks
 
    !> a <- a + g, and the velocity with it. Nodes without mass stay as they are.
@@ -47,5 +49,24 @@ contains
          end do
       end do
    end subroutine on_nodes
+
+   !> -sum of m g . (x - lead v).
+   pure real(wp) function potential(self, column, layout, first, last, lead) result(energy)
+      class(gravity_t), intent(in) :: self
+      real(wp), intent(in), contiguous :: column(:, :)
+      type(layout_t), intent(in) :: layout
+      integer, intent(in) :: first, last
+      real(wp), intent(in) :: lead
+      integer :: p
+      energy = 0.0_wp
+      associate (x => layout%position, v => layout%velocity, g => self%field)
+         !$omp simd reduction(-: energy)
+         do p = first, last
+            energy = energy - column(p, layout%mass)*(g(1)*(column(p, x) - lead*column(p, v)) &
+                                                      + g(2)*(column(p, x + 1) - lead*column(p, v + 1)) &
+                                                      + g(3)*(column(p, x + 2) - lead*column(p, v + 2)))
+         end do
+      end associate
+   end function potential
 
 end module m_gravity

@@ -39,6 +39,8 @@ module m_pressure
       procedure :: initialise
       procedure :: verify
       procedure :: add_forces
+      procedure :: pushed
+      procedure :: particle_work
       procedure :: on_stress
    end type pressure_t
 
@@ -63,7 +65,7 @@ contains
    pure type(hooks_t) function hooks(self)
       class(pressure_t), intent(in) :: self
       associate (unused => self%area); end associate
-      hooks = hooks_t(add_forces=.true., on_stress=.true.)
+      hooks = hooks_t(add_forces=.true., on_stress=.true., follows_particles=.true.)
    end function hooks
 
    !> Two vectors a particle. Patches have columns of their own, so that one particle may lie under several.
@@ -172,6 +174,49 @@ contains
          end do
       end associate
    end subroutine add_forces
+
+   !> Those with a share of the patch.
+   pure function pushed(self, particles) result(which)
+      class(pressure_t), intent(in) :: self
+      type(particle_store_t), intent(in) :: particles
+      integer, allocatable :: which(:)
+      integer :: list(particles%count), found, p
+      found = 0
+      associate (column => particles%column, a => self%area)
+         do p = 1, particles%count
+            if (.not. abs(column(p, a)) + abs(column(p, a + 1)) + abs(column(p, a + 2)) > 0.0_wp) cycle
+            found = found + 1
+            list(found) = p
+         end do
+      end associate
+      which = list(:found)
+   end function pushed
+
+   !> -p A times the way of the middle of each share: that of the centre, and dt L arm.
+   pure function particle_work(self, particles, which, layout, gradient, from, way_to, time, time_step) result(work)
+      class(pressure_t), intent(in) :: self
+      type(particle_store_t), intent(in) :: particles
+      integer, intent(in) :: which(:)
+      type(layout_t), intent(in) :: layout
+      real(wp), intent(in), contiguous :: gradient(:, :), from(:, :)
+      integer, intent(in) :: way_to
+      real(wp), intent(in) :: time, time_step
+      real(wp) :: work(2), swept, way(3)
+      integer :: i
+      associate (unused => layout%mass); end associate
+      swept = 0.0_wp
+      associate (column => particles%column)
+         do i = 1, size(which)
+            associate (p => which(i))
+               way = column(p, way_to:way_to + 2) - from(:, i) &
+                     + time_step*matmul(reshape(gradient(p, :), [3, 3]), column(p, self%arm:self%arm + 2))
+               swept = swept + dot_product(column(p, self%area:self%area + 2), way)
+            end associate
+         end do
+      end associate
+      work(2) = -0.5_wp*value_at(self%times, self%values, time + time_step)*swept
+      work(1) = work(2) - 0.5_wp*value_at(self%times, self%values, time)*swept
+   end function particle_work
 
    !> With F = I + dt L the arm becomes F arm and the area J F^-T area (Nanson).
    pure subroutine on_stress(self, particles, layout, gradient, cell, time_step)

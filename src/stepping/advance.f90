@@ -27,6 +27,7 @@ contains
       real(wp), intent(in) :: time_step !< s
       type(error_t), intent(inout) :: error
       model%unseen = model%share_of_unseen(time_step)
+      model%last_step = time_step
       if (model%follows_speeds) model%bounds = bounds_t()
       if (model%method%stress_update == update_usf) then
          call gather_levels(model, 1, model%time, time_step)

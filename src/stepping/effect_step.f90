@@ -15,7 +15,14 @@ module m_effect_step
    private
    public :: effect_step_t
 
-   integer, parameter :: external = 1, dissipated = 2 !< kinds of work
+   integer, parameter :: external = 1, dissipated = 2 !< kinds of work on nodes
+   integer, parameter, public :: kinds_booked = 3     !< what is booked of a block: these, and the work by the particles' motion
+
+   !> Particles of a block that an effect pushes, and where their centres are at the beginning of the step.
+   type :: marked_t
+      integer, allocatable :: which(:)
+      real(wp), allocatable :: from(:, :) !< (3, those), m
+   end type marked_t
 
    !> Which effects want to be called where (indices of the effects, rising), and their work so far.
    type :: effect_step_t
@@ -25,21 +32,32 @@ module m_effect_step
       logical :: acts_at_rest = .false. !< some effect changes material at rest
       real(wp) :: external_work = 0.0_wp !< done by effects up to the last fold, J
       real(wp) :: damped = 0.0_wp        !< taken out by effects up to the last fold, J
+      real(wp) :: particle_work = 0.0_wp !< of forces at points, by the particles' own motion, up to the last fold, J
+      real(wp) :: ahead_work = 0.0_wp    !< of that, in the half step by which positions are ahead of velocities, at the last fold, J
+      logical :: follows_particles = .false. !< all external work is known by the particles' motion too
       integer, allocatable, private :: kind(:) !< of the work of each effect
       real(wp), allocatable, private :: push(:, :, :, :, :, :) !< (3, 0:9, 0:9, 0:9, kinds, own blocks), N
       real(wp), allocatable, private :: mass(:, :, :, :)       !< each block's own share of that of its nodes, where effects change
                                                                !< nodes: (0:9, 0:9, 0:9, own blocks), kg
       real(wp), allocatable, private :: work(:, :)             !< (kinds, blocks of the level by index), J, since the last fold
+      real(wp), allocatable, private :: own_work(:)            !< by the particles' motion: (blocks of the level by index), J, the same
+      real(wp), allocatable, private :: ahead(:)               !< of that, what the positions are ahead of the velocities
+      type(marked_t), allocatable, private :: marked(:)        !< by each effect that gives forces, in the block that moves
+      logical, allocatable, private :: loaded(:)               !< forces act on points of own blocks' particles in this step
    contains
       procedure :: build
       procedure :: give_forces
       procedure :: keep_masses
       procedure :: change_nodes
       procedure :: measure
+      procedure :: is_loaded
+      procedure :: mark
+      procedure :: follow
       procedure :: change_gradient
       procedure :: change_stress
       procedure :: fold
       procedure :: booked
+      procedure :: work_ahead
       procedure :: book
    end type effect_step_t
 
@@ -67,7 +85,10 @@ contains
       self%gathers = any(hooks%acceleration .or. hooks%add_forces)
       self%acts_at_rest = any(hooks%acts_at_rest)
       self%works = self%gathers .or. any(hooks%on_nodes)
+      self%follows_particles = all(hooks%follows_particles .or. hooks%dissipates &
+                                   .or. .not. (hooks%acceleration .or. hooks%add_forces .or. hooks%on_nodes))
       if (self%works) allocate (self%work(maxval(self%kind), places), source=0.0_wp)
+      if (size(self%add_forces) > 0) allocate (self%own_work(places), self%ahead(places), source=0.0_wp)
    end subroutine build
 
    !> Body forces and other forces on the tile of what a block's particles give. Begins the push on the block anew.
@@ -104,6 +125,8 @@ contains
       end associate
       call timers%enter(phase_to_nodes)
       self%push(:, :, :, :, external, b) = level%nodes(5:7, :, :, :, b) - before
+      if (size(self%add_forces) > 0) self%ahead(level%blocks(b)%index) = 0.0_wp
+      self%loaded(b) = size(self%add_forces) > 0 .and. any(abs(self%push(:, :, :, :, external, b)) > 0.0_wp)
    end subroutine give_forces
 
    !> One push field a block of this rank; what it holds is begun anew every step.
@@ -112,9 +135,10 @@ contains
       integer, intent(in) :: blocks
       if (allocated(self%push)) then
          if (size(self%push, 6) == blocks) return
-         deallocate (self%push)
+         deallocate (self%push, self%loaded)
       end if
       allocate (self%push(3, 0:tile_last, 0:tile_last, 0:tile_last, size(self%work, 1), blocks))
+      allocate (self%loaded(blocks), source=.false.)
    end subroutine fit_push
 
    !> Before the sums over blocks: each block's own share of the mass of its nodes, if some effect will change them.
@@ -190,6 +214,60 @@ contains
       end do
    end subroutine measure
 
+   !> True where effects push points of a block's particles in this step.
+   pure logical function is_loaded(self, b)
+      class(effect_step_t), intent(in) :: self
+      integer, intent(in) :: b
+      is_loaded = .false.
+      if (allocated(self%loaded)) is_loaded = self%loaded(b)
+   end function is_loaded
+
+   !> Before the particles of a block move: which of them effects push, and where they are.
+   subroutine mark(self, effects, level, b)
+      class(effect_step_t), intent(inout) :: self
+      type(effect_slot_t), intent(in) :: effects(:)
+      type(level_t), intent(in) :: level
+      integer, intent(in) :: b
+      integer :: i, n
+      if (.not. allocated(self%marked)) allocate (self%marked(size(self%add_forces)))
+      associate (particles => level%blocks(b)%particles, x => level%layout%position)
+         do i = 1, size(self%add_forces)
+            associate (marked => self%marked(i))
+               marked%which = effects(self%add_forces(i))%effect%pushed(particles)
+               if (allocated(marked%from)) deallocate (marked%from)
+               allocate (marked%from(3, size(marked%which)))
+               do n = 1, size(marked%which)
+                  marked%from(:, n) = particles%column(marked%which(n), x:x + 2)
+               end do
+            end associate
+         end do
+      end associate
+   end subroutine mark
+
+   !> Add what the forces on points of a block's particles do by the motion of these in the step.
+   subroutine follow(self, effects, level, b, gradient, way_to, time, time_step)
+      class(effect_step_t), intent(inout) :: self
+      type(effect_slot_t), intent(in) :: effects(:)
+      type(level_t), intent(in) :: level
+      integer, intent(in) :: b
+      real(wp), intent(in), contiguous :: gradient(:, :) !< (:, 9), 1/s: L
+      integer, intent(in) :: way_to                  !< first column of the centres at its end
+      real(wp), intent(in) :: time, time_step        !< s
+      real(wp) :: work(2)
+      integer :: i
+      work = 0.0_wp
+      associate (block => level%blocks(b))
+         do i = 1, size(self%add_forces)
+            associate (effect => effects(self%add_forces(i))%effect, marked => self%marked(i))
+               work = work + effect%particle_work(block%particles, marked%which, level%layout, gradient, marked%from, way_to, &
+                                                  time, time_step)
+            end associate
+         end do
+         self%own_work(block%index) = self%own_work(block%index) + work(1)
+         self%ahead(block%index) = work(2)
+      end associate
+   end subroutine follow
+
    !> Effects on the velocity gradients of a block, before its stress. `nodes` holds the sums over cells, if some effect asks for
    !> them.
    subroutine change_gradient(self, effects, level, b, time_step, timers)
@@ -236,6 +314,7 @@ contains
       class(effect_step_t), intent(inout) :: self
       type(communicator_t), intent(in) :: communicator
       real(wp) :: total(2)
+      real(wp), allocatable :: all_ahead(:)
       integer :: place
       if (.not. self%works) return
       call MPI_Allreduce(MPI_IN_PLACE, self%work, size(self%work), MPI_DOUBLE_PRECISION, MPI_SUM, communicator%comm)
@@ -246,23 +325,46 @@ contains
       self%external_work = self%external_work + total(external)
       self%damped = self%damped - total(dissipated)
       self%work = 0.0_wp
+      if (.not. allocated(self%own_work)) return
+      call MPI_Allreduce(MPI_IN_PLACE, self%own_work, size(self%own_work), MPI_DOUBLE_PRECISION, MPI_SUM, communicator%comm)
+      all_ahead = self%ahead
+      call MPI_Allreduce(MPI_IN_PLACE, all_ahead, size(all_ahead), MPI_DOUBLE_PRECISION, MPI_SUM, communicator%comm)
+      self%ahead_work = 0.0_wp
+      do place = 1, size(self%own_work)
+         self%particle_work = self%particle_work + self%own_work(place)
+         self%ahead_work = self%ahead_work + all_ahead(place)
+      end do
+      self%own_work = 0.0_wp
+      self%ahead = 0.0_wp
    end subroutine fold
 
-   !> Work on a block since the last fold, J: by kinds.
+   !> Work on a block since the last fold, J: external, dissipated; that of forces at points by the particles' motion.
    pure function booked(self, index) result(work)
       class(effect_step_t), intent(in) :: self
       integer, intent(in) :: index !< of the block
-      real(wp) :: work(2)
+      real(wp) :: work(kinds_booked)
       work = 0.0_wp
       if (self%works) work(:size(self%work, 1)) = self%work(:, index)
+      if (allocated(self%own_work)) work(kinds_booked) = self%own_work(index)
    end function booked
 
-   !> The same, as a run that goes on finds it.
+   !> Of the work by the motion of a block's particles, what belongs to the half step after the time of the velocities, J.
+   pure real(wp) function work_ahead(self, index) result(work)
+      class(effect_step_t), intent(in) :: self
+      integer, intent(in) :: index !< of the block
+      work = 0.0_wp
+      if (allocated(self%ahead)) work = self%ahead(index)
+   end function work_ahead
+
+   !> Set what `booked` says, as a run that goes on finds it.
    pure subroutine book(self, index, work)
       class(effect_step_t), intent(inout) :: self
       integer, intent(in) :: index
-      real(wp), intent(in) :: work(2) !< J
+      real(wp), intent(in) :: work(kinds_booked) !< J
       if (self%works) self%work(:, index) = work(:size(self%work, 1))
+      if (.not. allocated(self%own_work)) return
+      self%own_work(index) = work(kinds_booked)
+      self%ahead(index) = 0.0_wp
    end subroutine book
 
 end module m_effect_step

@@ -5,6 +5,7 @@ module m_energy
    use m_block, only: sum_count
    use m_decomposition, only: blocks_before
    use m_inner_motion, only: inner_motion
+   use m_effect_step, only: kinds_booked
    use m_model, only: model_t
    implicit none
    private
@@ -19,6 +20,7 @@ module m_energy
       real(wp) :: momentum(3) = 0.0_wp        !< kg m/s
       real(wp) :: angular_momentum(3) = 0.0_wp !< the same, kg m2/s about the origin
       real(wp) :: dissipated = 0.0_wp         !< taken out of particles by effects since the start, J
+      real(wp) :: potential = 0.0_wp          !< in the fields of effects, J
    contains
       procedure :: energy
    end type sums_t
@@ -31,10 +33,15 @@ module m_energy
       real(wp) :: driven = 0.0_wp             !< what effects that are to take energy out have put in, on balance, J
       real(wp) :: largest = 0.0_wp            !< largest energy or work seen, J: what the error is relative to
       real(wp) :: worst = 0.0_wp              !< largest error seen, J
+      real(wp) :: effects_apart = 0.0_wp      !< work of effects by the nodes' motion, less that by the particles', J
+      real(wp) :: tools_apart = 0.0_wp        !< the same of tools, by their own motion, J
+      real(wp) :: worst_of_effects = 0.0_wp, worst_of_tools = 0.0_wp !< largest size of these seen, J
    contains
       procedure :: begin
       procedure :: follow
       procedure :: glance
+      procedure :: particle_work
+      procedure, private :: take
       procedure :: error
       procedure :: excess
    end type balance_t
@@ -72,7 +79,7 @@ contains
       do b = 1, size(parts, 2)
          total = total + parts(:, b)
       end do
-      sums = sums_t(total(1), total(2), total(3), total(4), total(5:7), total(8:10), total(11))
+      sums = sums_t(total(1), total(2), total(3), total(4), total(5:7), total(8:10), total(11), total(12))
    end function measure
 
    !> Sums of one block, before they are asked for.
@@ -89,12 +96,14 @@ contains
       energy = self%kinetic + self%strain + self%plastic
    end function energy
 
-   !> Mass, kinetic energy, strain energy, plastic work, momentum, angular momentum of one block, and what effects took out.
+   !> Mass, kinetic energy, strain energy, plastic work, momentum, angular momentum of one block, what effects took out, and the
+   !> potential energy in their fields.
    pure function block_sums(model, l, b) result(sums)
       type(model_t), intent(in) :: model
       integer, intent(in) :: l, b
       real(wp) :: sums(sum_count), kinetic, angular(3)
-      integer :: first, last, m
+      integer :: first, last, m, steps(size(model%levels))
+      steps = model%steps_of_levels()
       associate (particles => model%levels(l)%blocks(b)%particles, at => model%levels(l)%layout)
          sums = 0.0_wp
          if (particles%count == 0) return
@@ -113,6 +122,8 @@ contains
          end do
          do m = 1, size(model%effects)
             sums(11) = sums(11) + model%effects(m)%effect%dissipated(particles%column, 1, particles%count)
+            sums(12) = sums(12) + model%effects(m)%effect%potential(particles%column, at, 1, particles%count, &
+                                                                     0.5_wp*model%last_step/steps(l))
          end do
       end associate
    end function block_sums
@@ -156,41 +167,62 @@ contains
    subroutine follow(self, model)
       class(balance_t), intent(inout) :: self
       type(model_t), intent(inout) :: model
+      real(wp) :: booked(kinds_booked + 1)
       self%now = measure(model)
       call model%fold()
-      self%external_work = sum(model%contact%states%work) + sum(model%effect_step%external_work)
-      self%damped = sum(model%effect_step%damped) + self%now%dissipated + sum(model%contact%states%heat) &
-                    + model%lost
-      self%driven = max(0.0_wp, -sum(model%effect_step%damped))
-      self%largest = max(self%largest, abs(self%external_work), abs(self%damped), self%now%energy())
-      self%worst = max(self%worst, abs(self%excess()))
+      booked = 0.0_wp
+      booked(3) = -sum(model%effect_step%ahead_work)
+      call self%take(model, booked)
    end subroutine follow
 
-   !> Collective: as follow, but nothing is changed, also not what is booked. The sums' last bits depend on the ranks.
-   subroutine glance(self, model, created, largest)
+   !> Collective: the balance as follow would make it, but nothing of the model is changed, also not what is booked. The sums' last
+   !> bits depend on the ranks.
+   type(balance_t) function glance(self, model) result(seen)
       class(balance_t), intent(in) :: self
       type(model_t), intent(in) :: model
-      real(wp), intent(out) :: created !< energy that is there and should not be, J
-      real(wp), intent(out) :: largest !< largest energy or work seen, J
-      type(sums_t) :: now
-      real(wp) :: booked(3), work, damped, driven
+      real(wp) :: booked(kinds_booked + 1)
       integer :: b, l
-      now = measure(model)
+      seen = self
+      seen%now = measure(model)
       booked = 0.0_wp
       do l = 1, size(model%levels)
          do b = 1, size(model%levels(l)%blocks)
-            booked(:2) = booked(:2) + model%effect_step(l)%booked(model%levels(l)%blocks(b)%index)
+            booked(:kinds_booked) = booked(:kinds_booked) + model%effect_step(l)%booked(model%levels(l)%blocks(b)%index)
+            booked(3) = booked(3) - model%effect_step(l)%work_ahead(model%levels(l)%blocks(b)%index)
          end do
       end do
-      booked(3) = sum(model%lost_in_merging)
-      call MPI_Allreduce(MPI_IN_PLACE, booked, 3, MPI_DOUBLE_PRECISION, MPI_SUM, model%communicator%comm)
-      work = sum(model%contact%states%work) + sum(model%effect_step%external_work) + booked(1)
-      damped = sum(model%effect_step%damped) - booked(2)
-      driven = max(0.0_wp, -damped)
-      damped = damped + booked(3) + now%dissipated + sum(model%contact%states%heat) + model%lost
-      created = now%energy() - self%start%energy() - work + damped + driven
-      largest = max(self%largest, abs(work), abs(damped), now%energy())
-   end subroutine glance
+      booked(kinds_booked + 1) = sum(model%lost_in_merging)
+      call MPI_Allreduce(MPI_IN_PLACE, booked, size(booked), MPI_DOUBLE_PRECISION, MPI_SUM, model%communicator%comm)
+      call seen%take(model, booked)
+   end function glance
+
+   !> The balance from the sums of now, and what is booked: in all up to the last fold, and since then.
+   pure subroutine take(self, model, booked)
+      class(balance_t), intent(inout) :: self
+      type(model_t), intent(in) :: model
+      real(wp), intent(in) :: booked(:) !< as effect_step%booked, less what is ahead; and lost in merging, J
+      real(wp) :: by_effects, taken
+      by_effects = sum(model%effect_step%external_work) + booked(1)
+      taken = sum(model%effect_step%damped) - booked(2)
+      self%external_work = sum(model%contact%states%work) + by_effects
+      self%damped = taken + self%now%dissipated + sum(model%contact%states%heat) + model%lost + booked(4)
+      self%driven = max(0.0_wp, -taken)
+      self%largest = max(self%largest, abs(self%external_work), abs(self%damped), self%now%energy())
+      self%worst = max(self%worst, abs(self%excess()))
+      if (all(model%effect_step%follows_particles)) self%effects_apart = by_effects - (self%start%potential - self%now%potential) &
+                                                                - sum(model%effect_step%particle_work) - booked(3)
+      associate (states => model%contact%states)
+         if (model%contact%followed) self%tools_apart = sum(states%work - states%heat - states%particle_work)
+      end associate
+      self%worst_of_effects = max(self%worst_of_effects, abs(self%effects_apart))
+      self%worst_of_tools = max(self%worst_of_tools, abs(self%tools_apart))
+   end subroutine take
+
+   !> External work as the motion of the particles has it, J; of effects that do not say it, as booked.
+   pure real(wp) function particle_work(self) result(work)
+      class(balance_t), intent(in) :: self
+      work = self%external_work - self%effects_apart - self%tools_apart
+   end function particle_work
 
    !> Energy that is there and should not be (above 0) or is missing, J.
    pure real(wp) function excess(self)

@@ -20,7 +20,7 @@ module m_guard
    private
    public :: guard_t
 
-   integer, parameter, public :: guard_facts = 5 !< what a run that goes on from a checkpoint must know of the guard
+   integer, parameter, public :: guard_facts = 6 !< what a run that goes on from a checkpoint must know of the guard
 
    type :: guard_t
       private
@@ -33,6 +33,7 @@ module m_guard
       real(wp) :: first_step = 0.0_wp     !< the first time step of the run, s
       integer(i8) :: looked = 0           !< step of the last look at all fields
       logical :: clean = .true.           !< no energy to speak of had come from nowhere at that look
+      integer(i8) :: apart_since = -1     !< step from which works have been too far apart; -1: they are not
       integer :: attempt = 0              !< times that the present trouble has been met; 0: none
       logical :: gave_up = .false.        !< the model stands as in the copy
       real(wp) :: until = 0.0_wp          !< time from which the given step is taken again, s
@@ -49,6 +50,7 @@ module m_guard
       procedure :: look_is_due
       procedure :: look
       procedure :: look_at_energy
+      procedure :: look_at_work
       procedure :: save
       procedure :: can_go_back
       procedure :: go_back
@@ -61,6 +63,8 @@ module m_guard
    real(wp), parameter :: largest_part = 0.5_wp !< of the free memory that the copies may take
    real(wp), parameter :: quiet_share = 1.0e-10_wp !< of mass times squared wave speed: while loads only begin, work lags by half a
                                                    !< step
+   real(wp), parameter :: unsettled = 100.0_wp !< times that: below, works are not compared
+   integer, parameter :: settling = 20         !< steps that works may be apart while a load or a touch begins
    integer, parameter :: most_doublings = 10   !< of the way that smaller steps are taken past a fault
    integer, parameter :: longest_wait = 10     !< for a clean state, in save_every
 
@@ -111,7 +115,8 @@ contains
    pure function facts(self) result(values)
       class(guard_t), intent(in) :: self
       real(wp) :: values(guard_facts)
-      values = [real(self%attempt, wp), self%until, real(self%retries, wp), self%last_retry, self%first_step]
+      values = [real(self%attempt, wp), self%until, real(self%retries, wp), self%last_retry, self%first_step, &
+                real(self%apart_since, wp)]
    end function facts
 
    !> From a checkpoint.
@@ -123,6 +128,7 @@ contains
       self%retries = nint(max(0.0_wp, min(values(3), 1.0e9_wp)))
       self%last_retry = values(4)
       self%first_step = values(5)
+      self%apart_since = nint(max(-1.0_wp, min(values(6), 1.0e18_wp)), i8)
    end subroutine remember
 
    !> Collective: what the guard will do, for the first lines of a run.
@@ -184,34 +190,68 @@ contains
       type(model_t), intent(inout) :: model
       type(balance_t), intent(in) :: balance
       type(error_t), intent(inout) :: error
-      real(wp) :: created, largest
+      type(balance_t) :: seen
       call model%timers%enter(self%row)
       self%looked = model%step
       self%clean = .true.
       call check_fields(model, error)
-      if (.not. error%happened() .and. self%spec%energy_limit > 0.0_wp) then
-         call balance%glance(model, created, largest)
-         call self%look_at_energy(model, created, largest, error)
-         self%clean = created <= clean_share*self%spec%energy_limit*max(largest, self%quiet)
+      if (.not. error%happened() .and. max(self%spec%energy_limit, self%spec%work_limit) > 0.0_wp) then
+         seen = balance%glance(model)
+         call self%look_at_energy(model, seen, error)
+         if (.not. error%happened()) call self%look_at_work(model, seen, .false., error)
+         if (self%spec%energy_limit > 0.0_wp) &
+            self%clean = seen%excess() <= clean_share*self%spec%energy_limit*max(seen%largest, self%quiet)
       end if
       call model%timers%leave()
    end subroutine look
 
    !> Collective: energy must not come from nowhere. What is lost is no fault: PIC and contact lose some.
-   subroutine look_at_energy(self, model, created, largest, error)
+   subroutine look_at_energy(self, model, balance, error)
       class(guard_t), intent(in) :: self
       type(model_t), intent(in) :: model
-      real(wp), intent(in) :: created !< energy that is there and should not be, J; the same on all ranks
-      real(wp), intent(in) :: largest !< largest energy or work seen, J
+      type(balance_t), intent(in) :: balance !< the same on all ranks, but for last bits
       type(error_t), intent(inout) :: error
-      real(wp) :: limit
-      limit = self%spec%energy_limit*max(largest, self%quiet)
-      if (self%spec%energy_limit <= 0.0_wp) limit = huge(limit)
-      if (created <= limit) return
-      call fail(error, exit_numerical, fastest_text(model)//': '//to_text(created, 3)//' J of energy came from nowhere, '// &
-                'more than '//to_text(self%spec%energy_limit)//' of the largest energy or work, '//to_text(largest, 3)// &
-                ' J; try a smaller safety', may_heal=.true.)
+      real(wp) :: largest
+      largest = max(balance%largest, self%quiet)
+      if (self%spec%energy_limit > 0.0_wp .and. .not. balance%excess() <= self%spec%energy_limit*largest) then
+         call fail(error, exit_numerical, fastest_text(model)//': '//to_text(balance%excess(), 3)// &
+                   ' J of energy came from nowhere, more than '//to_text(self%spec%energy_limit)// &
+                   ' of the largest energy or work, '//to_text(balance%largest, 3)//' J; try a smaller safety', may_heal=.true.)
+      end if
    end subroutine look_at_energy
+
+   !> Collective: the work that loads are said to do must be what they do on the particles, but for the first steps of a load or a touch.
+   !> Smaller steps would not change it.
+   subroutine look_at_work(self, model, balance, ends, error)
+      class(guard_t), intent(inout) :: self
+      type(model_t), intent(in) :: model
+      type(balance_t), intent(in) :: balance !< the same on all ranks, but for last bits
+      logical, intent(in) :: ends            !< the scene does with this step: it is looked at for the last time
+      type(error_t), intent(inout) :: error
+      associate (apart => max(abs(balance%effects_apart), abs(balance%tools_apart)))
+         if (self%spec%work_limit <= 0.0_wp .or. &
+             apart <= self%spec%work_limit*max(balance%largest, unsettled*self%quiet)) then
+            self%apart_since = -1
+         else
+            if (self%apart_since < 0) self%apart_since = model%step
+            if (model%step - self%apart_since < settling .and. .not. (ends .and. model%step >= settling)) return
+            call fail(error, exit_numerical, 'time '//si(model%time, 's')//': '//work_text(balance)//': '//to_text(apart, 3)// &
+                      ' J apart, more than '//to_text(self%spec%work_limit)//' of the largest energy or work, '// &
+                      to_text(balance%largest, 3)//' J; try domain=''stretch'', 8 or 27 particles per cell, or smaller cells')
+         end if
+      end associate
+   end subroutine look_at_work
+
+   !> Work of the loads whose two figures are further apart.
+   function work_text(balance) result(text)
+      type(balance_t), intent(in) :: balance
+      character(len=:), allocatable :: text
+      if (abs(balance%effects_apart) >= abs(balance%tools_apart)) then
+         text = 'the work of &pressure and &gravity by the motion of the grid is not their work by the motion of the particles'
+      else
+         text = 'the work of the tools is not their work by the motion of the particles that they press'
+      end if
+   end function work_text
 
    !> Collective: keep a copy of a state that has passed the look, unless the run is still in the trouble that it went back for or
    !> some energy looks as if trouble had begun; not for long, though. `written`: this state has gone to the disk and must not go
@@ -264,6 +304,7 @@ contains
       self%until = max(self%until, fault + 2.0_wp**min(self%retries - 1, most_doublings) &
                        *max(fault - model%time, self%spec%save_every*self%first_step))
       self%looked = model%step
+      self%apart_since = -1
       error = error_t()
       call model%timers%leave()
    end subroutine go_back

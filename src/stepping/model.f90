@@ -9,7 +9,8 @@ module m_model
    use m_field_table, only: bytes_per_column
    use m_communicator, only: communicator_t
    use m_timers, only: timers_t, phase_balance
-   use m_scene, only: scene_t, time_spec_t, level_spec_t, update_musl, domain_fixed, domain_stretch, domain_corners
+   use m_scene, only: scene_t, time_spec_t, level_spec_t, update_usl, update_musl, domain_fixed, domain_stretch, &
+                      domain_corners
    use m_grid_level, only: make_grid_level
    use m_level, only: level_t, tile_last, node_values
    use m_body, only: fill_block, count_in_block, expected_count
@@ -58,6 +59,7 @@ module m_model
       integer, allocatable :: first_low(:, :), first_high(:, :) !< sides of their boxes at the start, in nodes: (3, levels)
       integer(i8) :: moves = 0                        !< times that boxes of levels have moved
       real(wp) :: time = 0.0_wp                       !< s
+      real(wp) :: last_step = 0.0_wp                  !< of the coarsest level, s
       integer(i8) :: step = 0
       integer :: asked = 0                            !< what this rank asks of the run; after a step the largest of all ranks
       logical :: wants_sums = .false.                 !< histories will ask for the sums over all particles after the next step
@@ -131,6 +133,7 @@ contains
          call self%effect_step(l)%build(self%effects, product(self%levels(l)%grid%blocks), self%timers)
       end do
       call self%contact%build(scene%tools, scene%contact)
+      self%contact%followed = self%contact%active() .and. (self%method%affine .or. self%method%stress_update == update_usl)
       allocate (self%lost_in_merging(blocks_before(self%levels, size(self%levels) + 1)), source=0.0_wp)
       call declare_fields(self)
       if (present(empty)) then

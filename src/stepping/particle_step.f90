@@ -6,7 +6,7 @@ module m_particle_step
    use m_errors, only: error_t, fail
    use m_text, only: to_text
    use m_timers
-   use m_scene, only: domain_fixed
+   use m_scene, only: domain_fixed, update_usl
    use m_field_table, only: layout_t
    use m_particle_store, only: particle_store_t
    use m_cell_list, only: cell_list_t, bins_at
@@ -66,7 +66,7 @@ contains
                call model%timers%enter(phase_nodes)
                call model%effect_step(l)%measure(model%levels(l), b, clock%step)
             end if
-            call scatter(model, l, b, motion, error)
+            call scatter(model, l, b, motion, clock%time, error)
             if (shares_cells) cycle
             if (with_stress) call update_stress(model, l, b, clock%step, error)
             if (model%levels(l)%layout%next_position == 0) then
@@ -122,7 +122,7 @@ contains
       integer :: b
       do b = 1, size(model%levels(l)%blocks)
          if (stays_at_rest(model, l, b)) cycle
-         call scatter(model, l, b, motion_t(0.0_wp, 1.0_wp, model%levels(l)%layout%position), error)
+         call scatter(model, l, b, motion_t(0.0_wp, 1.0_wp, model%levels(l)%layout%position), model%time, error)
          if (size(model%effect_step(l)%on_cells) == 0) call update_stress(model, l, b, time_step, error)
       end do
       if (size(model%effect_step(l)%on_cells) == 0) return
@@ -133,10 +133,11 @@ contains
    end subroutine strain
 
    !> Nodes to the particles of one block. Affine transfer: the velocity gradient stays with them.
-   subroutine scatter(model, l, b, motion, error)
+   subroutine scatter(model, l, b, motion, time, error)
       type(model_t), intent(inout) :: model
       integer, intent(in) :: l, b
       type(motion_t), intent(in) :: motion
+      real(wp), intent(in) :: time !< of the level, s
       type(error_t), intent(inout) :: error
       type(longest_t) :: longest
       integer :: kept, n
@@ -146,6 +147,8 @@ contains
       longest%speed = huge(1.0_wp)
       if (motion%time_step > 0.0_wp) longest%speed = furthest_way*model%levels(l)%grid%cell/motion%time_step
       associate (level => model%levels(l), block => model%levels(l)%blocks(b), first => model%levels(l)%layout%gradient)
+         if (motion%time_step > 0.0_wp .and. model%effect_step(l)%is_loaded(b)) &
+            call model%effect_step(l)%mark(model%effects, level, b)
          call nodes_to_particles(block%cells, level%nodes(:, :, :, :, b), level%layout, frame_of(level, block), motion, &
                                  block%particles%column, level%gradient, longest)
          if (block%arrived > 0) then
@@ -154,6 +157,7 @@ contains
                                     block%particles%column, level%gradient, longest)
          end if
          if (longest%particle > 0) call report_long_way(model, l, b, longest, motion%time_step, error)
+         if (motion%time_step > 0.0_wp) call follow_loads(model, l, b, motion, time)
          n = block%particles%count
          if (first > 0) block%particles%column(:n, first:first + 8) = level%gradient(:n, :)
          if (leads) call add_leads(level%at_edge, level%lead, block%particles%column(:, first:first + 8))
@@ -164,6 +168,30 @@ contains
          if (kept > 0) block%particles%column(:n, kept:kept + 8) = level%gradient(:n, :)
       end associate
    end subroutine scatter
+
+   !> The work of loads by the motion that a block's particles have just made (theory.md, eq. particle-work). Where the stress has a solve
+   !> of its own, which has not met the tools, domains follow the gradient of that, if it is kept; else tools are not followed.
+   subroutine follow_loads(model, l, b, motion, time)
+      type(model_t), intent(inout) :: model
+      integer, intent(in) :: l, b
+      type(motion_t), intent(in) :: motion
+      real(wp), intent(in) :: time !< of the level, s
+      associate (at => model%levels(l)%layout)
+         if (model%method%stress_update == update_usl .or. at%gradient == 0) then
+            call follow_with(model%levels(l)%gradient)
+         else
+            call follow_with(model%levels(l)%blocks(b)%particles%column(:, at%gradient:at%gradient + 8))
+         end if
+      end associate
+   contains
+      subroutine follow_with(gradient)
+         real(wp), intent(in), contiguous :: gradient(:, :)
+         if (model%effect_step(l)%is_loaded(b)) call model%effect_step(l)%follow(model%effects, model%levels(l), b, gradient, &
+                                                                         motion%position, time, motion%time_step)
+         if (model%contact%followed .and. l == size(model%levels)) &
+            call model%contact%follow(model%levels(l), b, gradient, motion%position, motion%time_step)
+      end subroutine follow_with
+   end subroutine follow_loads
 
    !> At the edge of a level: how far the gradients that particles keep are to be ahead of the motion (theory.md, eq. lead), into
    !> the work array, while particles are where the step began; which particles, into the level's list of those at edges.

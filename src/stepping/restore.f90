@@ -14,7 +14,7 @@ module m_restore
    private
    public :: take_blocks, restore_blocks, check_particles
 
-   integer, parameter, public :: table_width = 5, bounds_width = 12
+   integer, parameter, public :: table_width = 5, bounds_width = 13
 
    !> All blocks of all levels that exist, a row each: rank by rank, and there by level and index, as particles stand in a file.
    type, public :: block_table_t
@@ -116,12 +116,12 @@ contains
             block%cells%current = .false.
             block%lowest = blocks%bounds(1:3, n)
             block%highest = blocks%bounds(4:6, n)
-            call model%effect_step(l)%book(block%index, blocks%bounds(7:8, n))
-            model%lost_in_merging(blocks_before(model%levels, l) + block%index) = blocks%bounds(9, n)
-            block%jumps = blocks%bounds(10, n)
+            call model%effect_step(l)%book(block%index, blocks%bounds(7:9, n))
+            model%lost_in_merging(blocks_before(model%levels, l) + block%index) = blocks%bounds(10, n)
+            block%jumps = blocks%bounds(11, n)
             block%arrived = -1 ! not what a run writes
-            if (abs(blocks%bounds(11, n)) <= block%particles%count) block%arrived = nint(blocks%bounds(11, n))
-            block%disorder = blocks%bounds(12, n)
+            if (abs(blocks%bounds(12, n)) <= block%particles%count) block%arrived = nint(blocks%bounds(12, n))
+            block%disorder = blocks%bounds(13, n)
          end associate
       end do
       do l = 1, size(model%levels)

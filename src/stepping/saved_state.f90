@@ -7,6 +7,7 @@ module m_saved_state
    use m_region, only: make_region
    use m_tool, only: tool_t
    use m_contact, only: tool_state_t
+   use m_effect_step, only: kinds_booked
    use m_model, only: model_t, bounds_t
    use m_energy, only: balance_t
    implicit none
@@ -16,7 +17,7 @@ module m_saved_state
    !> What is booked on one level.
    type :: saved_level_t
       integer :: low(3) = 0, high(3) = 0            !< sides of its box, in nodes
-      real(wp) :: external_work = 0.0_wp, damped = 0.0_wp !< by effects, J
+      real(wp) :: external_work = 0.0_wp, damped = 0.0_wp, particle_work = 0.0_wp !< by effects, J
       real(wp), allocatable :: booked(:, :)         !< by kinds and block, since the last fold, J
    end type saved_level_t
 
@@ -90,8 +91,9 @@ contains
             saved%high = model%levels(l)%region%high
             saved%external_work = step%external_work
             saved%damped = step%damped
+            saved%particle_work = step%particle_work
             if (.not. step%works) cycle
-            if (.not. allocated(saved%booked)) allocate (saved%booked(2, places))
+            if (.not. allocated(saved%booked)) allocate (saved%booked(kinds_booked, places))
             do place = 1, places
                saved%booked(:, place) = step%booked(place)
             end do
@@ -178,6 +180,7 @@ contains
             if (l > 1) model%levels(l)%region = make_region(model%levels(l)%grid, saved%low, saved%high)
             model%effect_step(l)%external_work = saved%external_work
             model%effect_step(l)%damped = saved%damped
+            model%effect_step(l)%particle_work = saved%particle_work
             if (.not. model%effect_step(l)%works) cycle
             do place = 1, product(model%levels(l)%grid%blocks)
                call model%effect_step(l)%book(place, saved%booked(:, place))

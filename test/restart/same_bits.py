@@ -51,7 +51,7 @@ for name, text in TEXTS.items():
         for directory in ("levels_kept", "levels_1"):
             with h5py.File(checkpoints(directory)[-1]) as file:
                 bounds.append(file["blocks/bounds"][:])
-        require("levels: lists have jumped", bounds[0][:, 9].max() > 0)
+        require("levels: lists have jumped", bounds[0][:, 10].max() > 0)
         require("levels: blocks of the last checkpoint", newest_step("levels_kept") == newest_step("levels_1")
                 and np.array_equal(*bounds))
     if name != "splitting":

@@ -9,7 +9,7 @@ program inner_motion_test
    use m_scene, only: scene_t, grid_spec_t, domain_fixed, domain_stretch, domain_corners
    use m_materials, only: material_of
    use m_region, only: make_region
-   use m_split, only: split_long
+   use m_split, only: split_long, stuff_t
    use m_model, only: model_t
    use m_residence, only: change_pair
    use m_energy, only: sums_t, measure
@@ -121,7 +121,8 @@ contains
          all = 0
          do round = 1, 9
             do b = 1, size(level%blocks)
-               call split_long(level%blocks(b), level%table, level%layout, level%grid%cell, splits, worn_out)
+               call split_long(level%blocks(b), level%table, level%layout, level%grid%cell, &
+                               [stuff_t(density=1000.0_wp, modulus=1.0e6_wp)], splits, worn_out)
                all = all + splits
             end do
          end do

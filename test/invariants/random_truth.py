@@ -1,0 +1,215 @@
+#!/usr/bin/env python3
+"""Small scenes made by chance: what a run with status 0 says must obey the laws of mechanics, and not depend on how it is looked at.
+
+usage: random_truth.py WORK PROGRAM COUNT [--first SEED] [--only TWIN] [--show SEED] [--jobs N] [--planted WHAT]
+
+Of every scene (scenes.py makes it from its seed): energy never from nothing, little lost without a cause, external work as booked and by
+the motion of the particles, mass, momentum of free bodies, the exact end of a rod. And a second run of it, which must say the same: its
+mirror image, the whole of a quarter, or two ranks. A scene that is refused (status 2) or ends with a numerical fault (status 3 and one
+sentence) is counted and printed, and is no failure. Scenes that fail stand in WORK/failed; `--show SEED` prints one.
+"""
+import argparse
+import collections
+import concurrent.futures
+import os
+import shutil
+import subprocess
+import sys
+import threading
+from pathlib import Path
+
+import numpy as np
+
+ROOT = Path(__file__).resolve().parents[2]
+sys.path[:0] = [str(ROOT/"post"), str(ROOT/"test/stability")]
+from hard_case import surroundings
+from random_scenes import faults_on_disk
+from run_data import History, Unreadable
+from scenes import Scene
+
+LIMIT = 60*(5 if os.environ.get("BUILD") == "debug" else 1)  # s
+
+# Bars, as shares of the largest energy or work of the run unless something else is said
+GAIN = 0.05        # energy from nothing
+LOSS = 0.10        # energy lost without a cause that the scene has asked for
+WORK = 0.05        # external work, of the largest external work where that is not small beside the energy
+MOMENTUM = 1e-9    # of free bodies, of the largest momentum of mass and energy
+MASS = 1e-12       # relative
+ROD = 0.02         # end of a rod, of its way; and 0.0005 of its length
+SAME = 1e-6        # between twins, without contact
+SAME_CONTACT = 1e-3 # with contact, which is solved to a tolerance
+RATE_FORM = 0.4     # of the strain of a rod: 'elastic' has the energy of small strain (theory.md, Energy)
+
+# For the test of this test: what is done to a history before it is looked at
+PLANTED = {
+    "gain": ("energy", "kinetic", lambda rows, x: x + 0.2*np.abs(rows["external_work"]).max()*np.linspace(0, 1, len(x))),
+    "loss": ("energy", "damped", lambda rows, x: x - 0.3*np.abs(rows["external_work"]).max()),
+    "work": ("energy", "particle_work", lambda rows, x: 0.9*x),
+    "mass": ("energy", "mass", lambda rows, x: x*(1 + 1e-11*np.arange(len(x)))),
+    "momentum": ("energy", "momentum_x", lambda rows, x: x + 1e-5*rows["mass"]*np.arange(len(x))),
+    "rod": ("probe_end", "z", lambda rows, x: x[0] + 1.05*(x - x[0])),
+    "twin": ("energy", "strain", lambda rows, x: x*(1 + 2e-3)),
+}
+
+
+class Run:
+    """What a run of a scene left."""
+
+    def __init__(self, program, scene, ranks, out, environment):
+        shutil.rmtree(out, ignore_errors=True)
+        command = (["mpirun", "-n", str(ranks)] if ranks > 1 else []) + [program]
+        self.out, self.faults = out, []
+        process = subprocess.Popen(command, stdin=subprocess.PIPE, stdout=subprocess.PIPE, stderr=subprocess.PIPE, env=environment)
+        try:
+            output, errors = process.communicate(scene.text().replace("'OUT'", f"'{out}'").encode(), timeout=LIMIT)
+        except subprocess.TimeoutExpired:
+            process.terminate()
+            process.communicate()
+            self.status, self.sentence = None, ""
+            self.faults = [f"it was still running after {LIMIT} s"]
+            return
+        self.status = process.returncode
+        self.warned = [line for line in output.decode().splitlines() if line.startswith("WARNING: ")]
+        sentences = [line[8:] for line in errors.decode(errors="replace").splitlines() if line.startswith("gimp3d: ")]
+        self.sentence = sentences[-1] if sentences else ""
+        if self.status not in (0, 2, 3) or (self.status != 0 and len(sentences) != 1):
+            self.faults = [f"status {self.status}, {len(sentences)} sentences: {errors.decode(errors='replace')[-300:]}"]
+        self.faults += faults_on_disk(out, self.status)
+
+    def history(self, name, planted=None):
+        rows = History(self.out/f"{name}.dat")
+        if planted and PLANTED[planted][0] == name:
+            _, column, change = PLANTED[planted]
+            rows.columns[column] = change(rows, rows[column])
+        return rows
+
+
+def invariants(scene, run, planted):
+    """What is wrong with a run of status 0, as sentences with figures; and the figures."""
+    rows = run.history("energy", planted)
+    energy = rows["kinetic"] + rows["strain"] + rows["plastic"]
+    work, damped = rows["external_work"], rows["damped"]
+    largest = np.max([np.abs(work).max(), np.abs(damped).max(), energy.max()])
+    if not largest > 0:
+        return [], {}
+    excess = (energy - energy[0] - work + damped)/largest
+    figures = {"gain": excess.max(), "loss": -excess.min()}
+    scale = max(np.abs(work).max(), np.abs(rows["particle_work"]).max())
+    figures["work"] = np.abs(work - rows["particle_work"]).max()/max(scale, 0.2*largest)
+    figures["mass"] = np.abs(rows["mass"]/rows["mass"][0] - 1).max()
+    bars = {"gain": GAIN, "loss": LOSS, "work": WORK, "mass": MASS}
+    if scene.flip < 1 or scene.transfer == "plain" or any("loads" in tool for tool in scene.tools): # PIC; tools that bounce
+        del bars["loss"]
+    if scene.family == "free":
+        momentum = np.stack([rows[f"momentum_{a}"] for a in "xyz"], axis=1)
+        push = np.outer(rows["time"] - rows["time"][0], scene.gravity or [0, 0, 0])*rows["mass"][0]
+        figures["momentum"] = np.abs(momentum - momentum[0] - push).max()/np.sqrt(2*rows["mass"][0]*largest)
+        bars["momentum"] = MOMENTUM
+    if scene.exact_end is not None:
+        end = run.history("probe_end", planted)
+        length = scene.bodies[0]["upper"][2]
+        share = end["z"][0]/length # of the way of the end, that of the probe's place
+        figures["rod"] = abs((end["z"][-1] - end["z"][0])/(share*scene.exact_end) - 1)
+        bars["gain"] = GAIN + RATE_FORM*abs(scene.strain)
+        if "loss" in bars:
+            bars["loss"] = LOSS + RATE_FORM*abs(scene.strain)
+        bars["rod"] = ROD + 5e-4*length/abs(scene.exact_end)
+    wrong = [f"{name} {figures[name]:.3g}, at most {bar:.3g}" for name, bar in bars.items() if not figures[name] <= bar]
+    return wrong, figures
+
+
+def compare(scene, run, twin, factor, mirrored, planted):
+    """The same scene seen otherwise: the furthest that a sum at any time is from what it must be, relative."""
+    one, other = run.history("energy"), twin.history("energy", planted if planted == "twin" else None)
+    if one.rows != other.rows:
+        return [f"{one.rows} rows and {other.rows}"], 0.0
+    names = ["kinetic", "strain", "plastic", "damped", "external_work", "particle_work"]
+    largest = max(np.finfo(float).tiny, *(np.abs(one[name]).max() for name in names[:5]))
+    apart = max(np.abs(factor*one[name] - other[name]).max()/(factor*largest) for name in names)
+    if factor == 1:
+        scale = np.sqrt(2*one["mass"][0]*largest)
+        for a in "xyz":
+            sign = -1 if mirrored and a == "x" else 1
+            apart = max(apart, np.abs(sign*one[f"momentum_{a}"] - other[f"momentum_{a}"]).max()/scale)
+    bar = SAME_CONTACT if scene.tools else SAME
+    return ([f"{apart:.3g} apart, at most {bar:.3g}"] if not apart <= bar else []), apart
+
+
+def try_seed(seed, program, work, environment, only, planted):
+    """Run a scene and its twin: status, failures, figures, what else is to be said."""
+    scene = Scene(seed)
+    out = work/f"out_{seed}"
+    run = Run(program, scene, 1, out, environment)
+    wrong, figures, notes = list(run.faults), {}, []
+    if run.sentence:
+        notes.append(f"{run.status}: {run.sentence}")
+    if run.status == 0 and not wrong:
+        notes += run.warned
+        wrong, figures = invariants(scene, run, planted)
+        kinds = ["mirrored", "2 ranks"] + (["whole", "whole"] if scene.quarter else [])
+        kind = only or kinds[seed % len(kinds)]
+        if kind == "whole" and not scene.quarter:
+            kind = "mirrored"
+        twin = scene.mirrored() if kind == "mirrored" else scene.whole() if kind == "whole" else scene
+        other = Run(program, twin, 2 if kind == "2 ranks" else 1, work/f"twin_{seed}", environment)
+        if other.status != 0 or other.faults:
+            wrong.append(f"{kind}: status {other.status}: {other.sentence} {other.faults}")
+        else:
+            apart, figures[kind] = compare(scene, run, other, 4 if kind == "whole" else 1, kind == "mirrored", planted)
+            wrong += [f"{kind}: {text}" for text in apart]
+        shutil.rmtree(other.out, ignore_errors=True)
+    shutil.rmtree(out, ignore_errors=True)
+    return seed, scene, run.status, wrong, figures, notes
+
+
+def main():
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser.add_argument("work", type=Path)
+    parser.add_argument("program")
+    parser.add_argument("count", type=int)
+    parser.add_argument("--first", type=int, default=1)
+    parser.add_argument("--only", choices=["mirrored", "whole", "2 ranks"])
+    parser.add_argument("--jobs", type=int, default=1)
+    parser.add_argument("--show", type=int)
+    parser.add_argument("--planted", choices=PLANTED, help="change what a run says, so that it is wrong")
+    parser.add_argument("--verbose", action="store_true")
+    args = parser.parse_args()
+    if args.show is not None:
+        print(Scene(args.show).text())
+        return
+    args.work.mkdir(parents=True, exist_ok=True)
+    local = threading.local()
+
+    def attempt(seed):
+        if not hasattr(local, "environment"):
+            local.environment = surroundings() | {"OMPI_MCA_mpi_yield_when_idle": "1"}
+        try:
+            return try_seed(seed, str(Path(args.program).resolve()), args.work.resolve(), local.environment, args.only, args.planted)
+        except Unreadable as error:
+            return seed, Scene(seed), None, [str(error)], {}, []
+
+    ends, wrong_ones, worst = collections.Counter(), [], {}
+    with concurrent.futures.ThreadPoolExecutor(args.jobs) as pool:
+        for seed, scene, status, wrong, figures, notes in pool.map(attempt, range(args.first, args.first + args.count)):
+            ends[status] += 1
+            for name, value in figures.items():
+                worst[name] = max(worst.get(name, (0.0, 0)), (float(value), seed))
+            for note in notes:
+                print(f"   {seed} {scene.family}: {note[:230]}", flush=True)
+            if args.verbose:
+                print(f"   {seed} {scene.family} {scene.law} {scene.domain} {scene.per_cell}: "
+                      + ", ".join(f"{name} {value:.2g}" for name, value in figures.items()), flush=True)
+            for what in wrong:
+                print(f"FAILED: seed {seed} ({scene.family}, {scene.law}, {scene.domain}, {scene.per_cell} per cell): {what}", flush=True)
+            if wrong:
+                wrong_ones.append(seed)
+                (args.work/"failed").mkdir(exist_ok=True)
+                (args.work/f"failed/seed_{seed}.nml").write_text(scene.text())
+    print("largest figures: " + ", ".join(f"{name} {value:.3g} (seed {seed})" for name, (value, seed) in sorted(worst.items())))
+    print(f"{args.count} scenes: ended with " + ", ".join(f"{number} x {status}" for status, number in sorted(ends.items(), key=str))
+          + f"; {len(wrong_ones)} wrong" + (f": {wrong_ones}" if wrong_ones else ""))
+    sys.exit(1 if wrong_ones else 0)
+
+
+if __name__ == "__main__":
+    main()
