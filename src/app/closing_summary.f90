@@ -70,7 +70,7 @@ contains
       call say_conservation(facts, scene, model, balance, course)
       call say_work_done(facts, scene, model, balance)
       call warn_of_balance(facts, scene, balance)
-      call say_contact(facts, console, model, course)
+      call say_contact(facts, console, model, balance, course)
       if (.not. error%happened()) call say_stress_error(facts, model)
       call facts%say(guarded)
       cost%timers = model%timers
@@ -269,14 +269,17 @@ contains
    end function percent
 
    !> Collective: how well contact was solved, and its time.
-   subroutine say_contact(facts, console, model, course)
+   subroutine say_contact(facts, console, model, balance, course)
       type(facts_t), intent(inout) :: facts
       type(console_t), intent(in) :: console
       type(model_t), intent(in) :: model
       type(course_t), intent(in) :: course
-      real(wp) :: bridge, late(2)
+      type(balance_t), intent(in) :: balance
+      real(wp) :: bridge, drift, largest, late(2)
       character(len=:), allocatable :: text
       bridge = model%communicator%maximum(model%contact%worst_bridge)
+      drift = model%communicator%maximum(model%contact%candidates%drift)
+      largest = max(balance%largest, sum(abs(model%contact%states%work)))
       late = contact_share(console, model, course)
       associate (contact => model%contact, cell => model%levels(size(model%levels))%grid%cell)
          if (.not. (contact%active() .and. contact%solves > 0)) return
@@ -290,6 +293,13 @@ contains
                         to_text(contact%worst_overlap/cell, 3)//' cells')
          call facts%note('largest_overlap_m', to_text(contact%worst_overlap))
          call facts%note('largest_overlap_cells', to_text(contact%worst_overlap/cell))
+         associate (work => sum(contact%states%constraint_work))
+            call facts%say('contact: the condition itself did '//si(work, 'J')//' of work'//percent(work, largest)// &
+                           ' of the largest energy; gaps carried at most '// &
+                           to_text(drift/cell, 3)//' cells off those of the particles')
+         end associate
+         call facts%note('constraint_work_J', to_text(sum(contact%states%constraint_work)))
+         call facts%note('largest_drift_cells', to_text(drift/cell))
          call facts%say('contact: no tension; force times gap at most '//to_text(bridge, 3)//' of largest force times cell')
          call facts%note('complementarity', to_text(bridge))
          text = 'contact: '//to_text(late(1), 3)//' % of the elapsed time'

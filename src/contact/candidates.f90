@@ -14,10 +14,10 @@ module m_candidates
    use m_grid_level, only: grid_level_t
    use m_locate, only: find_bounds
    use m_stencil, only: bin_place
-   use m_face_weights, only: face_weights_t, find_face, cube_span, weigh_point, weigh_face
+   use m_face_weights, only: face_weights_t, find_face, cube_span, weigh
    implicit none
    private
-   public :: candidate_t, candidates_t, first_inside, touches, point_velocity, fastest, recovery
+   public :: candidate_t, candidates_t, drift_of, first_inside, touches, point_velocity, fastest, recovery
 
    !> A particle that would end the step inside a tool, or within a margin of it.
    type :: candidate_t
@@ -27,10 +27,13 @@ module m_candidates
       real(wp) :: facing(3) = 0.0_wp !< the same, mirrored where the contact point has been folded back at a symmetry plane
       real(wp) :: mirror(3) = 1.0_wp !< -1 for the components in which the two differ
       real(wp) :: gap = 0.0_wp   !< of its contact point now, m
+      logical :: carried = .false. !< the gap is the one that the nodes have carried on from the last step (eq. carried-gap)
+      real(wp) :: drift = 0.0_wp !< that less the gap by the particle's place and shape, m
       real(wp) :: speed = 0.0_wp !< of its contact point along the normal as the nodes have it without contact, m/s
       real(wp) :: area = 0.0_wp  !< m2
       real(wp) :: mass = 1.0_wp  !< kg
       real(wp) :: force = 0.0_wp !< N
+      real(wp) :: opening = 0.0_wp !< speed at which its gap opens with that force, m/s
       integer :: rubbing = 0     !< place among the candidates with friction; 0 without
       real(wp) :: tangent(3, 2) = 0.0_wp !< across the normal, as the tool sees them
       real(wp) :: drag(2) = 0.0_wp       !< friction on the body along the tangents, N
@@ -44,17 +47,21 @@ module m_candidates
    type :: candidates_t
       type(candidate_t), allocatable :: list(:)
       integer :: count = 0
-      integer, allocatable :: before(:) !< each block's, candidates of the blocks before it
       integer :: rubbing = 0   !< of them with friction
       integer :: pressure = 0  !< column of the contact pressure
       integer :: earlier = 0   !< column of what it was a step before
       integer :: traction = 0  !< first column of the friction; 0 where no tool has any
+      integer :: carried = 0   !< first column of the gaps that are carried on, one for each tool
+      integer, allocatable :: begins(:) !< those of block b stand from here on and before those of the next
+      real(wp) :: drift = 0.0_wp !< largest difference yet between a carried gap and that of the particle's place and shape, m
    contains
       procedure :: find
+      procedure :: settle
       procedure :: pressed
       procedure, private :: search
       procedure, private :: consider
       procedure, private :: take
+      procedure, private :: carry_on
       procedure, private :: turn_page
    end type candidates_t
 
@@ -64,6 +71,8 @@ module m_candidates
    real(wp), parameter :: touching = 1.0e-4_wp    !< a smaller gap is none, in particle edges
    real(wp), parameter :: longest_thickness = 2.0_wp*sqrt(3.0_wp)*longest !< of domains that deform, in cells
    real(wp), parameter :: recovery = 0.01_wp      !< overlap is taken back by at most this much a step, in particle edges
+   real(wp), parameter :: widest_gap = 0.25_wp    !< nothing is carried on across a gap of so many thicknesses: the face is another's, of
+                                                  !< a particle that has been split
    type(candidate_t), parameter :: unknown = candidate_t() !< before anything is said of it
 
 contains
@@ -83,12 +92,9 @@ contains
       self%count = 0
       self%rubbing = 0
       overlap = 0.0_wp
-      if (allocated(self%before)) then
-         if (size(self%before) /= size(level%blocks) + 1) deallocate (self%before)
-      end if
-      if (.not. allocated(self%before)) allocate (self%before(size(level%blocks) + 1))
+      self%begins = [(1, b=0, size(level%blocks))]
       do b = 1, size(level%blocks)
-         self%before(b) = self%count
+         self%begins(b) = self%count + 1
          if (level%blocks(b)%particles%count == 0) cycle
          thick = 0.0_wp
          do t = 1, size(tools)
@@ -96,11 +102,38 @@ contains
             if (.not. thick > 0.0_wp) thick = thickest(level, level%blocks(b))
             call self%search(tools(t), level, materials, time_step, b, t, thick, overlap(t))
          end do
-         if (level%blocks(b)%pressed) &
-            call self%turn_page(level%blocks(b)%particles%count, level%blocks(b)%particles%column, level%blocks(b)%pressed)
+         if (level%blocks(b)%pressed) call self%turn_page(size(tools), level%blocks(b)%particles%count, &
+                                                          level%blocks(b)%particles%column, level%blocks(b)%pressed)
       end do
-      self%before(size(self%before)) = self%count
+      self%begins(b) = self%count + 1
    end subroutine find
+
+   !> After the motion of a block's particles: those that are pressed go along the normal to where their own face is the one that the
+   !> tool has pressed (theory.md, eq. carried-gap), by at most so much in a step as an overlap is taken back. Velocity, stress and
+   !> shape stay as they are.
+   pure subroutine settle(self, level, b)
+      class(candidates_t), intent(in) :: self
+      type(level_t), intent(inout) :: level
+      integer, intent(in) :: b
+      integer :: n
+      do n = self%begins(b), self%begins(b + 1) - 1
+         associate (c => self%list(n), x => level%layout%position)
+            if (.not. (c%carried .and. c%force > 0.0_wp)) cycle
+            level%blocks(b)%particles%column(c%particle, x:x + 2) = level%blocks(b)%particles%column(c%particle, x:x + 2) &
+                                                                    + drift_of(c)*c%normal
+         end associate
+      end do
+   end subroutine settle
+
+   !> How far a pressed particle goes along the normal after its motion, m.
+   pure real(wp) function drift_of(c) result(drift)
+      type(candidate_t), intent(in) :: c
+      drift = 0.0_wp
+      if (.not. (c%carried .and. c%force > 0.0_wp)) return
+      associate (most => recovery*sqrt(c%area))
+         drift = min(max(c%drift, -most), most)
+      end associate
+   end function drift_of
 
    !> Consider the particles of a block that may be near enough to a tool: those of rows of bins and of bins that are surely too far
    !> away are not looked at, for no node of the block is fast enough to carry them to the tool in this step.
@@ -181,15 +214,19 @@ contains
       fastest_node = norm2(largest(2:4))
    end function fastest_node
 
-   !> The last pressures of a block's particles become the earlier ones, and friction is 0 until it is found again. Where there was
-   !> no pressure in either step, all is 0 and stays so.
-   pure subroutine turn_page(self, count, column, pressed)
+   !> The last pressures of a block's particles become the earlier ones; friction and carried gaps are 0 until they are found again.
+   !> Where there was none of them, all is 0 and stays so.
+   pure subroutine turn_page(self, tools, count, column, pressed)
       class(candidates_t), intent(in) :: self
-      integer, intent(in) :: count
+      integer, intent(in) :: tools, count !< how many tools and particles
       real(wp), intent(inout), contiguous :: column(:, :)
       logical, intent(out) :: pressed !< some particle was
       integer :: p
-      pressed = any(column(:count, self%pressure) > 0.0_wp .or. column(:count, self%earlier) > 0.0_wp)
+      associate (gaps => column(:count, self%carried:self%carried + tools - 1))
+         pressed = any(abs(gaps) > 0.0_wp)
+         if (pressed) gaps = 0.0_wp
+      end associate
+      if (.not. pressed) pressed = any(column(:count, self%pressure) > 0.0_wp .or. column(:count, self%earlier) > 0.0_wp)
       if (pressed) then
          !$omp simd
          do p = 1, count
@@ -253,7 +290,8 @@ contains
       integer, intent(in) :: number(4) !< of the block, the particle, the bin and the tool
       real(wp), intent(in) :: reach    !< contact points that are further away do not get there, m
       real(wp), intent(inout) :: overlap
-      real(wp) :: edge, gap, normal(3), thickness
+      real(wp) :: edge, gap, drift, normal(3), thickness
+      logical :: carried
       integer :: m, p
       p = number(2)
       associate (block => level%blocks(number(1)), column => level%blocks(number(1))%particles%column, at => level%layout)
@@ -270,18 +308,38 @@ contains
          gap = gap - tool%spec%penetration_factor*thickness
          if (gap > reach) return
          overlap = max(overlap, -gap)
-         call self%take(tool, level, time_step, number, gap, normal, edge, thickness)
+         call self%carry_on(column(p, self%carried + number(4) - 1), thickness, gap, carried, drift)
+         call self%take(tool, level, time_step, number, gap, carried, drift, normal, edge, thickness)
       end associate
    end subroutine consider
 
+   !> The gap of a point that a tool has pressed goes on from where the nodes have left it, for only so do the forces that hold it
+   !> do no work of their own (theory.md, eq. carried-gap). It is that of the particle's place and shape again where the point has
+   !> come free of the tool by that measure too.
+   pure subroutine carry_on(self, last, thickness, gap, carried, drift)
+      class(candidates_t), intent(inout) :: self
+      real(wp), intent(in) :: last      !< gap that the last step has left, m; 0: none
+      real(wp), intent(in) :: thickness !< of the particle, m
+      real(wp), intent(inout) :: gap    !< by place and shape; then the one that counts, m
+      logical, intent(out) :: carried
+      real(wp), intent(out) :: drift    !< what counts less what was, m
+      drift = last - gap
+      carried = abs(last) > 0.0_wp .and. gap <= min(max(recovery*thickness, abs(drift)), widest_gap*thickness)
+      if (.not. carried) drift = 0.0_wp
+      self%drift = max(self%drift, abs(drift))
+      gap = gap + drift
+   end subroutine carry_on
+
    !> Keep a candidate if the free motion would carry its contact point into the tool, or almost.
-   subroutine take(self, tool, level, time_step, number, gap, normal, edge, thickness)
+   subroutine take(self, tool, level, time_step, number, gap, carried, drift, normal, edge, thickness)
       class(candidates_t), intent(inout) :: self
       type(tool_t), intent(in) :: tool
       type(level_t), intent(in) :: level
       real(wp), intent(in) :: time_step
       integer, intent(in) :: number(4)        !< as in consider
       real(wp), intent(in) :: gap, normal(3)  !< of the contact point
+      logical, intent(in) :: carried          !< the gap is
+      real(wp), intent(in) :: drift           !< of it, m
       real(wp), intent(in) :: edge, thickness !< of the particle, m
       real(wp) :: to_face, span(3, 3), position(3)
       integer :: p
@@ -294,11 +352,13 @@ contains
          c%particle = p
          c%tool = number(4)
          c%gap = gap
+         c%carried = carried
+         c%drift = drift
          c%normal = normal
          position = column(p, at%position:at%position + 2)
          if (deform(level)) then
             associate (r => fitted_edges(column(p, :), at, level%grid%cell))
-               call find_face(r, c%normal, level%grid%cell, norm2(matmul(c%normal, r)), to_face, span)
+               call find_face(r, c%normal, level%grid%cell, at%domain > 0, norm2(matmul(c%normal, r)), to_face, span)
             end associate
          else
             to_face = 0.5_wp*edge*min(1.0_wp, thickness/edge + flattening)
@@ -309,7 +369,7 @@ contains
          c%from = position
          c%arm = -to_face*c%normal
          c%speed = dot_product(c%normal, point_velocity(level, c))
-         if (c%gap + time_step*(c%speed - dot_product(c%normal, tool%velocity())) > margin*edge) return
+         if (c%gap + time_step*(c%speed - dot_product(c%normal, tool%velocity())) > margin*edge .and. .not. carried) return
          c%area = edge**2
          if (deform(level)) c%area = column(p, at%volume)/thickness
          c%mass = column(p, at%mass)
@@ -420,11 +480,7 @@ contains
          end do
       end do
       c%facing = c%mirror*c%normal
-      if (all(halves <= 0.0_wp .and. halves >= 0.0_wp)) then
-         call weigh_point(c%face, node, folded)
-      else
-         call weigh_face(c%face, node, folded, halves, turns)
-      end if
+      call weigh(c%face, node, folded, halves, turns)
    end subroutine set_face
 
    !> Velocity (m/s) that a contact point gets from the solved nodes, as the tool sees it.

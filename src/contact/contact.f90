@@ -13,7 +13,7 @@ module m_contact
    use m_materials, only: materials_t
    use m_boundary, only: constrain_nodes
    use m_contact_complaints, only: check_nodes, candidate_text
-   use m_candidates, only: candidates_t, touches, point_velocity, fastest, recovery
+   use m_candidates, only: candidate_t, candidates_t, drift_of, touches, point_velocity, fastest, recovery
    use m_friction, only: friction_t
    use m_contact_system, only: contact_system_t, nodal_forces_t
    use m_contact_rows, only: assemble, touched_nodes
@@ -31,6 +31,7 @@ module m_contact
       real(wp) :: work = 0.0_wp         !< done by the tool since the start, J
       real(wp) :: heat = 0.0_wp         !< made by friction since the start, J
       real(wp) :: particle_work = 0.0_wp !< done on the particles by their own motion since the start, J: work less heat
+      real(wp) :: constraint_work = 0.0_wp !< done on the bodies by the condition itself, beyond the tool's own, since the start, J
       real(wp) :: impulse(3) = 0.0_wp   !< given to the bodies since the program began, N s
    end type tool_state_t
 
@@ -54,8 +55,8 @@ module m_contact
       real(wp) :: worst_residual = 0.0_wp   !< relative
       real(wp) :: worst_overlap = 0.0_wp    !< m
       real(wp) :: worst_bridge = 0.0_wp     !< largest force that acts across a gap, times the gap: over largest force and cell
-      real(wp), allocatable :: felt(:, :)   !< (parts_felt, tools) of a step on this rank: load, N; area, m2; heat, J; candidates;
-                                            !< work by the particles' motion, J
+      real(wp), allocatable :: felt(:, :)   !< (parts_felt, tools) of a step on this rank: load, N; area, m2; heat, J;
+                                            !< candidates; work of the constraint, J; work by the particles' motion, J
    contains
       procedure :: build
       procedure :: declare
@@ -68,6 +69,7 @@ module m_contact
       procedure, private :: solve
       procedure, private :: sweep
       procedure, private :: solve_normal
+      procedure, private :: leave_gap
       procedure, private :: judge
       procedure, private :: check_solution
       procedure, private :: move_nodes
@@ -81,7 +83,7 @@ module m_contact
    integer, parameter :: most_unsolved = 10
    integer, parameter :: most_sweeps = 50         !< over normal forces and friction in a step
    integer, parameter :: products = 20            !< of the problem of friction, for each iteration that the other is allowed
-   integer, parameter :: parts_felt = 7, parts_of_effort = 10
+   integer, parameter :: parts_felt = 8, parts_of_effort = 10
 
 contains
 
@@ -105,6 +107,8 @@ contains
       self%candidates%pressure = table%column('contact_pressure')
       call table%declare('last_contact_pressure', 1, 'Pa', written=.false.)
       self%candidates%earlier = table%column('last_contact_pressure')
+      call table%declare('contact_gap', size(self%tools), 'm', written=.false.)
+      self%candidates%carried = table%column('contact_gap')
       if (.not. self%friction%present) return
       call table%declare('contact_friction', 3, 'Pa', written=.true.)
       self%candidates%traction = table%column('contact_friction')
@@ -195,7 +199,7 @@ contains
       do c = 1, self%candidates%count
          associate (it => self%candidates%list(c))
             b(c) = dot_product(it%normal, self%tools(it%tool)%velocity()) - it%speed &
-                   - max(it%gap, -recovery*sqrt(it%area))/time_step
+                   - held_gap(it)/time_step
             b(c) = b(c)*self%system%scale(c)
             x(c) = 0.0_wp
             if (self%system%scale(c) > 0.0_wp) x(c) = it%force/self%system%scale(c)
@@ -226,7 +230,8 @@ contains
             it%touches = max(x(c), w(c)) > 0.0_wp .and. touches(it, self%tools, level, gap) ! no force, no touch
             if (it%force > 0.0_wp) self%worst_bridge = max(self%worst_bridge, it%force*gap/(strongest*level%grid%cell))
             level%blocks(it%block)%particles%column(it%particle, self%candidates%pressure) = it%force/it%area
-            if (it%force > 0.0_wp) level%blocks(it%block)%pressed = .true.
+            if ((it%force > 0.0_wp .or. it%carried) .and. self%system%scale(c) > 0.0_wp) &
+               call self%leave_gap(level, it, time_step, (w(c) - b(c))/self%system%scale(c))
             if (it%rubbing > 0) then
                associate (first => self%candidates%traction)
                   level%blocks(it%block)%particles%column(it%particle, first:first + 2) = matmul(it%tangent, it%drag)/it%area
@@ -235,6 +240,27 @@ contains
          end associate
       end do
    end subroutine solve
+
+   !> The gap that the condition holds open: of an overlap no more than is taken back in a step, m.
+   pure real(wp) function held_gap(c)
+      type(candidate_t), intent(in) :: c
+      held_gap = max(c%gap, -recovery*sqrt(c%area))
+   end function held_gap
+
+   !> Where the nodes leave a point that is pressed, or was: its gap is carried on from there.
+   subroutine leave_gap(self, level, c, time_step, speed)
+      class(contact_t), intent(in) :: self
+      type(level_t), intent(inout) :: level
+      type(candidate_t), intent(inout) :: c
+      real(wp), intent(in) :: time_step !< s
+      real(wp), intent(in) :: speed     !< at which the gap that is held opens, with the give of the compliance, m/s
+      c%opening = speed - self%spec%compliance*time_step/c%mass*c%force - held_gap(c)/time_step
+      associate (gap => level%blocks(c%block)%particles%column(c%particle, self%candidates%carried + c%tool - 1))
+         gap = c%gap + time_step*c%opening
+         if (.not. abs(gap) > 0.0_wp) gap = tiny(gap) ! 0 says that none is carried
+      end associate
+      level%blocks(c%block)%pressed = .true.
+   end subroutine leave_gap
 
    !> The problem of the normal forces, and its share of the statistics.
    subroutine solve_normal(self, b, x, iterations)
@@ -392,6 +418,7 @@ contains
             felt(1:3) = felt(1:3) - it%force*it%normal
             if (it%touches) felt(4) = felt(4) + it%area
             felt(6) = felt(6) + 1.0_wp
+            felt(7) = felt(7) + time_step*it%force*it%opening
             if (it%rubbing == 0) cycle
             felt(1:3) = felt(1:3) - matmul(it%tangent, it%drag)
             felt(5) = felt(5) - time_step*dot_product(matmul(it%tangent, it%drag), &
@@ -411,13 +438,13 @@ contains
       real(wp), intent(in) :: time_step
       real(wp) :: force(3), way(3)
       integer :: c
-      do c = self%candidates%before(b) + 1, self%candidates%before(b + 1)
+      do c = self%candidates%begins(b), self%candidates%begins(b + 1) - 1
          associate (it => self%candidates%list(c), column => level%blocks(b)%particles%column)
             force = it%force*it%normal
             if (it%rubbing > 0) force = force + matmul(it%tangent, it%drag)
-            way = column(it%particle, way_to:way_to + 2) - it%from &
+            way = column(it%particle, way_to:way_to + 2) - it%from + drift_of(it)*it%normal &
                   + time_step*matmul(reshape(gradient(it%particle, :), [3, 3]), it%arm)
-            self%felt(7, it%tool) = self%felt(7, it%tool) + dot_product(force, way)
+            self%felt(8, it%tool) = self%felt(8, it%tool) + dot_product(force, way)
          end associate
       end do
    end subroutine follow
@@ -446,7 +473,8 @@ contains
             state%area = sums(4, t)
             state%overlap = deepest(t)
             state%heat = state%heat + sums(5, t)
-            state%particle_work = state%particle_work + sums(7, t)
+            state%particle_work = state%particle_work + sums(8, t)
+            state%constraint_work = state%constraint_work + sums(7, t)
             call self%tools(t)%react(state%load, time_step)
             state%work = state%work - time_step*dot_product(state%load, self%tools(t)%velocity())
             state%impulse = state%impulse - time_step*state%load

@@ -227,15 +227,15 @@ contains
       type(model_t), intent(inout) :: model
       type(error_t), intent(inout) :: error
       integer(i8) :: effort(7)
-      real(wp) :: worth(4)
+      real(wp) :: worth(5)
       real(wp), allocatable :: tools(:, :)
       integer :: t
       associate (contact => model%contact)
-         allocate (tools(10, size(contact%tools)))
+         allocate (tools(11, size(contact%tools)))
          do t = 1, size(contact%tools)
             associate (state => contact%states(t))
                tools(:, t) = [contact%tools(t)%travel, contact%tools(t)%speed, state%load, state%area, state%overlap, state%work, &
-                              state%heat, state%particle_work]
+                              state%heat, state%constraint_work, state%particle_work]
             end associate
          end do
          call store%reals('/state/tools', tools, error)
@@ -247,15 +247,17 @@ contains
             contact%states(t)%overlap = tools(7, t)
             contact%states(t)%work = tools(8, t)
             contact%states(t)%heat = tools(9, t)
-            contact%states(t)%particle_work = tools(10, t)
+            contact%states(t)%constraint_work = tools(10, t)
+            contact%states(t)%particle_work = tools(11, t)
          end do
          worth = [contact%worst_residual, contact%worst_overlap, model%communicator%maximum(contact%worst_bridge), &
-                  contact%friction%steepest]
+                  contact%friction%steepest, model%communicator%maximum(contact%candidates%drift)]
          call store%reals('/state/contact', worth, error)
          contact%worst_residual = worth(1)
          contact%worst_overlap = worth(2)
          contact%worst_bridge = worth(3)
          contact%friction%steepest = worth(4)
+         contact%candidates%drift = worth(5)
          effort = [contact%solves, contact%iterations, contact%unsolved, contact%largest, contact%system%products, &
                    contact%friction%sweeps, contact%friction%iterations]
          call store%longs('/state/solves', effort, error)

@@ -6,7 +6,7 @@ module m_face_weights
    use m_stencil, only: hat_weights, gimp_weights
    implicit none
    private
-   public :: face_weights_t, find_face, cube_span, weigh_point, weigh_face
+   public :: face_weights_t, find_face, fit_share, cube_span, weigh_point, weigh_face, weigh
 
    real(wp), parameter :: small_domain = 0.3_wp !< half edges up to here, in cells: the middle of the face stands for it
    real(wp), parameter :: large_domain = 0.4_wp !< from here on the mean is taken over the whole face
@@ -23,25 +23,61 @@ contains
    !> The face of a domain that is met from its centre against a normal: how far away it is, and the halves of what it spans, which
    !> are 0 where its middle stands for it. Neither goes beyond the domain. With a normal along an edge the span is the whole face
    !> across it, and none along it.
-   pure subroutine find_face(half_edge, normal, cell, farthest, distance, span)
+   pure subroutine find_face(half_edge, normal, cell, turns, farthest, distance, span)
       real(wp), intent(in) :: half_edge(3, 3) !< columns; as the weights see them, m
       real(wp), intent(in) :: normal(3)       !< unit vector
       real(wp), intent(in) :: cell            !< m
+      logical, intent(in) :: turns            !< the domain's edges do: its weights are those of its corners
       real(wp), intent(in) :: farthest        !< what the distance is at most, m
       real(wp), intent(out) :: distance       !< m
       real(wp), intent(out) :: span(3, 3)     !< columns, along the half edges, m
       real(wp) :: along(3)
+      along = abs(coordinates(half_edge, normal))
+      distance = min(farthest, 1.0_wp/maxval(along))
+      call span_around(half_edge, distance*along, cell, turns, span)
+   end subroutine find_face
+
+   !> Where the force on a domain's share of a patch acts: its middle, given by an arm that follows the material, is drawn back into
+   !> the domain where it has left it, so that no node gets a force without the mass of the same domain (theory.md, eq. pressure).
+   pure subroutine fit_share(half_edge, arm, cell, turns, middle, span)
+      real(wp), intent(in) :: half_edge(3, 3) !< columns; as the weights see them, m
+      real(wp), intent(in) :: arm(3)          !< from the domain's centre to the middle of the share, m
+      real(wp), intent(in) :: cell            !< m
+      logical, intent(in) :: turns            !< the domain's edges do
+      real(wp), intent(out) :: middle(3)      !< from the centre, not beyond the domain, m
+      real(wp), intent(out) :: span(3, 3)     !< as of find_face
+      real(wp) :: along(3)
+      along = coordinates(half_edge, arm)
+      middle = arm/max(1.0_wp, maxval(abs(along)))
+      call span_around(half_edge, abs(along)/max(1.0_wp, maxval(abs(along))), cell, turns, span)
+   end subroutine fit_share
+
+   !> What of a domain lies about a point, as far as it counts: all of it where the weights are those of the domain's corners, which
+   !> give mass to the nodes behind a corner as soon as that passes a node plane (eq. face-mean).
+   pure subroutine span_around(half_edge, along, cell, turns, span)
+      real(wp), intent(in) :: half_edge(3, 3), along(3), cell
+      logical, intent(in) :: turns
+      real(wp), intent(out) :: span(3, 3)
+      real(wp) :: share
       integer :: k
-      do k = 1, 3 ! how much of the way along edge k one metre against the normal is
+      do k = 1, 3
+         share = max(0.0_wp, 1.0_wp - along(k))
+         if (.not. turns) share = share*spread_share(norm2(half_edge(:, k))/cell)
+         span(:, k) = share*half_edge(:, k)
+      end do
+   end subroutine span_around
+
+   !> Coordinates of a vector along the half edges of a domain: +-1 on its faces.
+   pure function coordinates(half_edge, vector) result(along)
+      real(wp), intent(in) :: half_edge(3, 3), vector(3)
+      real(wp) :: along(3)
+      integer :: k
+      do k = 1, 3
          associate (across => cross(half_edge(:, mod(k, 3) + 1), half_edge(:, mod(k + 1, 3) + 1)))
-            along(k) = abs(dot_product(normal, across)/dot_product(half_edge(:, k), across))
+            along(k) = dot_product(vector, across)/dot_product(half_edge(:, k), across)
          end associate
       end do
-      distance = min(farthest, 1.0_wp/maxval(along))
-      do k = 1, 3
-         span(:, k) = spread_share(norm2(half_edge(:, k))/cell)*max(0.0_wp, 1.0_wp - distance*along(k))*half_edge(:, k)
-      end do
-   end subroutine find_face
+   end function coordinates
 
    !> The span for a cube along the axes, whose face is half its edge away or nearer.
    pure function cube_span(half_size, normal, cell) result(span)
@@ -60,6 +96,20 @@ contains
       real(wp), intent(in) :: half_size
       spread_share = min(max((half_size - small_domain)/(large_domain - small_domain), 0.0_wp), 1.0_wp)
    end function spread_share
+
+   !> Weights of a face with a span, or of its middle where it has none.
+   pure subroutine weigh(weights, node, place, span, turns)
+      type(face_weights_t), intent(inout) :: weights
+      integer, intent(in) :: node(3)     !< in the middle of the particle's bin, in the block, from 0
+      real(wp), intent(in) :: place(3)   !< of the middle of the face, in cells from the block's first node
+      real(wp), intent(in) :: span(3, 3) !< columns, in cells
+      logical, intent(in) :: turns       !< the domain's edges do
+      if (any(abs(span) > 0.0_wp)) then
+         call weigh_face(weights, node, place, span, turns)
+      else
+         call weigh_point(weights, node, place)
+      end if
+   end subroutine weigh
 
    !> Weights of the nodes around one point of a particle of the bin around `node`.
    pure subroutine weigh_point(weights, node, place)

@@ -2,6 +2,7 @@
 module m_merge
    use m_kinds, only: wp, i4, i8
    use m_sorting, only: sorted_order
+   use m_field_table, only: shares_t
    use m_level, only: level_t
    use m_block, only: block_t
    use m_locate, only: bin_of
@@ -87,7 +88,7 @@ contains
       real(wp), intent(inout) :: lost
       integer(i4), allocatable, intent(inout) :: gone(:)
       real(wp) :: values(9, level%table%columns), reach(3)
-      logical :: extensive(level%table%columns)
+      type(shares_t) :: shares
       integer :: c, generation
       integer(i4) :: body
       associate (block => level%blocks(b), at => level%layout)
@@ -95,9 +96,9 @@ contains
          generation = nint(block%particles%column(eight(1), at%generation))
          if (any(nint(block%particles%column(eight, at%generation)) /= generation)) return
          values(:8, :) = block%particles%column(eight, :)
-         extensive = level%table%extensive_columns()
+         shares = level%table%shares()
          do c = 1, size(values, 2)
-            if (extensive(c)) then
+            if (shares%extensive(c)) then
                values(9, c) = sum(values(:8, c))
             else if (any(c == [at%position, at%position + 1, at%position + 2, at%velocity, at%velocity + 1, at%velocity + 2])) then
                values(9, c) = sum(values(:8, at%mass)*values(:8, c))/sum(values(:8, at%mass))
@@ -105,6 +106,7 @@ contains
                values(9, c) = sum(values(:8, at%volume)*values(:8, c))/sum(values(:8, at%volume))
             end if
          end do
+         call join_faces(values, shares, at%position)
          values(9, at%half_size) = 2.0_wp*values(1, at%half_size)
          values(9, at%generation) = generation - 3
          values(9, at%refinement) = values(1, at%refinement) - 1.0_wp
@@ -131,6 +133,26 @@ contains
          end associate
       end function energy
    end subroutine merge_eight
+
+   !> The faces that parts of a particle carry become one: the areas are summed already, its middle is the mean by area.
+   pure subroutine join_faces(values, shares, x)
+      real(wp), intent(inout) :: values(:, :) !< (9, columns): eight parts and the whole
+      type(shares_t), intent(in) :: shares
+      integer, intent(in) :: x                !< first column of the position
+      real(wp) :: area(8), middle(3)
+      integer :: f, p
+      do f = 1, size(shares%faces, 2)
+         associate (a => shares%faces(1, f), arm => shares%faces(2, f))
+            area = norm2(values(:8, a:a + 2), dim=2)
+            if (.not. any(area > 0.0_wp)) cycle
+            middle = 0.0_wp
+            do p = 1, 8
+               middle = middle + area(p)*(values(p, x:x + 2) + values(p, arm:arm + 2))
+            end do
+            values(9, arm:arm + 2) = middle/sum(area) - values(9, x:x + 2)
+         end associate
+      end do
+   end subroutine join_faces
 
    !> Take particles out of a block; rising.
    subroutine drop(block, gone)

@@ -6,6 +6,7 @@ module m_transfer
    use m_errors, only: error_t, fail
    use m_text, only: to_text
    use m_communicator, only: communicator_t
+   use m_field_table, only: shares_t
    use m_level, only: level_t
    use m_block, only: block_t
    use m_migration, only: migration_t, take_out
@@ -88,9 +89,9 @@ contains
       type(migration_t), intent(inout) :: coarse_migration, fine_migration
       integer(i8), intent(inout) :: splits
       type(error_t), intent(inout) :: error
-      logical :: extensive(fine%table%columns)
+      type(shares_t) :: shares
       integer :: b
-      extensive = fine%table%extensive_columns()
+      shares = fine%table%shares()
       call coarse_migration%prepare(communicator, coarse)
       call fine_migration%prepare(communicator, fine)
       do b = 1, size(coarse%blocks)
@@ -148,7 +149,7 @@ contains
                             ' times and cannot be split for level '//to_text(fine%number)//"; try fewer levels, or domain='fixed'")
                   return
                end if
-               call split_in_eight(values, at, extensive, parts)
+               call split_in_eight(values, at, shares, parts)
                do octant = 0, 7
                   call settle(parts(:, octant), ior(id, ishft(int(octant, i8), id_bits + generation)), body, lag)
                end do

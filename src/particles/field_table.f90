@@ -2,7 +2,7 @@
 module m_field_table
    implicit none
    private
-   public :: field_t, field_table_t, layout_t
+   public :: field_t, field_table_t, layout_t, shares_t
 
    integer, parameter, public :: bytes_per_column = 8 !< of one particle
 
@@ -14,7 +14,14 @@ module m_field_table
       integer :: first = 0
       logical :: written = .false. !< stands in snapshots
       logical :: extensive = .false. !< the halves of a split particle get half of it each; else both get the same
+      integer :: arm_to = 0          !< of an arm to a carried face: first column of the face's area, which goes with it
    end type field_t
+
+   !> How the columns of a particle are shared when it is split, and put together when parts merge.
+   type :: shares_t
+      logical, allocatable :: extensive(:) !< by column
+      integer, allocatable :: faces(:, :)  !< (2, faces): first columns of area and arm of the faces that particles carry
+   end type shares_t
 
    !> First columns of the fields that the kernels know; 0 where the scene does not call for the field.
    type :: layout_t
@@ -42,25 +49,29 @@ module m_field_table
       procedure :: declare
       procedure :: column
       procedure :: bytes_of
-      procedure :: extensive_columns
+      procedure :: shares
       procedure :: layout
    end type field_table_t
 
 contains
 
    !> Add a field; declaring the same name again changes nothing (two effects may want the same field).
-   pure subroutine declare(self, name, components, unit, written, extensive)
+   pure subroutine declare(self, name, components, unit, written, extensive, arm_to)
       class(field_table_t), intent(inout) :: self
       character(len=*), intent(in) :: name, unit
       integer, intent(in) :: components
       logical, intent(in) :: written
       logical, intent(in), optional :: extensive !< false where it is not given
+      integer, intent(in), optional :: arm_to    !< the field is the arm to a face: first column of its area
       logical :: shared
+      integer :: area
       if (.not. allocated(self%fields)) allocate (self%fields(0))
       if (self%column(name) > 0) return
       shared = .false.
       if (present(extensive)) shared = extensive
-      self%fields = [self%fields, field_t(name, unit, components, self%columns + 1, written, shared)]
+      area = 0
+      if (present(arm_to)) area = arm_to
+      self%fields = [self%fields, field_t(name, unit, components, self%columns + 1, written, shared, area)]
       self%columns = self%columns + components
    end subroutine declare
 
@@ -87,17 +98,18 @@ contains
       end do
    end function bytes_of
 
-   !> The columns that split with a particle.
-   pure function extensive_columns(self) result(extensive)
+   !> How columns split with a particle.
+   pure type(shares_t) function shares(self)
       class(field_table_t), intent(in) :: self
-      logical :: extensive(self%columns)
       integer :: f
+      allocate (shares%extensive(self%columns), shares%faces(2, 0))
       do f = 1, size(self%fields)
          associate (field => self%fields(f))
-            extensive(field%first:field%first + field%components - 1) = field%extensive
+            shares%extensive(field%first:field%first + field%components - 1) = field%extensive
+            if (field%arm_to > 0) shares%faces = reshape([shares%faces, field%arm_to, field%first], [2, size(shares%faces, 2) + 1])
          end associate
       end do
-   end function extensive_columns
+   end function shares
 
    !> Where the kernels find their fields.
    pure type(layout_t) function layout(self)

@@ -2,9 +2,10 @@
 module m_split
    use m_kinds, only: wp, i8
    use m_constants, only: short_of
+   use m_vectors, only: cross
    use m_block, only: block_t
    use m_particle_store, only: particle_store_t
-   use m_field_table, only: field_table_t, layout_t
+   use m_field_table, only: field_table_t, layout_t, shares_t
    use m_grid_level, only: grid_level_t
    use m_region, only: region_t
    implicit none
@@ -17,6 +18,8 @@ module m_split
    !> Longest half edge, in cells. One particle a cell begins with 0.5: a body hardly strained is not to be split.
    real(wp), parameter :: longest = 0.525_wp
 
+   real(wp), parameter :: at_end = 1.0e-3_wp !< a carried face so near to the end of its domain, in half edges, lies on it
+
 contains
 
    !> Split the particles of a block that have a half edge longer than 0.525 cells, each across its longest, in the order of
@@ -28,7 +31,7 @@ contains
       type(layout_t), intent(in) :: layout
       real(wp), intent(in) :: cell !< m
       integer, intent(out) :: splits, worn_out
-      logical :: extensive(table%columns)
+      type(shares_t) :: shares
       real(wp) :: squares(3)
       integer :: n, p, too_long
       splits = 0
@@ -40,7 +43,7 @@ contains
          if (maxval(squares) > (longest*cell)**2) too_long = too_long + 1
       end do
       if (too_long == 0) return
-      extensive = table%extensive_columns()
+      shares = table%shares()
       call block%reserve(n + too_long, table%columns)
       do p = 1, n
          squares = lengths_squared(block%particles%column, p, layout)
@@ -49,7 +52,7 @@ contains
             worn_out = p
             return
          end if
-         call halve(block%particles, p, maxloc(squares, dim=1), layout, extensive)
+         call halve(block%particles, p, maxloc(squares, dim=1), layout, shares)
          block%cells%bin(block%particles%count) = 0
          splits = splits + 1
       end do
@@ -103,20 +106,25 @@ contains
 
    !> The columns of the eight parts of a particle: halved along all its edges. With the velocity gradient each has the velocity
    !> of its own centre. The bits of its id that tell the parts apart are those of `generation` to `generation` + 2.
-   pure subroutine split_in_eight(values, layout, extensive, parts)
+   pure subroutine split_in_eight(values, layout, shares, parts)
       real(wp), intent(in) :: values(:)
       type(layout_t), intent(in) :: layout
-      logical, intent(in) :: extensive(:)
+      type(shares_t), intent(in) :: shares
       real(wp), intent(out) :: parts(:, 0:) !< (columns, 0:7)
-      real(wp) :: r(3, 3), shift(3), l(3, 3)
-      integer :: octant
+      real(wp) :: r(3, 3), shift(3), l(3, 3), side(3)
+      integer :: octant, k
       r = 0.5_wp*half_edges(values, layout)
       l = 0.0_wp
       if (layout%gradient > 0) l = reshape(values(layout%gradient:layout%gradient + 8), [3, 3])
       do octant = 0, 7
          shift = matmul(r, octant_of(octant))
          associate (part => parts(:, octant))
-            part = merge(0.125_wp*values, values, extensive)
+            part = merge(0.125_wp*values, values, shares%extensive)
+            part(carried(shares)) = values(carried(shares))
+            side = octant_of(octant)
+            do k = 1, 3
+               call share_faces(part, shares, 2.0_wp*r, k, side(k))
+            end do
             part(layout%position:layout%position + 2) = values(layout%position:layout%position + 2) + shift
             part(layout%velocity:layout%velocity + 2) = values(layout%velocity:layout%velocity + 2) + matmul(l, shift)
             if (layout%domain > 0) then
@@ -183,12 +191,13 @@ contains
    end function fitted_edges
 
    !> Split particle p across half edge k. With the velocity gradient L each half has the velocity of its own centre.
-   subroutine halve(particles, p, k, layout, extensive)
+   subroutine halve(particles, p, k, layout, shares)
       type(particle_store_t), intent(inout) :: particles
       integer, intent(in) :: p, k
       type(layout_t), intent(in) :: layout
-      logical, intent(in) :: extensive(:)
-      real(wp) :: values(size(extensive)), r(3, 3), shift(3), faster(3)
+      type(shares_t), intent(in) :: shares
+      real(wp), dimension(size(shares%extensive)) :: values, upper
+      real(wp) :: r(3, 3), shift(3), faster(3)
       integer(i8) :: new_id
       integer :: generation
       values = particles%column(p, :)
@@ -198,21 +207,69 @@ contains
       if (layout%gradient > 0) faster = matmul(reshape(values(layout%gradient:layout%gradient + 8), [3, 3]), shift)
       generation = nint(values(layout%generation))
       new_id = ibset(particles%id(p), id_bits + generation)
-      where (extensive) values = 0.5_wp*values
+      upper = values
+      where (shares%extensive) values = 0.5_wp*values
       if (layout%domain > 0) then
          values(layout%domain + 3*(k - 1):layout%domain + 3*k - 1) = shift
       else
          values(layout%half_size + k - 1) = shift(k)
       end if
       values(layout%generation) = generation + 1
-      associate (x => values(layout%position:layout%position + 2), v => values(layout%velocity:layout%velocity + 2))
-         x = x - shift
-         v = v - faster
-         particles%column(p, :) = values
-         x = x + 2.0_wp*shift
-         v = v + 2.0_wp*faster
+      values(carried(shares)) = upper(carried(shares)) ! as they were: each half takes its own part
+      upper = values
+      associate (x => layout%position, v => layout%velocity)
+         values(x:x + 2) = values(x:x + 2) - shift
+         values(v:v + 2) = values(v:v + 2) - faster
+         upper(x:x + 2) = upper(x:x + 2) + shift
+         upper(v:v + 2) = upper(v:v + 2) + faster
       end associate
-      call particles%append(values, new_id, particles%body(p))
+      call share_faces(values, shares, r, k, -1.0_wp)
+      call share_faces(upper, shares, r, k, 1.0_wp)
+      particles%column(p, :) = values
+      call particles%append(upper, new_id, particles%body(p))
    end subroutine halve
+
+   !> Columns of the areas and arms of faces that particles carry.
+   pure function carried(shares) result(columns)
+      type(shares_t), intent(in) :: shares
+      integer, allocatable :: columns(:)
+      integer :: c, f
+      columns = [((shares%faces(1, f) + c, shares%faces(2, f) + c, c=0, 2), f=1, size(shares%faces, 2))]
+   end function carried
+
+   !> What of the faces that a particle carries goes with one of its halves. Along edge k the middle of a face is at s r_k from the
+   !> centre, and the face reaches from there to the nearer end of the domain and as far the other way: a face at an end goes to
+   !> that half alone, one that lies along the edge is shared.
+   pure subroutine share_faces(values, shares, r, k, side)
+      real(wp), intent(inout) :: values(:) !< columns of the half, with area and arm of the whole
+      type(shares_t), intent(in) :: shares
+      real(wp), intent(in) :: r(3, 3)      !< half edges of the whole, columns, m
+      integer, intent(in) :: k             !< the edge that is halved
+      real(wp), intent(in) :: side         !< -1 lower half, 1 upper
+      real(wp) :: across(3), area(3), arm(3), s, w, from, to, share
+      integer :: f
+      across = cross(r(:, mod(k, 3) + 1), r(:, mod(k + 1, 3) + 1))
+      do f = 1, size(shares%faces, 2)
+         associate (a => shares%faces(1, f), b => shares%faces(2, f))
+            area = values(a:a + 2)
+            arm = values(b:b + 2)
+            if (.not. any(abs(area) > 0.0_wp)) cycle
+            s = min(max(dot_product(arm, across)/dot_product(r(:, k), across), -1.0_wp), 1.0_wp)
+            w = 1.0_wp - abs(s)
+            if (w > at_end) then
+               from = max(side*s - w, 0.0_wp) ! in the direction of this half
+               to = max(side*s + w, 0.0_wp)
+               share = 0.5_wp*(to - from)/w
+            else
+               from = side*s
+               to = from
+               share = merge(1.0_wp, 0.0_wp, from > 0.0_wp)
+            end if
+            values(a:a + 2) = share*area
+            values(b:b + 2) = arm + (0.5_wp*side*(from + to) - s - 0.5_wp*side)*r(:, k)
+            if (.not. share > 0.0_wp) values(b:b + 2) = 0.0_wp
+         end associate
+      end do
+   end subroutine share_faces
 
 end module m_split

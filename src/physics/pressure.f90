@@ -14,7 +14,9 @@ module m_pressure
    use m_particle_store, only: particle_store_t
    use m_block, only: block_t
    use m_level, only: level_t
-   use m_stencil, only: bin_place, hat_weights
+   use m_stencil, only: bin_place
+   use m_face_weights, only: face_weights_t, fit_share, weigh
+   use m_split, only: fitted_edges
    use m_effect, only: effect_t, hooks_t
    implicit none
    private
@@ -76,8 +78,8 @@ contains
          patch = patch + 1
       end do
       call table%declare('pressure_area_'//to_text(patch), 3, 'm2', written=.false., extensive=.true.)
-      call table%declare('pressure_arm_'//to_text(patch), 3, 'm', written=.false.)
       self%area = table%column('pressure_area_'//to_text(patch))
+      call table%declare('pressure_arm_'//to_text(patch), 3, 'm', written=.false., arm_to=self%area)
       self%arm = table%column('pressure_arm_'//to_text(patch))
    end subroutine declare
 
@@ -135,8 +137,8 @@ contains
                 ' m2 lie on faces of bodies; allowed: a patch that lies wholly on faces of bodies, along the grid')
    end subroutine verify
 
-   !> -p A at the middle of each particle's share, through the hat functions of the nodes around that point, as a tool's contact
-   !> force: a uniform pressure makes a uniform stress.
+   !> -p A over each particle's share, through the hat functions of the grid, as a tool's contact force: a uniform pressure makes a
+   !> uniform stress.
    pure subroutine add_forces(self, block, table, layout, grid, time, tile)
       class(pressure_t), intent(in) :: self
       type(block_t), intent(in) :: block
@@ -145,24 +147,26 @@ contains
       type(grid_level_t), intent(in) :: grid
       real(wp), intent(in) :: time
       real(wp), intent(inout), contiguous :: tile(:, 0:, 0:, 0:)
-      real(wp) :: now, force(3), point(3), weight(0:1, 3)
-      integer :: corner(3), i, j, k, p
+      real(wp) :: now, force(3), middle(3), place(3), span(3, 3)
+      type(face_weights_t) :: face
+      integer :: i, j, k, p
       associate (unused => table%columns); end associate
       now = value_at(self%times, self%values, time)
       if (abs(now) <= 0.0_wp) return
-      associate (column => block%particles%column)
+      associate (column => block%particles%column, turns => layout%domain > 0)
          do p = 1, block%particles%count
             force = -now*column(p, self%area:self%area + 2)
             if (.not. any(abs(force) > 0.0_wp)) cycle
-            point = column(p, layout%position:layout%position + 2) + column(p, self%arm:self%arm + 2)
-            point = (point - block%origin)*grid%per_cell
-            where (abs(point - nint(point)) < hair) point = nint(point)
-            call hat_weights(bin_place(int(block%cells%bin(p))), point, corner, weight)
-            do k = 0, 1
-               do j = 0, 1
-                  do i = 0, 1
-                     associate (at => tile(5:7, corner(1) + 1 + i, corner(2) + 1 + j, corner(3) + 1 + k))
-                        at = at + weight(i, 1)*weight(j, 2)*weight(k, 3)*force
+            call fit_share(fitted_edges(column(p, :), layout, grid%cell), column(p, self%arm:self%arm + 2), grid%cell, turns, &
+                           middle, span)
+            place = (column(p, layout%position:layout%position + 2) + middle - block%origin)*grid%per_cell
+            where (abs(place - nint(place)) < hair) place = nint(place)
+            call weigh(face, bin_place(int(block%cells%bin(p))), place, span*grid%per_cell, turns)
+            do k = 0, face%last
+               do j = 0, face%last
+                  do i = 0, face%last
+                     associate (at => tile(5:7, face%corner(1) + 1 + i, face%corner(2) + 1 + j, face%corner(3) + 1 + k))
+                        at = at + face%weight(i, j, k)*force
                      end associate
                   end do
                end do

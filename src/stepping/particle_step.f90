@@ -377,6 +377,7 @@ contains
             block%highest = -huge(1.0_wp)
             return
          end if
+         if (model%contact%active() .and. l == size(model%levels)) call model%contact%candidates%settle(level, b)
          if (model%method%domain /= domain_fixed) call split(model, l, b, error)
          call locate_particles(block%particles%count, block%particles%column(:, x:x + 2), frame_of(level, block), &
                                block%cells%bin, block%leavers, block%leaver_count, moved, block%lowest, block%highest)

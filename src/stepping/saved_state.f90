@@ -26,7 +26,8 @@ module m_saved_state
       type(tool_t), allocatable :: tools(:)
       type(tool_state_t), allocatable :: states(:)
       integer(i8) :: unsolved_in_row = 0
-      real(wp) :: steepest = 0.0_wp, worst_residual = 0.0_wp, worst_overlap = 0.0_wp, worst_bridge = 0.0_wp
+      real(wp) :: steepest = 0.0_wp, worst_residual = 0.0_wp, worst_overlap = 0.0_wp, worst_bridge = 0.0_wp, &
+                  drift = 0.0_wp
    end type saved_contact_t
 
    type :: saved_state_t
@@ -82,6 +83,7 @@ contains
       self%contact%worst_residual = model%contact%worst_residual
       self%contact%worst_overlap = model%contact%worst_overlap
       self%contact%worst_bridge = model%contact%worst_bridge
+      self%contact%drift = model%contact%candidates%drift
       if (.not. allocated(self%levels)) allocate (self%levels(size(model%levels)))
       do l = 1, size(model%levels)
          associate (saved => self%levels(l), step => model%effect_step(l), places => product(model%levels(l)%grid%blocks))
@@ -195,6 +197,7 @@ contains
       model%contact%worst_residual = self%contact%worst_residual
       model%contact%worst_overlap = self%contact%worst_overlap
       model%contact%worst_bridge = self%contact%worst_bridge
+      model%contact%candidates%drift = self%contact%drift
       call give_back_particles(self, model)
    end subroutine give_back
 

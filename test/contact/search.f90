@@ -56,6 +56,7 @@ contains
       call set_nodes(level, nodes)
       candidates%pressure = level%table%column('contact_pressure')
       candidates%earlier = level%table%column('last_contact_pressure')
+      candidates%carried = level%table%column('contact_gap')
       allocate (candidates%list(4))
       call candidates%find(tools, level, materials, time_step, overlap)
       allocate (listed(maxval(level%blocks%particles%count), size(level%blocks)), source=.false.)
@@ -127,6 +128,7 @@ contains
       call level%table%declare('stress', 6, 'Pa', .true.)
       call level%table%declare('contact_pressure', 1, 'Pa', .true.)
       call level%table%declare('last_contact_pressure', 1, 'Pa', .false.)
+      call level%table%declare('contact_gap', 1, 'm', .false.)
       level%layout = level%table%layout()
       allocate (values(particles, level%table%columns), source=0.0_wp)
       associate (at => level%layout)
@@ -208,15 +210,15 @@ contains
       real(wp), intent(in) :: values(:)
       real(wp), intent(out) :: gap, approach
       logical, intent(out) :: is_one
-      real(wp) :: normal(3), thickness, edge, to_face, span(3, 3), place(3), share(3), velocity(3)
-      integer :: corner(3), i, j, k
+      real(wp) :: normal(3), thickness, edge, to_face, span(3, 3), place(3), velocity(3)
+      integer :: i, j, k
       associate (at => level%layout)
          call tool%gap_and_normal(values(at%position:at%position + 2), gap, normal)
          if (at%domain > 0 .or. at%half_sizes) then
             edge = values(at%volume)**(1.0_wp/3.0_wp)
             associate (r => fitted_edges(values, at, cell))
                thickness = level%thickness(values, normal)
-               call find_face(r, normal, cell, norm2(matmul(normal, r)), to_face, span)
+               call find_face(r, normal, cell, at%domain > 0, norm2(matmul(normal, r)), to_face, span)
             end associate
          else
             edge = 2.0_wp*values(at%half_size)
@@ -226,6 +228,27 @@ contains
          gap = gap - tool%spec%penetration_factor*thickness
          place = (values(at%position:at%position + 2) - to_face*normal)/cell
       end associate
+      velocity = 0.0_wp
+      if (level%layout%domain > 0) then ! the mean over the corners of the face
+         do k = -1, 1, 2
+            do j = -1, 1, 2
+               do i = -1, 1, 2
+                  velocity = velocity + 0.125_wp*velocity_at(nodes, place + matmul(span, real([i, j, k], wp))/cell)
+               end do
+            end do
+         end do
+      else
+         velocity = velocity_at(nodes, place)
+      end if
+      approach = time_step*dot_product(normal, velocity - tool%velocity())
+      is_one = gap + approach <= margin*edge
+   end subroutine ask
+
+   !> Velocity of the grid at a place in cells.
+   pure function velocity_at(nodes, place) result(velocity)
+      real(wp), intent(in) :: nodes(3, -1:cells + 1, -1:cells + 1, -1:cells + 1), place(3)
+      real(wp) :: velocity(3), share(3)
+      integer :: corner(3), i, j, k
       corner = floor(place)
       share = place - corner
       velocity = 0.0_wp
@@ -237,8 +260,6 @@ contains
             end do
          end do
       end do
-      approach = time_step*dot_product(normal, velocity - tool%velocity())
-      is_one = gap + approach <= margin*edge
-   end subroutine ask
+   end function velocity_at
 
 end program search

@@ -4,7 +4,7 @@ program face_weights
    use m_kinds, only: wp
    use m_communicator, only: communicator_t
    use m_stencil, only: gimp_weights
-   use m_face_weights, only: face_weights_t, find_face, cube_span, weigh_point, weigh_face
+   use m_face_weights, only: face_weights_t, find_face, fit_share, cube_span, weigh_point, weigh_face
    use m_assertions, only: assertions_t
    use m_chance, only: chance_t, keep_worst, say
    use m_plain_weight, only: plain_weight
@@ -29,8 +29,8 @@ program face_weights
          r(k, k) = chance%between(0.1_wp, 0.5_wp)*cell
       end do
       place = chance%several(3, -0.5_wp, 0.5_wp)*cell
-      call find_face(r, normal, cell, chance%between(0.1_wp, 0.6_wp)*cell, distance, span)
-      call check_span()
+      call find_face(r, normal, cell, .false., chance%between(0.1_wp, 0.6_wp)*cell, distance, span)
+      call check_span(turns=.false.)
       place = (place - distance*normal)/cell
       call weigh_face(weights, node, node + place, span/cell, turns=.false.)
       call plain_sums(off_box, of_box)
@@ -44,8 +44,8 @@ program face_weights
       end do
       r = r*chance%between(0.3_wp, 0.5_wp)*cell/maxval(sum(abs(r), dim=2))
       place = chance%several(3, -0.5_wp, 0.5_wp)*cell
-      call find_face(r, normal, cell, norm2(matmul(normal, r)), distance, span)
-      call check_span()
+      call find_face(r, normal, cell, .true., norm2(matmul(normal, r)), distance, span)
+      call check_span(turns=.true.)
       place = (place - distance*normal)/cell
       call weigh_face(weights, node, node + place, span/cell, turns=.true.)
       call plain_sums(off_corners, of_corners)
@@ -62,18 +62,21 @@ program face_weights
    call test%check(outside <= 1.0e-14_wp, 'no node has weight that the domain gives no mass')
    call sides()
    call sizes()
+   call patch_shares()
    call test%finish()
 
 contains
 
-   !> The span by Cramer's rule: along each edge what is left of the way to the domain's end, as far as the domain is large; its
-   !> corners.
-   subroutine check_span()
+   !> The span by Cramer's rule: along each edge what is left of the way to the domain's end, as far as the domain is large or its
+   !> edges turn; its corners.
+   subroutine check_span(turns)
+      logical, intent(in) :: turns
       real(wp) :: along(3), share, corner(3)
       integer :: c, k
       along = in_domain(-distance*normal)
       do k = 1, 3
          share = min(1.0_wp, max(0.0_wp, (norm2(r(:, k))/cell - 0.3_wp)/0.1_wp))
+         if (turns) share = 1.0_wp
          call keep_worst(off_span, maxval(abs(span(:, k) - share*(1.0_wp - abs(along(k)))*r(:, k))))
       end do
       do c = 0, 7
@@ -81,6 +84,34 @@ contains
          beyond = max(beyond, maxval(abs(in_domain(corner))) - 1.0_wp)
       end do
    end subroutine check_span
+
+   !> The share of a patch: an arm within the domain stays, one that has left it ends on its face in the same direction, and neither
+   !> its middle nor its span gives weight to a node that gets no mass from the domain.
+   subroutine patch_shares()
+      real(wp) :: arm(3), middle(3), off_kept, off_face, reach
+      integer :: n
+      off_kept = 0.0_wp; off_face = 0.0_wp; beyond = 0.0_wp
+      do n = 1, tries
+         r = reshape(chance%several(9, -0.3_wp, 0.3_wp), [3, 3])
+         do k = 1, 3
+            r(k, k) = 1.0_wp + r(k, k)
+         end do
+         r = r*chance%between(0.1_wp, 0.3_wp)*cell
+         arm = matmul(r, chance%several(3, -1.5_wp, 1.5_wp))
+         reach = maxval(abs(in_domain(arm)))
+         call fit_share(r, arm, cell, .true., middle, span)
+         if (reach <= 1.0_wp) then
+            call keep_worst(off_kept, norm2(middle - arm)/cell)
+         else
+            call keep_worst(off_face, max(abs(maxval(abs(in_domain(middle))) - 1.0_wp), norm2(middle*reach - arm)/cell))
+         end if
+         distance = 1.0_wp
+         normal = -middle
+         call check_span(turns=.true.)
+      end do
+      call test%check_close([off_kept, off_face], [0.0_wp, 0.0_wp], 1.0e-12_wp, 'arms end in their domain')
+      call test%check(beyond <= 1.0e-12_wp, 'and what lies about their ends too')
+   end subroutine patch_shares
 
    !> Where a point stands in the domain, in half edges.
    function in_domain(point) result(along)
@@ -203,7 +234,7 @@ contains
          normal = 0.0_wp
          normal(axis) = -1.0_wp
          place = [0.3_wp, -0.2_wp, 0.45_wp]
-         call find_face(0.5_wp*cell*reshape([1, 0, 0, 0, 1, 0, 0, 0, 1], [3, 3]), normal, cell, cell, distance, span)
+         call find_face(0.5_wp*cell*reshape([1, 0, 0, 0, 1, 0, 0, 0, 1], [3, 3]), normal, cell, .false., cell, distance, span)
          call test%check_close(pack(span, .true.), pack(cube_span(0.5_wp*cell, normal, cell), .true.), 1.0e-15_wp, &
                                'a cube is a box')
          call test%check_close(distance, 0.5_wp*cell, 1.0e-15_wp, 'whose side is half an edge away')

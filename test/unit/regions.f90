@@ -9,7 +9,7 @@ program regions
    use m_block, only: block_t
    use m_level, only: level_t
    use m_body, only: fill_block, count_in_block
-   use m_field_table, only: field_table_t, layout_t
+   use m_field_table, only: field_table_t, layout_t, shares_t
    use m_split, only: split_in_eight, must_split, half_edges, extents, id_bits
    use m_sorting, only: sorted_order
    use m_assertions, only: assertions_t
@@ -162,12 +162,12 @@ contains
       type(field_table_t) :: table
       type(layout_t) :: at
       real(wp), allocatable :: values(:), parts(:, :)
-      logical, allocatable :: extensive(:)
+      type(shares_t) :: shares
       real(wp) :: l(3, 3), r(3, 3), part(3, 3), sums(9), momentum(3), center(3), turn(3), off(3), m
       integer :: p, k, seen(0:7), octant
       call declare(table, domain, affine)
       at = table%layout()
-      extensive = table%extensive_columns()
+      shares = table%shares()
       values = chance%several(table%columns, 0.1_wp, 1.0_wp)
       if (domain == 'corners') values(at%domain:at%domain + 8) = chance%several(9, -0.1_wp, 0.1_wp) &
                                                                  + reshape([1, 0, 0, 0, 1, 0, 0, 0, 1], [9])*0.4_wp
@@ -177,7 +177,7 @@ contains
       if (affine) l = reshape(values(at%gradient:at%gradient + 8), [3, 3])
       r = half_edges(values, at)
       allocate (parts(table%columns, 8))
-      call split_in_eight(values, at, extensive, parts)
+      call split_in_eight(values, at, shares, parts)
       sums = 0.0_wp
       momentum = 0.0_wp
       center = 0.0_wp

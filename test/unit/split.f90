@@ -25,11 +25,11 @@ program split
 contains
 
    !> What a block's particles amount to: mass, volume, energy, volume of the domains, momentum, angular momentum with what turns
-   !> within the domains, their first and second moments.
+   !> within the domains, their first and second moments; area and first moment of the faces that they carry.
    function sums(block, level) result(total)
       type(block_t), intent(in) :: block
       type(level_t), intent(in) :: level
-      real(wp) :: total(22), r(3, 3), l(3, 3), x(3), v(3), m, turn(3), second(3, 3)
+      real(wp) :: total(28), r(3, 3), l(3, 3), x(3), v(3), m, turn(3), second(3, 3)
       integer :: p, k
       total = 0.0_wp
       do p = 1, block%particles%count
@@ -47,10 +47,31 @@ contains
                second = second + m/3.0_wp*spread(r(:, k), 2, 3)*spread(r(:, k), 1, 3)
             end do
             total = total + [m, values(at%volume), values(level%table%column('energy')), &
-                             8.0_wp*dot_product(r(:, 1), cross(r(:, 2), r(:, 3))), m*v, turn, m*x, reshape(second, [9])]
+                             8.0_wp*dot_product(r(:, 1), cross(r(:, 2), r(:, 3))), m*v, turn, m*x, reshape(second, [9]), &
+                             face_of(values, level), norm2(face_of(values, level))*(x + arm_of(values, level))]
          end associate
       end do
    end function sums
+
+   !> The area that a particle carries, m2.
+   function face_of(values, level) result(area)
+      real(wp), intent(in) :: values(:)
+      type(level_t), intent(in) :: level
+      real(wp) :: area(3)
+      associate (first => level%table%column('face_area'))
+         area = values(first:first + 2)
+      end associate
+   end function face_of
+
+   !> The way from its centre to the middle of that, m.
+   function arm_of(values, level) result(arm)
+      real(wp), intent(in) :: values(:)
+      type(level_t), intent(in) :: level
+      real(wp) :: arm(3)
+      associate (first => level%table%column('face_arm'))
+         arm = values(first:first + 2)
+      end associate
+   end function arm_of
 
    pure function cross(a, b) result(c)
       real(wp), intent(in) :: a(3), b(3)
@@ -73,6 +94,8 @@ contains
          call level%table%declare('half_size', 3, 'm', .true.)
       end if
       if (affine) call level%table%declare('velocity_gradient', 9, '1/s', .false.)
+      call level%table%declare('face_area', 3, 'm2', .false., extensive=.true.)
+      call level%table%declare('face_arm', 3, 'm', .false., arm_to=level%table%column('face_area'))
       call level%table%declare('generation', 1, '1', .false.)
       level%layout = level%table%layout()
    end subroutine declare
@@ -83,7 +106,7 @@ contains
       type(level_t) :: level
       type(block_t) :: block
       real(wp), allocatable :: values(:)
-      real(wp) :: r(3, 3), before(22), after(22), longest
+      real(wp) :: r(3, 3), before(28), after(28), longest, place(3)
       integer(i8), allocatable :: ids(:)
       integer :: p, round, splits, total, worn_out
       character(len=:), allocatable :: name
@@ -103,6 +126,11 @@ contains
             end if
             values(at%mass) = chance%between(0.5_wp, 2.0_wp)
             values(at%generation) = 0.0_wp
+            place = chance%several(3, -1.0_wp, 1.0_wp) ! of the face's middle, on a side of the domain
+            place(1 + mod(p, 3)) = sign(1.0_wp, place(1 + mod(p, 3)))
+            associate (arm => level%table%column('face_arm'))
+               values(arm:arm + 2) = matmul(half_edges(values, at), place)
+            end associate
          end associate
          call block%reserve(p, level%table%columns)
          call block%particles%append(values, int(p, i8), int(1 + mod(p, 2)))
@@ -121,8 +149,10 @@ contains
       after = sums(block, level)
       call test%check_close(after(1:4)/before(1:4), [1.0_wp, 1.0_wp, 1.0_wp, 1.0_wp], 1.0e-12_wp, &
                             name//'mass, volume, energy, volume of the domains')
-      call test%check_close(after(5:), before(5:), 1.0e-12_wp*after(1), &
+      call test%check_close(after(5:22), before(5:22), 1.0e-12_wp*after(1), &
                             name//'momentum, angular momentum, centre, moments of inertia')
+      call test%check_close(after(23:), before(23:), 1.0e-11_wp, name//'area and first moment of the faces carried')
+      call test%check_close(inward(block, level), 0.0_wp, 1.0e-9_wp, name//'which all lie on sides of their domains')
       longest = 0.0_wp
       do p = 1, block%particles%count
          longest = max(longest, maxval(norm2(half_edges(block%particles%column(p, :), level%layout), dim=1)))
@@ -140,6 +170,27 @@ contains
          end do
       end associate
    end subroutine pieces
+
+   !> How far the middle of any face is from the side of its domain, in half edges.
+   real(wp) function inward(block, level)
+      type(block_t), intent(in) :: block
+      type(level_t), intent(in) :: level
+      real(wp) :: r(3, 3), along(3)
+      integer :: k, p
+      inward = 0.0_wp
+      do p = 1, block%particles%count
+         associate (values => block%particles%column(p, :))
+            if (.not. norm2(face_of(values, level)) > 0.0_wp) cycle
+            r = half_edges(values, level%layout)
+            do k = 1, 3
+               associate (across => cross(r(:, mod(k, 3) + 1), r(:, mod(k + 1, 3) + 1)))
+                  along(k) = abs(dot_product(arm_of(values, level), across)/dot_product(r(:, k), across))
+               end associate
+            end do
+            inward = max(inward, abs(maxval(along) - 1.0_wp))
+         end associate
+      end do
+   end function inward
 
    !> A particle that has no generation left is named, not split.
    subroutine too_often()
