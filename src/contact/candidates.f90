@@ -17,7 +17,7 @@ module m_candidates
    use m_face_weights, only: face_weights_t, find_face, cube_span, weigh
    implicit none
    private
-   public :: candidate_t, candidates_t, first_inside, touches, point_velocity, fastest, recovery
+   public :: candidate_t, candidates_t, drift_of, first_inside, touches, point_velocity, fastest, recovery
 
    !> A particle that would end the step inside a tool, or within a margin of it.
    type :: candidate_t
@@ -47,7 +47,6 @@ module m_candidates
    type :: candidates_t
       type(candidate_t), allocatable :: list(:)
       integer :: count = 0
-      integer, allocatable :: before(:) !< each block's, candidates of the blocks before it
       integer :: rubbing = 0   !< of them with friction
       integer :: pressure = 0  !< column of the contact pressure
       integer :: earlier = 0   !< column of what it was a step before
@@ -118,17 +117,24 @@ contains
       class(candidates_t), intent(in) :: self
       type(level_t), intent(inout) :: level
       integer, intent(in) :: b
-      real(wp) :: most
       integer :: n
       do n = self%before(b) + 1, self%before(b + 1)
          associate (c => self%list(n), x => level%layout%position)
-            if (.not. (c%carried .and. c%force > 0.0_wp)) cycle
-            most = recovery*sqrt(c%area)
             level%blocks(b)%particles%column(c%particle, x:x + 2) = level%blocks(b)%particles%column(c%particle, x:x + 2) &
-                                                                    + min(max(c%drift, -most), most)*c%normal
+                                                                    + drift_of(c)*c%normal
          end associate
       end do
    end subroutine settle
+
+   !> How far a pressed particle goes along the normal after its motion, m.
+   pure real(wp) function drift_of(c) result(drift)
+      type(candidate_t), intent(in) :: c
+      drift = 0.0_wp
+      if (.not. (c%carried .and. c%force > 0.0_wp)) return
+      associate (most => recovery*sqrt(c%area))
+         drift = min(max(c%drift, -most), most)
+      end associate
+   end function drift_of
 
    !> Consider the particles of a block that may be near enough to a tool: those of rows of bins and of bins that are surely too far
    !> away are not looked at, for no node of the block is fast enough to carry them to the tool in this step.

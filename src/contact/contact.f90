@@ -13,7 +13,7 @@ module m_contact
    use m_materials, only: materials_t
    use m_boundary, only: constrain_nodes
    use m_contact_complaints, only: check_nodes, candidate_text
-   use m_candidates, only: candidate_t, candidates_t, touches, point_velocity, fastest, recovery
+   use m_candidates, only: candidate_t, candidates_t, drift_of, touches, point_velocity, fastest, recovery
    use m_friction, only: friction_t
    use m_contact_system, only: contact_system_t, nodal_forces_t
    use m_contact_rows, only: assemble, touched_nodes
@@ -442,7 +442,7 @@ contains
          associate (it => self%candidates%list(c), column => level%blocks(b)%particles%column)
             force = it%force*it%normal
             if (it%rubbing > 0) force = force + matmul(it%tangent, it%drag)
-            way = column(it%particle, way_to:way_to + 2) - it%from &
+            way = column(it%particle, way_to:way_to + 2) - it%from + drift_of(it)*it%normal &
                   + time_step*matmul(reshape(gradient(it%particle, :), [3, 3]), it%arm)
             self%felt(7, it%tool) = self%felt(7, it%tool) + dot_product(force, way)
          end associate

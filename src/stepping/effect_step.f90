@@ -42,7 +42,7 @@ module m_effect_step
       real(wp), allocatable, private :: work(:, :)             !< (kinds, blocks of the level by index), J, since the last fold
       real(wp), allocatable, private :: own_work(:)            !< by the particles' motion: (blocks of the level by index), J, the same
       real(wp), allocatable, private :: ahead(:)               !< of that, what the positions are ahead of the velocities
-      type(marked_t), allocatable, private :: marked(:)        !< by each effect that gives forces, in the block that moves
+      type(marked_t), allocatable, private :: marked(:, :)     !< by each effect that gives forces, in own blocks
       logical, allocatable, private :: loaded(:)               !< forces act on points of own blocks' particles in this step
    contains
       procedure :: build
@@ -229,10 +229,13 @@ contains
       type(level_t), intent(in) :: level
       integer, intent(in) :: b
       integer :: i, n
-      if (.not. allocated(self%marked)) allocate (self%marked(size(self%add_forces)))
+      if (allocated(self%marked)) then
+         if (size(self%marked, 2) /= size(level%blocks)) deallocate (self%marked)
+      end if
+      if (.not. allocated(self%marked)) allocate (self%marked(size(self%add_forces), size(level%blocks)))
       associate (particles => level%blocks(b)%particles, x => level%layout%position)
          do i = 1, size(self%add_forces)
-            associate (marked => self%marked(i))
+            associate (marked => self%marked(i, b))
                marked%which = effects(self%add_forces(i))%effect%pushed(particles)
                if (allocated(marked%from)) deallocate (marked%from)
                allocate (marked%from(3, size(marked%which)))
@@ -255,12 +258,16 @@ contains
       real(wp), intent(in) :: time, time_step        !< s
       real(wp) :: work(2)
       integer :: i
+      if (.not. allocated(self%marked)) return
+      if (size(self%marked, 2) /= size(level%blocks)) return
       work = 0.0_wp
       associate (block => level%blocks(b))
          do i = 1, size(self%add_forces)
-            associate (effect => effects(self%add_forces(i))%effect, marked => self%marked(i))
+            associate (effect => effects(self%add_forces(i))%effect, marked => self%marked(i, b))
+               if (.not. allocated(marked%which)) cycle ! at rest
                work = work + effect%particle_work(block%particles, marked%which, level%layout, gradient, marked%from, way_to, &
                                                   time, time_step)
+               deallocate (marked%which, marked%from)
             end associate
          end do
          self%own_work(block%index) = self%own_work(block%index) + work(1)

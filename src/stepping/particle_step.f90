@@ -69,6 +69,7 @@ contains
             call scatter(model, l, b, motion, clock%time, error)
             if (shares_cells) cycle
             if (with_stress) call update_stress(model, l, b, clock%step, error)
+            if (with_stress) call follow_loads(model, l, b, motion, clock%time)
             if (model%levels(l)%layout%next_position == 0) then
                call locate(model, l, b, error)
                call look_ahead(model, l, b, clock, with_stress, error)
@@ -80,6 +81,7 @@ contains
       call sum_cells(model, l)
       do b = 1, size(model%levels(l)%blocks)
          call update_stress(model, l, b, clock%step, error)
+         call follow_loads(model, l, b, motion, clock%time)
          call locate(model, l, b, error)
          call look_ahead(model, l, b, clock, with_stress, error)
       end do
@@ -157,7 +159,7 @@ contains
                                     block%particles%column, level%gradient, longest)
          end if
          if (longest%particle > 0) call report_long_way(model, l, b, longest, motion%time_step, error)
-         if (motion%time_step > 0.0_wp) call follow_loads(model, l, b, motion, time)
+         if (motion%time_step > 0.0_wp .and. model%method%stress_update /= update_usl) call follow_loads(model, l, b, motion, time)
          n = block%particles%count
          if (first > 0) block%particles%column(:n, first:first + 8) = level%gradient(:n, :)
          if (leads) call add_leads(level%at_edge, level%lead, block%particles%column(:, first:first + 8))
@@ -169,8 +171,9 @@ contains
       end associate
    end subroutine scatter
 
-   !> The work of loads by the motion that a block's particles have just made (theory.md, eq. particle-work). Where the stress has a solve
-   !> of its own, which has not met the tools, domains follow the gradient of that, if it is kept; else tools are not followed.
+   !> The work of loads by the motion that a block's particles have just made (theory.md, eq. particle-work), with the gradient that their
+   !> domains follow: that of the work array after the stress; where the stress has a solve of its own, which has not met the tools, that
+   !> which is kept of it, and if none is, tools are not followed.
    subroutine follow_loads(model, l, b, motion, time)
       type(model_t), intent(inout) :: model
       integer, intent(in) :: l, b
