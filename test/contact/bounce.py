@@ -32,7 +32,7 @@ WAYS = {"affine": "transfer='affine'", "plain": "transfer='plain'", "plain, flip
 def run(name, cells, time, periods, offset=(0.0, 0.0), sideways=0.0, friction=""):
     cell = EDGE / cells
     x, z = offset[0] * cell, (0.25 + offset[1]) * cell
-    text = SCENE.format(end=periods * PERIOD, cell=cell, time=time, x=x, x_end=x + EDGE, edge=EDGE, z=z, z_end=z + EDGE,
+    text = SCENE.format(end=periods * PERIOD + z / SPEED, cell=cell, time=time, x=x, x_end=x + EDGE, edge=EDGE, z=z, z_end=z + EDGE,
                         sideways=sideways, speed=SPEED, friction=friction, name=name, every=0.05 * PERIOD)
     Path(f"{name}.nml").write_text(text)
     done = subprocess.run([os.environ["GIMP3D"]], input=text, capture_output=True, text=True)
@@ -57,7 +57,7 @@ def flight(cells, way):
 
 def sticking(cells, way):
     """Spread of the sideways momentum after a bounce, over that before it, with the block at 3 x 3 places within a cell."""
-    momenta = []
+    momenta = []  # 3 periods after the block would reach the floor
     for i in range(3):
         for k in range(3):
             energy, tool = run("sticking", cells, WAYS[way], 3, (i / 3, k / 3), 0.5, ", friction=2")
