@@ -44,7 +44,7 @@ module m_closing_summary
 contains
 
    !> Collective: the closing summary and cost.dat.
-   subroutine summarise(console, scene, model, balance, course, expectation, guarded, error)
+   subroutine summarise(console, scene, model, balance, course, expectation, guarded, ranged, error)
       type(console_t), intent(inout) :: console
       type(scene_t), intent(in) :: scene
       type(model_t), intent(inout) :: model
@@ -52,6 +52,7 @@ contains
       type(course_t), intent(in) :: course
       type(expectation_t), intent(in) :: expectation
       character(len=*), intent(in) :: guarded !< what the guard says of the run
+      character(len=*), intent(in) :: ranged  !< where domains left their range; empty: nowhere
       type(error_t), intent(inout) :: error
       type(cost_t) :: cost
       type(facts_t) :: facts
@@ -73,6 +74,7 @@ contains
       call say_contact(facts, console, model, balance, course)
       if (.not. error%happened()) call say_stress_error(facts, model)
       call facts%say(guarded)
+      if (ranged /= '') call facts%say(ranged)
       cost%timers = model%timers
       cost%elapsed = console%elapsed()
       cost%time = model%time

@@ -16,6 +16,7 @@ module m_simulation
    use m_advance, only: advance
    use m_time_step, only: next_time_step, longest_step, check_time_step
    use m_guard, only: guard_t
+   use m_domain_range, only: domain_range_t
    use m_energy, only: balance_t, sums_t, measure
    use m_recorder, only: recorder_t
    use m_checkpoint, only: run_facts_t
@@ -44,6 +45,7 @@ module m_simulation
       type(keeper_t) :: keeper
       type(output_lock_t) :: lock
       type(guard_t) :: guard
+      type(domain_range_t) :: range
       type(run_facts_t) :: facts
       type(course_t) :: course
       type(expectation_t) :: expectation
@@ -86,6 +88,7 @@ contains
          call bound_speeds(self%model)
       end if
       if (self%error%happened()) return
+      call self%range%start(self%scene)
       self%course%particles = self%communicator%sum_count(self%model%particle_count())
       sums = measure(self%model)
       self%course%momentum = sums%momentum
@@ -170,8 +173,12 @@ contains
    subroutine look(self, written)
       class(simulation_t), intent(inout) :: self
       logical, intent(in) :: written
+      character(len=:), allocatable :: news
       if (.not. self%error%happened()) call self%guard%look_at_step(self%model, longest_step(self%scene, &
                                                                      self%model, self%model%time), self%error)
+      if (self%error%happened()) return
+      call self%range%look(self%model, self%model%time >= self%scene%end_time, news, self%error)
+      if (news /= '') call self%console%line(news)
       if (self%error%happened() .or. .not. (written .or. self%guard%look_is_due(self%model))) return
       call self%guard%look(self%model, self%balance, self%error)
    end subroutine look
@@ -243,7 +250,7 @@ contains
       call self%recorder%finish(self%error)
       call self%communicator%agree(self%error)
       if (self%course%steps > 0) call summarise(self%console, self%scene, self%model, self%balance, self%course, &
-                                                self%expectation, self%guard%summary(), self%error)
+                                                self%expectation, self%guard%summary(), self%range%said, self%error)
       if (.not. self%error%happened() .and. self%course%stop_reason /= '') &
          call fail(self%error, exit_stopped, self%course%stop_reason)
       status = self%error%status

@@ -9,7 +9,7 @@ module m_body
    use m_split, only: must_split, octant_of, child_id
    implicit none
    private
-   public :: fill_block, count_in_block, expected_count, body_center
+   public :: lattice_extent, fill_block, count_in_block, expected_count, body_center
 
    !> The lattice of a body: particle (i,j,k) has its centre at anchor + (i + 1/2, ...) spacing, first <= i <= last.
    type :: lattice_t
@@ -204,6 +204,16 @@ contains
       lattice%first = floor((lower - lattice%anchor)/lattice%spacing + 1.0e-6_wp, i8)
       lattice%last = ceiling((upper - lattice%anchor)/lattice%spacing - 1.0e-6_wp, i8) - 1
    end function body_lattice
+
+   !> Places of a body's lattice along each axis. Ids of its particles, from 1, count them along x first, then y, then z.
+   pure function lattice_extent(spec, cell) result(extent)
+      type(body_spec_t), intent(in) :: spec
+      real(wp), intent(in) :: cell !< of the coarsest level, m
+      integer(i8) :: extent(3)
+      type(lattice_t) :: lattice
+      lattice = body_lattice(spec, cell)
+      extent = lattice%last - lattice%first + 1
+   end function lattice_extent
 
    !> The part of a lattice whose centres may lie in a block.
    pure subroutine range_in_block(level, place, lattice, low, high)

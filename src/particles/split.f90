@@ -10,7 +10,8 @@ module m_split
    use m_region, only: region_t
    implicit none
    private
-   public :: stuff_t, split_long, split_in_eight, must_split, half_edges, fitted_edges, extents, octant_of, child_id, longest
+   public :: stuff_t, split_long, split_in_eight, must_split, is_whole, largest_tension, half_edges, fitted_edges, &
+             extents, octant_of, child_id, longest
 
    integer, parameter, public :: id_bits = 50          !< ids of particles that were never split are below 2^id_bits
    integer, parameter, public :: most_generations = 12 !< splits that an id has room for; it stays below 2^62
@@ -25,7 +26,8 @@ module m_split
                                                     !< tension comes near the modulus of a wave:
    real(wp), parameter :: longest_at_modulus = 0.28_wp !< where it is the modulus, and inversely to it,
    real(wp), parameter :: shortest_pulled = 0.2_wp  !< but never asked to be shorter than this
-   real(wp), parameter :: longest_whole = 0.505_wp  !< while one particle is all of a cell: the edge that bears the tension
+   real(wp), parameter :: longest_whole = 0.505_wp  !< while one particle is all of a cell: the edge that bears the tension,
+   real(wp), parameter :: longest_box = 0.50005_wp  !< and the same of a box along the axes
    real(wp), parameter :: whole = 0.75_wp           !< a particle with more than this of the mass of a cell was never split
    real(wp), parameter :: pulls = 0.1_wp            !< a normal stress of so much of the largest component counts as tension
 
@@ -85,13 +87,14 @@ contains
       real(wp), intent(in) :: cell       !< m
       type(stuff_t), intent(in) :: stuff !< of the particle's body
       logical :: across(3)
-      real(wp) :: squares(3), tension
+      real(wp) :: squares(3), tension, limit
       across = .false.
       squares = lengths_squared(particles%column, p, layout)
       if (.not. maxval(squares) > (shortest_pulled*cell)**2) return ! also where a length is not a number
-      if (particles%column(p, layout%mass) > whole*stuff%density*cell**3) then
-         if (maxval(squares) > (longest_whole*cell)**2) then
-            tension = largest_tension(particles%column(p, :), layout, longest_whole*cell)
+      if (is_whole(particles%column(p, layout%mass), cell, stuff)) then
+         limit = cell*merge(longest_whole, longest_box, layout%domain > 0)
+         if (maxval(squares) > limit**2) then
+            tension = largest_tension(particles%column(p, :), layout, limit)
             if (tension > 0.0_wp) across = squares > (longest_pulled*cell)**2
          end if
       else
@@ -101,6 +104,14 @@ contains
       end if
       if (maxval(squares) > (longest*cell)**2) across(maxloc(squares, dim=1)) = .true.
    end function edges_to_split
+
+   !> True for a particle that is all of a cell.
+   pure logical function is_whole(mass, cell, stuff)
+      real(wp), intent(in) :: mass       !< kg
+      real(wp), intent(in) :: cell       !< m
+      type(stuff_t), intent(in) :: stuff !< of its body
+      is_whole = mass > whole*stuff%density*cell**3
+   end function is_whole
 
    !> The largest normal stress (Pa) along a half edge of more than the given length, 0 if none counts as tension.
    pure real(wp) function largest_tension(values, layout, length) result(tension)

@@ -31,7 +31,7 @@ module m_model
    use m_contact, only: contact_t
    implicit none
    private
-   public :: model_t, add_parents
+   public :: model_t, add_parents, first_id
 
    !> Bounds over all ranks at the end of a step.
    type, public :: bounds_t

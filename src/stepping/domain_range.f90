@@ -1,0 +1,191 @@
+!> Watches whether a run leaves the range in which its choice of domains is right (theory.md, Range of domains): says so once, and
+!> ends a run whose body has come apart.
+module m_domain_range
+   use mpi_f08
+   use m_kinds, only: wp, i8
+   use m_constants, only: exit_numerical
+   use m_errors, only: error_t, fail
+   use m_text, only: to_text
+   use m_sorting, only: sorted_order
+   use m_scene, only: scene_t, domain_fixed, domain_corners
+   use m_body, only: lattice_extent
+   use m_plastic, only: plastic_t
+   use m_split, only: is_whole, largest_tension, id_bits
+   use m_model, only: model_t, first_id
+   use m_complaints, only: particle_text
+   implicit none
+   private
+   public :: domain_range_t
+
+   type :: domain_range_t
+      integer(i8), allocatable, private :: extent(:, :) !< (3, bodies): places of their lattices
+      integer(i8), private :: looked = 0                !< step of the last look
+      character(len=:), allocatable :: said             !< the first sentence
+      logical, private :: told(2) = .false.             !< of tension, of gaps
+   contains
+      procedure :: start
+      procedure :: look
+   end type domain_range_t
+
+   integer, parameter :: look_every = 200               !< steps
+   real(wp), parameter :: most_tension = 0.01_wp        !< of the modulus of a wave, that boxes of one a cell are to bear
+   real(wp), parameter :: apart = 0.2_wp                !< neighbours so many cells further apart than their strains say are torn
+   real(wp), parameter :: hardly_plastic = 0.005_wp     !< up to this plastic strain the stress tells the stretch
+
+contains
+
+   subroutine start(self, scene)
+      class(domain_range_t), intent(inout) :: self
+      type(scene_t), intent(in) :: scene
+      integer :: b
+      self%said = ''
+      allocate (self%extent(3, size(scene%bodies)))
+      do b = 1, size(scene%bodies)
+         self%extent(:, b) = lattice_extent(scene%bodies(b), scene%grid%cell_size)
+      end do
+   end subroutine start
+
+   !> Collective: every so many steps, and where `now` says so. `news`: what is to be said now, empty if nothing.
+   subroutine look(self, model, now, news, error)
+      class(domain_range_t), intent(inout) :: self
+      type(model_t), intent(in) :: model
+      logical, intent(in) :: now
+      character(len=:), allocatable, intent(out) :: news
+      type(error_t), intent(inout) :: error
+      real(wp) :: worst(2)
+      integer :: b
+      news = ''
+      if (.not. (now .or. model%step - self%looked >= look_every)) return
+      self%looked = model%step
+      worst = 0.0_wp
+      do b = 1, size(model%levels(1)%blocks)
+         call look_at_block(self, model, b, worst, error)
+      end do
+      call model%communicator%agree(error)
+      call MPI_Allreduce(MPI_IN_PLACE, worst, 2, MPI_DOUBLE_PRECISION, MPI_MAX, model%communicator%comm)
+      if (error%happened()) return
+      if (worst(1) > most_tension .and. .not. self%told(1)) then
+         self%told(1) = .true.
+         news = 'range      particles that are all of a cell bear a tension of '//to_text(worst(1), 2)//' of their modulus: '// &
+                'boxes of one a cell come apart; take particles_per_cell=8 or domain=''corners'''
+      else if (worst(2) > 1.0_wp .and. .not. self%told(2)) then
+         self%told(2) = .true.
+         news = 'range      particles are stretched to '//to_text(worst(2), 3)//' cells: fixed domains of more than 1 come '// &
+                'apart; take domain=''stretch'' or ''corners'''
+      end if
+      if (self%said == '') self%said = news
+   end subroutine look
+
+   !> The largest tension of particles that are all of a cell, over the modulus, and the longest stretched edge of fixed domains, in
+   !> cells; a fault where neighbours have come apart.
+   subroutine look_at_block(self, model, b, worst, error)
+      type(domain_range_t), intent(in) :: self
+      type(model_t), intent(in) :: model
+      integer, intent(in) :: b
+      real(wp), intent(inout) :: worst(2)
+      type(error_t), intent(inout) :: error
+      integer :: listed(model%levels(1)%blocks(b)%particles%count), axis, n, p
+      real(wp) :: tension, direction(3)
+      n = 0
+      associate (level => model%levels(1), particles => model%levels(1)%blocks(b)%particles)
+         do p = 1, particles%count
+            tension = largest_tension(particles%column(p, :), level%layout, 0.0_wp)
+            if (is_whole(particles%column(p, level%layout%mass), level%grid%cell, model%stuff(particles%body(p)))) then
+               n = n + 1
+               listed(n) = p
+               if (model%method%domain /= domain_corners) worst(1) = max(worst(1), tension/model%stuff(particles%body(p))%modulus)
+            else if (model%method%domain == domain_fixed .and. tension > 0.0_wp) then
+               do axis = 1, 3
+                  direction = 0.0_wp
+                  direction(axis) = 1.0_wp
+                  worst(2) = max(worst(2), 2.0_wp*particles%column(p, level%layout%half_size)*level%grid%per_cell &
+                                 *stretch_along(model, b, p, direction))
+               end do
+            end if
+         end do
+      end associate
+      if (n > 1) call look_for_gaps(self, model, b, listed(:n), error)
+   end subroutine look_at_block
+
+   !> Particles that touched each other at the start, in one block still, and are further apart than their strains say.
+   subroutine look_for_gaps(self, model, b, listed, error)
+      type(domain_range_t), intent(in) :: self
+      type(model_t), intent(in) :: model
+      integer, intent(in) :: b, listed(:)
+      type(error_t), intent(inout) :: error
+      integer :: order(size(listed)), axis, body, m, other
+      integer(i8) :: id(size(listed)), place, step(3)
+      associate (particles => model%levels(1)%blocks(b)%particles)
+         id = particles%id(listed)
+         order = sorted_order(id, id)
+         id = id(order)
+         do m = 1, size(listed)
+            if (id(m) >= 2_i8**id_bits) cycle
+            body = particles%body(listed(order(m)))
+            place = id(m) - first_id(body) - 1
+            step = [1_i8, self%extent(1, body), self%extent(1, body)*self%extent(2, body)]
+            do axis = 1, 3
+               if (mod(place/step(axis), self%extent(axis, body)) == self%extent(axis, body) - 1) cycle
+               other = place_of(id, id(m) + step(axis))
+               if (other > 0) call compare(model, b, listed(order(m)), listed(order(other)), error)
+            end do
+         end do
+      end associate
+   end subroutine look_for_gaps
+
+   !> A fault where two neighbours are apart.
+   subroutine compare(model, b, p, q, error)
+      type(model_t), intent(in) :: model
+      integer, intent(in) :: b, p, q
+      type(error_t), intent(inout) :: error
+      real(wp) :: way(3), far, near
+      associate (level => model%levels(1), particles => model%levels(1)%blocks(b)%particles, x => model%levels(1)%layout%position)
+         way = particles%column(q, x:x + 2) - particles%column(p, x:x + 2)
+         far = norm2(way)
+         if (far <= (1.0_wp + apart)*level%grid%cell) return
+         near = 0.5_wp*level%grid%cell*(stretch_along(model, b, p, way/far) + stretch_along(model, b, q, way/far))
+         if (.not. far - near > apart*level%grid%cell) return
+         call fail(error, exit_numerical, particle_text(model, 1, b, p)//' and its neighbour '//to_text(particles%id(q))// &
+                   ' are '//to_text(far*level%grid%per_cell, 3)//' cells apart, where their strains say '// &
+                   to_text(near*level%grid%per_cell, 3)//': the body has come apart, which one particle per cell cannot '// &
+                   'prevent; take particles_per_cell=8 or domain=''corners''')
+      end associate
+   end subroutine compare
+
+   !> How much longer a particle has become along a direction, as far as its fields tell; without end where they do not.
+   real(wp) function stretch_along(model, b, p, direction) result(stretch)
+      type(model_t), intent(in) :: model
+      integer, intent(in) :: b, p
+      real(wp), intent(in) :: direction(3) !< unit vector
+      integer :: flow
+      associate (level => model%levels(1), particles => model%levels(1)%blocks(b)%particles)
+         flow = level%table%column('plastic_strain')
+         select type (law => model%materials%slots(model%materials%of_body(particles%body(p)))%law)
+         class is (plastic_t)
+            stretch = huge(1.0_wp)
+            if (particles%column(p, flow) <= hardly_plastic) &
+               stretch = law%elastic_t%stretch(particles%column(p, :), level%layout, direction)
+         class default
+            stretch = law%stretch(particles%column(p, :), level%layout, direction)
+         end select
+      end associate
+   end function stretch_along
+
+   !> Where a number stands in a rising list; 0: nowhere.
+   pure integer function place_of(list, number) result(place)
+      integer(i8), intent(in) :: list(:), number
+      integer :: low, high
+      low = 1
+      high = size(list)
+      do while (low < high)
+         place = (low + high)/2
+         if (list(place) < number) then
+            low = place + 1
+         else
+            high = place
+         end if
+      end do
+      place = merge(low, 0, list(low) == number)
+   end function place_of
+
+end module m_domain_range
