@@ -35,7 +35,9 @@ def noise(depth, load, window=0.05):
 
 @hard_case("buried_sphere")
 def buried_sphere(bench):
-    """E3 of the thesis, whose finite-element run quits at 3.114 um: the sphere (R = 3.4 um) on to 3.5 um, below the surface."""
+    """E3 of the thesis, whose finite-element run quits at 3.114 um: the sphere (R = 3.4 um) on to 3.5 um, below the surface. Each ring of
+    particles that the sphere comes to touch is hit at its full speed, 150 m/s: with the pressure density * wave speed * speed, 2.5 GPa, on
+    the whole faces of one particle a cell. That spike is the control; it goes with the speed, and a sixth of it must be within the bar."""
     out = bench.run("sphere", shipped("deep_sphere"))
     rows = out.tool("sphere")
     depth, load = rows["depth"] * 1e6, rows["load_z"] * 1e3
@@ -43,12 +45,18 @@ def buried_sphere(bench):
     bench.at_least("smallest load after first touch over the largest", load[depth > 0.1] / load.max(), 0.0)
     # A load-depth curve is read to a per cent or two.
     bench.at_most("load noise, relative", noise(depth, load), 0.02)
-    # Each ring of particles that the sphere comes to touch is hit at its full speed, 150 m/s.
-    bench.at_most("largest spike of the load from a tenth of the depth on, relative", abs(deviations(depth, load, 0.1)), 0.05, known=True)
+    bench.at_most("at 150 m/s: largest spike of the load from a tenth of the depth on, relative", abs(deviations(depth, load, 0.1)), 0.05,
+                  control=True)
     bench.at_most("overlap over the cell", rows["max_gap_violation"] / 1.28e-6, 0.05)
+    text = shipped("deep_sphere", end_time=6 * 2.466e-8, times=f"0,{6 * 2.9e-9}", speeds=f"0,{150.8 / 6}", every=1e-7)
+    slow = bench.run("slow", text).tool("sphere")
+    spikes = abs(deviations(slow["depth"], slow["load_z"], 0.1))
+    bench.at_most("at 25 m/s: largest spike of the load from a tenth of the depth on, relative", spikes, 0.05)
+    bench.at_least("at 25 m/s: depth reached [um]", slow["depth"][-1] * 1e6, 3.4999)
 
     def draw(axes):
-        axes.plot(depth, load)
+        axes.plot(depth, load, label="150 m/s")
+        axes.plot(slow["depth"] * 1e6, slow["load_z"] * 1e3, lw=0.8, label="25 m/s")
         axes.axvline(3.114, color="r", lw=0.5, label="where the finite elements quit")
         axes.set(xlabel="depth [um]", ylabel="load on the quarter [mN]")
     bench.picture(draw)

@@ -1,5 +1,5 @@
 !test: helper
-!> The generalized vortex, named after Kamojjala et al. (2015): vortex AMPLITUDE CELLS DOMAIN [WRONG]
+!> The generalized vortex, named after Kamojjala et al. (2015): vortex AMPLITUDE CELLS DOMAIN [FORCE [PARTICLES]]
 !>
 !> Material turns about the z axis by an angle that depends on its radius R and the time t alone, in plane strain:
 !>
@@ -15,7 +15,8 @@
 !>
 !>    b_r = -R alpha_t^2 + (mu/rho)(2/3 G G' + G^2/R),   b_t = R alpha_tt - (mu/rho)(G' + 2 G/R).
 !>
-!> E = 1000 Pa, nu = 0.3, 1000 kg/m3, T = 1 s. CELLS are those along 1 m; WRONG leaves the shear stress out of the body force.
+!> E = 1000 Pa, nu = 0.3, 1000 kg/m3, T = 1 s. CELLS are those along 1 m. FORCE is right, or wrong: without the shear stress. There are
+!> 8 PARTICLES a cell if nothing else is said.
 !> Prints the largest and the rms error of the places over the cell at T/2 and at T, the number of splits, and whether the run
 !> stopped.
 module m_vortex
@@ -132,15 +133,17 @@ program vortex
    type(model_t) :: model
    type(error_t) :: error
    type(vortex_t) :: effect
-   character(len=16) :: words(4)
+   character(len=16) :: words(5)
    real(wp) :: amplitude, cell, time_step, half(2), whole(2)
-   integer :: i, cells, step, steps
+   integer :: i, cells, per_cell, step, steps
    words = ''
+   words(5) = '8'
    do i = 1, command_argument_count()
       call get_command_argument(i, words(i))
    end do
    read (words(1), *) amplitude
    read (words(2), *) cells
+   read (words(5), *) per_cell
    cell = 1.0_wp/cells
    call comm%start()
    effect%name = 'vortex'
@@ -203,7 +206,7 @@ contains
       scene%bodies(1)%shape = shape_cylinder
       scene%bodies(1)%radius = disc
       scene%bodies(1)%height = cell
-      scene%bodies(1)%particles_per_cell = 8
+      scene%bodies(1)%particles_per_cell = per_cell
    end function make_scene
 
    subroutine remember_places()
