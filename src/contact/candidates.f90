@@ -52,6 +52,7 @@ module m_candidates
       integer :: earlier = 0   !< column of what it was a step before
       integer :: traction = 0  !< first column of the friction; 0 where no tool has any
       integer :: carried = 0   !< first column of the gaps that are carried on, one for each tool
+      integer, allocatable :: before(:) !< each block's, candidates of the blocks before it
       real(wp) :: drift = 0.0_wp !< largest difference yet between a carried gap and that of the particle's place and shape, m
    contains
       procedure :: find
