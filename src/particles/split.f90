@@ -26,7 +26,7 @@ module m_split
    real(wp), parameter :: longest_whole = 0.505_wp  !< while one particle is all of a cell: the edge that bears the tension,
    real(wp), parameter :: longest_box = 0.50005_wp  !< and the same of a box along the axes
    real(wp), parameter :: whole = 0.75_wp           !< a particle with more than this of the mass of a cell was never split
-   real(wp), parameter :: least_tension = 0.005_wp  !< of the modulus, that asks for short edges of the others: not that of metals
+   real(wp), parameter :: least_tension = 0.01_wp  !< of the modulus, that asks for short edges of the others: not that of metals
    real(wp), parameter :: pulls = 0.1_wp            !< a normal stress of so much of the largest component counts as tension
 
    !> What splitting asks of the material of a body.
@@ -37,8 +37,8 @@ module m_split
 
 contains
 
-   !> Split the particles of a block whose half edges are too long (theory.md, eqs too-long, pulled), each across every such edge, in
-   !> the order of storage. The lower part keeps place and id, the others are appended. `worn_out`: a particle that has been
+   !> Split the particles of a block whose half edges are too long (theory.md, eqs too-long, pulled), each across all of these,
+   !> in the order of storage. The lower part keeps place and id, the others are appended. `worn_out`: a particle that has been
    !> split too often to be split again, 0 if there is none.
    subroutine split_long(block, table, layout, cell, stuff, splits, worn_out)
       type(block_t), intent(inout) :: block
