@@ -155,7 +155,7 @@ contains
          call add(scene%time%domain /= domain_fixed, 'deforming domains', &
                   table%bytes_of('domain') + table%bytes_of('half_size') + table%bytes_of('generation') - bytes_per_column)
          call add(size(scene%tools) > 0, 'tool contact', &
-                  table%bytes_of('contact_pressure') + table%bytes_of('last_contact_pressure'))
+                  table%bytes_of('contact_pressure') + table%bytes_of('last_contact_pressure') + table%bytes_of('contact_gap'))
          call add(model%contact%friction%present, 'friction', table%bytes_of('contact_friction'))
          call add(size(scene%probes) > 0, 'probes', 0)
          do k = 1, size(catalogue%effects)
