@@ -27,7 +27,7 @@ module m_domain_range
       procedure :: look
    end type domain_range_t
 
-   integer, parameter :: look_every = 200               !< steps
+   integer, parameter :: look_every = 400               !< steps
    real(wp), parameter :: most_tension = 0.01_wp        !< of the modulus of a wave, that boxes of one a cell are to bear
    real(wp), parameter :: apart = 0.2_wp                !< neighbours so many cells further apart than their strains say are torn
    real(wp), parameter :: most_pressed = 0.2_wp         !< strain to which cubes may be pressed; then they overlap
@@ -90,27 +90,29 @@ contains
       real(wp), intent(inout) :: worst(3)
       type(error_t), intent(inout) :: error
       integer :: listed(model%levels(1)%blocks(b)%particles%count), axis, n, p
-      real(wp) :: tension, stretch, direction(3)
+      real(wp) :: values(model%levels(1)%table%columns), tension, stretch, direction(3)
+      logical :: whole
       n = 0
       associate (level => model%levels(1), particles => model%levels(1)%blocks(b)%particles)
          do p = 1, particles%count
-            tension = largest_tension(particles%column(p, :), level%layout, 0.0_wp)
-            if (is_whole(particles%column(p, level%layout%mass), level%grid%cell, model%stuff(particles%body(p)))) then
+            whole = is_whole(particles%column(p, level%layout%mass), level%grid%cell, model%stuff(particles%body(p)))
+            if (whole) then
                n = n + 1
                listed(n) = p
-               if (model%method%domain /= domain_corners) worst(1) = max(worst(1), tension/model%stuff(particles%body(p))%modulus)
             end if
-            if (model%method%domain == domain_fixed) then
-               do axis = 1, 3
-                  direction = 0.0_wp
-                  direction(axis) = 1.0_wp
-                  stretch = stretch_along(model, b, p, direction)
-                  if (.not. stretch < huge(stretch)) exit ! nothing tells it
-                  if (tension > 0.0_wp) worst(2) = max(worst(2), stretch*2.0_wp*particles%column(p, level%layout%half_size) &
-                                                       *level%grid%per_cell)
-                  worst(3) = max(worst(3), 1.0_wp - stretch)
-               end do
-            end if
+            if (model%method%domain == domain_corners .or. .not. (whole .or. model%method%domain == domain_fixed)) cycle
+            values = particles%column(p, :)
+            tension = largest_tension(values, level%layout, 0.0_wp)
+            if (whole) worst(1) = max(worst(1), tension/model%stuff(particles%body(p))%modulus)
+            if (model%method%domain /= domain_fixed) cycle
+            do axis = 1, 3
+               direction = 0.0_wp
+               direction(axis) = 1.0_wp
+               stretch = stretch_along(model, values, particles%body(p), direction)
+               if (.not. stretch < huge(stretch)) exit ! nothing tells it
+               if (tension > 0.0_wp) worst(2) = max(worst(2), stretch*2.0_wp*values(level%layout%half_size)*level%grid%per_cell)
+               worst(3) = max(worst(3), 1.0_wp - stretch)
+            end do
          end do
       end associate
       if (n > 1) call look_for_gaps(self, model, b, listed(:n), error)
@@ -152,7 +154,8 @@ contains
          way = particles%column(q, x:x + 2) - particles%column(p, x:x + 2)
          far = norm2(way)
          if (far <= (1.0_wp + apart)*level%grid%cell) return
-         near = 0.5_wp*level%grid%cell*(stretch_along(model, b, p, way/far) + stretch_along(model, b, q, way/far))
+         near = 0.5_wp*level%grid%cell*(stretch_along(model, particles%column(p, :), particles%body(p), way/far) &
+                                       + stretch_along(model, particles%column(q, :), particles%body(q), way/far))
          if (.not. far - near > apart*level%grid%cell) return
          call fail(error, exit_numerical, particle_text(model, 1, b, p)//' and its neighbour '//to_text(particles%id(q))// &
                    ' are '//to_text(far*level%grid%per_cell, 3)//' cells apart, where their strains say '// &
@@ -162,23 +165,22 @@ contains
    end subroutine compare
 
    !> How much longer a particle has become along a direction, as far as its fields tell; without end where they do not.
-   real(wp) function stretch_along(model, b, p, direction) result(stretch)
+   real(wp) function stretch_along(model, values, body, direction) result(stretch)
       type(model_t), intent(in) :: model
-      integer, intent(in) :: b, p
+      real(wp), intent(in) :: values(:)    !< the particle's columns
+      integer, intent(in) :: body          !< its body
       real(wp), intent(in) :: direction(3) !< unit vector
-      integer :: flow
-      associate (level => model%levels(1), particles => model%levels(1)%blocks(b)%particles)
-         flow = level%table%column('plastic_strain')
-         select type (law => model%materials%slots(model%materials%of_body(particles%body(p)))%law)
+      associate (layout => model%levels(1)%layout)
+         select type (law => model%materials%slots(model%materials%of_body(body))%law)
          class is (plastic_t)
             stretch = huge(1.0_wp)
             if (law%shape > 0) then
-               stretch = law%stretch(particles%column(p, :), level%layout, direction)
-            else if (particles%column(p, flow) <= hardly_plastic) then
-               stretch = law%elastic_t%stretch(particles%column(p, :), level%layout, direction)
+               stretch = law%stretch(values, layout, direction)
+            else if (values(law%strain) <= hardly_plastic) then
+               stretch = law%elastic_t%stretch(values, layout, direction)
             end if
          class default
-            stretch = law%stretch(particles%column(p, :), level%layout, direction)
+            stretch = law%stretch(values, layout, direction)
          end select
       end associate
    end function stretch_along
