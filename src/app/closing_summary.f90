@@ -239,7 +239,7 @@ contains
       character(len=:), allocatable :: text
       text = 'try smaller cells there'
       if (any(scene%bodies%particles_per_cell == 1)) text = text//', particles_per_cell=8'
-      if (scene%time%domain == domain_fixed) text = text//', domain=''stretch'''
+      if (scene%time%domain == domain_fixed) text = text//', domain=''corners'''
    end function remedy
 
    !> Energy that has come from nowhere, or gone, to an extent that matters.

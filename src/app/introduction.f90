@@ -57,6 +57,7 @@ contains
          end if
          call console%line('fields     '//fields_text(model%levels(1)%table))
          call console%line('effects    '//effects_text(scene, catalogue, model))
+         call introduce_choices(console, scene)
       end associate
       call find_crowd(model%communicator, ranks, cores)
       if (ranks > cores) &
@@ -66,6 +67,17 @@ contains
          call console%line('warning    one rank in a job of '//to_text(tasks_of_job())//' tasks (SLURM_NTASKS); '// &
                            'mpirun or srun takes them all')
    end subroutine introduce
+
+   !> What the program has chosen where the scene does not say, what it costs, and how a scene says no.
+   subroutine introduce_choices(console, scene)
+      type(console_t), intent(inout) :: console
+      type(scene_t), intent(in) :: scene
+      if (scene%chose_domain) call console%line( &
+         "chosen     domain='corners', for the law is made for large strains; twice the time of domain='fixed'")
+      if (.not. allocated(scene%brought)) return
+      if (scene%brought /= '') call console%line('chosen     '//scene%brought//', for plastic flow locks without; a quarter '// &
+                                                 'more time; &'//scene%brought//" kind='none' / leaves it out")
+   end subroutine introduce_choices
 
    !> Collective: a line a level, and the cells of all of them beside those of a grid as fine everywhere.
    subroutine introduce_levels(console, model, time_step)
@@ -143,7 +155,7 @@ contains
          call add(scene%time%domain /= domain_fixed, 'deforming domains', &
                   table%bytes_of('domain') + table%bytes_of('half_size') + table%bytes_of('generation') - bytes_per_column)
          call add(size(scene%tools) > 0, 'tool contact', &
-                  table%bytes_of('contact_pressure') + table%bytes_of('last_contact_pressure'))
+                  table%bytes_of('contact_pressure') + table%bytes_of('last_contact_pressure') + table%bytes_of('contact_gap'))
          call add(model%contact%friction%present, 'friction', table%bytes_of('contact_friction'))
          call add(size(scene%probes) > 0, 'probes', 0)
          do k = 1, size(catalogue%effects)

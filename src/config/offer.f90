@@ -13,6 +13,9 @@ module m_offer
       integer :: line = 0          !< of the scene, on which its group begins; 0: it was not read
    contains
       procedure :: group_text
+      procedure :: for_large_strains
+      procedure :: brings
+      procedure :: declined
       procedure(variables_interface), deferred :: variables
    end type offer_t
 
@@ -46,6 +49,28 @@ contains
       text = '&'//self%name
       if (self%line > 0) text = 'line '//to_text(self%line)//', '//text
    end function group_text
+
+   !> True of a law that is made for large strains: domains of particles follow the material where the scene does not say.
+   pure logical function for_large_strains(self)
+      class(offer_t), intent(in) :: self
+      associate (unused => self%line); end associate
+      for_large_strains = .false.
+   end function for_large_strains
+
+   !> The effect that a scene with this law gets where it does not say; empty: none.
+   pure function brings(self) result(name)
+      class(offer_t), intent(in) :: self
+      character(len=:), allocatable :: name
+      associate (unused => self%line); end associate
+      name = ''
+   end function brings
+
+   !> True of an effect whose group says that it is not to be there.
+   pure logical function declined(self)
+      class(offer_t), intent(in) :: self
+      associate (unused => self%line); end associate
+      declined = .false.
+   end function declined
 
    !> Append an offer under a name (lower case).
    subroutine offer(slots, name, it)

@@ -8,7 +8,7 @@ module m_scene
 
    integer, parameter, public :: boundary_free = 0, boundary_symmetry = 1, boundary_roller = 2, boundary_fixed = 3
    integer, parameter, public :: update_usl = 1, update_usf = 2, update_musl = 3
-   integer, parameter, public :: domain_fixed = 1, domain_stretch = 2, domain_corners = 3
+   integer, parameter, public :: domain_by_law = 0, domain_fixed = 1, domain_stretch = 2, domain_corners = 3
    integer, parameter, public :: shape_box = 1, shape_sphere = 2, shape_cylinder = 3
    integer, parameter, public :: tool_sphere = 1, tool_cone = 2, tool_flat = 3, tool_berkovich = 4, &
                                 tool_cylinder = 5, tool_wedge = 6
@@ -82,7 +82,7 @@ module m_scene
       real(wp), allocatable :: loads(:)  !< N along the axis on the tool, for the modelled part of the body
       real(wp) :: mass = 0.0_wp          !< with loads: of the modelled part of the tool, kg
       real(wp) :: initial_speed = 0.0_wp !< with loads: along the axis, m/s
-      real(wp) :: penetration_factor = 0.4_wp
+      real(wp) :: penetration_factor = 0.5_wp
       real(wp) :: friction = 0.0_wp
    end type tool_spec_t
 
@@ -165,6 +165,8 @@ module m_scene
       type(probe_spec_t), allocatable :: probes(:)
       type(offer_slot_t), allocatable :: effects(:) !< in the order of the catalogue, then of the text
       type(place_t), allocatable :: places(:)       !< in the text that it was read from
+      logical :: chose_domain = .false.  !< domains follow the material since the scene did not say and a law wants it
+      character(len=:), allocatable :: brought !< names of the effects that laws have brought since the scene did not say
    contains
       procedure :: place
    end type scene_t

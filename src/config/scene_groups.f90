@@ -44,6 +44,7 @@ contains
       allocate (material_names(size(scene%materials)))
       scene%output%present = text%count_groups('output') > 0
       scene%checkpoint%present = text%count_groups('checkpoint') > 0
+      scene%time%domain = domain_by_law ! until it is said
       do kind = 1, size(group_words)
          do number = 1, text%count_groups(trim(group_words(kind)))
             call group%begin(text%groups(text%find_group(trim(group_words(kind)), number)))
@@ -55,20 +56,55 @@ contains
             if (group_words(kind) == 'material') material_names(number) = scene%materials(number)%name
          end do
       end do
-      call read_effects(text, catalogue%effects, scene%effects, error)
+      call choose_domain(scene)
+      call read_effects(text, catalogue%effects, scene, error)
    end subroutine read_groups
 
-   !> The effects that the scene calls for: each a copy of its prototype with the values of its group.
-   subroutine read_effects(text, offers, effects, error)
+   !> Where the scene does not say: domains follow the material if a law is made for large strains.
+   subroutine choose_domain(scene)
+      type(scene_t), intent(inout) :: scene
+      integer :: m
+      scene%chose_domain = .false.
+      if (scene%time%domain /= domain_by_law) return
+      scene%time%domain = domain_fixed
+      do m = 1, size(scene%materials)
+         if (scene%materials(m)%law%for_large_strains()) scene%chose_domain = .true.
+      end do
+      if (scene%chose_domain) scene%time%domain = domain_corners
+   end subroutine choose_domain
+
+   !> True when a law brings an effect: that of a body with more than one particle a cell, for one alone does not lock.
+   logical function is_brought(scene, name)
+      type(scene_t), intent(in) :: scene
+      character(len=*), intent(in) :: name
+      integer :: b
+      is_brought = .false.
+      do b = 1, size(scene%bodies)
+         if (scene%bodies(b)%particles_per_cell == 1) cycle
+         if (scene%materials(scene%bodies(b)%material)%law%brings() == name) is_brought = .true.
+      end do
+   end function is_brought
+
+   !> The effects that the scene calls for: each a copy of its prototype with the values of its group; and those that laws bring where
+   !> the scene has no such group.
+   subroutine read_effects(text, offers, scene, error)
       type(namelist_text_t), intent(in) :: text
       type(offer_slot_t), intent(in) :: offers(:)
-      type(offer_slot_t), allocatable, intent(out) :: effects(:)
+      type(scene_t), intent(inout) :: scene
       type(error_t), intent(inout) :: error
+      type(offer_slot_t), allocatable :: effects(:)
       type(group_reader_t) :: group
+      logical :: brought(size(offers))
       integer :: e, number, n
       n = 0
-      allocate (effects(sum([(text%count_groups(offers(e)%it%name), e=1, size(offers))])))
+      brought = [(is_brought(scene, offers(e)%it%name) .and. text%count_groups(offers(e)%it%name) == 0, e=1, size(offers))]
+      scene%brought = joined(pack(offered_names(offers), brought))
+      allocate (effects(sum([(text%count_groups(offers(e)%it%name), e=1, size(offers))]) + count(brought)))
       do e = 1, size(offers)
+         if (brought(e)) then
+            n = n + 1
+            allocate (effects(n)%it, source=offers(e)%it)
+         end if
          do number = 1, text%count_groups(offers(e)%it%name)
             n = n + 1
             allocate (effects(n)%it, source=offers(e)%it)
@@ -81,6 +117,7 @@ contains
             if (error%happened()) return
          end do
       end do
+      call move_alloc(effects, scene%effects)
    end subroutine read_effects
 
    !> Every group is known, built, there when it must be, and once when it may be there only once.

@@ -29,6 +29,7 @@ module m_split
    real(wp), parameter :: longest_whole = 0.505_wp  !< while one particle is all of a cell: the edge that bears the tension,
    real(wp), parameter :: longest_box = 0.50005_wp  !< and the same of a box along the axes
    real(wp), parameter :: whole = 0.75_wp           !< a particle with more than this of the mass of a cell was never split
+   real(wp), parameter :: least_tension = 0.01_wp  !< of the modulus, that asks for short edges of the others: not that of metals
    real(wp), parameter :: pulls = 0.1_wp            !< a normal stress of so much of the largest component counts as tension
 
    !> What splitting asks of the material of a body.
@@ -39,7 +40,7 @@ module m_split
 
 contains
 
-   !> Split the particles of a block whose half edges are too long (theory.md, eqs too-long, pulled), each across every edge that is,
+   !> Split the particles of a block whose half edges are too long (theory.md, eqs too-long, pulled), each across all of these,
    !> in the order of storage. The lower part keeps place and id, the others are appended. `worn_out`: a particle that has been
    !> split too often to be split again, 0 if there is none.
    subroutine split_long(block, table, layout, cell, stuff, splits, worn_out)
@@ -78,8 +79,8 @@ contains
       block%cells%current = .false.
    end subroutine split_long
 
-   !> Across which of its half edges a particle must be split: the longest, if it is too long for the weights; under tension, all that
-   !> are too long for that.
+   !> Across which of its half edges a particle must be split: the longest, if it is too long for the weights; under tension, all
+   !> that are too long for that.
    pure function edges_to_split(particles, p, layout, cell, stuff) result(across)
       type(particle_store_t), intent(in) :: particles
       integer, intent(in) :: p
@@ -99,8 +100,10 @@ contains
          end if
       else
          tension = largest_tension(particles%column(p, :), layout, 0.0_wp)
-         if (tension > 0.0_wp) across = squares > (cell*max(shortest_pulled, min(longest_pulled, longest_at_modulus &
-                                                                                     *stuff%modulus/tension)))**2
+         if (tension > least_tension*stuff%modulus) then
+            limit = cell*max(shortest_pulled, min(longest_pulled, longest_at_modulus*stuff%modulus/tension))
+            across = squares > limit**2
+         end if
       end if
       if (maxval(squares) > (longest*cell)**2) across(maxloc(squares, dim=1)) = .true.
    end function edges_to_split

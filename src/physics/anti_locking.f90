@@ -12,13 +12,14 @@ module m_anti_locking
    private
    public :: anti_locking_t
 
-   integer, parameter :: kind_volumetric = 1
-   character(len=*), parameter :: kind_words(1) = ['volumetric']
+   integer, parameter :: kind_volumetric = 1, kind_none = 2
+   character(len=*), parameter :: kind_words(2) = [character(len=10) :: 'volumetric', 'none']
 
    type, extends(effect_t) :: anti_locking_t
       integer :: kind = kind_volumetric
    contains
       procedure :: variables
+      procedure :: declined
       procedure :: declare
       procedure :: hooks
       procedure :: on_cells
@@ -31,6 +32,11 @@ contains
       type(group_reader_t), intent(inout) :: group
       call group%get_choice('kind', self%kind, kind_words)
    end subroutine variables
+
+   pure logical function declined(self)
+      class(anti_locking_t), intent(in) :: self
+      declined = self%kind == kind_none
+   end function declined
 
    !> The velocity gradients of all blocks wait for the sums over cells: in a field of their own, where affine transfer has none or
    !> what it keeps is ahead of the motion (levels, eq. lead).

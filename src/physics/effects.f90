@@ -26,18 +26,22 @@ contains
       end subroutine add
    end subroutine known_effects
 
-   !> The effects that a scene calls for, in order; none when it does not say.
+   !> The effects that a scene calls for, in order, without those that it declines; none when it does not say.
    subroutine make_effects(scene, effects)
       type(scene_t), intent(in) :: scene
       type(effect_slot_t), allocatable, intent(out) :: effects(:)
       integer :: e, n
       n = 0
-      if (allocated(scene%effects)) n = size(scene%effects)
+      if (allocated(scene%effects)) n = count([(.not. scene%effects(e)%it%declined(), e=1, size(scene%effects))])
       allocate (effects(n))
-      do e = 1, n
+      if (n == 0) return
+      n = 0
+      do e = 1, size(scene%effects)
+         if (scene%effects(e)%it%declined()) cycle
+         n = n + 1
          select type (it => scene%effects(e)%it)
          class is (effect_t)
-            allocate (effects(e)%effect, source=it)
+            allocate (effects(n)%effect, source=it)
          end select
       end do
    end subroutine make_effects

@@ -76,23 +76,27 @@ contains
       xy = t11*r21 + t12*r22 + t13*r23 + shear*(g12 + g21)
    end subroutine turn_and_strain
 
-   !> Sum of V sigma : C^-1 : sigma / 2, J.
+   !> Sum of the strain energy, J: V sigma : C^-1 : sigma / 2, with the share of it that the change of volume on the way asks for
+   !> (theory.md, eq. elastic-energy).
    pure real(wp) function strain_energy(self, column, layout, first, last) result(energy)
       class(elastic_t), intent(in) :: self
       real(wp), intent(in), contiguous :: column(:, :)
       type(layout_t), intent(in) :: layout
       integer, intent(in) :: first, last
-      real(wp) :: trace, squares, share
+      real(wp) :: trace, squares, share, per_volume, v
       integer :: p, s
       s = layout%stress
       share = self%lame/(3.0_wp*self%lame + 2.0_wp*self%shear)
+      per_volume = 1.0_wp/(3.0_wp*self%lame + 2.0_wp*self%shear)
       energy = 0.0_wp
-      !$omp simd reduction(+: energy) private(trace, squares)
+      !$omp simd reduction(+: energy) private(trace, squares, v)
       do p = first, last
          trace = column(p, s) + column(p, s + 1) + column(p, s + 2)
          squares = column(p, s)**2 + column(p, s + 1)**2 + column(p, s + 2)**2 &
                    + 2.0_wp*(column(p, s + 3)**2 + column(p, s + 4)**2 + column(p, s + 5)**2)
-         energy = energy + column(p, layout%volume)*(squares - share*trace**2)
+         v = per_volume*trace ! logarithm of the change of volume
+         energy = energy + column(p, layout%volume)*(squares - share*trace**2) &
+                           *(1.0_wp - v*(1.0_wp/3.0_wp - v*(1.0_wp/12.0_wp - v*(1.0_wp/60.0_wp - v/360.0_wp))))
       end do
       energy = energy/(4.0_wp*self%shear)
    end function strain_energy

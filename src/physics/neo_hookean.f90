@@ -14,9 +14,16 @@ module m_neo_hookean
       procedure :: update
       procedure :: strain_energy
       procedure :: stretch
+      procedure :: for_large_strains
    end type neo_hookean_t
 
 contains
+
+   pure logical function for_large_strains(self)
+      class(neo_hookean_t), intent(in) :: self
+      associate (unused => self%line); end associate
+      for_large_strains = .true.
+   end function for_large_strains
 
    !> The deformation gradient.
    pure subroutine declare(self, table)

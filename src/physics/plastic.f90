@@ -27,6 +27,8 @@ module m_plastic
       procedure :: update
       procedure :: plastic_energy
       procedure :: stretch
+      procedure :: for_large_strains
+      procedure :: brings
       procedure(flow_interface), deferred :: flow
    end type plastic_t
 
@@ -45,6 +47,20 @@ module m_plastic
    end interface
 
 contains
+
+   pure logical function for_large_strains(self)
+      class(plastic_t), intent(in) :: self
+      associate (unused => self%line); end associate
+      for_large_strains = .true.
+   end function for_large_strains
+
+   !> Plastic flow keeps the volume: with several particles a cell the grid locks (theory.md, eq. anti-locking).
+   pure function brings(self) result(name)
+      class(plastic_t), intent(in) :: self
+      character(len=:), allocatable :: name
+      associate (unused => self%line); end associate
+      name = 'anti_locking'
+   end function brings
 
    !> Equivalent plastic strain and plastic work. The stress says nothing of the thickness of a particle that has flowed: where
    !> there are tools, which must know it, the left Cauchy-Green tensor is carried too.

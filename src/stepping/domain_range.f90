@@ -21,7 +21,7 @@ module m_domain_range
       integer(i8), allocatable, private :: extent(:, :) !< (3, bodies): places of their lattices
       integer(i8), private :: looked = 0                !< step of the last look
       character(len=:), allocatable :: said             !< the first sentence
-      logical, private :: told(2) = .false.             !< of tension, of gaps
+      logical, private :: told(3) = .false.             !< of tension, of gaps, of overlap
    contains
       procedure :: start
       procedure :: look
@@ -30,6 +30,7 @@ module m_domain_range
    integer, parameter :: look_every = 200               !< steps
    real(wp), parameter :: most_tension = 0.01_wp        !< of the modulus of a wave, that boxes of one a cell are to bear
    real(wp), parameter :: apart = 0.2_wp                !< neighbours so many cells further apart than their strains say are torn
+   real(wp), parameter :: most_pressed = 0.2_wp         !< strain to which cubes may be pressed; then they overlap
    real(wp), parameter :: hardly_plastic = 0.005_wp     !< up to this plastic strain the stress tells the stretch
 
 contains
@@ -52,7 +53,7 @@ contains
       logical, intent(in) :: now
       character(len=:), allocatable, intent(out) :: news
       type(error_t), intent(inout) :: error
-      real(wp) :: worst(2)
+      real(wp) :: worst(3)
       integer :: b
       news = ''
       if (.not. (now .or. model%step - self%looked >= look_every)) return
@@ -62,7 +63,7 @@ contains
          call look_at_block(self, model, b, worst, error)
       end do
       call model%communicator%agree(error)
-      call MPI_Allreduce(MPI_IN_PLACE, worst, 2, MPI_DOUBLE_PRECISION, MPI_MAX, model%communicator%comm)
+      call MPI_Allreduce(MPI_IN_PLACE, worst, 3, MPI_DOUBLE_PRECISION, MPI_MAX, model%communicator%comm)
       if (error%happened()) return
       if (worst(1) > most_tension .and. .not. self%told(1)) then
          self%told(1) = .true.
@@ -72,20 +73,24 @@ contains
          self%told(2) = .true.
          news = 'range      particles are stretched to '//to_text(worst(2), 3)//' cells: fixed domains of more than 1 come '// &
                 'apart; take domain=''stretch'' or ''corners'''
+      else if (worst(3) > most_pressed .and. .not. self%told(3)) then
+         self%told(3) = .true.
+         news = 'range      particles are pressed by '//to_text(100.0_wp*worst(3), 2)//' %: fixed domains overlap, '// &
+                'loads and stresses may be off by some per cent; take domain=''stretch'' or ''corners'''
       end if
       if (self%said == '') self%said = news
    end subroutine look
 
-   !> The largest tension of particles that are all of a cell, over the modulus, and the longest stretched edge of fixed domains, in
-   !> cells; a fault where neighbours have come apart.
+   !> The largest tension of particles that are all of a cell, over the modulus; of fixed domains the longest stretched edge, in cells,
+   !> and the largest share that is pressed away of one; a fault where neighbours have come apart.
    subroutine look_at_block(self, model, b, worst, error)
       type(domain_range_t), intent(in) :: self
       type(model_t), intent(in) :: model
       integer, intent(in) :: b
-      real(wp), intent(inout) :: worst(2)
+      real(wp), intent(inout) :: worst(3)
       type(error_t), intent(inout) :: error
       integer :: listed(model%levels(1)%blocks(b)%particles%count), axis, n, p
-      real(wp) :: tension, direction(3)
+      real(wp) :: tension, stretch, direction(3)
       n = 0
       associate (level => model%levels(1), particles => model%levels(1)%blocks(b)%particles)
          do p = 1, particles%count
@@ -94,12 +99,16 @@ contains
                n = n + 1
                listed(n) = p
                if (model%method%domain /= domain_corners) worst(1) = max(worst(1), tension/model%stuff(particles%body(p))%modulus)
-            else if (model%method%domain == domain_fixed .and. tension > 0.0_wp) then
+            end if
+            if (model%method%domain == domain_fixed) then
                do axis = 1, 3
                   direction = 0.0_wp
                   direction(axis) = 1.0_wp
-                  worst(2) = max(worst(2), 2.0_wp*particles%column(p, level%layout%half_size)*level%grid%per_cell &
-                                 *stretch_along(model, b, p, direction))
+                  stretch = stretch_along(model, b, p, direction)
+                  if (.not. stretch < huge(stretch)) exit ! nothing tells it
+                  if (tension > 0.0_wp) worst(2) = max(worst(2), stretch*2.0_wp*particles%column(p, level%layout%half_size) &
+                                                       *level%grid%per_cell)
+                  worst(3) = max(worst(3), 1.0_wp - stretch)
                end do
             end if
          end do
@@ -163,8 +172,11 @@ contains
          select type (law => model%materials%slots(model%materials%of_body(particles%body(p)))%law)
          class is (plastic_t)
             stretch = huge(1.0_wp)
-            if (particles%column(p, flow) <= hardly_plastic) &
+            if (law%shape > 0) then
+               stretch = law%stretch(particles%column(p, :), level%layout, direction)
+            else if (particles%column(p, flow) <= hardly_plastic) then
                stretch = law%elastic_t%stretch(particles%column(p, :), level%layout, direction)
+            end if
          class default
             stretch = law%stretch(particles%column(p, :), level%layout, direction)
          end select

@@ -237,7 +237,7 @@ contains
             if (model%step - self%apart_since < settling .and. .not. (ends .and. model%step >= settling)) return
             call fail(error, exit_numerical, 'time '//si(model%time, 's')//': '//work_text(balance)//': '//to_text(apart, 3)// &
                       ' J apart, more than '//to_text(self%spec%work_limit)//' of the largest energy or work, '// &
-                      to_text(balance%largest, 3)//' J; try domain=''stretch'', 8 or 27 particles per cell, or smaller cells')
+                      to_text(balance%largest, 3)//' J; try domain=''corners'', 8 or 27 particles per cell, or smaller cells')
          end if
       end associate
    end subroutine look_at_work

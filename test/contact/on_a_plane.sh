@@ -23,6 +23,7 @@ rest at_plane 0.1 0.4 8 0.2 >at_plane.nml
 cat >squeezed.nml <<END
 &scene title='squeezed and pushed aside', end_time=0.9 /
 &grid lower=0,0,0, upper=24,20,20, cell_size=1 /
+&time domain='fixed' /
 &material name='r', model='neo_hookean', density=1000, young=2.6e6, poisson=0.45 /
 &body material='r', shape='box', lower=8,7,7, upper=14,13,13, particles_per_cell=8 /
 &tool name='top', shape='flat', radius=100, tip=11,10,13, axis=0,0,-1, times=0,0.1,0.6,0.7, speeds=0,3,3,0, penetration_factor=0.5 /

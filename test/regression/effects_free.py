@@ -37,12 +37,13 @@ ANTI_LOCKING = "&anti_locking /"
 TOOL = "&tool name='ball', shape='sphere', radius=1, tip=0.7,0.35,0.5, times=0, speeds=1 /"
 PROBE = "&probe name='one', position=0.7,0.35,0.35 /"
 J2 = "model='j2', yield_stress=1e3"
+NO_LOCKING = "&anti_locking kind='none' /"
 
 ON_NODES = {"nodes": 2 * EACH}           # nodes go on after the effect; its work is measured
 ON_FORCES = {"to nodes": EACH, "nodes": EACH} # so does to nodes; its work is measured
 PATCH = ({"pressure_area_1": 3, "pressure_arm_1": 3}, ON_FORCES | {"pressure": 2 * EACH}, {"pressure": 48})
 LOCKING_FIELDS = {"pressure_shift": 1, "kept_gradient": 9} # the gradient only where transfer does not keep it anyway
-TOUCH = {"contact_pressure": 1, "last_contact_pressure": 1}
+TOUCH = {"contact_pressure": 1, "last_contact_pressure": 1, "contact_gap": 1}
 FLOW = {"plastic_strain": 1, "plastic_work": 1}
 
 # name, what is said differently, fields, calls and effects (bytes a particle) other than those above, other files
@@ -55,9 +56,9 @@ CASES = [
     ("stretch", {"domain": "stretch"}, {"half_size": 3, "generation": 1}, {}, {"deforming domains": 24}),
     ("corners", {"domain": "corners"}, {"half_size": 0, "domain": 9, "generation": 1}, {}, {"deforming domains": 72}),
     ("neo_hookean", {"law": "model='neo_hookean'"}, {"deformation_gradient": 9}, {}, {}),
-    ("j2", {"law": J2}, FLOW, {}, {}),
+    ("j2", {"law": J2, "groups": NO_LOCKING}, FLOW, {}, {}),
     ("johnson_cook", {"law": "model='johnson_cook', yield_stress=1e3, hardening_modulus=1e3, hardening_exponent=0.5, "
-                             "rate_coefficient=0.01, thermal_exponent=1, specific_heat=400, melting_temperature=1300"},
+                             "rate_coefficient=0.01, thermal_exponent=1, specific_heat=400, melting_temperature=1300", "groups": NO_LOCKING},
      FLOW | {"temperature": 1}, {}, {}),
     ("gravity", {"groups": GRAVITY}, {}, ON_NODES | {"gravity": EACH}, {"gravity": 0}),
     ("damping", {"groups": DAMPING}, {"unseen_heat": 1}, ON_NODES | {"damping": EACH}, {"damping": 8}),
@@ -71,11 +72,11 @@ CASES = [
       "anti_locking": EACH, "exchange": STEPS},
      {"gravity": 0, "damping": 8, "pressure": 48, "bulk_viscosity": 16, "anti_locking": 80}),
     ("probe", {"groups": PROBE}, {}, {}, {"probes": 0}, {"probe_one.dat"}),
-    ("tool", {"groups": TOOL}, TOUCH, {"contact": STEPS}, {"tool contact": 16}, {"tool_ball.dat"}),
+    ("tool", {"groups": TOOL}, TOUCH, {"contact": STEPS}, {"tool contact": 24}, {"tool_ball.dat"}),
     ("tool_with_friction", {"groups": TOOL.replace(" /", ", friction=0.2 /")}, TOUCH | {"contact_friction": 3},
-     {"contact": STEPS}, {"tool contact": 16, "friction": 24}, {"tool_ball.dat"}),
-    ("tool_and_flow", {"groups": TOOL, "law": J2}, FLOW | TOUCH | {"left_cauchy_green": 6}, {"contact": STEPS},
-     {"tool contact": 16}, {"tool_ball.dat"}),
+     {"contact": STEPS}, {"tool contact": 24, "friction": 24}, {"tool_ball.dat"}),
+    ("tool_and_flow", {"groups": TOOL + NO_LOCKING, "law": J2}, FLOW | TOUCH | {"left_cauchy_green": 6}, {"contact": STEPS},
+     {"tool contact": 24}, {"tool_ball.dat"}),
 ]
 
 

@@ -18,7 +18,7 @@ failures = 0
 LEVELS = """
 &scene title='free block, two levels', end_time={end} /
 &grid lower=0,0,0, upper=2.4,1.6,1.6, cell_size=0.1 /
-&time safety=0.35 /
+&time safety=0.35, domain='fixed' /
 &level lower=0.6,0.4,0.4, upper=1.4,1.2,1.2 /
 &material name='soft', model='elastic', density=1000, young=1e6, poisson=0.3 /
 &body material='soft', shape='box', lower=0.4,0.5,0.5, upper=0.9,1.1,1.1, velocity=6,3,2, angular_velocity=1,8,3 /
@@ -36,7 +36,7 @@ SPLITTING = """
 PLASTIC = """
 &scene title='a block pressed into flow, damped', end_time={end} /
 &grid lower=0,0,0, upper=1.2,1.2,1.2, cell_size=0.1, boundary='roller','free','roller','free','roller','free' /
-&time safety=0.35 /
+&time safety=0.35, domain='fixed' /
 &material name='lead', model='j2', density=1000, young=1e6, poisson=0.3, yield_stress=2e4, hardening_modulus=1e5 /
 &body material='lead', shape='box', lower=0,0,0, upper=0.8,0.8,0.8 /
 &pressure lower=0,0,0.8, upper=0.4,0.4,0.8, times=0,0.01, values=0,6e4 /
@@ -47,7 +47,7 @@ PLASTIC = """
 RESTING = """
 &scene title='two that rest, out of order, and are hit after 60 steps', end_time={end} /
 &grid lower=0,0,0, upper=2.4,0.8,0.8, cell_size=0.1 /
-&time safety=0.35 /
+&time safety=0.35, domain='fixed' /
 &material name='soft', model='elastic', density=1000, young=1e6, poisson=0.3 /
 &material name='other', model='elastic', density=1170, young=9e5, poisson=0.3 /
 &body material='soft', shape='box', lower=0.93,0.13,0.13, upper=1.13,0.63,0.63, particles_per_cell=1 /
@@ -64,6 +64,7 @@ CONTACT = """
 SPREAD = """
 &scene title='a ball pressed into lead, on the corner of four blocks', end_time={end} /
 &grid lower=0,0,0, upper=3.2,3.2,1.2, cell_size=0.1, boundary='roller','free','roller','free','roller','free' /
+&time domain='fixed' /
 &material name='lead', model='j2', density=1000, young=1e6, poisson=0.3, yield_stress=2e4, hardening_modulus=1e5 /
 &body material='lead', shape='box', lower=0,0,0, upper=3.0,3.0,0.6, particles_per_cell=1 /
 &tool name='ball', shape='sphere', radius=0.6, tip=1.6,1.6,0.6, times=0,0.01,1, speeds=0,8,8, friction=0.3 /

@@ -102,6 +102,8 @@ def strokes(material, depth=2.0):
         at += length + ramp
     return cell, at, f"""&scene title='in, out, in, out', end_time={at!r} /
 &grid lower=0,0,0, upper=14e-6,14e-6,13e-6, cell_size=1e-6, boundary='symmetry','free','symmetry','free','roller','free' /
+&time domain='fixed' /
+&anti_locking kind='none' /
 &material name='m', density=2710, young=70e9, poisson=0.33, {material} /
 &body material='m', shape='box', lower=0,0,0, upper=12e-6,12e-6,8e-6, particles_per_cell=8 /
 &tool name='ball', shape='sphere', radius=10e-6, tip=0,0,8e-6, axis=0,0,-1, times={",".join(map(repr, times))},
@@ -190,6 +192,7 @@ def rebound(bench):
     end = 60 * 8 * cell / wave
     out = bench.run("hammer", f"""&scene title='rebound', end_time={end!r} /
 &grid lower=0,0,0, upper=16e-3,16e-3,20e-3, cell_size={cell} /
+&time domain='fixed' /
 &material name='rubber', model='neo_hookean', density=1000, young=2.6e6, poisson=0.3 /
 &body material='rubber', shape='box', lower=4e-3,4e-3,7e-3, upper=12e-3,12e-3,15e-3 /
 &tool name='hammer', shape='sphere', radius=8e-3, tip=8e-3,8e-3,15.1e-3, times=0, loads=0, mass={mass!r}, initial_speed={speed!r} /
@@ -228,6 +231,8 @@ def corner_edge(bench):
         down = 0.8 * cell / slow
         out = bench.run(name.replace(" ", "_"), f"""&scene title='{name}', end_time={down!r} /
 &grid lower=0,0,0, upper=14e-3,14e-3,10e-3, cell_size={cell}, boundary='free','free','free','free','fixed','free' /
+&time domain='fixed' /
+&anti_locking kind='none' /
 &material name='steel', model='j2', density=7800, young=2.1e11, poisson=0.3, yield_stress=5e8, hardening_modulus=1e9 /
 &body material='steel', shape='box', lower=2e-3,2e-3,0, upper=12e-3,12e-3,6e-3 /
 &tool name='punch', shape='flat', radius=2.1e-3, tip={place[0]},{place[1]},6e-3, times=0,{0.1 * down!r}, speeds=0,{slow!r} /

@@ -22,6 +22,7 @@ FLY = """
 RING = """
 &scene title='a free block that rings', end_time={end} /
 &grid lower=0,0,0, upper=12,12,12, cell_size=1 /
+&time domain='fixed' /
 &material name='rubber', model='neo_hookean', density=1, young=1, poisson=0.3 /
 &body material='rubber', shape='box', lower=4.03,4.03,4.03, upper=8.03,8.03,8.03, angular_velocity=2e-3,1e-3,1.5e-3 /
 """

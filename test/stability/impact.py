@@ -48,7 +48,7 @@ def spheres(bench):
     for transfer in bench.pick(("affine", "plain"), ("affine",)):
         out = bench.run(transfer, f"""&scene title='two spheres', end_time={end!r} /
 &grid lower=-2,-0.8,-0.8, upper=2,0.8,0.8, cell_size={cell} /
-&time transfer='{transfer}' /
+&time transfer='{transfer}', domain='fixed' /
 &material name='rubber', model='neo_hookean', density={density}, young={young}, poisson={poisson} /
 &body material='rubber', shape='sphere', center={-radius - gap},0.01,0.02, radius={radius}, velocity={speed!r},0,0 /
 &body material='rubber', shape='sphere', center={radius + gap},0.01,0.02, radius={radius}, velocity={-speed!r},0,0 /

@@ -22,7 +22,8 @@ def thrown(bench):
                                              "&level lower=1.4,0.4,0.4, upper=2.8,1.2,1.2 /\n")):
         out = bench.run(name.replace(" ", "_"), f"""&scene title='thrown', end_time={end!r} /
 &grid lower=0,0,0, upper=4.4,1.6,1.6, cell_size=0.1 /
-{levels}&material name='rubber', model='neo_hookean', density={DENSITY}, young={YOUNG}, poisson={POISSON} /
+{levels}&time domain='fixed' /
+&material name='rubber', model='neo_hookean', density={DENSITY}, young={YOUNG}, poisson={POISSON} /
 &body material='rubber', shape='box', lower=0.25,0.63,0.61, upper=0.65,0.93,0.91, velocity={flight!r},0,0,
       angular_velocity={0.6 * rate!r},{0.8 * rate!r},0 /
 &output directory='OUT', every={end / 3!r}, history_every={end / 300!r} /
@@ -57,6 +58,7 @@ def flow_through_edge(bench):
         out = bench.run(name, f"""&scene title='flow through an edge', end_time=0.3 /
 &grid lower=0,0,0, upper=6,6,12, cell_size={cell}, boundary='symmetry','free','symmetry','free','symmetry','free' /
 {level}
+&time domain='fixed' /
 &material name='m', model='j2', density=1000, young=1e8, poisson=0.3, yield_stress=5e5, hardening_modulus=5e5 /
 &body material='m', shape='box', lower=0,0,0, upper=2,2,10, velocity=0,0,-20, particles_per_cell=8 /
 &anti_locking /

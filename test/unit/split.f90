@@ -205,9 +205,10 @@ contains
       name = trim(merge('corners', 'stretch', corners))//': '
       call test%check_equal(parts_of(corners, eighth, 0.0_wp*along_z, 0.2_wp), 1, name//'no stress')
       call test%check_equal(parts_of(corners, eighth, -along_z, 0.2_wp), 1, name//'compression')
-      call test%check_equal(parts_of(corners, eighth, along_z, 0.2_wp), 2, name//'tension')
-      call test%check_equal(parts_of(corners, eighth, along_x, 0.2_wp), 2, name//'tension across the long edge')
-      call test%check_equal(parts_of(corners, eighth - 0.02_wp, along_z, 0.2_wp), 1, name//'tension, short')
+      call test%check_equal(parts_of(corners, eighth, 2.0e4_wp*along_z, 0.2_wp), 2, name//'tension')
+      call test%check_equal(parts_of(corners, eighth, 8.0e3_wp*along_z, 0.2_wp), 1, name//'tension as in metals')
+      call test%check_equal(parts_of(corners, eighth, 2.0e4_wp*along_x, 0.2_wp), 2, name//'tension across the long edge')
+      call test%check_equal(parts_of(corners, eighth - 0.02_wp, 2.0e4_wp*along_z, 0.2_wp), 1, name//'tension, short')
       call test%check_equal(parts_of(corners, eighth, 1.05e6_wp*along_z, 0.2_wp), 2, name//'tension of 1.05 moduli')
       call test%check_equal(parts_of(corners, eighth, 1.2e6_wp*along_z, 0.2_wp), 8, name//'tension of 1.2 moduli')
       call test%check_equal(parts_of(corners, small, 9.0e6_wp*along_z, 0.2_wp), 1, name//'tension of 9 moduli, small')

@@ -27,7 +27,7 @@ def solve(cell, locking):
     text = replace(text, "'out/bilinear_patch', every=5e-6", f"'{name}', formats='none'")
     text = re.sub("^&probe.*\n", "", text, flags=re.M)
     if locking:
-        text = replace(text, "&anti_locking /\n", "")
+        text = replace(text, "&anti_locking /\n", "&anti_locking kind='none' /\n")
     places = [[POINT[i] + (corner >> i & 1)*cell/2 - cell/4 for i in range(3)] for corner in range(8)]
     for corner, place in enumerate(places):
         text += f"&probe name='p{corner}', position={','.join(repr(x*1e-3) for x in place)} /\n"

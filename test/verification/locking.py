@@ -24,6 +24,7 @@ sys.path.insert(0, str(ROOT / "post"))
 from run_data import History, Particles
 
 EFFECT = "&anti_locking /\n"
+OFF = "&anti_locking kind='none' /\n"
 faults = []
 
 
@@ -138,11 +139,12 @@ def punch(args, cells, effect):
     text = f"""&scene title='strip into plastic material', end_time={way / speed} /
 &grid lower=0,0,0, upper=1.25,{h!r},{0.75 + 2 * h!r}, cell_size={h!r},
       boundary='symmetry','roller','symmetry','symmetry','roller','free' /
+&time domain='fixed' /
 &material name='metal', model='j2', density=1000, young=1e6, poisson=0.3, yield_stress=1e3 /
 &body material='metal', shape='box', lower=0,0,0, upper=1.25,{h!r},0.75 /
 &tool name='strip', shape='flat', radius=0.25, tip=0,0,0.75, times=0,{0.2 * way / speed}, speeds=0,{speed / 0.9!r},
       penetration_factor=0.5 /
-{effect}"""
+{effect or OFF}"""
     load = np.abs(History(next(run(args, f"punch_{cells}_{len(effect)}", text).glob("*strip*.dat")))["load_z"])
     pressure = load / (0.25 * h) / 1e3
     return [float(pressure[int((share - 0.05) * 200):int(share * 200) + 1].mean()) for share in (0.7, 1.0)]

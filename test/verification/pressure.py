@@ -104,6 +104,27 @@ def turning(ranks):
     check("turning block: balance of energy", rows["balance_error"], 0.01)
 
 
+def pulled_rod(domain, particles, top, pressure, bar):
+    """A rod between symmetry sides, pulled at its end by a pressure below 0 and damped: stress E ln(stretch) = p, as nu = 0. The work that
+    is booked is that by the motion of the particles. The end is swept over a cell by where it stands at the start."""
+    side, ramp = 0.1, 0.1
+    directory = f"rod_{domain}_{particles}_{top:.3f}_{pressure:.0f}"
+    text = (f"&scene title='rod', end_time=0.3 /\n&grid lower=0,0,0, upper={side},{side},2, cell_size={CELL},\n"
+            + "boundary='symmetry','symmetry','symmetry','symmetry','symmetry','free' /\n" + f"&time domain='{domain}' /\n"
+            + "&material name='rod', model='elastic', density=1000, young=1e6, poisson=0 /\n"
+            + f"&body material='rod', shape='box', lower=0,0,0, upper={side},{side},{top!r}, particles_per_cell={particles} /\n"
+            + f"&pressure lower=0,0,{top!r}, upper={side},{side},{top!r}, times=0,{ramp}, values=0,{-pressure!r} /\n"
+            + f"&damping kind='viscous', coefficient=50 /\n&output directory='{directory}' /\n")
+    run(text, 1)
+    last = snapshots(directory)[-1]
+    rows = energy(directory)
+    x, mass = last.fields["position"][:, 2], last.fields["mass"]
+    middle = 0.5*top*math.exp(pressure/1e6)  # of the mass, of a rod that is uniformly stretched
+    name = f"rod, {domain}, {particles} a cell, {top:.3f} m, {pressure/1e3:.0f} kPa"
+    check(f"{name}: way of the middle of the mass, off the exact one", ((x*mass).sum()/mass.sum() - 0.5*top)/(middle - 0.5*top) - 1, bar)
+    check(f"{name}: work booked, off that of the particles' motion", rows["external_work"][-1]/rows["particle_work"][-1] - 1, 0.01)
+
+
 def refused():
     """Off the body, over its edge, inside it, and half inside and half off: no run, no file."""
     for name, lower, upper, exact in (("off the body", [0.4, 0.4, 1.2], [0.6, 0.6, 1.2], 0),
@@ -128,6 +149,14 @@ if __name__ == "__main__":
                                                 ("base_third", 0.0, 0.7 + CELL/3, 27, False), ("both_0.1", 0.31, 0.8, 8, True),
                                                 ("both_0.37", 0.337, 0.75, 8, True), ("both_0.8", 0.38, 0.8, 1, True)):
         uniform_stress(name, base, height, particles, both)
+    for particles, tops in ((8, (1.0, 1.05)), (27, (1.0, 1.0 + CELL/3, 1.0 + 2*CELL/3))):
+        for top in tops:
+            for pressure in (50e3, 150e3):
+                pulled_rod("fixed", particles, top, pressure, 0.01)
+            for domain in ("stretch", "corners"):
+                for pressure in (150e3, 300e3):
+                    pulled_rod(domain, particles, top, pressure, 0.01)
+    pulled_rod("corners", 1, 1.0, 150e3, 0.01)
     for ranks in (1, 2, 4):
         turning(ranks)
     refused()

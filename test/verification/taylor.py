@@ -11,7 +11,7 @@ from runs import check, energy, finish, require, snapshots
 RADIUS, LENGTH = 3.81, 25.4 # mm
 # mm: Johnson and Holmquist (1988)
 MEASURED = {"length": 16.2, "diameter of the foot": 13.5, "diameter at 0.2 of the first length": 10.1}
-PLAIN, LOCKING = ("safety=0.3", "safety=0.3, transfer='plain'"), ("&anti_locking /\n", "")
+PLAIN, LOCKING = ("safety=0.3", "safety=0.3, transfer='plain'"), ("&anti_locking /\n", "&anti_locking kind='none' /\n")
 CASES = {"affine, anti-locking": [], "affine": [LOCKING], "plain, anti-locking": [PLAIN], "plain": [LOCKING, PLAIN]}
 
 
