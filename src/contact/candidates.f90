@@ -40,6 +40,8 @@ module m_candidates
       real(wp) :: last_drag(3) = 0.0_wp  !< the same in the last step, N
       real(wp) :: from(3) = 0.0_wp       !< the particle's centre at the beginning of the step, m
       real(wp) :: arm(3) = 0.0_wp        !< from there to the contact point, m
+      real(wp) :: velocity(3) = 0.0_wp   !< of the contact point as the step leaves the nodes; where the stress asks for it, m/s
+      logical :: slides = .false.  !< nothing is known of that velocity across the normal
       logical :: touches = .false. !< its face ends the step on the tool (eq. contact-area)
    end type candidate_t
 
@@ -80,18 +82,22 @@ contains
    !> The candidates of a step: contact points (centres moved towards the tool by penetration_factor of the present thickness
    !> along the normal) that the free motion would carry into a tool, or almost. Their last two pressures become the start of the
    !> solve.
-   subroutine find(self, tools, level, materials, time_step, overlap)
+   subroutine find(self, tools, level, materials, time_step, overlap, again)
       class(candidates_t), intent(inout) :: self
       type(tool_t), intent(in) :: tools(:)
       type(level_t), intent(inout) :: level
       type(materials_t), intent(in) :: materials
       real(wp), intent(in) :: time_step
       real(wp), intent(out) :: overlap(:) !< (tools): deepest place of a contact point inside, m
+      logical, intent(in), optional :: again !< the last step's pressures, friction and gaps stay: candidates are found again for it
+      logical :: turns
       real(wp) :: thick !< no particle of a block is thicker, m
       integer :: b, t
       self%count = 0
       self%rubbing = 0
       overlap = 0.0_wp
+      turns = .true.
+      if (present(again)) turns = .not. again
       if (allocated(self%before)) then
          if (size(self%before) /= size(level%blocks) + 1) deallocate (self%before)
       end if
@@ -105,8 +111,8 @@ contains
             if (.not. thick > 0.0_wp) thick = thickest(level, level%blocks(b))
             call self%search(tools(t), level, materials, time_step, b, t, thick, overlap(t))
          end do
-         if (level%blocks(b)%pressed) call self%turn_page(size(tools), level%blocks(b)%particles%count, &
-                                                          level%blocks(b)%particles%column, level%blocks(b)%pressed)
+         if (turns .and. level%blocks(b)%pressed) call self%turn_page(size(tools), level%blocks(b)%particles%count, &
+                                                                    level%blocks(b)%particles%column, level%blocks(b)%pressed)
       end do
       self%before(size(self%before)) = self%count
    end subroutine find

@@ -39,6 +39,8 @@ module m_contact
       type(tool_t), allocatable :: tools(:)
       type(tool_state_t), allocatable :: states(:)
       type(contact_spec_t) :: spec
+      logical :: strains_apart = .false.    !< the stress has a solve of its own ('usf', 'musl')
+      logical :: takes_part = .false.       !< this rank does in the step's problem
       logical :: followed = .false.         !< the work of the tools is known by the particles' motion too
       type(contact_system_t) :: system
       type(petsc_solver_t) :: solver
@@ -70,10 +72,10 @@ module m_contact
       procedure, private :: sweep
       procedure, private :: solve_normal
       procedure, private :: leave_gap
-      procedure, private :: judge
+      procedure :: judge
       procedure, private :: check_solution
-      procedure, private :: move_nodes
-      procedure, private :: call_partners
+      procedure :: move_nodes
+      procedure :: call_partners
       procedure, private :: feel
       procedure, private :: efforts
       procedure, private :: take_efforts
@@ -130,20 +132,27 @@ contains
       integer, intent(in) :: neighbours(:)    !< ranks, rising
       real(wp), intent(in) :: time, time_step !< s
       type(error_t), intent(inout) :: error
-      integer :: t
-      logical :: solves
+      real(wp), allocatable :: forces(:)
+      integer :: c, t
       self%time = time
       do t = 1, size(self%tools)
          call self%tools(t)%begin_step(time, time_step)
       end do
       call self%candidates%find(self%tools, level, materials, time_step, self%states%overlap)
-      call self%call_partners(communicator, level, solves)
-      if (solves) then
+      call self%call_partners(communicator, level, self%takes_part)
+      if (self%takes_part) then
          call assemble(self%system, self%partners%communicator, self%partners%numbered(neighbours), self%tools, self%candidates, &
                        level, self%spec%compliance, time_step)
          call self%solve(level, time_step, error)
          call check_nodes(self%candidates, self%tools, level, error)
-         call self%move_nodes(level, time_step)
+         allocate (forces(self%system%rows))
+         forces(:self%candidates%count) = self%candidates%list(:self%candidates%count)%force
+         do c = 1, self%candidates%count
+            associate (it => self%candidates%list(c), last => self%candidates%count + 2*self%candidates%list(c)%rubbing)
+               if (it%rubbing > 0) forces(last - 1:last) = it%drag
+            end associate
+         end do
+         call self%move_nodes(level, time_step, forces)
       end if
       call self%feel(level, time_step)
    end subroutine push
@@ -349,20 +358,14 @@ contains
 
    !> Collective among neighbours: change velocity and acceleration of the nodes that contact forces act on, in every tile here that
    !> has them, and then of their mirror images.
-   subroutine move_nodes(self, level, time_step)
+   subroutine move_nodes(self, level, time_step, forces)
       class(contact_t), intent(inout) :: self
       type(level_t), intent(inout) :: level
       real(wp), intent(in) :: time_step
+      real(wp), intent(in) :: forces(:) !< (rows of the system), N
       type(nodal_forces_t), allocatable :: parts(:)
       logical :: changed(size(level%blocks))
-      real(wp) :: forces(self%system%rows)
-      integer :: b, c, n, r
-      forces(:self%candidates%count) = self%candidates%list(:self%candidates%count)%force
-      do c = 1, self%candidates%count
-         associate (it => self%candidates%list(c), last => self%candidates%count + 2*self%candidates%list(c)%rubbing)
-            if (it%rubbing > 0) forces(last - 1:last) = it%drag
-         end associate
-      end do
+      integer :: b, n, r
       call self%system%activate(1, self%system%rows)
       call self%system%nodal_forces(forces, parts)
       changed = .false.
@@ -419,6 +422,7 @@ contains
             if (it%touches) felt(4) = felt(4) + it%area
             felt(6) = felt(6) + 1.0_wp
             felt(8) = felt(8) + time_step*it%force*it%opening
+            if (self%strains_apart) it%velocity = point_velocity(level, it)
             if (it%rubbing == 0) cycle
             felt(1:3) = felt(1:3) - matmul(it%tangent, it%drag)
             felt(5) = felt(5) - time_step*dot_product(matmul(it%tangent, it%drag), &

@@ -11,6 +11,7 @@ module m_advance
    use m_node_exchange, only: sum_tiles
    use m_residence, only: change_pair
    use m_move_regions, only: move_regions
+   use m_pressed_speeds, only: find_pressed, keep_pressed_speeds
    use m_contact_complaints, only: forbid_contact
    use m_complaints, only: check_missing
    use m_node_step, only: clock_t, to_nodes, solve
@@ -32,6 +33,7 @@ contains
       if (model%method%stress_update == update_usf) then
          call gather_levels(model, 1, model%time, time_step)
          call solve(model, 1, clock_t(model%time))
+         call meet_tools(model, 1, clock_t(model%time, time_step), .true.)
          call strain(model, 1, time_step, error)                       ! 6, first
       end if
       call gather_levels(model, 1, model%time, time_step)              ! 1, 2, 3
@@ -100,6 +102,7 @@ contains
       if (update == update_musl) then
          call to_nodes(model, l, clock%time)
          call solve(model, l, clock_t(clock%time))
+         call meet_tools(model, l, clock, .false.)
          call strain(model, l, clock%step, error)                      ! 6, last
          call take_next_position(model, l, clock, error)               ! 7, late
       end if
@@ -108,6 +111,19 @@ contains
          call model%contact%conclude(model%communicator, model%levels(l), clock%time + clock%step, clock%step, error)
       call move_particles(model, l, clock, error)
    end subroutine advance_level
+
+   !> Collective: the nodes that only the stress is made from go with the points that tools press.
+   subroutine meet_tools(model, l, clock, first)
+      type(model_t), intent(inout) :: model
+      integer, intent(in) :: l
+      type(clock_t), intent(in) :: clock
+      logical, intent(in) :: first !< before the step's own contact
+      if (.not. model%contact%active()) return
+      call model%timers%enter(phase_contact)
+      if (first) call find_pressed(model%contact, model%communicator, model%levels(l), model%materials, model%exchange(l)%ranks, &
+                                   clock%time, clock%step)
+      call keep_pressed_speeds(model%contact, model%levels(l), clock%step)
+   end subroutine meet_tools
 
    !> Collective: the steps of the next finer level within one of level l: two, between which level l is corrected by what the
    !> first really gave and the second will give; or one, where all levels have one time step.

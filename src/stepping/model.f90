@@ -133,6 +133,7 @@ contains
          call self%effect_step(l)%build(self%effects, product(self%levels(l)%grid%blocks), self%timers)
       end do
       call self%contact%build(scene%tools, scene%contact)
+      self%contact%strains_apart = self%method%stress_update /= update_usl
       self%contact%followed = self%contact%active() .and. (self%method%affine .or. self%method%stress_update == update_usl)
       allocate (self%lost_in_merging(blocks_before(self%levels, size(self%levels) + 1)), source=0.0_wp)
       call declare_fields(self)

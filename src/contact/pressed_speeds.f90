@@ -1,0 +1,119 @@
+!> Where the stress has a solve of its own ('usf', 'musl'), its nodes have the particles' momenta but have not met the tools. At the
+!> points that a tool presses they are given the speeds that the step's contact has left, or the tool's (theory.md, eq.
+!> pressed-speeds).
+module m_pressed_speeds
+   use m_kinds, only: wp
+   use m_text, only: to_text
+   use m_communicator, only: communicator_t
+   use m_level, only: level_t
+   use m_materials, only: materials_t
+   use m_candidates, only: candidate_t, point_velocity
+   use m_contact_rows, only: assemble
+   use m_contact_system, only: contact_system_t
+   use m_contact, only: contact_t
+   implicit none
+   private
+   public :: find_pressed, keep_pressed_speeds
+
+   real(wp), parameter :: sticks = 0.999_wp !< of the largest friction: below, a point sticks to the tool
+
+contains
+
+   !> Collective, at the beginning of a step: the points that tools press since the last one, and the velocities of the tools there.
+   subroutine find_pressed(contact, communicator, level, materials, neighbours, time, time_step)
+      type(contact_t), intent(inout) :: contact
+      type(communicator_t), intent(in) :: communicator
+      type(level_t), intent(inout) :: level
+      type(materials_t), intent(in) :: materials
+      integer, intent(in) :: neighbours(:)    !< ranks, rising
+      real(wp), intent(in) :: time, time_step !< s
+      real(wp) :: overlap(size(contact%tools))
+      integer :: c, t
+      do t = 1, size(contact%tools)
+         if (.not. contact%tools(t)%is_pushed()) call contact%tools(t)%begin_step(time, time_step) ! loads push once a step
+      end do
+      call contact%candidates%find(contact%tools, level, materials, time_step, overlap, again=.true.)
+      call contact%call_partners(communicator, level, contact%takes_part)
+      if (.not. contact%takes_part) return
+      do c = 1, contact%candidates%count
+         associate (it => contact%candidates%list(c))
+            it%velocity = contact%tools(it%tool)%velocity()
+            it%force = 0.0_wp
+            if (it%carried) it%force = level%blocks(it%block)%particles%column(it%particle, contact%candidates%pressure)*it%area
+            it%slides = norm2(it%last_drag) > sticks*contact%tools(it%tool)%spec%friction*it%force
+         end associate
+      end do
+      call assemble(contact%system, contact%partners%communicator, contact%partners%numbered(neighbours), contact%tools, &
+                    contact%candidates, level, contact%spec%compliance, time_step)
+   end subroutine find_pressed
+
+   !> Collective among those who solve: the smallest change of the nodes' velocities with which pressed points have theirs.
+   subroutine keep_pressed_speeds(contact, level, time_step)
+      type(contact_t), intent(inout) :: contact
+      type(level_t), intent(inout) :: level
+      real(wp), intent(in) :: time_step !< s
+      real(wp), allocatable :: lacks(:), x(:)
+      logical, allocatable :: held(:)
+      real(wp) :: residual, give_way(size(contact%tools)), missing(3)
+      integer :: c, last, t
+      if (.not. contact%takes_part) return
+      associate (system => contact%system, n => contact%candidates%count)
+         allocate (lacks(system%rows), x(system%rows), source=0.0_wp)
+         allocate (held(system%rows), source=.false.)
+         do c = 1, n
+            associate (it => contact%candidates%list(c))
+               if (.not. it%force > 0.0_wp) cycle
+               missing = it%velocity - point_velocity(level, it)
+               held(c) = system%scale(c) > 0.0_wp
+               lacks(c) = dot_product(it%normal, missing)*system%scale(c)
+               if (it%rubbing == 0 .or. it%slides) cycle
+               last = n + 2*it%rubbing
+               held(last - 1:last) = system%scale(last - 1:last) > 0.0_wp
+               do t = 1, 2
+                  lacks(last - 2 + t) = dot_product(it%tangent(:, t), missing)*system%scale(last - 2 + t)
+               end do
+            end associate
+         end do
+         give_way = system%tool_mobility
+         system%tool_mobility = 0.0_wp ! a tool's own motion is known
+         call system%activate(1, system%rows)
+         call solve_held(system, held, lacks, contact%spec%tolerance, contact%spec%max_iterations, x, residual)
+         system%tool_mobility = give_way
+         call contact%judge(residual, to_text(contact%spec%max_iterations)//' products for the stress')
+         call contact%move_nodes(level, time_step, x*system%scale(:system%rows))
+      end associate
+   end subroutine keep_pressed_speeds
+
+   !> Collective: conjugate gradients between the rows that are held; the others are 0.
+   subroutine solve_held(system, held, b, tolerance, limit, x, residual)
+      type(contact_system_t), intent(inout) :: system
+      logical, intent(in) :: held(:)   !< (rows)
+      real(wp), intent(in) :: b(:)     !< scaled
+      real(wp), intent(in) :: tolerance
+      integer, intent(in) :: limit     !< products
+      real(wp), intent(out) :: x(:)    !< scaled
+      real(wp), intent(out) :: residual !< relative to b
+      real(wp), dimension(size(b)) :: r, p, m_p
+      real(wp) :: size_of_b, now, before, step
+      integer :: k
+      x = 0.0_wp
+      r = merge(b, 0.0_wp, held)
+      p = r
+      now = system%communicator%sum_real(dot_product(r, r))
+      size_of_b = max(sqrt(now), tiny(size_of_b))
+      do k = 1, limit
+         residual = sqrt(now)/size_of_b
+         if (residual <= tolerance .or. .not. now > 0.0_wp) return
+         call system%multiply(p, m_p)
+         m_p = merge(m_p, 0.0_wp, held)
+         step = now/system%communicator%sum_real(dot_product(p, m_p))
+         x = x + step*p
+         r = r - step*m_p
+         before = now
+         now = system%communicator%sum_real(dot_product(r, r))
+         p = r + (now/before)*p
+      end do
+      residual = sqrt(now)/size_of_b
+   end subroutine solve_held
+
+end module m_pressed_speeds
