@@ -73,10 +73,10 @@ contains
       type(console_t), intent(inout) :: console
       type(scene_t), intent(in) :: scene
       if (scene%chose_domain) call console%line( &
-         "chosen     domain='corners', for the law is made for large strains; twice the time of domain='fixed'")
+         "chosen     domain='corners', for the law is made for large strains; 1.5 to 3 times the time of 'fixed'")
       if (.not. allocated(scene%brought)) return
-      if (scene%brought /= '') call console%line('chosen     '//scene%brought//', for plastic flow locks without; a quarter '// &
-                                                 'more time; &'//scene%brought//" kind='none' / leaves it out")
+      if (scene%brought /= '') call console%line('chosen     '//scene%brought//', for plastic flow locks without; up to a '// &
+                                                 'quarter more time; &'//scene%brought//" kind='none' / leaves it out")
    end subroutine introduce_choices
 
    !> Collective: a line a level, and the cells of all of them beside those of a grid as fine everywhere.

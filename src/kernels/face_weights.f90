@@ -134,20 +134,26 @@ contains
       real(wp), intent(in) :: place(3)     !< of the middle of the face, in cells from the block's first node
       real(wp), intent(in) :: span(3, 3)   !< columns, in cells
       logical, intent(in) :: turns
-      real(wp) :: hat(0:2, 3), corner(3)
-      integer :: axis, c
-      weights%last = 2
-      weights%corner = node - 1
+      real(wp) :: hat(0:2, 3), corner(3), reach(3)
+      integer :: axis, c, lowest(3)
       if (turns) then
+         reach = sum(abs(span), dim=2)
+         lowest = node + merge(-1, 0, place - reach < node)
+         weights%last = merge(1, 2, all(place + reach <= lowest + 1)) ! the nodes of one cell, where the face lies in it
+         if (weights%last == 2) lowest = node - 1
+         weights%corner = lowest
          weights%weight = 0.0_wp
          do c = 0, 7
-            corner = place + matmul(span, real(2*[ibits(c, 0, 1), ibits(c, 1, 1), ibits(c, 2, 1)] - 1, wp)) - node
+            corner = place + matmul(span, real(2*[ibits(c, 0, 1), ibits(c, 1, 1), ibits(c, 2, 1)] - 1, wp)) - lowest
             do axis = 1, 3
-               hat(:, axis) = hat_of(corner(axis))
+               hat(:, axis) = [max(0.0_wp, 1.0_wp - corner(axis)), max(0.0_wp, 1.0_wp - abs(corner(axis) - 1.0_wp)), &
+                               max(0.0_wp, corner(axis) - 1.0_wp)]
             end do
             call add_product(weights, 0.125_wp, hat)
          end do
       else
+         weights%last = 2
+         weights%corner = node - 1
          weights%weight = 0.0_wp
          do axis = 1, 3
             hat(:, axis) = mean_hat(place(axis) - node(axis), span(axis, axis))
@@ -180,8 +186,8 @@ contains
       type(face_weights_t), intent(inout) :: weights
       real(wp), intent(in) :: share, hat(0:2, 3)
       integer :: j, k
-      do k = 0, 2
-         do j = 0, 2
+      do k = 0, weights%last
+         do j = 0, weights%last
             weights%weight(:, j, k) = weights%weight(:, j, k) + share*hat(j, 2)*hat(k, 3)*hat(:, 1)
          end do
       end do

@@ -29,7 +29,7 @@ module m_domain_range
 
    integer, parameter :: look_every = 400               !< steps
    real(wp), parameter :: most_tension = 0.01_wp        !< of the modulus of a wave, that boxes of one a cell are to bear
-   real(wp), parameter :: apart = 0.2_wp                !< neighbours so many cells further apart than their strains say are torn
+   real(wp), parameter :: apart = 0.5_wp                !< neighbours so many cells further apart than their strains say are torn
    real(wp), parameter :: most_pressed = 0.2_wp         !< strain to which cubes may be pressed; then they overlap
    real(wp), parameter :: hardly_plastic = 0.005_wp     !< up to this plastic strain the stress tells the stretch
 
