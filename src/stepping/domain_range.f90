@@ -29,7 +29,9 @@ module m_domain_range
 
    integer, parameter :: look_every = 400               !< steps
    real(wp), parameter :: most_tension = 0.01_wp        !< of the modulus of a wave, that boxes of one a cell are to bear
-   real(wp), parameter :: apart = 0.5_wp                !< neighbours so many cells further apart than their strains say are torn
+   real(wp), parameter :: apart = 0.2_wp                !< neighbours so many cells further apart than their strains say are torn,
+   real(wp), parameter :: hardly_stretched = 1.15_wp    !< up to this stretch; beyond, where shear and turning count too:
+   real(wp), parameter :: apart_strained = 0.5_wp       !< cells
    real(wp), parameter :: most_pressed = 0.2_wp         !< strain to which cubes may be pressed; then they overlap
    real(wp), parameter :: hardly_plastic = 0.005_wp     !< up to this plastic strain the stress tells the stretch
 
@@ -156,7 +158,7 @@ contains
          if (far <= (1.0_wp + apart)*level%grid%cell) return
          near = 0.5_wp*level%grid%cell*(stretch_along(model, particles%column(p, :), particles%body(p), way/far) &
                                        + stretch_along(model, particles%column(q, :), particles%body(q), way/far))
-         if (.not. far - near > apart*level%grid%cell) return
+         if (.not. far - near > level%grid%cell*merge(apart, apart_strained, near <= hardly_stretched*level%grid%cell)) return
          call fail(error, exit_numerical, particle_text(model, 1, b, p)//' and its neighbour '//to_text(particles%id(q))// &
                    ' are '//to_text(far*level%grid%per_cell, 3)//' cells apart, where their strains say '// &
                    to_text(near*level%grid%per_cell, 3)//': the body has come apart, which one particle per cell cannot '// &
