@@ -14,7 +14,7 @@ module m_candidates
    use m_grid_level, only: grid_level_t
    use m_locate, only: find_bounds
    use m_stencil, only: bin_place
-   use m_face_weights, only: face_weights_t, find_face, cube_span, weigh
+   use m_face_weights, only: face_weights_t, find_face, cube_span, weigh, flattening
    implicit none
    private
    public :: candidate_t, candidates_t, drift_of, first_inside, touches, point_velocity, fastest, recovery
@@ -69,7 +69,6 @@ module m_candidates
 
    real(wp), parameter :: fastest = maxval(safety_allowed) !< no contact point comes nearer by more cells in a step
    real(wp), parameter :: margin = 0.05_wp        !< candidates come in this far before they touch, in particle edges
-   real(wp), parameter :: flattening = 0.15_wp    !< up to which forces act at the face of a fixed domain (eq. contact-face)
    real(wp), parameter :: touching = 1.0e-4_wp    !< a smaller gap is none, in particle edges
    real(wp), parameter :: longest_thickness = 2.0_wp*sqrt(3.0_wp)*longest !< of domains that deform, in cells
    real(wp), parameter :: recovery = 0.01_wp      !< overlap is taken back by at most this much a step, in particle edges

@@ -6,10 +6,11 @@ module m_face_weights
    use m_stencil, only: hat_weights, gimp_weights
    implicit none
    private
-   public :: face_weights_t, find_face, fit_share, cube_span, weigh_point, weigh_face, weigh
+   public :: face_weights_t, find_face, fit_share, cube_span, weigh_point, weigh_face, weigh, flattening
 
    real(wp), parameter :: small_domain = 0.3_wp !< half edges up to here, in cells: the middle of the face stands for it
    real(wp), parameter :: large_domain = 0.4_wp !< from here on the mean is taken over the whole face
+   real(wp), parameter :: flattening = 0.15_wp  !< up to which forces act at the face of a cube that is pressed (eq. contact-face)
 
    !> On the 8 nodes of the cell that holds a point, or on the 27 around a particle's bin.
    type :: face_weights_t
@@ -38,17 +39,29 @@ contains
    end subroutine find_face
 
    !> Where the force on a domain's share of a patch acts: its middle, given by an arm that follows the material, is drawn back into
-   !> the domain where it has left it, so that no node gets a force without the mass of the same domain (theory.md, eq. pressure).
-   pure subroutine fit_share(half_edge, arm, cell, turns, middle, span)
+   !> the domain where it has left it, so that no node gets a force without the mass of the same domain (theory.md, eq. pressure). A
+   !> cube does not get shorter when the material is pressed: the force stays at its face, with large ones up to a limit.
+   pure subroutine fit_share(half_edge, arm, outward, cell, turns, cube, middle, span)
       real(wp), intent(in) :: half_edge(3, 3) !< columns; as the weights see them, m
       real(wp), intent(in) :: arm(3)          !< from the domain's centre to the middle of the share, m
+      real(wp), intent(in) :: outward(3)      !< across the face, of any length
       real(wp), intent(in) :: cell            !< m
       logical, intent(in) :: turns            !< the domain's edges do
+      logical, intent(in) :: cube             !< the domain does not get shorter as the material does
       real(wp), intent(out) :: middle(3)      !< from the centre, not beyond the domain, m
       real(wp), intent(out) :: span(3, 3)     !< as of find_face
-      real(wp) :: along(3)
+      real(wp) :: along(3), to_face, give
+      integer :: k
       along = coordinates(half_edge, arm)
-      middle = arm/max(1.0_wp, maxval(abs(along)))
+      middle = arm
+      if (cube) then
+         k = maxloc(abs(coordinates(half_edge, outward)), dim=1)
+         give = merge(1.0_wp, flattening, norm2(half_edge(:, k)) <= small_domain*cell)
+         to_face = sign(max(abs(along(k)), min(1.0_wp, abs(along(k)) + give)), along(k))
+         middle = arm + (to_face - along(k))*half_edge(:, k)
+         along(k) = to_face
+      end if
+      middle = middle/max(1.0_wp, maxval(abs(along)))
       call span_around(half_edge, abs(along)/max(1.0_wp, maxval(abs(along))), cell, turns, span)
    end subroutine fit_share
 

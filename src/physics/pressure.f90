@@ -157,8 +157,8 @@ contains
          do p = 1, block%particles%count
             force = -now*column(p, self%area:self%area + 2)
             if (.not. any(abs(force) > 0.0_wp)) cycle
-            call fit_share(fitted_edges(column(p, :), layout, grid%cell), column(p, self%arm:self%arm + 2), grid%cell, turns, &
-                           middle, span)
+            call fit_share(fitted_edges(column(p, :), layout, grid%cell), column(p, self%arm:self%arm + 2), force, grid%cell, &
+                           turns, .not. (turns .or. layout%half_sizes), middle, span)
             place = (column(p, layout%position:layout%position + 2) + middle - block%origin)*grid%per_cell
             where (abs(place - nint(place)) < hair) place = nint(place)
             call weigh(face, bin_place(int(block%cells%bin(p))), place, span*grid%per_cell, turns)

@@ -7,7 +7,7 @@ module m_domain_range
    use m_errors, only: error_t, fail
    use m_text, only: to_text
    use m_sorting, only: sorted_order
-   use m_scene, only: scene_t, domain_fixed, domain_corners
+   use m_scene, only: scene_t, domain_fixed, domain_corners, update_usl
    use m_body, only: lattice_extent
    use m_plastic, only: plastic_t
    use m_split, only: is_whole, largest_tension, id_bits
@@ -21,7 +21,7 @@ module m_domain_range
       integer(i8), allocatable, private :: extent(:, :) !< (3, bodies): places of their lattices
       integer(i8), private :: looked = 0                !< step of the last look
       character(len=:), allocatable :: said             !< the first sentence
-      logical, private :: told(3) = .false.             !< of tension, of gaps, of overlap
+      logical, private :: told(4) = .false.             !< of tension, of gaps, of overlap, of loads on a stress that lags
    contains
       procedure :: start
       procedure :: look
@@ -67,7 +67,12 @@ contains
       call model%communicator%agree(error)
       call MPI_Allreduce(MPI_IN_PLACE, worst, 3, MPI_DOUBLE_PRECISION, MPI_MAX, model%communicator%comm)
       if (error%happened()) return
-      if (worst(1) > most_tension .and. .not. self%told(1)) then
+      if (model%method%stress_update /= update_usl .and. size(model%effect_step(1)%add_forces) > 0 &
+          .and. .not. self%told(4)) then
+         self%told(4) = .true.
+         news = 'range      stress_update=''usf'' or ''musl'' with loads on faces: the stress does not follow a face near a '// &
+                'plane of nodes, which creeps; ends and works may be off by some per cent; take ''usl'''
+      else if (worst(1) > most_tension .and. .not. self%told(1)) then
          self%told(1) = .true.
          news = 'range      particles that are all of a cell bear a tension of '//to_text(worst(1), 2)//' of their modulus: '// &
                 'boxes of one a cell come apart; take particles_per_cell=8 or domain=''corners'''

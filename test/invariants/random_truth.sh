@@ -5,7 +5,7 @@
 . "$(dirname "$0")/../harness/env.sh"
 truth="$ROOT/test/invariants/random_truth.py"
 # The judge can fail: in scenes that are right, with what a run says changed.
-for planted in gain:8 work:8 mass:8 rod:10 momentum:12 twin:8 loss:8; do
+for planted in gain:8 work:8 mass:8 rod:6 momentum:12 twin:8 loss:8; do
    if "$PYTHON" "$truth" "$WORK/planted" "$GIMP3D" 1 --first "${planted#*:}" --planted "${planted%:*}" >planted.log; then
       fail "seed ${planted#*:}: nobody sees ${planted%:*}"
    fi

@@ -46,7 +46,8 @@ def rests(domain, particles, kind):
     exact = -PRESSURE if kind == "pressure" else stress[:, 2].mean()
     off = np.abs(stress - np.array([0, 0, exact, 0, 0, 0])).max(axis=0)/abs(exact)
     check(f"{name}: axial stress of any particle off the uniform one, over it", off[2],
-          0.01 if domain == "corners" else 0.015)  # boxes do not follow the little shear of the way to rest
+          {"corners": 0.01, "stretch": 0.015, "fixed": 0.02}[domain])  # boxes do not follow the little shear of the way to rest;
+    # a cube does not get shorter either, and bears the pressure over its stretch, 1 % more (theory.md, eq. pressure)
     check(f"{name}: any other component, over that", off.max(), 0.02)
     check(f"{name}: fastest particle over the speed of sound", np.abs(velocity).max()/np.sqrt(YOUNG/1000), 1e-5)
     if kind == "tool":

@@ -99,7 +99,7 @@ contains
          r = r*chance%between(0.1_wp, 0.3_wp)*cell
          arm = matmul(r, chance%several(3, -1.5_wp, 1.5_wp))
          reach = maxval(abs(in_domain(arm)))
-         call fit_share(r, arm, cell, .true., middle, span)
+         call fit_share(r, arm, arm, cell, .true., .false., middle, span)
          if (reach <= 1.0_wp) then
             call keep_worst(off_kept, norm2(middle - arm)/cell)
          else
