@@ -332,7 +332,10 @@ contains
       real(wp), intent(out) :: drift    !< what counts less what was, m
       drift = last - gap
       carried = abs(last) > 0.0_wp .and. gap <= min(max(recovery*thickness, abs(drift)), widest_gap*thickness)
-      if (.not. carried) drift = 0.0_wp
+      if (.not. carried) then ! a point that is inside when it is met, after a split say, is not pushed out but drawn out
+         drift = max(0.0_wp, -gap)
+         carried = drift > 0.0_wp
+      end if
       self%drift = max(self%drift, abs(drift))
       gap = gap + drift
    end subroutine carry_on
