@@ -136,7 +136,7 @@ contains
    pure real(wp) function drift_of(c) result(drift)
       type(candidate_t), intent(in) :: c
       drift = 0.0_wp
-      if (.not. (c%carried .and. c%force > 0.0_wp)) return
+      if (.not. c%force > 0.0_wp) return
       associate (most => recovery*sqrt(c%area))
          drift = min(max(c%drift, -most), most)
       end associate
@@ -332,10 +332,7 @@ contains
       real(wp), intent(out) :: drift    !< what counts less what was, m
       drift = last - gap
       carried = abs(last) > 0.0_wp .and. gap <= min(max(recovery*thickness, abs(drift)), widest_gap*thickness)
-      if (.not. carried) then ! a point that is inside when it is met, after a split say, is not pushed out but drawn out
-         drift = max(0.0_wp, -gap)
-         carried = drift > 0.0_wp
-      end if
+      if (.not. carried) drift = max(0.0_wp, -gap) ! inside when it is met, after a split say: drawn out, not pushed
       self%drift = max(self%drift, abs(drift))
       gap = gap + drift
    end subroutine carry_on

@@ -241,7 +241,7 @@ contains
          velocity = velocity_at(nodes, place)
       end if
       approach = time_step*dot_product(normal, velocity - tool%velocity())
-      is_one = gap + approach <= margin*edge
+      is_one = max(0.0_wp, gap) + approach <= margin*edge
    end subroutine ask
 
    !> Velocity of the grid at a place in cells.
