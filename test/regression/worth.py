@@ -6,6 +6,9 @@ from pathlib import Path
 
 import numpy
 
+from runs import snapshots
+
+YOUNG, POISSON = 1e6, 0.3 # as in worth.sh
 failed = 0
 
 
@@ -14,6 +17,17 @@ def need(condition, sentence):
     if not condition:
         failed += 1
         print(f"FAILED: {sentence}")
+
+
+def strain_energies(name):
+    """Of the last snapshot: half of V sigma : C^-1 : sigma, and the strain energy (theory.md, eq. elastic-energy), J."""
+    last = snapshots(name)[-1]
+    stress, volume = last.fields["stress"], last.fields["volume"]
+    trace = stress[:, :3].sum(axis=1)
+    squares = (stress[:, :3]**2).sum(axis=1) + 2*(stress[:, 3:]**2).sum(axis=1)
+    norm = 0.5*volume*((1 + POISSON)*squares - POISSON*trace**2)/YOUNG
+    theta = (1 - 2*POISSON)*trace/YOUNG
+    return norm.sum(), (norm*2*(theta - 1 + numpy.exp(-theta))/theta**2).sum()
 
 
 def judge(name, closed):
@@ -45,8 +59,10 @@ def judge(name, closed):
     place = [float(value) for value in facts["largest_stress_error_at_m"].split()]
     need(0.3 < min(place[:2]) and max(place[:2]) < 1.3, f"{name}: place {place}")
     need((number["strain_energy_left_out_J"] > 0) == (name == "levels"), f"{name}: left out {number['strain_energy_left_out_J']}")
-    need(abs(0.5 * (number["strain_energy_J"] + number["strain_energy_left_out_J"]) / rows[-1, 2] - 0.5) < 1e-3,
-         f"{name}: strain energy {number['strain_energy_J']} and {rows[-1, 2]}")
+    norm, energy = strain_energies(name)
+    need(abs((number["strain_energy_J"] + number["strain_energy_left_out_J"]) / norm - 1) < 1e-3,
+         f"{name}: energy norm of the stress {number['strain_energy_J']} and {norm}")
+    need(abs(rows[-1, 2] / energy - 1) < 1e-5, f"{name}: strain energy {rows[-1, 2]} and {energy}")
     need(number["memory_B"] > 1e7 and "memory: " in said, f"{name}: memory")
     print(f"   {name}: momentum {number['momentum_change_kg_m_s']:.4g}, tool {number['tool_impulse_kg_m_s']:.4g}, off by "
           f"{number.get('momentum_error_kg_m_s', float('nan')):.2g} kg m/s; stress {100 * number['stress_error_share']:.1f} %")

@@ -10,7 +10,7 @@ scene() { # scene NAME BOUNDARY GROUPS
 &material name='rubber', model='elastic', density=1000, young=1e6, poisson=0.3 /
 &body     material='rubber', shape='box', lower=0.4,0.4,0.0, upper=1.2,1.2,0.6, velocity=0.1,0.2,0.3 /
 &tool     name='ball', shape='sphere', radius=0.5, tip=0.8,0.8,0.6, times=0, speeds=4, friction=0.2 /
-&output   directory='$1', formats='none' /
+&output   directory='$1' /
 $3
 END
    run_scene 2 "$1.nml" "$1.log" || fail "$1 ended with status $?: $(tail -n 3 "$1.log")"
@@ -26,4 +26,4 @@ run_scene 2 levels.nml levels.log || fail "levels: $(tail -n 3 levels.log)"
 sed "s/'free', end/'fallen', end/; s/directory='free'/directory='fallen'/" free.nml >fallen.nml
 echo "&gravity acceleration=0,0,-9.81 /" >>fallen.nml
 run_scene 2 fallen.nml fallen.log || fail "fallen: $(tail -n 3 fallen.log)"
-"$PYTHON" "$ROOT/test/regression/worth.py"
+PYTHONPATH=$ROOT/post "$PYTHON" "$ROOT/test/regression/worth.py"
