@@ -51,7 +51,7 @@ def buried_sphere(bench):
     text = shipped("deep_sphere", end_time=6 * 2.466e-8, times=f"0,{6 * 2.9e-9}", speeds=f"0,{150.8 / 6}", every=1e-7)
     slow = bench.run("slow", text).tool("sphere")
     spikes = abs(deviations(slow["depth"], slow["load_z"], 0.1))
-    bench.at_most("at 25 m/s: largest spike of the load from a tenth of the depth on, relative", spikes, 0.05)
+    bench.at_most("at 25 m/s: largest spike of the load from a tenth of the depth on, relative", spikes, 0.05, known=True)
     bench.at_least("at 25 m/s: depth reached [um]", slow["depth"][-1] * 1e6, 3.4999)
 
     def draw(axes):
