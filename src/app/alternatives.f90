@@ -159,7 +159,7 @@ contains
       other%stores = share*price%stores
       other%buffers = share*price%buffers
       other%tiles = price%tiles*(1.0_wp + box%blocks/all_blocks(model)) &
-                    + 8.0_wp*model%communicator%sum_count(size(model%levels(size(model%levels))%nodes, kind=i8)) ! `handed`
+                    + 8.0_wp*model%communicator%sum_count(size(model%levels(size(model%levels))%nodes, kind=i8)) ! `restricted`
    end function one_level_more
 
    !> Share of the work with blocks that the finest level has.

@@ -12,7 +12,7 @@ module m_calibration
    use m_speed_bounds, only: bound_speeds
    use m_time_step, only: longest_step
    use m_energy, only: balance_t
-   use m_forecast, only: rates_t, prospect_t, rates_of, look_ahead, contact_points, contact_steps, particle_rows
+   use m_forecast, only: rates_t, prospect_t, rates_of, predict_costs, contact_points, contact_steps, particle_rows
    use m_snapshot, only: snapshot_t
    use m_hdf5_snapshot, only: hdf5_snapshot_bytes
    use m_tecplot_snapshot, only: tecplot_snapshot_bytes
@@ -62,7 +62,7 @@ contains
       if (.not. error%happened()) then
          time = model%time
          model%time = 0.0_wp
-         call look_ahead(found%prospect, scene, model) ! what rests is known only after some steps
+         call predict_costs(found%prospect, scene, model) ! what rests is known only after some steps
          if (found%prospect%snapshots > 0.0_wp) found%prospect%snapshots = found%prospect%snapshots + 1.0_wp ! the first
          model%time = time
          model%skip_at_rest = .false.
@@ -91,7 +91,7 @@ contains
                n = particles%count
                if (n > 0) particles%column(:n, x:x + 2) = particles%column(:n, x:x + 2) + little*model%levels(1)%grid%cell
             end associate
-            call model%levels(l)%blocks(b)%stir()
+            call model%levels(l)%blocks(b)%invalidate()
          end do
       end do
    end subroutine nudge

@@ -203,14 +203,14 @@ contains
       call facts%note('mass_error_kg', to_text(mass))
    end subroutine say_conservation
 
-   !> How far the work of loads that is booked is from what they do by the motion of the particles that they act on; and what it means
-   !> where that is much.
+   !> How far the work of loads that is booked is from what they do by the motion of the particles that they act on; and what it
+   !> means where that is much.
    subroutine say_work_done(facts, scene, model, balance)
       type(facts_t), intent(inout) :: facts
       type(scene_t), intent(in) :: scene
       type(model_t), intent(in) :: model
       type(balance_t), intent(in) :: balance
-      if (any(model%effect_step%works) .and. all(model%effect_step%follows_particles)) then
+      if (any(model%effect_step%acts_on_nodes) .and. all(model%effect_step%follows_particles)) then
          call facts%note('work_apart_of_effects_J', to_text(balance%worst_of_effects))
          call facts%say(apart_text('effects: work', balance%worst_of_effects, balance%largest))
          if (balance%worst_of_effects > notable*balance%largest) call facts%say('WARNING: effects do work that the &

@@ -6,7 +6,7 @@ module m_expectation
    use m_scene, only: scene_t
    use m_model, only: model_t
    use m_particle_store, only: spare_room
-   use m_forecast, only: rates_t, prospect_t, rates_of, look_ahead, contact_steps, model_bytes
+   use m_forecast, only: rates_t, prospect_t, rates_of, predict_costs, contact_steps, model_bytes
    implicit none
    private
 
@@ -104,7 +104,7 @@ contains
          rates%contact_point = rates%contact/points
          rates%contact = 0.0_wp
       end if
-      call look_ahead(prospect, scene, model)
+      call predict_costs(prospect, scene, model)
       seconds = prospect%seconds(rates, model%timers%names)
       self%made = .true.
       self%step = model%step

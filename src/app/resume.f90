@@ -89,8 +89,8 @@ contains
       goes_on_in = communicator%sum_count(merge(1_i8, 0_i8, goes_on_in)) > 0
    end function goes_on_in
 
-   !> Collective: everything as it was at the checkpoint; the model has been built empty. If the run before has come to the scene's end
-   !> in this directory, all that it has written stays as it is.
+   !> Collective: everything as it was at the checkpoint; the model has been built empty. If the run before has come to the scene's
+   !> end in this directory, all that it has written stays as it is.
    subroutine resume_run(before, scene, model, balance, facts, recorder, lock, error)
       type(resumed_t), intent(inout) :: before
       type(scene_t), intent(in) :: scene

@@ -140,12 +140,12 @@ contains
       real(wp) :: time_step
       logical :: written
       time_step = next_time_step(self%scene, self%model, self%guard%share())
-      self%model%asked = self%keeper%request()
-      if (self%lock%is_lost()) self%model%asked = asks_end_lost
+      self%model%requested_action = self%keeper%request()
+      if (self%lock%is_lost()) self%model%requested_action = asks_end_lost
       self%model%wants_sums = self%recorder%history_is_due(self%model%time + time_step)
       call advance(self%model, time_step, self%error)
       self%course%steps = self%course%steps + 1
-      if (self%model%asked == asks_end_lost) call self%leave_directory()
+      if (self%model%requested_action == asks_end_lost) call self%leave_directory()
       written = self%recorder%snapshot_is_due(self%model%time) .or. self%keeper%is_due(self%model)
       call self%look(written)
       if (.not. self%error%happened()) call self%record()

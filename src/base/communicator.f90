@@ -39,8 +39,8 @@ contains
    !> Initialise MPI and take a communicator of our own. Open MPI guards a file pointer that ranks might share, and nobody uses, by
    !> a named semaphore of the machine: whoever is killed while it opens a file leaves that locked, and later runs, of other
    !> directories too, would wait for it for ever in a file of the same name. The component that does so is left out, unless the
-   !> environment chooses. HDF5 locks files against others that write them; a run has its directory to itself (m_output_lock), and file
-   !> systems of clusters often refuse locks: it is told not to.
+   !> environment chooses. HDF5 locks files against others that write them; a run has its directory to itself (m_output_lock), and
+   !> file systems of clusters often refuse locks: it is told not to.
    subroutine start(self)
       class(communicator_t), intent(out) :: self
       integer(c_int) :: status

@@ -14,7 +14,7 @@ contains
       c = [a(2)*b(3) - a(3)*b(2), a(3)*b(1) - a(1)*b(3), a(1)*b(2) - a(2)*b(1)]
    end function cross
 
-   !> Two unit vectors across a unit vector and each other, which make a right-handed system with it.
+   !> Two unit vectors across a unit vector and each other, which make a right-restricted system with it.
    pure function tangents(normal) result(t)
       real(wp), intent(in) :: normal(3)
       real(wp) :: t(3, 2)

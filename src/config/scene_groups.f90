@@ -85,8 +85,8 @@ contains
       end do
    end function is_brought
 
-   !> The effects that the scene calls for: each a copy of its prototype with the values of its group; and those that laws bring where
-   !> the scene has no such group.
+   !> The effects that the scene calls for: each a copy of its prototype with the values of its group; and those that laws bring
+   !> where the scene has no such group.
    subroutine read_effects(text, offers, scene, error)
       type(namelist_text_t), intent(in) :: text
       type(offer_slot_t), intent(in) :: offers(:)

@@ -3,10 +3,11 @@
 module m_candidates
    use m_kinds, only: wp
    use m_constants, only: block_size
+   use m_node_values, only: node_values, v_x, v_z
    use m_scene, only: boundary_symmetry, safety_allowed
    use m_vectors, only: tangents
    use m_tool, only: tool_t
-   use m_level, only: level_t, node_values
+   use m_level, only: level_t
    use m_block, only: block_t
    use m_cell_list, only: bins
    use m_split, only: longest, fitted_edges
@@ -72,8 +73,8 @@ module m_candidates
    real(wp), parameter :: touching = 1.0e-4_wp    !< a smaller gap is none, in particle edges
    real(wp), parameter :: longest_thickness = 2.0_wp*sqrt(3.0_wp)*longest !< of domains that deform, in cells
    real(wp), parameter :: recovery = 0.01_wp      !< overlap is taken back by at most this much a step, in particle edges
-   real(wp), parameter :: widest_gap = 0.25_wp    !< nothing is carried on across a gap of so many thicknesses: the face is another's, of
-                                                  !< a particle that has been split
+   real(wp), parameter :: widest_gap = 0.25_wp !< nothing is carried on across a gap of so many thicknesses: the face is another's,
+                                               !< of a particle that has been split
    type(candidate_t), parameter :: unknown = candidate_t() !< before anything is said of it
 
 contains
@@ -116,9 +117,9 @@ contains
       self%before(size(self%before)) = self%count
    end subroutine find
 
-   !> After the motion of a block's particles: those that are pressed go along the normal to where their own face is the one that the
-   !> tool has pressed (theory.md, eq. carried-gap), by at most so much in a step as an overlap is taken back. Velocity, stress and
-   !> shape stay as they are.
+   !> After the motion of a block's particles: those that are pressed go along the normal to where their own face is the one that
+   !> the tool has pressed (theory.md, eq. carried-gap), by at most so much in a step as an overlap is taken back. Velocity, stress
+   !> and shape stay as they are.
    pure subroutine settle(self, level, b)
       class(candidates_t), intent(in) :: self
       type(level_t), intent(inout) :: level
@@ -501,7 +502,7 @@ contains
          do j = 0, c%face%last
             do i = 0, c%face%last
                associate (at => c%face%corner + 1 + [i, j, k])
-                  velocity = velocity + c%face%weight(i, j, k)*level%nodes(2:4, at(1), at(2), at(3), c%block)
+                  velocity = velocity + c%face%weight(i, j, k)*level%nodes(v_x:v_z, at(1), at(2), at(3), c%block)
                end associate
             end do
          end do

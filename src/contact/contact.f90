@@ -5,13 +5,14 @@ module m_contact
    use m_constants, only: exit_numerical, block_size
    use m_errors, only: error_t, fail
    use m_text, only: to_text
+   use m_node_values, only: mass_, v_x, v_z, a_x, a_z
    use m_scene, only: tool_spec_t, contact_spec_t, hopeless_residual
    use m_tool, only: tool_t, make_tool
    use m_communicator, only: communicator_t
    use m_field_table, only: field_table_t
    use m_level, only: level_t
    use m_materials, only: materials_t
-   use m_boundary, only: constrain_nodes
+   use m_boundary, only: apply_boundary
    use m_contact_complaints, only: check_nodes, candidate_text
    use m_candidates, only: candidate_t, candidates_t, drift_of, touches, point_velocity, fastest, recovery
    use m_friction, only: friction_t
@@ -375,7 +376,7 @@ contains
          end do
       end do
       do b = 1, size(level%blocks)
-         if (changed(b)) call constrain_nodes(level%grid, level%blocks(b)%place, level%nodes(:, :, :, :, b))
+         if (changed(b)) call apply_boundary(level%grid, level%blocks(b)%place, level%nodes(:, :, :, :, b))
       end do
    end subroutine move_nodes
 
@@ -398,9 +399,9 @@ contains
                if (slot == 0 .or. slot > size(level%blocks)) cycle
                at = place - block_size*block + 1
                associate (node => level%nodes(:, at(1), at(2), at(3), slot))
-                  if (node(1) <= 0.0_wp) cycle
-                  node(5:7) = node(5:7) + force/node(1)
-                  node(2:4) = node(2:4) + time_step*force/node(1)
+                  if (node(mass_) <= 0.0_wp) cycle
+                  node(a_x:a_z) = node(a_x:a_z) + force/node(mass_)
+                  node(v_x:v_z) = node(v_x:v_z) + time_step*force/node(mass_)
                end associate
                changed(slot) = .true.
             end do
@@ -431,8 +432,8 @@ contains
       end do
    end subroutine feel
 
-   !> What the forces of the step do on the particles of a block that the tools press, by the motion that these have just made: that of
-   !> the centre, and dt L arm.
+   !> What the forces of the step do on the particles of a block that the tools press, by the motion that these have just made: that
+   !> of the centre, and dt L arm.
    pure subroutine follow(self, level, b, gradient, way_to, time_step)
       class(contact_t), intent(inout) :: self
       type(level_t), intent(in) :: level

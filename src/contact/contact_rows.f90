@@ -2,6 +2,7 @@
 module m_contact_rows
    use m_kinds, only: wp
    use m_constants, only: block_size
+   use m_node_values, only: mass_
    use m_communicator, only: communicator_t
    use m_tool, only: tool_t
    use m_level, only: level_t
@@ -130,7 +131,7 @@ contains
                done(n) = .true.
                node = [place(i, 1), place(j, 2), place(k, 3)]
                at = node - block_size*level%blocks(c%block)%place + 1
-               mass = level%nodes(1, at(1), at(2), at(3), c%block)
+               mass = level%nodes(mass_, at(1), at(2), at(3), c%block)
                system%mobility(:, n) = 0.0_wp
                if (mass > 0.0_wp) system%mobility(:3, n) = merge(0.0_wp, time_step/mass, held_components(level%grid, node))
             end do

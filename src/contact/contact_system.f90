@@ -37,7 +37,7 @@ module m_contact_system
       integer(i8) :: products = 0                !< times the operator was applied, over the run
       integer :: extent(3) = 0                   !< nodes of the grid along each axis, from -1 on
       integer, allocatable :: begins(:)          !< (rows + 1): first entry of each row; an entry is one of its nodes
-      integer, allocatable :: place(:, :, :)     !< (0:2, 3, rows): nodes in the grid along each axis, from -1; of a cell's 0:1 count
+      integer, allocatable :: place(:, :, :) !< (0:2, 3, rows): nodes in the grid along each axis, from -1; of a cell's 0:1 count
       integer, allocatable :: node(:)            !< (entries): local numbers, x fastest
       real(wp), allocatable :: weight(:)         !< (entries): of the contact point on the node
       real(wp), allocatable :: direction(:, :)   !< (4, rows): in which a force acts; the last is 0
@@ -355,8 +355,8 @@ contains
       call self%free_rows%choose(self%normal_rows, self%free)
    end subroutine set_free
 
-   !> The same as `multiply` between free rows of the normal forces, which are the active ones. The others are 0 in what it takes and
-   !> gives.
+   !> The same as `multiply` between free rows of the normal forces, which are the active ones. The others are 0 in what it takes
+   !> and gives.
    subroutine multiply_free(self, from, to)
       class(contact_system_t), intent(inout) :: self
       real(wp), intent(in), contiguous :: from(:)

@@ -189,8 +189,8 @@ contains
       bytes = communicator%sum_count(bytes)
    end function size_of
 
-   !> One rank: remove what was begun of files in a directory, what MPI had beside it, and what is left of locks of dead runs; what is
-   !> whole stays.
+   !> One rank: remove what was begun of files in a directory, what MPI had beside it, and what is left of locks of dead runs; what
+   !> is whole stays.
    subroutine remove_parts(directory)
       character(len=*), intent(in) :: directory
       character(len=100), parameter :: begun(*) = [character(len=100) :: any_checkpoint//'.part*', 'particles_[0-9]*.part*', &

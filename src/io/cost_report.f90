@@ -80,11 +80,11 @@ contains
          if (cost%particle_steps > 0) values(6, r) = 1.0e9_wp*total(r)/real(cost%particle_steps, wp)
          if (total(rows) > 0.0_wp) values(7, r) = 100.0_wp*total(r)/total(rows)
       end do
-      if (level_count(cost) > 0) call gather_levels(communicator, cost, values)
+      if (level_count(cost) > 0) call p2g_levels(communicator, cost, values)
    end subroutine gather
 
    !> The columns of the levels. What no level is charged with (output, balance) stands in none of them.
-   subroutine gather_levels(communicator, cost, values)
+   subroutine p2g_levels(communicator, cost, values)
       type(communicator_t), intent(in) :: communicator
       type(cost_t), intent(in) :: cost
       real(wp), intent(inout) :: values(:, :)
@@ -99,7 +99,7 @@ contains
             if (cost%level_steps(l) > 0) each = 1.0e9_wp*seconds*communicator%ranks/real(cost%level_steps(l), wp)
          end associate
       end do
-   end subroutine gather_levels
+   end subroutine p2g_levels
 
    !> Levels to speak of: 0 where there is only one.
    pure integer function level_count(cost) result(levels)

@@ -1,8 +1,8 @@
 !> Curves over time: one Tecplot zone in point packing, which numpy.loadtxt reads once the header is skipped.
 !>
 !> A curve has its name from the beginning and grows by whole rows, about once a second, so that it can be read while the run goes
-!> on or after it was killed. Systems show a file that grows page by page: blanks stand before a row that would lie across the end of a
-!> page, so that a reader never sees a part of one. A run that is taken up again carries over the rows of it.
+!> on or after it was killed. Systems show a file that grows page by page: blanks stand before a row that would lie across the end
+!> of a page, so that a reader never sees a part of one. A run that is taken up again carries over the rows of it.
 module m_history
    use m_kinds, only: wp, i8
    use m_constants, only: exit_files, exit_numerical
@@ -55,8 +55,8 @@ module m_history
 contains
 
    !> Collective: begin `path`. What an earlier run left under that name is replaced; with `keep_until` its rows up to that time (s,
-   !> first column) are carried over, or those of the curve `from`. Whenever the program is killed meanwhile, the old rows are there.
-   !> All ranks leave with the same error (exit_files).
+   !> first column) are carried over, or those of the curve `from`. Whenever the program is killed meanwhile, the old rows are
+   !> there. All ranks leave with the same error (exit_files).
    subroutine open_history(self, communicator, path, header, error, keep_until, from)
       class(history_t), intent(inout) :: self
       type(communicator_t), intent(in) :: communicator

@@ -99,7 +99,7 @@ contains
    pure logical function is_due(self, model)
       class(keeper_t), intent(in) :: self
       type(model_t), intent(in) :: model
-      is_due = model%asked >= asks_checkpoint
+      is_due = model%requested_action >= asks_checkpoint
       if (self%spec%every > 0.0_wp) is_due = is_due .or. model%time >= (self%made + 1)*self%spec%every*(1.0_wp - 1.0e-12_wp)
       if (self%spec%every_steps > 0) is_due = is_due .or. mod(model%step, int(self%spec%every_steps, i8)) == 0
       if (self%spec%present) is_due = is_due .or. model%time >= self%end_time
@@ -120,8 +120,8 @@ contains
       if (error%happened()) return
       if (self%is_due(model)) call self%write(scene, model, balance, facts, recorder, error)
       if (error%happened()) return
-      if (model%asked < asks_end_limit .or. model%time >= self%end_time) return
-      select case (model%asked)
+      if (model%requested_action < asks_end_limit .or. model%time >= self%end_time) return
+      select case (model%requested_action)
       case (asks_end_limit)
          reason = 'stopped at its wall limit of '//duration(self%spec%wall_limit)
       case (asks_end_interrupt)

@@ -3,8 +3,8 @@
 !> The file appears whole, as a second name of a file of this run's own (link is one step on every file system, NFS too), and says
 !> who holds it. It needs no locks of the file system. A run touches it every half minute. A lock is dead, and taken over, where its
 !> process has gone from this machine; of another machine, whose processes cannot be seen from here, where it has not been touched
-!> for ten minutes. Both times are those of the file system's clock. A run that finds its lock in other hands (it was stopped for that
-!> long) ends without writing.
+!> for ten minutes. Both times are those of the file system's clock. A run that finds its lock in other hands (it was stopped for
+!> that long) ends without writing.
 module m_output_lock
    use, intrinsic :: iso_c_binding, only: c_char, c_int, c_int64_t, c_null_char
    use m_kinds, only: wp
@@ -46,8 +46,8 @@ module m_output_lock
 
 contains
 
-   !> Collective: take the lock of a directory, which is made where it is not there. Where a run that goes on holds it all ranks leave
-   !> with an error (exit_files), and nothing has been changed. Does nothing if it is held already.
+   !> Collective: take the lock of a directory, which is made where it is not there. Where a run that goes on holds it all ranks
+   !> leave with an error (exit_files), and nothing has been changed. Does nothing if it is held already.
    subroutine take(self, communicator, directory, error)
       class(output_lock_t), intent(inout) :: self
       type(communicator_t), intent(in) :: communicator

@@ -12,7 +12,7 @@ module m_corner_stencil
    type :: corner_stencil_t
       type(stencil_t) :: list                  !< which particles; its offsets are set, its weights are not
       integer :: place(3, chunk)               !< of their bins in the block, from 0: also the lowest of the 27 nodes in the tile
-      real(wp) :: half_edge(chunk + batch, 9)  !< component i of edge k at 3 (k-1) + i, no longer than the nodes reach
+      real(wp) :: half_edge(chunk + batch, 9)  !< component i of edge k at 3 (k-1) + i, no longer than the nodes extent
       real(wp) :: inverse(chunk + batch, 9)    !< inverse of their matrix: component i of row k at 3 (k-1) + i
    end type corner_stencil_t
 
@@ -64,9 +64,9 @@ contains
    pure elemental subroutine fit_and_invert(ax, ay, az, bx, by, bz, cx, cy, cz, ux, uy, uz, vx, vy, vz, wx, wy, wz)
       real(wp), intent(inout) :: ax, ay, az, bx, by, bz, cx, cy, cz
       real(wp), intent(out) :: ux, uy, uz, vx, vy, vz, wx, wy, wz
-      real(wp) :: reach, fit, per_volume
-      reach = max(abs(ax) + abs(bx) + abs(cx), abs(ay) + abs(by) + abs(cy), abs(az) + abs(bz) + abs(cz))
-      fit = min(1.0_wp, 0.5_wp/reach)
+      real(wp) :: extent, fit, per_volume
+      extent = max(abs(ax) + abs(bx) + abs(cx), abs(ay) + abs(by) + abs(cy), abs(az) + abs(bz) + abs(cz))
+      fit = min(1.0_wp, 0.5_wp/extent)
       ax = fit*ax; ay = fit*ay; az = fit*az
       bx = fit*bx; by = fit*by; bz = fit*bz
       cx = fit*cx; cy = fit*cy; cz = fit*cz

@@ -147,12 +147,12 @@ contains
       real(wp), intent(in) :: place(3)     !< of the middle of the face, in cells from the block's first node
       real(wp), intent(in) :: span(3, 3)   !< columns, in cells
       logical, intent(in) :: turns
-      real(wp) :: hat(0:2, 3), corner(3), reach(3)
+      real(wp) :: hat(0:2, 3), corner(3), extent(3)
       integer :: axis, c, lowest(3)
       if (turns) then
-         reach = sum(abs(span), dim=2)
-         lowest = node + merge(-1, 0, place - reach < node)
-         weights%last = merge(1, 2, all(place + reach <= lowest + 1)) ! the nodes of one cell, where the face lies in it
+         extent = sum(abs(span), dim=2)
+         lowest = node + merge(-1, 0, place - extent < node)
+         weights%last = merge(1, 2, all(place + extent <= lowest + 1)) ! the nodes of one cell, where the face lies in it
          if (weights%last == 2) lowest = node - 1
          weights%corner = lowest
          weights%weight = 0.0_wp

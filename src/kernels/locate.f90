@@ -7,19 +7,19 @@ module m_locate
    private
    public :: locate_particles, find_bounds, bin_of
 
-   integer, parameter :: stretch = 128 !< particles among which leavers are looked for one by one if there are any
+   integer, parameter :: stretch = 128 !< particles among which emigrants are looked for one by one if there are any
 
 contains
 
    !> Set the bins of the first `count` particles; those outside the block are listed, rising, and keep bin 0.
    !> `lowest` and `highest` bound the centres, so that the caller sees at once whether one has left the grid.
-   pure subroutine locate_particles(count, position, frame, bin, leavers, leaver_count, moved, lowest, highest)
+   pure subroutine locate_particles(count, position, frame, bin, emigrants, emigrant_count, moved, lowest, highest)
       integer, intent(in) :: count
       real(wp), intent(in), contiguous :: position(:, :)   !< (:, 3), m
       type(frame_t), intent(in) :: frame
       integer(i4), intent(inout), contiguous :: bin(:)
-      integer(i4), allocatable, intent(inout) :: leavers(:)
-      integer, intent(out) :: leaver_count
+      integer(i4), allocatable, intent(inout) :: emigrants(:)
+      integer, intent(out) :: emigrant_count
       logical, intent(out) :: moved                        !< some particle is in another bin than before
       real(wp), intent(out) :: lowest(3), highest(3)       !< m
       real(wp) :: x, y, z, low_x, low_y, low_z, high_x, high_y, high_z
@@ -57,21 +57,21 @@ contains
       lowest = [low_x, low_y, low_z]
       highest = [high_x, high_y, high_z]
       moved = changes > 0
-      leaver_count = outside
+      emigrant_count = outside
       if (outside == 0) return
-      if (size(leavers) < outside) then
-         deallocate (leavers)
-         allocate (leavers(2*outside))
+      if (size(emigrants) < outside) then
+         deallocate (emigrants)
+         allocate (emigrants(2*outside))
       end if
       outside = 0
       first = 1
-      do while (outside < leaver_count)
+      do while (outside < emigrant_count)
          last = min(first + stretch - 1, count)
          if (zeros(bin(first:last)) > 0) then
             do p = first, last
                if (bin(p) /= 0) cycle
                outside = outside + 1
-               leavers(outside) = p
+               emigrants(outside) = p
             end do
          end if
          first = last + 1

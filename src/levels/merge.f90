@@ -161,8 +161,8 @@ contains
    subroutine drop(block, gone)
       type(block_t), intent(inout) :: block
       integer(i4), intent(in) :: gone(:)
-      block%leavers = gone
-      block%leaver_count = size(gone)
+      block%emigrants = gone
+      block%emigrant_count = size(gone)
       call take_out(block)
    end subroutine drop
 

@@ -15,12 +15,12 @@ module m_transfer
    private
    public :: find_changes, change_levels
 
-   real(wp), parameter :: farewell = 0.25_wp !< particles leave this much further outside than they enter, in cells of the finer
+   real(wp), parameter :: exit_margin = 0.25_wp !< particles leave this much further outside than they enter, in cells of the finer
                                              !< level
 
 contains
 
-   !> List in their blocks, as leavers, the particles that must leave a level or be split on it; returns how many.
+   !> List in their blocks, as emigrants, the particles that must leave a level or be split on it; returns how many.
    !> Of the coarser level those that reach into the finer one's region; of the finer level those that do not reach into it any
    !> more, and those whose centres have come inside before they were split.
    integer function find_changes(coarse, fine) result(changes)
@@ -28,27 +28,27 @@ contains
       integer :: b
       changes = 0
       do b = 1, size(coarse%blocks)
-         coarse%blocks(b)%leaver_count = 0
+         coarse%blocks(b)%emigrant_count = 0
          if (coarse%blocks(b)%particles%count == 0) cycle
          associate (block => coarse%blocks(b))
             if (fine%region%overlaps(block%lowest - coarse%grid%cell, block%highest + coarse%grid%cell)) &
                call list_changes(fine, block, on_fine=.false.)
-            changes = changes + block%leaver_count
+            changes = changes + block%emigrant_count
          end associate
       end do
       do b = 1, size(fine%blocks)
-         fine%blocks(b)%leaver_count = 0
+         fine%blocks(b)%emigrant_count = 0
          if (fine%blocks(b)%particles%count == 0) cycle
          associate (block => fine%blocks(b))
             if (.not. fine%region%holds_box(block%lowest, block%highest, 3.0_wp*fine%grid%cell)) &
                call list_changes(fine, block, on_fine=.true.)
-            changes = changes + block%leaver_count
+            changes = changes + block%emigrant_count
          end associate
       end do
    end function find_changes
 
-   !> The particles of a block of one of the two levels that change, as its leavers: of the coarser level those that reach into the
-   !> finer one's region, of the finer level those that do not any more or must be split.
+   !> The particles of a block of one of the two levels that change, as its emigrants: of the coarser level those that reach into
+   !> the finer one's region, of the finer level those that do not any more or must be split.
    subroutine list_changes(fine, block, on_fine)
       type(level_t), intent(in) :: fine
       type(block_t), intent(inout) :: block
@@ -59,7 +59,7 @@ contains
       logical :: changes
       n = 0
       lag = 0.0_wp
-      if (on_fine) lag = farewell*fine%grid%cell
+      if (on_fine) lag = exit_margin*fine%grid%cell
       associate (column => block%particles%column, at => fine%layout)
          do p = 1, block%particles%count
             x = column(p, at%position:at%position + 2)
@@ -76,9 +76,9 @@ contains
             found(n) = p
          end do
       end associate
-      block%leaver_count = n
-      if (n > size(block%leavers)) block%leavers = found(:n)
-      block%leavers(:n) = found(:n)
+      block%emigrant_count = n
+      if (n > size(block%emigrants)) block%emigrants = found(:n)
+      block%emigrants(:n) = found(:n)
    end subroutine list_changes
 
    !> Collective: move what find_changes has listed to where it lives, split where it must be. The blocks there must exist. Fails
@@ -99,7 +99,7 @@ contains
          call send_off(coarse%blocks(b), 0.0_wp)
       end do
       do b = 1, size(fine%blocks)
-         call send_off(fine%blocks(b), farewell*fine%grid%cell)
+         call send_off(fine%blocks(b), exit_margin*fine%grid%cell)
       end do
       call coarse_migration%deliver(communicator, coarse)
       call fine_migration%deliver(communicator, fine)
@@ -110,8 +110,8 @@ contains
          type(block_t), intent(inout) :: block
          integer :: l
          associate (column => block%particles%column, s => fine%layout%stress, e => fine%layout%edge_stress)
-            do l = 1, block%leaver_count
-               column(block%leavers(l), e:e + 5) = column(block%leavers(l), s:s + 5)
+            do l = 1, block%emigrant_count
+               column(block%emigrants(l), e:e + 5) = column(block%emigrants(l), s:s + 5)
             end do
          end associate
       end subroutine set_edge_stress
@@ -120,9 +120,9 @@ contains
          type(block_t), intent(inout) :: block
          real(wp), intent(in) :: lag !< m
          integer :: l
-         if (block%leaver_count == 0) return
-         do l = 1, block%leaver_count
-            associate (p => block%leavers(l))
+         if (block%emigrant_count == 0) return
+         do l = 1, block%emigrant_count
+            associate (p => block%emigrants(l))
                call settle(block%particles%column(p, :), block%particles%id(p), block%particles%body(p), lag)
             end associate
          end do

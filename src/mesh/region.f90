@@ -8,8 +8,8 @@ module m_region
    private
    public :: region_t, make_region
 
-   real(wp), parameter :: welcome = 0.25_wp !< what comes so near to a region, in its cells, reaches in: a lattice that ends at an
-                                            !< edge is not to change level with the first movement, or by rounding
+   real(wp), parameter :: entry_margin = 0.25_wp !< what comes so near to a region, in its cells, reaches in: a lattice that ends at
+                                                 !< an edge is not to change level with the first movement, or by rounding
 
    type :: region_t
       real(wp) :: lower(3) = -huge(1.0_wp) !< m; far away where a side is open
@@ -33,7 +33,7 @@ contains
       type(grid_level_t), intent(in) :: grid
       integer, intent(in) :: low(3), high(3) !< even: nodes of the level above
       integer :: axis
-      region%near = welcome*grid%cell
+      region%near = entry_margin*grid%cell
       region%low = low
       region%high = high
       do axis = 1, 3
@@ -62,7 +62,8 @@ contains
       holds = all(place > self%lower .and. place < self%upper)
    end function holds
 
-   !> True when a node (indices in the level's grid) is an unknown of the level; all others are slaves of the level above.
+   !> True when a node (indices in the level's grid) is an unknown of the level; all others are constrained nodes of the level
+   !> above.
    pure logical function is_inner(self, node)
       class(region_t), intent(in) :: self
       integer, intent(in) :: node(3)

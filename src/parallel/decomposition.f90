@@ -1,7 +1,8 @@
-!> The blocks of a rank: those it owns, mirrors of its neighbours' next to them, and how all of them are numbered.
+!> The blocks of a rank: those it owns, ghosts of its neighbours' next to them, and how all of them are numbered.
 module m_decomposition
    use m_kinds, only: wp
-   use m_level, only: level_t, tile_last, fit_pool
+   use m_node_values, only: tile_last
+   use m_level, only: level_t, fit_pool
    use m_block, only: block_t, directions
    implicit none
    private
@@ -43,7 +44,7 @@ contains
       end do
    end function all_owners
 
-   !> Make this rank's blocks, mirrors, slots and pools fit the owners. Blocks that stay keep their particles; blocks that
+   !> Make this rank's blocks, ghosts, slots and pools fit the owners. Blocks that stay keep their particles; blocks that
    !> are new here are empty; the particles of blocks that went elsewhere must have been taken out before.
    subroutine settle_blocks(level, rank)
       type(level_t), intent(inout) :: level
@@ -58,7 +59,7 @@ contains
          if (old(b) > 0) call take_over(level%blocks(old(b)), blocks(b))
       end do
       call move_alloc(blocks, level%blocks)
-      call find_mirrors(level, rank)
+      call find_ghosts(level, rank)
       call make_pools(level, old)
       do b = 1, size(level%blocks)
          call level%blocks(b)%reserve(1, level%table%columns)
@@ -82,22 +83,22 @@ contains
       end do
    end subroutine find_old
 
-   !> Tiles for all slots: those that hold go with their blocks, others may hold anything and reach everywhere.
+   !> Tiles for all slots: those that hold go with their blocks, others may hold anything and extent everywhere.
    subroutine make_pools(level, old)
       type(level_t), intent(inout) :: level
       integer, intent(in) :: old(:) !< places of the blocks' tiles before, rising; or 0
-      integer, allocatable :: reach(:, :, :)
+      integer, allocatable :: extent(:, :, :)
       integer :: b, slots
-      slots = size(level%blocks) + size(level%mirror_index)
-      allocate (reach(2, 3, slots))
-      reach(1, :, :) = 0
-      reach(2, :, :) = tile_last
+      slots = size(level%blocks) + size(level%ghost_index)
+      allocate (extent(2, 3, slots))
+      extent(1, :, :) = 0
+      extent(2, :, :) = tile_last
       do b = 1, size(level%blocks)
-         if (level%blocks(b)%tile_holds) reach(:, :, b) = level%reach(:, :, old(b))
+         if (level%blocks(b)%p2g_is_valid) extent(:, :, b) = level%extent(:, :, old(b))
       end do
-      call move_alloc(reach, level%reach)
+      call move_alloc(extent, level%extent)
       call fit_pool(level%nodes, slots)
-      call move_tiles(level%nodes, old, level%blocks%tile_holds)
+      call move_tiles(level%nodes, old, level%blocks%p2g_is_valid)
    end subroutine make_pools
 
    !> Tiles that hold go from their old places to those of their blocks. Both rise, so that none is in the way of another: first all
@@ -143,15 +144,15 @@ contains
       new%particles%one_body = old%particles%one_body
       new%arrived = old%arrived
       call old%cells%hand_over(new%cells)
-      new%jumps = old%jumps
+      new%run_breaks = old%run_breaks
       new%disorder = old%disorder
-      call move_alloc(old%leavers, new%leavers)
-      new%leaver_count = old%leaver_count
+      call move_alloc(old%emigrants, new%emigrants)
+      new%emigrant_count = old%emigrant_count
       new%pressed = old%pressed
       new%at_rest = old%at_rest
-      new%tile_holds = old%tile_holds
+      new%p2g_is_valid = old%p2g_is_valid
       call move_alloc(old%resting_mass, new%resting_mass)
-      new%sums_hold = old%sums_hold
+      new%sums_are_valid = old%sums_are_valid
       new%sums = old%sums
       new%wave_speed = old%wave_speed
       new%lowest = old%lowest
@@ -182,9 +183,9 @@ contains
       end do
    end function first_between
 
-   !> Mirrors of the remote neighbours, slots of all, each block's table of neighbours, and the order in which blocks are gone
+   !> Ghosts of the remote neighbours, slots of all, each block's table of neighbours, and the order in which blocks are gone
    !> through where messages are on their way.
-   subroutine find_mirrors(level, rank)
+   subroutine find_ghosts(level, rank)
       type(level_t), intent(inout) :: level
       integer, intent(in) :: rank
       integer :: b, index, m, n, place(3), other(3)
@@ -195,8 +196,8 @@ contains
          place = level%blocks(b)%place
          level%slot(place(1), place(2), place(3)) = b
       end do
-      if (allocated(level%mirror_index)) deallocate (level%mirror_index)
-      allocate (level%mirror_index(0))
+      if (allocated(level%ghost_index)) deallocate (level%ghost_index)
+      allocate (level%ghost_index(0))
       m = size(level%blocks)
       do index = 1, size(level%owner)
          place = level%grid%block_place(index)
@@ -204,7 +205,7 @@ contains
          if (.not. touches(place)) cycle
          m = m + 1
          level%slot(place(1), place(2), place(3)) = m
-         level%mirror_index = [level%mirror_index, index]
+         level%ghost_index = [level%ghost_index, index]
       end do
       do b = 1, size(level%blocks)
          level%blocks(b)%shared = .false.
@@ -218,10 +219,10 @@ contains
       end do
       do b = 1, size(level%blocks)
          do n = 1, 27
-            level%blocks(b)%adds_up(n) = n /= 14 .and. b == first_between(level%blocks, level%blocks(b)%neighbour, n)
+            level%blocks(b)%owns_shared_sum(n) = n /= 14 .and. b == first_between(level%blocks, level%blocks(b)%neighbour, n)
          end do
       end do
-      level%inner_first = [pack([(b, b=1, size(level%blocks))], .not. level%blocks%shared), &
+      level%interior_first = [pack([(b, b=1, size(level%blocks))], .not. level%blocks%shared), &
                            pack([(b, b=1, size(level%blocks))], level%blocks%shared)]
       level%part_end = [0, count(.not. level%blocks%shared), size(level%blocks)]
    contains
@@ -233,6 +234,6 @@ contains
          z = min(place + 1, level%grid%blocks - 1)
          touches = any(level%owner(a(1):z(1), a(2):z(2), a(3):z(3)) == rank)
       end function touches
-   end subroutine find_mirrors
+   end subroutine find_ghosts
 
 end module m_decomposition

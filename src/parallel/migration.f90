@@ -15,7 +15,7 @@ module m_migration
 
    integer, parameter :: extra = 6 !< after a particle's columns a record holds: id's bits, body, block index, bin (0: not known),
                                    !< disorder of the block if the particle moves with it, `arrives` if it arrives there, and its
-                                   !< jumps
+                                   !< run_breaks
    real(wp), parameter :: arrives = -1.0_wp
 
    integer, parameter :: first_tag = 16 !< of messages that are not asked for: this and the number of the level
@@ -40,11 +40,11 @@ module m_migration
       integer(i8) :: sent = 0       !< of those, to other ranks
    contains
       procedure :: prepare
-      procedure :: see_off
+      procedure :: pack_emigrants
       procedure :: send
-      procedure :: take_in
+      procedure :: receive
       procedure :: settle
-      procedure :: move_leavers
+      procedure :: move_emigrants
       procedure :: move_blocks
       procedure :: give_away
       procedure :: deliver
@@ -61,45 +61,45 @@ contains
       frame_of = frame_t(block%origin, level%grid%cell, level%grid%per_cell)
    end function frame_of
 
-   !> After `prepare`: the particles that a block lists as leavers leave it for the blocks that they have entered. Where one of
+   !> After `prepare`: the particles that a block lists as emigrants leave it for the blocks that they have entered. Where one of
    !> these does not exist, all stay, listed.
-   subroutine see_off(self, communicator, level, b)
+   subroutine pack_emigrants(self, communicator, level, b)
       class(migration_t), intent(inout) :: self
       type(communicator_t), intent(in) :: communicator
       type(level_t), intent(inout) :: level
       integer, intent(in) :: b
       integer :: l, p, place(3)
       associate (block => level%blocks(b))
-         do l = 1, block%leaver_count
-            if (level%owner_at(entered(level, block, int(block%leavers(l)))) < 0) return
+         do l = 1, block%emigrant_count
+            if (level%owner_at(entered(level, block, int(block%emigrants(l)))) < 0) return
          end do
-         do l = 1, block%leaver_count
-            p = block%leavers(l)
+         do l = 1, block%emigrant_count
+            p = block%emigrants(l)
             place = entered(level, block, p)
             call hand_over(self, communicator%rank, level%owner_at(place), block%particles%column(p, :), block%particles%id(p), &
                       block%particles%body(p), level%grid%block_index(place))
          end do
-         if (block%leaver_count > 0) call take_out(block)
+         if (block%emigrant_count > 0) call take_out(block)
       end associate
-   end subroutine see_off
+   end subroutine pack_emigrants
 
-   !> All leavers go to the blocks that they have entered, which must exist.
-   subroutine move_leavers(self, communicator, level, neighbours)
+   !> All emigrants go to the blocks that they have entered, which must exist.
+   subroutine move_emigrants(self, communicator, level, neighbours)
       class(migration_t), intent(inout) :: self
       type(communicator_t), intent(in) :: communicator
       type(level_t), intent(inout) :: level
       integer, intent(in) :: neighbours(:) !< neighbour ranks, rising
       integer :: b
       do b = 1, size(level%blocks)
-         call self%see_off(communicator, level, b)
+         call self%pack_emigrants(communicator, level, b)
       end do
       call self%send(communicator, neighbours)
-      call self%take_in(communicator, neighbours)
+      call self%receive(communicator, neighbours)
       call self%settle(level)
-   end subroutine move_leavers
+   end subroutine move_emigrants
 
-   !> Those that have been seen off go to their ranks; until `take_in` nobody else may be. In messages that are so small that they are
-   !> on their way at once, whatever this rank does then: the last to each neighbour has room to spare.
+   !> Those that have been seen off go to their ranks; until `receive` nobody else may be. In messages that are so small that they
+   !> are on their way at once, whatever this rank does then: the last to each neighbour has room to spare.
    subroutine send(self, communicator, neighbours)
       class(migration_t), intent(inout), asynchronous :: self
       type(communicator_t), intent(in) :: communicator
@@ -125,7 +125,7 @@ contains
    end subroutine send
 
    !> What each neighbour sends is added to `incoming`.
-   subroutine take_in(self, communicator, neighbours)
+   subroutine receive(self, communicator, neighbours)
       class(migration_t), intent(inout), asynchronous :: self
       type(communicator_t), intent(in) :: communicator
       integer, intent(in) :: neighbours(:)
@@ -146,7 +146,7 @@ contains
       end do
       call MPI_Waitall(size(self%sent_off), self%sent_off, MPI_STATUSES_IGNORE)
       self%outgoing%count = 0
-   end subroutine take_in
+   end subroutine receive
 
    !> Records in a message that takes no part of the other rank's time.
    pure integer function most_records(self)
@@ -206,20 +206,20 @@ contains
       place = block%place + merge(-1, merge(1, 0, node >= block_size), node < 0)
    end function entered
 
-   !> Remove the leavers from their block: what has been made of its particles does not hold.
+   !> Remove the emigrants from their block: what has been made of its particles does not hold.
    subroutine take_out(block)
       type(block_t), intent(inout) :: block
       integer :: l, last
       last = block%particles%count
-      do l = block%leaver_count, 1, -1
-         block%cells%bin(block%leavers(l)) = block%cells%bin(last)
+      do l = block%emigrant_count, 1, -1
+         block%cells%bin(block%emigrants(l)) = block%cells%bin(last)
          last = last - 1
       end do
-      call block%particles%remove(block%leavers(:block%leaver_count))
-      block%leaver_count = 0
+      call block%particles%remove(block%emigrants(:block%emigrant_count))
+      block%emigrant_count = 0
       block%arrived = 0
       block%cells%current = .false.
-      call block%stir()
+      call block%invalidate()
    end subroutine take_out
 
    !> Collective: what this rank has for others goes to them, who need not know that anything comes; what comes in is added to
@@ -294,11 +294,11 @@ contains
          block%arrived = block%arrived + 1
       else
          block%disorder = record(n + 5)
-         block%jumps = record(n + 6)
+         block%run_breaks = record(n + 6)
       end if
       block%pressed = .true.
       block%at_rest = .false.
-      block%sums_hold = .false.
+      block%sums_are_valid = .false.
    end subroutine store
 
    !> Collective: take the particles of the blocks whose owner changes out of this rank and send them; returns when all
@@ -318,7 +318,7 @@ contains
                call self%outgoing(rank)%add(block%particles%column(p, :), block%particles%id(p), block%particles%body(p), &
                                             block%index, block%cells%bin(p), &
                                             merge(arrives, block%disorder, p > block%particles%count - block%arrived), &
-                                            block%jumps)
+                                            block%run_breaks)
             end do
             block%particles%count = 0
          end associate
@@ -361,21 +361,21 @@ contains
    end subroutine prepare
 
    !> Append a particle, bound for the block `index` and, where `bin` is not 0, for a bin there.
-   subroutine add(self, values, id, body, index, bin, disorder, jumps)
+   subroutine add(self, values, id, body, index, bin, disorder, run_breaks)
       class(parcel_t), intent(inout) :: self
       real(wp), intent(in) :: values(:)
       integer(i8), intent(in) :: id
       integer(i4), intent(in) :: body, bin
       integer, intent(in) :: index
       real(wp), intent(in) :: disorder !< of the block with which it moves, or `arrives`
-      real(wp), intent(in) :: jumps    !< of that block
+      real(wp), intent(in) :: run_breaks    !< of that block
       integer :: columns
       columns = size(values)
       call make_room(self, 1)
       self%count = self%count + 1
       self%records(:columns, self%count) = values
       self%records(columns + 1:, self%count) = [transfer(id, 1.0_wp), real(body, wp), real(index, wp), real(bin, wp), &
-                                                 disorder, jumps]
+                                                 disorder, run_breaks]
    end subroutine add
 
    !> Room for `more` records; grows by half.

@@ -1,18 +1,19 @@
 !> Sums of node values across blocks and ranks.
 !>
 !> Every block's tile overlaps its neighbours' by two node layers. Each rank takes the overlapping parts of its remote neighbours'
-!> tiles into mirror slots: a neighbour puts them into its outbox and says where they are, in one message. On the same machine they
+!> tiles into ghost slots: a neighbour puts them into its outbox and says where they are, in one message. On the same machine they
 !> are fetched from there; to another machine the message takes them along.
-!> Then all tiles here that hold a node take, in place of what they have, the sum over them and the mirrors, in the order of their
+!> Then all tiles here that hold a node take, in place of what they have, the sum over them and the ghosts, in the order of their
 !> block indices: they get the same bits, on any number of ranks, and nothing has to be sent back.
 module m_node_exchange
    use mpi_f08
    use m_kinds, only: wp, i8
    use m_constants, only: block_size
+   use m_node_values, only: node_values, tile_last
    use m_communicator, only: communicator_t
    use m_outbox, only: outbox_t
    use m_block, only: block_t, directions
-   use m_level, only: level_t, tile_last, node_values
+   use m_level, only: level_t
    implicit none
    private
    public :: node_exchange_t, sum_tiles, given_by_ranks
@@ -33,8 +34,8 @@ module m_node_exchange
       type(outbox_t), private :: outbox                 !< two halves, used in turn: a neighbour may still read what it was given
                                                         !< last, but not what was given before that
       real(wp), allocatable, private :: inbox(:)        !< what comes from ranks on other machines
-      integer(i8), allocatable, private :: given(:)     !< values in the outbox before those for each neighbour; on this machine that
-                                                        !< is the message
+      integer(i8), allocatable, private :: given(:) !< values in the outbox before those for each neighbour; on this machine that is
+                                                    !< the message
       integer(i8), allocatable, private :: found(:)     !< values in each neighbour's outbox, or in the inbox, before those for this
       logical, allocatable, private :: near(:)          !< neighbours on this machine
       integer(i8), private :: turn = 0                  !< exchanges that have begun
@@ -69,8 +70,8 @@ contains
       logical :: neighbour(0:communicator%ranks - 1)
       integer :: m, n, r, place(3)
       neighbour = .false.
-      do m = 1, size(level%mirror_index)
-         place = level%grid%block_place(level%mirror_index(m))
+      do m = 1, size(level%ghost_index)
+         place = level%grid%block_place(level%ghost_index(m))
          neighbour(level%owner_at(place)) = .true.
       end do
       self%ranks = pack([(r, r=0, communicator%ranks - 1)], neighbour)
@@ -261,7 +262,7 @@ contains
       if (.not. MPI_ASYNC_PROTECTS_NONBLOCKING) call MPI_F_sync_reg(self%inbox)
    end subroutine progress
 
-   !> Wait until the neighbours have given, and fill the mirrors.
+   !> Wait until the neighbours have given, and fill the ghosts.
    subroutine wait(self, tiles)
       class(node_exchange_t), intent(inout), asynchronous :: self
       real(wp), intent(inout), contiguous :: tiles(:, :, :, :, :)
@@ -331,20 +332,20 @@ contains
 
    !> In place of what the tiles hold of the nodes that blocks share: the sums over all tiles that hold them, in the order of their
    !> block indices. Each node's are made once, for all tiles here that hold it, by the first of these blocks in the order
-   !> `inner_first` of the level, so that those without remote neighbours need no message, and nobody asks for their tiles after
+   !> `interior_first` of the level, so that those without remote neighbours need no message, and nobody asks for their tiles after
    !> that.
-   pure subroutine sum_tiles(blocks, adders, tiles, reach, wanted)
+   pure subroutine sum_tiles(blocks, adders, tiles, extent, wanted)
       type(block_t), intent(in) :: blocks(:)
-      integer, intent(in) :: adders(:) !< whose sums are made: those of either part of `inner_first`, or of both
+      integer, intent(in) :: adders(:) !< whose sums are made: those of either part of `interior_first`, or of both
       real(wp), intent(inout) :: tiles(node_values, 0:tile_last, 0:tile_last, 0:tile_last, *) !< by slots
-      integer, intent(in), optional :: reach(2, 3, *) !< by slots: only what tiles reach is added, and changed
+      integer, intent(in), optional :: extent(2, 3, *) !< by slots: only what tiles extent is added, and changed
       logical, intent(in), optional :: wanted(:)      !< by own blocks: only nodes that one of these has
       type(holder_t) :: holder(8)
       integer :: a, n, held
       do a = 1, size(adders)
          do n = 1, 27
-            if (.not. blocks(adders(a))%adds_up(n)) cycle
-            call find_holders(blocks(adders(a))%neighbour, directions(:, n), reach, holder, held)
+            if (.not. blocks(adders(a))%owns_shared_sum(n)) cycle
+            call find_holders(blocks(adders(a))%neighbour, directions(:, n), extent, holder, held)
             if (held < 2) cycle
             if (present(wanted)) then
                if (.not. any(is_wanted(holder(:held)%slot))) cycle
@@ -366,11 +367,11 @@ contains
    end subroutine sum_tiles
 
    !> The tiles that hold the nodes that a block shares with all its neighbours between it and one direction, and with no other: by
-   !> rising block index, without those that do not reach any.
-   pure subroutine find_holders(neighbour, direction, reach, holder, held)
+   !> rising block index, without those that do not extent any.
+   pure subroutine find_holders(neighbour, direction, extent, holder, held)
       integer, intent(in) :: neighbour(27) !< slots around the block, 0 where there is none
       integer, intent(in) :: direction(3)
-      integer, intent(in), optional :: reach(2, 3, *)
+      integer, intent(in), optional :: extent(2, 3, *)
       type(holder_t), intent(out) :: holder(8)
       integer, intent(out) :: held
       integer :: x, y, z, shift(3)
@@ -385,9 +386,9 @@ contains
                   new%start = node_values*(width**3*(slot - 1_i8) - shift(1) - width*(shift(2) + width*shift(3)))
                   new%first = shared_first(direction)
                   new%last = shared_last(direction)
-                  if (present(reach)) then
-                     new%first = max(new%first, reach(1, :, slot) + shift)
-                     new%last = min(new%last, reach(2, :, slot) + shift)
+                  if (present(extent)) then
+                     new%first = max(new%first, extent(1, :, slot) + shift)
+                     new%last = min(new%last, extent(2, :, slot) + shift)
                   end if
                   if (all(new%first <= new%last)) held = held + 1
                end associate
@@ -420,7 +421,7 @@ contains
    !> Any number of blocks, each with what it reaches.
    pure subroutine sum_some(holder, own, tiles)
       type(holder_t), intent(in) :: holder(:)
-      integer, intent(in) :: own !< slots up to here are of blocks here, the others of mirrors
+      integer, intent(in) :: own !< slots up to here are of blocks here, the others of ghosts
       real(wp), intent(inout) :: tiles(*)
       real(wp) :: total(node_values*width)
       integer :: h, j, k, q

@@ -6,8 +6,9 @@ module m_placement
    use m_kinds, only: wp
    use m_constants, only: exit_numerical
    use m_errors, only: error_t, fail
+   use m_node_values, only: tile_last
    use m_communicator, only: communicator_t
-   use m_level, only: level_t, tile_last
+   use m_level, only: level_t
    use m_decomposition, only: blocks_before
    use m_metis, only: partition_graph
    use m_block, only: directions
@@ -79,10 +80,10 @@ contains
 
    !> What it costs in a step that a block's particles lie in many bins and out of order, as if it had so many particles more
    !> (performance.md, 'Which block costs what').
-   pure integer function order_work(bins, jumps)
+   pure integer function order_work(bins, run_breaks)
       integer, intent(in) :: bins   !< that have particles
-      real(wp), intent(in) :: jumps !< of the particles' order, on average
-      order_work = nint(bin_cost*bins + jump_cost*jumps)
+      real(wp), intent(in) :: run_breaks !< of the particles' order, on average
+      order_work = nint(bin_cost*bins + jump_cost*run_breaks)
    end function order_work
 
    !> Collective: an owner for every block that exists, the same on every rank; -1 elsewhere. Where blocks have owners already,

@@ -21,34 +21,36 @@ module m_block
       type(particle_store_t) :: particles
       integer :: arrived = 0             !< the last so many came when the others had given to their nodes, and are not in `cells`
       type(cell_list_t) :: cells
-      real(wp) :: disorder = 0.0_wp      !< jumps of its particles' order, summed over the steps since they were sorted
-      real(wp) :: jumps = 0.0_wp         !< the same, on average over the last steps: they cost time
+      real(wp) :: disorder = 0.0_wp      !< run_breaks of its particles' order, summed over the steps since they were sorted
+      real(wp) :: run_breaks = 0.0_wp         !< the same, on average over the last steps: they cost time
       integer :: neighbour(27) = 0       !< slots of the blocks around, x fastest, 14 is this one; 0 where there is none
       logical :: shared = .false.        !< a neighbour lives on another rank
-      logical :: adds_up(27) = .false.   !< it makes the sums of the nodes that it shares with those between it and a direction alone
-      integer(i4), allocatable :: leavers(:) !< particles that left during this step, rising
-      integer :: leaver_count = 0
+      logical :: owns_shared_sum(27) = .false. !< it makes the sums of the nodes that it shares with those between it and a
+                                               !< direction alone
+      integer(i4), allocatable :: emigrants(:) !< particles that left during this step, rising
+      integer :: emigrant_count = 0
       logical :: pressed = .true.        !< some particle may carry a contact pressure, of the last step or the one before
       logical :: at_rest = .false.       !< no particle moves, none is under stress
-      logical :: tile_holds = .false.    !< its tile is what its particles give as they are now, but for what has arrived
-      real(wp), allocatable :: resting_mass(:, :, :) !< (0:9, 0:9, 0:9), while it is at rest, and nobody else gives to its tile: what
-                                                     !< its particles give, kg; all else is 0
-      logical :: sums_hold = .false.     !< `sums` is of its particles as they are now
+      logical :: p2g_is_valid = .false.    !< its tile is what its particles give as they are now, but for what has arrived
+      real(wp), allocatable :: resting_mass(:, :, :) !< (0:9, 0:9, 0:9), while it is at rest, and nobody else gives to its tile:
+                                                     !< what its particles give, kg; all else is 0
+      logical :: sums_are_valid = .false.     !< `sums` is of its particles as they are now
       real(wp) :: sums(sum_count) = 0.0_wp !< of its particles, as energy.f90 numbers them
       real(wp) :: wave_speed = 0.0_wp    !< largest of its particles, m/s
       real(wp) :: lowest(3) = huge(1.0_wp), highest(3) = -huge(1.0_wp) !< bounds of its particles' centres, m
    contains
       procedure :: reserve
-      procedure :: look_over
+      procedure :: update_extents
       procedure :: wants_sorting
       procedure :: sort
-      procedure :: stir
+      procedure :: invalidate
       procedure :: take_averages
       procedure :: include_place
       procedure :: bytes
    end type block_t
 
-   real(wp), parameter :: sort_share = 0.45_wp !< sort when so many jumps a particle have been paid for: as much as sorting costs
+   real(wp), parameter :: sort_share = 0.45_wp !< sort when so many run_breaks a particle have been paid for: as much as sorting
+                                               !< costs
    real(wp), parameter :: averaged = 64.0_wp   !< steps
 
 contains
@@ -59,21 +61,21 @@ contains
       integer, intent(in) :: capacity, columns
       call self%particles%reserve(capacity, columns)
       call self%cells%reserve(size(self%particles%id))
-      if (.not. allocated(self%leavers)) allocate (self%leavers(0))
+      if (.not. allocated(self%emigrants)) allocate (self%emigrants(0))
    end subroutine reserve
 
    !> Once particles have changed bin: what is known of where they are and how far they are out of order, what has arrived left out.
-   pure subroutine look_over(self)
+   pure subroutine update_extents(self)
       class(block_t), intent(inout) :: self
-      if (.not. self%cells%current) call self%cells%survey(self%particles%count - self%arrived)
-   end subroutine look_over
+      if (.not. self%cells%current) call self%cells%update_statistics(self%particles%count - self%arrived)
+   end subroutine update_extents
 
-   !> True when the jumps, which are up to date, and those of the steps before have cost as much as sorting does. A block that comes
-   !> to rest is sorted then, for while it rests nothing looks at its order: sorting must not depend on how long that was.
+   !> True when the run_breaks, which are up to date, and those of the steps before have cost as much as sorting does. A block that
+   !> comes to rest is sorted then, for while it rests nothing looks at its order: sorting must not depend on how long that was.
    pure logical function wants_sorting(self)
       class(block_t), intent(in) :: self
-      wants_sorting = self%disorder + self%cells%jumps > sort_share*(self%particles%count - self%arrived)
-      if (self%at_rest) wants_sorting = wants_sorting .or. self%cells%jumps > 0
+      wants_sorting = self%disorder + self%cells%run_breaks > sort_share*(self%particles%count - self%arrived)
+      if (self%at_rest) wants_sorting = wants_sorting .or. self%cells%run_breaks > 0
    end function wants_sorting
 
    !> Bring the particles, but for what has arrived, into the order of their bins.
@@ -89,19 +91,19 @@ contains
    end subroutine sort
 
    !> Its particles are others from here on, or have moved: nothing holds that has been made of them.
-   pure subroutine stir(self)
+   pure subroutine invalidate(self)
       class(block_t), intent(inout) :: self
       if (allocated(self%resting_mass)) deallocate (self%resting_mass)
       self%at_rest = .false.
-      self%tile_holds = .false.
-      self%sums_hold = .false.
-   end subroutine stir
+      self%p2g_is_valid = .false.
+      self%sums_are_valid = .false.
+   end subroutine invalidate
 
-   !> Once a step, with its order as it is used: what its jumps cost, on average and since the particles were sorted.
+   !> Once a step, with its order as it is used: what its run_breaks cost, on average and since the particles were sorted.
    pure subroutine take_averages(self)
       class(block_t), intent(inout) :: self
-      self%disorder = self%disorder + self%cells%jumps
-      self%jumps = self%jumps + (self%cells%jumps - self%jumps)/averaged
+      self%disorder = self%disorder + self%cells%run_breaks
+      self%run_breaks = self%run_breaks + (self%cells%run_breaks - self%run_breaks)/averaged
    end subroutine take_averages
 
    !> Widen the bounds to a place.
@@ -117,7 +119,7 @@ contains
       class(block_t), intent(in) :: self
       bytes = self%particles%bytes() + self%cells%bytes()
       if (allocated(self%resting_mass)) bytes = bytes + 8_i8*size(self%resting_mass, kind=i8)
-      if (allocated(self%leavers)) bytes = bytes + 4_i8*size(self%leavers, kind=i8)
+      if (allocated(self%emigrants)) bytes = bytes + 4_i8*size(self%emigrants, kind=i8)
    end function bytes
 
 end module m_block

@@ -17,19 +17,19 @@ module m_cell_list
       logical :: chosen = .false.          !< it is those in `order` that are gone through
       integer(i4), allocatable :: order(:) !< numbers of particles, where lists of chosen ones are made
       logical :: current = .false.         !< what follows matches `bin`
-      logical :: joined = .false.          !< but for the jumps: some have joined since they were counted
+      logical :: joined = .false.          !< but for the run_breaks: some have joined since they were counted
       integer :: low(3) = block_size, high(3) = -1 !< the first and the last place along each axis, from 0, that has particles
       integer :: occupied = 0              !< bins that have particles
-      integer :: jumps = 0                 !< runs of particles of one bin beyond one for each bin, and twice the places where the
-                                           !< next one is of a lower bin: 0 where particles are in order
+      integer :: run_breaks = 0 !< runs of particles of one bin beyond one for each bin, and twice the places where the next one is
+                                !< of a lower bin: 0 where particles are in order
    contains
       procedure :: reserve
       procedure :: hand_over
-      procedure :: survey
+      procedure :: update_statistics
       procedure :: take_bins
       procedure :: take_last
       procedure :: sort
-      procedure :: reach
+      procedure :: extent
       procedure :: bytes
    end type cell_list_t
 
@@ -65,12 +65,12 @@ contains
       other%low = self%low
       other%high = self%high
       other%occupied = self%occupied
-      other%jumps = self%jumps
+      other%run_breaks = self%run_breaks
    end subroutine hand_over
 
-   !> From here on the particles stored from `first`, or the beginning, to `last` are gone through: where they reach, and how far
+   !> From here on the particles stored from `first`, or the beginning, to `last` are gone through: where they extent, and how far
    !> they are out of order.
-   pure subroutine survey(self, last, first)
+   pure subroutine update_statistics(self, last, first)
       class(cell_list_t), intent(inout) :: self
       integer, intent(in) :: last
       integer, intent(in), optional :: first
@@ -87,20 +87,20 @@ contains
       end do
       call find_extent(seen, self%low, self%high)
       self%occupied = sum(seen)
-      self%jumps = jumps_in(self%bin(self%first:last)) - self%occupied
+      self%run_breaks = run_breaks_in(self%bin(self%first:last)) - self%occupied
       self%current = .true.
-   end subroutine survey
+   end subroutine update_statistics
 
    !> Runs of one bin, and twice the places where the next bin is a lower one. By itself, so that it becomes vectors.
-   pure integer function jumps_in(bin) result(jumps)
+   pure integer function run_breaks_in(bin) result(run_breaks)
       integer(i4), intent(in), contiguous :: bin(:)
       integer :: p
-      jumps = min(1, size(bin))
-      !$omp simd reduction(+: jumps)
+      run_breaks = min(1, size(bin))
+      !$omp simd reduction(+: run_breaks)
       do p = 2, size(bin)
-         jumps = jumps + merge(1, 0, bin(p) /= bin(p - 1)) + merge(2, 0, bin(p) < bin(p - 1))
+         run_breaks = run_breaks + merge(1, 0, bin(p) /= bin(p - 1)) + merge(2, 0, bin(p) < bin(p - 1))
       end do
-   end function jumps_in
+   end function run_breaks_in
 
    !> The first and the last place along each axis, from 0, that has particles; none: the first behind the last.
    pure subroutine find_extent(held, low, high)
@@ -159,10 +159,10 @@ contains
       type(cell_list_t), intent(in) :: whole
       integer, intent(in) :: first, last
       self%bin(first:last) = whole%bin(first:last)
-      call self%survey(last, first)
+      call self%update_statistics(last, first)
    end subroutine take_last
 
-   !> The bins whose particles reach one of some nodes of a block's tile.
+   !> The bins whose particles extent one of some nodes of a block's tile.
    pure function bins_at(nodes) result(at)
       logical, intent(in) :: nodes(0:block_size + 1, 0:block_size + 1, 0:block_size + 1)
       logical :: at(bins)
@@ -217,16 +217,16 @@ contains
          self%bin(p:p + held(b) - 1) = b
          p = p + held(b)
       end do
-      self%jumps = 0
+      self%run_breaks = 0
    end subroutine sort
 
-   !> First and last index along each axis of the part of the block's tile that its particles reach.
-   pure function reach(self)
+   !> First and last index along each axis of the part of the block's tile that its particles extent.
+   pure function extent(self)
       class(cell_list_t), intent(in) :: self
-      integer :: reach(2, 3)
-      reach(1, :) = self%low
-      reach(2, :) = self%high + 2
-   end function reach
+      integer :: extent(2, 3)
+      extent(1, :) = self%low
+      extent(2, :) = self%high + 2
+   end function extent
 
    !> Memory held (bytes).
    pure integer(i8) function bytes(self)

@@ -2,6 +2,7 @@
 module m_level
    use m_kinds, only: wp, i4, i8
    use m_constants, only: block_size
+   use m_node_values, only: node_values, tile_last
    use m_grid_level, only: grid_level_t
    use m_region, only: region_t
    use m_block, only: block_t
@@ -12,9 +13,6 @@ module m_level
    private
    public :: level_t, fit_pool
 
-   integer, parameter, public :: tile_last = block_size + 1 !< tiles run from 0 to 9: one ghost node on each side
-   integer, parameter, public :: node_values = 8            !< values a node, one cache line: mass, momentum or velocity (2 to 4),
-                                                            !< force or acceleration (5 to 7), spare
 
    integer(i8), parameter :: tile_bytes = node_values*(tile_last + 1_i8)**3*storage_size(1.0_wp)/8
 
@@ -25,29 +23,29 @@ module m_level
       type(field_table_t) :: table
       type(layout_t) :: layout
       integer, allocatable :: owner(:, :, :) !< rank that owns a block, -1 where there is no block; from 0; the same on every rank
-      integer, allocatable :: slot(:, :, :)  !< slot of the block here (own blocks first, then mirrors), 0 if not here
+      integer, allocatable :: slot(:, :, :)  !< slot of the block here (own blocks first, then ghosts), 0 if not here
       type(block_t), allocatable :: blocks(:) !< own blocks, by rising index; block b has slot b
-      integer, allocatable :: mirror_index(:) !< block indices of the neighbours on other ranks; mirror m has slot size(blocks) + m
-      integer, allocatable :: inner_first(:) !< own blocks in two parts: those without remote neighbours, and the others, each by
+      integer, allocatable :: ghost_index(:) !< block indices of the neighbours on other ranks; ghost m has slot size(blocks) + m
+      integer, allocatable :: interior_first(:) !< own blocks in two parts: those without remote neighbours, and the others, each by
                                              !< rising index
       integer :: part_end(0:2) = 0           !< part p of these is part_end(p - 1) + 1 to part_end(p)
       real(wp), allocatable :: nodes(:, :, :, :, :)    !< (node_values, 0:9, 0:9, 0:9, slots): what a block's particles give; then
                                                        !< sums over all blocks and ranks; then the motion
-      real(wp), allocatable :: handed(:, :, :, :, :)   !< the same shape, where there is a finer level: what that hands up while
-                                                       !< `nodes` holds the motion
-      integer, allocatable :: reach(:, :, :)           !< (2, 3, slots): first and last index along each axis of the part of a tile
-                                                       !< that can be other than 0: what its particles reach; of mirrors, all
+      real(wp), allocatable :: restricted(:, :, :, :, :) !< the same shape, where there is a finer level: what that restricts while
+                                                         !< `nodes` holds the motion
+      integer, allocatable :: extent(:, :, :)           !< (2, 3, slots): first and last index along each axis of the part of a tile
+                                                       !< that can be other than 0: what its particles extent; of ghosts, all
       real(wp), allocatable :: gradient(:, :)          !< work of one block: columns on their way into order; then body forces;
                                                        !< then velocity gradients, from nodes to stress
       integer(i4), allocatable :: order(:)             !< work of one block: the order into which its particles are brought
       real(wp), allocatable :: lead(:, :)              !< work: what the gradients that particles keep are ahead by (levels: eq.
                                                        !< lead)
-      type(cell_list_t) :: at_edge                     !< work: those of a block's particles that reach an edge of levels
+      type(cell_list_t) :: at_edge                     !< work: those of a block's particles that extent an edge of levels
       type(cell_list_t) :: arrivals                    !< work: those that have arrived in a block
    contains
       procedure :: particle_count
       procedure :: size_work
-      procedure :: look_over
+      procedure :: update_extents
       procedure :: list_arrivals
       procedure :: join_arrivals
       procedure :: holds_whole
@@ -86,33 +84,33 @@ contains
       thickness = 2.0_wp*norm2(matmul(normal, half_edges(values, self%layout)))
    end function thickness
 
-   !> Bring up to date what is known of a block's particles, and its tiles to what they reach: the nodes around their bins, or all
+   !> Bring up to date what is known of a block's particles, and its tiles to what they extent: the nodes around their bins, or all
    !> where others give to the block's nodes or ask of them.
-   subroutine look_over(self, b, whole)
+   subroutine update_extents(self, b, whole)
       class(level_t), intent(inout) :: self
       integer, intent(in) :: b
       logical, intent(in) :: whole
-      integer :: reach(2, 3)
-      call self%blocks(b)%look_over()
-      reach = self%blocks(b)%cells%reach()
-      if (whole) reach(1, :) = 0
-      if (whole) reach(2, :) = tile_last
-      associate (old => self%reach(:, :, b))
-         if (any(old(1, :) < reach(1, :)) .or. any(old(2, :) > reach(2, :))) then
+      integer :: extent(2, 3)
+      call self%blocks(b)%update_extents()
+      extent = self%blocks(b)%cells%extent()
+      if (whole) extent(1, :) = 0
+      if (whole) extent(2, :) = tile_last
+      associate (old => self%extent(:, :, b))
+         if (any(old(1, :) < extent(1, :)) .or. any(old(2, :) > extent(2, :))) then
             self%nodes(:, old(1, 1):old(2, 1), old(1, 2):old(2, 2), old(1, 3):old(2, 3), b) = 0.0_wp
          end if
-         old = reach
+         old = extent
       end associate
-   end subroutine look_over
+   end subroutine update_extents
 
-   !> A list of what has arrived in a block, in `arrivals`. Its tiles reach as far.
+   !> A list of what has arrived in a block, in `arrivals`. Its tiles extent as far.
    subroutine list_arrivals(self, b)
       class(level_t), intent(inout) :: self
       integer, intent(in) :: b
       associate (block => self%blocks(b))
          call self%arrivals%take_last(block%cells, block%particles%count - block%arrived + 1, block%particles%count)
       end associate
-      call widen_reach(self, b, self%arrivals%reach())
+      call widen_reach(self, b, self%arrivals%extent())
    end subroutine list_arrivals
 
    !> What has arrived in a block is gone through with the others from here on. How far it is out of order does not count in this
@@ -120,31 +118,31 @@ contains
    subroutine join_arrivals(self, b)
       class(level_t), intent(inout) :: self
       integer, intent(in) :: b
-      integer :: jumps
+      integer :: run_breaks
       if (self%blocks(b)%arrived == 0) return
       associate (cells => self%blocks(b)%cells)
-         jumps = cells%jumps
-         call cells%survey(self%blocks(b)%particles%count)
-         cells%jumps = jumps
+         run_breaks = cells%run_breaks
+         call cells%update_statistics(self%blocks(b)%particles%count)
+         cells%run_breaks = run_breaks
          cells%joined = .true.
-         call widen_reach(self, b, cells%reach())
+         call widen_reach(self, b, cells%extent())
       end associate
       self%blocks(b)%arrived = 0
    end subroutine join_arrivals
 
-   !> A block's tiles reach as far as this too.
-   pure subroutine widen_reach(self, b, reach)
+   !> A block's tiles extent as far as this too.
+   pure subroutine widen_reach(self, b, extent)
       class(level_t), intent(inout) :: self
-      integer, intent(in) :: b, reach(2, 3)
-      self%reach(1, :, b) = min(self%reach(1, :, b), reach(1, :))
-      self%reach(2, :, b) = max(self%reach(2, :, b), reach(2, :))
+      integer, intent(in) :: b, extent(2, 3)
+      self%extent(1, :, b) = min(self%extent(1, :, b), extent(1, :))
+      self%extent(2, :, b) = max(self%extent(2, :, b), extent(2, :))
    end subroutine widen_reach
 
    !> True when all of a block's tile can be other than 0.
    pure logical function holds_whole(self, b)
       class(level_t), intent(in) :: self
       integer, intent(in) :: b
-      holds_whole = all(self%reach(1, :, b) == 0) .and. all(self%reach(2, :, b) == tile_last)
+      holds_whole = all(self%extent(1, :, b) == 0) .and. all(self%extent(2, :, b) == tile_last)
    end function holds_whole
 
    !> Fit the work arrays to the largest block.
@@ -185,7 +183,7 @@ contains
    pure integer(i8) function bytes(self) result(held)
       class(level_t), intent(in) :: self
       integer :: b
-      held = tile_bytes*size(self%reach, 3)*merge(2, 1, allocated(self%handed)) ! what is in use of the pools
+      held = tile_bytes*size(self%extent, 3)*merge(2, 1, allocated(self%restricted)) ! what is in use of the pools
       held = held + 8_i8*(size(self%gradient, kind=i8) + size(self%lead, kind=i8))
       held = held + 4_i8*size(self%order, kind=i8)
       held = held + self%at_edge%bytes() + self%arrivals%bytes()

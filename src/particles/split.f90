@@ -108,7 +108,8 @@ contains
       if (maxval(squares) > (longest*cell)**2) across(maxloc(squares, dim=1)) = .true.
    end function edges_to_split
 
-   !> False where no component of the stress can bear the tension that would split the longest edge (cells): of nearly all particles.
+   !> False where no component of the stress can bear the tension that would split the longest edge (cells): of nearly all
+   !> particles.
    pure logical function may_be_pulled(column, p, layout, edge, modulus)
       real(wp), intent(in), contiguous :: column(:, :)
       integer, intent(in) :: p

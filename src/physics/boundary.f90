@@ -11,7 +11,7 @@ module m_boundary
    use m_grid_level, only: grid_level_t
    implicit none
    private
-   public :: fold_symmetry, constrain_nodes, is_constrained, held_components, inside, mirror_stress, motion_parity, stress_parity
+   public :: fold_symmetry, apply_boundary, has_boundary, held_components, inside, mirror_stress, motion_parity, stress_parity
 
    integer, parameter :: last = block_size + 1 ! tiles run from 0 to here
    integer, parameter :: first_vector = 2, second_vector = 5 !< places of the two vectors of a node (momentum, force)
@@ -49,7 +49,7 @@ contains
    end subroutine fold_symmetry
 
    !> After the nodes are solved: hold what is held, and give the row outside a symmetry plane the mirror of the row inside.
-   pure subroutine constrain_nodes(grid, place, tile)
+   pure subroutine apply_boundary(grid, place, tile)
       type(grid_level_t), intent(in) :: grid
       integer, intent(in) :: place(3)
       real(wp), intent(inout), contiguous :: tile(:, 0:, 0:, 0:)
@@ -76,20 +76,20 @@ contains
             end do
          end do
       end do
-   end subroutine constrain_nodes
+   end subroutine apply_boundary
 
-   !> True when constrain_nodes would change the tile of a block.
-   pure logical function is_constrained(grid, place)
+   !> True when apply_boundary would change the tile of a block.
+   pure logical function has_boundary(grid, place)
       type(grid_level_t), intent(in) :: grid
       integer, intent(in) :: place(3)
       integer :: axis, side
-      is_constrained = .false.
+      has_boundary = .false.
       do axis = 1, 3
          do side = 1, 2
-            is_constrained = is_constrained .or. grid%plane(place, side, axis) >= 0
+            has_boundary = has_boundary .or. grid%plane(place, side, axis) >= 0
          end do
       end do
-   end function is_constrained
+   end function has_boundary
 
    !> After the sum: shear across a symmetry plane vanishes on it, and the row outside is the mirror of the row inside.
    pure subroutine mirror_stress(grid, place, tile)

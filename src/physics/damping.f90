@@ -4,6 +4,7 @@ module m_damping
    use m_kinds, only: wp
    use m_constants, only: exit_input
    use m_errors, only: error_t, fail
+   use m_node_values, only: v_x, v_z, a_x, a_z
    use m_communicator, only: communicator_t
    use m_level, only: level_t
    use m_effect, only: effect_t, hooks_t
@@ -106,15 +107,15 @@ contains
       do k = 0, ubound(tile, 4)
          do j = 0, ubound(tile, 3)
             do i = 0, ubound(tile, 2)
-               before = tile(2:4, i, j, k) - time_step*tile(5:7, i, j, k)
+               before = tile(v_x:v_z, i, j, k) - time_step*tile(a_x:a_z, i, j, k)
                if (self%kind == kind_local) then
-                  change = -self%coefficient*sign(abs(tile(5:7, i, j, k)), before)
+                  change = -self%coefficient*sign(abs(tile(a_x:a_z, i, j, k)), before)
                   where (.not. abs(before) > 0.0_wp) change = 0.0_wp ! at rest there is no direction to oppose
                else
                   change = -self%coefficient*before
                end if
-               tile(5:7, i, j, k) = tile(5:7, i, j, k) + change
-               tile(2:4, i, j, k) = tile(2:4, i, j, k) + time_step*change
+               tile(a_x:a_z, i, j, k) = tile(a_x:a_z, i, j, k) + change
+               tile(v_x:v_z, i, j, k) = tile(v_x:v_z, i, j, k) + time_step*change
             end do
          end do
       end do

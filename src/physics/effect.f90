@@ -122,8 +122,8 @@ contains
       longest_step = huge(1.0_wp)
    end function longest_step
 
-   !> Rate (1/s) at which the effect brings that part of the particles' velocities to rest that nodes do not see, 0 for none. Such an
-   !> effect must declare the field unseen_heat, where the step puts the energy that this takes.
+   !> Rate (1/s) at which the effect brings that part of the particles' velocities to rest that nodes do not see, 0 for none. Such
+   !> an effect must declare the field unseen_heat, where the step puts the energy that this takes.
    pure real(wp) function rests_at(self, crossings)
       class(effect_t), intent(in) :: self
       real(wp), intent(in) :: crossings !< cells of the finest level that the fastest wave crosses in a second, 1/s
@@ -149,8 +149,8 @@ contains
       allocate (which(0))
    end function pushed
 
-   !> Work (J) that the forces of add_forces do on a block's particles in a step, by how the particles themselves move: what the nodes
-   !> make of it must be the same (theory.md, Work).
+   !> Work (J) that the forces of add_forces do on a block's particles in a step, by how the particles themselves move: what the
+   !> nodes make of it must be the same (theory.md, Work).
    pure function particle_work(self, particles, which, layout, gradient, from, way_to, time, time_step) result(work)
       class(effect_t), intent(in) :: self
       type(particle_store_t), intent(in) :: particles
@@ -167,8 +167,8 @@ contains
       work = 0.0_wp
    end function particle_work
 
-   !> Energy (J) of particles first..last in the field of an effect that does not change with time, where they were at the time of their
-   !> velocities: what it loses is external work.
+   !> Energy (J) of particles first..last in the field of an effect that does not change with time, where they were at the time of
+   !> their velocities: what it loses is external work.
    pure real(wp) function potential(self, column, layout, first, last, lead) result(energy)
       class(effect_t), intent(in) :: self
       real(wp), intent(in), contiguous :: column(:, :)

@@ -2,6 +2,7 @@
 module m_gravity
    use m_kinds, only: wp
    use m_effect, only: effect_t, hooks_t
+   use m_node_values, only: mass_, v_x, v_z, a_x, a_z
    use m_field_table, only: layout_t
    use m_group_reader, only: group_reader_t
    use m_value_range, only: any_value
@@ -42,9 +43,9 @@ contains
       do k = 0, ubound(tile, 4)
          do j = 0, ubound(tile, 3)
             do i = 0, ubound(tile, 2)
-               if (.not. tile(1, i, j, k) > 0.0_wp) cycle
-               tile(5:7, i, j, k) = tile(5:7, i, j, k) + self%field
-               tile(2:4, i, j, k) = tile(2:4, i, j, k) + time_step*self%field
+               if (.not. tile(mass_, i, j, k) > 0.0_wp) cycle
+               tile(a_x:a_z, i, j, k) = tile(a_x:a_z, i, j, k) + self%field
+               tile(v_x:v_z, i, j, k) = tile(v_x:v_z, i, j, k) + time_step*self%field
             end do
          end do
       end do

@@ -6,6 +6,7 @@ module m_pressure
    use m_errors, only: error_t, fail
    use m_text, only: to_text
    use m_piecewise, only: value_at
+   use m_node_values, only: f_x, f_z
    use m_communicator, only: communicator_t
    use m_group_reader, only: group_reader_t
    use m_value_range, only: any_value
@@ -165,7 +166,7 @@ contains
             do k = 0, face%last
                do j = 0, face%last
                   do i = 0, face%last
-                     associate (at => tile(5:7, face%corner(1) + 1 + i, face%corner(2) + 1 + j, face%corner(3) + 1 + k))
+                     associate (at => tile(f_x:f_z, face%corner(1) + 1 + i, face%corner(2) + 1 + j, face%corner(3) + 1 + k))
                         at = at + face%weight(i, j, k)*force
                      end associate
                   end do

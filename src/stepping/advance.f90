@@ -4,8 +4,8 @@ module m_advance
    use m_kinds, only: wp, i8
    use m_errors, only: error_t
    use m_timers
+   use m_node_values, only: node_values, tile_last
    use m_scene, only: update_usl, update_usf, update_musl
-   use m_level, only: tile_last, node_values
    use m_model, only: model_t, bounds_t
    use m_migration, only: entered
    use m_node_exchange, only: sum_tiles
@@ -15,7 +15,7 @@ module m_advance
    use m_contact_complaints, only: forbid_contact
    use m_complaints, only: check_missing
    use m_node_step, only: clock_t, to_nodes, solve
-   use m_particle_step, only: to_particles, strain, take_next_position, see_off, look_ahead
+   use m_particle_step, only: to_particles, strain, take_next_position, pack_emigrants, prepare_next_p2g
    implicit none
    private
    public :: advance
@@ -31,12 +31,12 @@ contains
       model%last_step = time_step
       if (model%follows_speeds) model%bounds = bounds_t()
       if (model%method%stress_update == update_usf) then
-         call gather_levels(model, 1, model%time, time_step)
+         call p2g_levels(model, 1, model%time, time_step)
          call solve(model, 1, clock_t(model%time))
          call meet_tools(model, 1, clock_t(model%time, time_step), .true.)
          call strain(model, 1, time_step, error)                       ! 6, first
       end if
-      call gather_levels(model, 1, model%time, time_step)              ! 1, 2, 3
+      call p2g_levels(model, 1, model%time, time_step)              ! 1, 2, 3
       call advance_level(model, 1, clock_t(model%time, time_step), error)
       if (error%happened()) return
       model%time = model%time + time_step
@@ -49,8 +49,8 @@ contains
       call model%timers%leave()
    end subroutine advance
 
-   !> 1, 2, 3 on a level and all finer ones, the finest first: each hands up what its slaves were given.
-   subroutine gather_levels(model, first, time, time_step)
+   !> 1, 2, 3 on a level and all finer ones, the finest first: each restricts what its constrained nodes were given.
+   subroutine p2g_levels(model, first, time, time_step)
       type(model_t), intent(inout) :: model
       integer, intent(in) :: first      !< 1, or the level that begins its second step within one of its parent
       real(wp), intent(in) :: time      !< s
@@ -70,7 +70,7 @@ contains
             call model%composite(l)%restrict(model%communicator, model%levels(l), own_step)
          end if
       end do
-   end subroutine gather_levels
+   end subroutine p2g_levels
 
    !> Collective: one step of a level, whose nodes hold the sums of its beginning, and within it the steps of the finer levels.
    recursive subroutine advance_level(model, l, clock, error)
@@ -79,11 +79,11 @@ contains
       type(clock_t), intent(in) :: clock
       type(error_t), intent(inout) :: error
       integer :: update
-      logical :: asked !< for the motion of all nodes, before particles move
+      logical :: all_solved !< for the motion of all nodes, before particles move
       update = model%method%stress_update
       call model%timers%on_level(l)
-      asked = model%contact%active() .or. size(model%levels) > 1
-      if (asked) call solve(model, l, clock)                           ! 3 ends
+      all_solved = model%contact%active() .or. size(model%levels) > 1
+      if (all_solved) call solve(model, l, clock)                           ! 3 ends
       if (model%contact%active()) then                                 ! 4
          call model%timers%enter(phase_contact)
          if (l == size(model%levels)) then
@@ -98,7 +98,7 @@ contains
          if (error%happened()) return ! on all ranks: they have agreed
          call model%timers%on_level(l)
       end if
-      call to_particles(model, l, clock, with_stress=update == update_usl, solved=asked, error=error) ! 3 if not yet, 5, 6, 7
+      call to_particles(model, l, clock, with_stress=update == update_usl, solved=all_solved, error=error) ! 3 if not yet, 5, 6, 7
       if (update == update_musl) then
          call to_nodes(model, l, clock%time)
          call solve(model, l, clock_t(clock%time))
@@ -136,8 +136,8 @@ contains
       call model%timers%on_level(l + 1)
       call model%timers%enter(model%levels_row)
       if (model%composite(l + 1)%labelled) call sum_grown(model, l)
-      call model%composite(l + 1)%hand_down(model%levels(l))
-      call model%composite(l + 1)%send_down(model%communicator)
+      call model%composite(l + 1)%prolong(model%levels(l))
+      call model%composite(l + 1)%send_prolonged(model%communicator)
       if (.not. model%method%subcycle) then
          call advance_level(model, l + 1, clock_t(clock%time, clock%step, ends=clock%ends), error)
          return
@@ -147,7 +147,7 @@ contains
       if (model%mixes()) ahead = 0.0_wp ! eq. labels: not with PIC
       call advance_level(model, l + 1, clock_t(clock%time, half, half - ahead, ends=.false.), error)
       if (error%happened()) return
-      call gather_levels(model, l + 1, clock%time + half, half)
+      call p2g_levels(model, l + 1, clock%time + half, half)
       call model%timers%on_level(l + 1)
       call correct(model, l, clock)
       call advance_level(model, l + 1, clock_t(clock%time + half, half, -ahead, ends=clock%ends), error)
@@ -159,26 +159,27 @@ contains
       integer, intent(in) :: l
       integer :: b
       associate (level => model%levels(l), composite => model%composite(l + 1))
-         call composite%hand_up_grown(level)
-         call sum_handed(model, l)
+         call composite%collect_grown(level)
+         call sum_restricted(model, l)
          do b = 1, size(level%blocks)
-            if (composite%receives(b)) call composite%keep_grown(b, level%handed(:, :, :, :, b))
+            if (composite%receives(b)) call composite%keep_grown(b, level%restricted(:, :, :, :, b))
          end do
       end associate
    end subroutine sum_grown
 
-   !> Collective: sums over blocks and ranks of what the next finer level has handed up to level l, where slaves depend on them.
-   subroutine sum_handed(model, l)
+   !> Collective: sums over blocks and ranks of what the next finer level has restricted up to level l, where constrained nodes
+   !> depend on them.
+   subroutine sum_restricted(model, l)
       type(model_t), intent(inout) :: model
       integer, intent(in) :: l
       call model%timers%enter(phase_exchange)
       associate (level => model%levels(l))
-         call model%exchange(l)%start(model%communicator, level%handed)
-         call model%exchange(l)%wait(level%handed)
+         call model%exchange(l)%start(model%communicator, level%restricted)
+         call model%exchange(l)%wait(level%restricted)
          call model%timers%enter(model%levels_row)
-         call sum_tiles(level%blocks, level%inner_first, level%handed, wanted=model%composite(l + 1)%receives)
+         call sum_tiles(level%blocks, level%interior_first, level%restricted, wanted=model%composite(l + 1)%receives)
       end associate
-   end subroutine sum_handed
+   end subroutine sum_restricted
 
    !> Collective: the solved nodes of level l take what its own step does not know of the two steps of the finer level.
    subroutine correct(model, l, clock)
@@ -188,14 +189,14 @@ contains
       real(wp) :: change(node_values, 0:tile_last, 0:tile_last, 0:tile_last)
       integer :: b
       associate (level => model%levels(l), composite => model%composite(l + 1))
-         call composite%hand_up_change(level)
-         call sum_handed(model, l)
+         call composite%collect_change(level)
+         call sum_restricted(model, l)
          do b = 1, size(level%blocks)
             if (.not. composite%receives(b)) cycle
-            change = level%handed(:, :, :, :, b)
+            change = level%restricted(:, :, :, :, b)
             call composite%correct(level, b, clock%step, model%unseen*model%method%flip_fraction, change)
          end do
-         call composite%send_down(model%communicator)
+         call composite%send_prolonged(model%communicator)
       end associate
    end subroutine correct
 
@@ -212,18 +213,19 @@ contains
       call agree(model, l, new_blocks, error)
       call model%timers%enter(phase_migration)
       associate (migration => model%migration(l), communicator => model%communicator)
-         call migration%take_in(communicator, model%exchange(l)%ranks)
+         call migration%receive(communicator, model%exchange(l)%ranks)
          if (error%happened()) return
          if (new_blocks) then
             call model%create_blocks()
-            do b = 1, size(model%levels(l)%blocks) ! whose particles had no place to go to: with the order that they would have by now
-               if (model%levels(l)%blocks(b)%leaver_count == 0) cycle
-               call see_off(model, l, b)
-               call look_ahead(model, l, b, clock, .false., error)
+            do b = 1, size(model%levels(l)%blocks) ! whose particles had no place to go to: with the order that they would have by
+                                                   ! now
+               if (model%levels(l)%blocks(b)%emigrant_count == 0) cycle
+               call pack_emigrants(model, l, b)
+               call prepare_next_p2g(model, l, b, clock, .false., error)
             end do
             call model%timers%enter(phase_migration)
             call migration%send(communicator, model%exchange(l)%ranks)
-            call migration%take_in(communicator, model%exchange(l)%ranks)
+            call migration%receive(communicator, model%exchange(l)%ranks)
          end if
          call migration%settle(model%levels(l))
       end associate
@@ -242,7 +244,7 @@ contains
       type(error_t), intent(inout) :: error
       real(wp) :: bounds(5)
       integer :: b
-      bounds = [model%bounds%wave_speed, model%bounds%particle_speed, 0.0_wp, 0.0_wp, real(model%asked, wp)]
+      bounds = [model%bounds%wave_speed, model%bounds%particle_speed, 0.0_wp, 0.0_wp, real(model%requested_action, wp)]
       if (error%happened()) then
          bounds(4) = 1.0_wp
       else if (any_missing(model, l)) then
@@ -252,7 +254,7 @@ contains
       model%bounds%wave_speed = bounds(1)
       model%bounds%particle_speed = bounds(2)
       new_blocks = bounds(3) > 0.0_wp
-      model%asked = nint(bounds(5))
+      model%requested_action = nint(bounds(5))
       if (new_blocks .and. size(model%levels) > 1) then
          do b = 1, size(model%levels(l)%blocks)
             call check_missing(model, l, b, error)
@@ -270,8 +272,8 @@ contains
       any_missing = .false.
       associate (level => model%levels(l))
          do b = 1, size(level%blocks)
-            do m = 1, level%blocks(b)%leaver_count
-               any_missing = any_missing .or. level%owner_at(entered(level, level%blocks(b), int(level%blocks(b)%leavers(m)))) < 0
+            do m = 1, level%blocks(b)%emigrant_count
+               any_missing = any_missing .or. level%owner_at(entered(level, level%blocks(b), int(level%blocks(b)%emigrants(m)))) < 0
             end do
          end do
       end associate

@@ -7,30 +7,31 @@ module m_complaints
    use m_text, only: to_text
    use m_deform, only: all_finite
    use m_field_table, only: field_t
-   use m_node_to_particle, only: longest_t
+   use m_g2p_boxes, only: fastest_t
    use m_migration, only: entered
    use m_model, only: model_t
    implicit none
    private
-   public :: particle_text, check_leavers, check_missing, report_outside, report_inversion, report_long_way, report_undefined, &
+   public :: particle_text, check_emigrants, check_missing, report_outside, report_inversion, report_too_fast, report_undefined, &
              check_fields, fastest_text
 
    character(len=*), parameter :: unstable = ': the motion is unstable; try a smaller safety'
 
-   real(wp), parameter, public :: furthest_way = 0.5_wp !< of a particle in a step of its level along an axis, in cells of the level
+   real(wp), parameter, public :: most_cells_a_step = 0.5_wp !< of a particle in a step of its level along an axis, in cells of the
+                                                             !< level
 
 contains
 
    !> Leavers must have gone somewhere, and not further than the next block.
-   subroutine check_leavers(model, l, b, error)
+   subroutine check_emigrants(model, l, b, error)
       type(model_t), intent(in) :: model
       integer, intent(in) :: l, b
       type(error_t), intent(inout) :: error
       real(wp) :: position(3), place(3) !< m; cells from the block's first node
       integer :: m, p
       associate (level => model%levels(l), block => model%levels(l)%blocks(b), x => model%levels(l)%layout%position)
-         do m = 1, block%leaver_count
-            p = block%leavers(m)
+         do m = 1, block%emigrant_count
+            p = block%emigrants(m)
             position = block%particles%column(p, x:x + 2)
             if (all(abs(position - block%origin) <= 2*block_size*level%grid%cell)) then ! what follows cannot overflow
                place = (position - block%origin)*level%grid%per_cell
@@ -41,11 +42,11 @@ contains
                          may_heal=.true.)
             else
                call fail(error, exit_numerical, particle_text(model, l, b, p)//' moved further than the next block, at most '// &
-                         to_text(furthest_way)//' cells a step are allowed'//unstable, may_heal=.true.)
+                         to_text(most_cells_a_step)//' cells a step are allowed'//unstable, may_heal=.true.)
             end if
          end do
       end associate
-   end subroutine check_leavers
+   end subroutine check_emigrants
 
    !> With several levels blocks are there before a particle may reach them: one that enters another has moved too far.
    subroutine check_missing(model, l, b, error)
@@ -54,8 +55,8 @@ contains
       type(error_t), intent(inout) :: error
       integer :: m, p
       associate (level => model%levels(l), block => model%levels(l)%blocks(b))
-         do m = 1, block%leaver_count
-            p = int(block%leavers(m))
+         do m = 1, block%emigrant_count
+            p = int(block%emigrants(m))
             if (level%owner_at(entered(level, block, p)) < 0) call fail(error, exit_numerical, &
                particle_text(model, l, b, p)//' moved further than a step of the coarsest level allows'//unstable, may_heal=.true.)
          end do
@@ -105,16 +106,17 @@ contains
    end subroutine report_inversion
 
    !> A particle that the grid carried too far in a step.
-   subroutine report_long_way(model, l, b, longest, time_step, error)
+   subroutine report_too_fast(model, l, b, fastest, time_step, error)
       type(model_t), intent(in) :: model
       integer, intent(in) :: l, b
-      type(longest_t), intent(in) :: longest
+      type(fastest_t), intent(in) :: fastest
       real(wp), intent(in) :: time_step !< of the level, s
       type(error_t), intent(inout) :: error
-      call fail(error, exit_numerical, particle_text(model, l, b, longest%particle)//' moved '// &
-                to_text(longest%speed*time_step*model%levels(l)%grid%per_cell, 3)//' cells in a step, at '// &
-                to_text(longest%speed, 3)//' m/s; at most '//to_text(furthest_way)//' cells are allowed'//unstable, may_heal=.true.)
-   end subroutine report_long_way
+      call fail(error, exit_numerical, particle_text(model, l, b, fastest%particle)//' moved '// &
+                to_text(fastest%speed*time_step*model%levels(l)%grid%per_cell, 3)//' cells in a step, at '// &
+                to_text(fastest%speed, 3)//' m/s; at most '//to_text(most_cells_a_step)//' cells are allowed'//unstable, &
+                   may_heal=.true.)
+   end subroutine report_too_fast
 
    !> A particle with a stress that is infinite or not a number.
    subroutine report_undefined(model, l, b, error)

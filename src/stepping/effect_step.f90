@@ -5,12 +5,13 @@
 module m_effect_step
    use mpi_f08
    use m_kinds, only: wp
+   use m_node_values, only: tile_last, mass_, v_x, v_z, f_x, f_z, a_x, a_z
    use m_communicator, only: communicator_t
    use m_effect, only: effect_slot_t, hooks_t
-   use m_level, only: level_t, tile_last
+   use m_level, only: level_t
    use m_migration, only: frame_of
-   use m_particle_transfer, only: body_force_to_nodes
-   use m_timers, only: timers_t, phase_to_nodes, phase_nodes
+   use m_particle_transfer, only: p2g_body_force
+   use m_timers, only: timers_t, phase_p2g, phase_nodes
    implicit none
    private
    public :: effect_step_t
@@ -27,26 +28,26 @@ module m_effect_step
    !> Which effects want to be called where (indices of the effects, rising), and their work so far.
    type :: effect_step_t
       integer, allocatable :: acceleration(:), add_forces(:), on_nodes(:), on_cells(:), on_gradient(:), on_stress(:)
-      logical :: gathers = .false. !< some effect gives forces before the sum over blocks
-      logical :: works = .false.   !< some effect pushes nodes
+      logical :: adds_forces = .false. !< some effect gives forces before the sum over blocks
+      logical :: acts_on_nodes = .false.   !< some effect pushes nodes
       logical :: acts_at_rest = .false. !< some effect changes material at rest
       real(wp) :: external_work = 0.0_wp !< done by effects up to the last fold, J
       real(wp) :: damped = 0.0_wp        !< taken out by effects up to the last fold, J
       real(wp) :: particle_work = 0.0_wp !< of forces at points, by the particles' own motion, up to the last fold, J
-      real(wp) :: ahead_work = 0.0_wp    !< of that, in the half step by which positions are ahead of velocities, at the last fold, J
+      real(wp) :: ahead_work = 0.0_wp !< of that, in the half step by which positions are ahead of velocities, at the last fold, J
       logical :: follows_particles = .false. !< all external work is known by the particles' motion too
       integer, allocatable, private :: kind(:) !< of the work of each effect
       real(wp), allocatable, private :: push(:, :, :, :, :, :) !< (3, 0:9, 0:9, 0:9, kinds, own blocks), N
       real(wp), allocatable, private :: mass(:, :, :, :)       !< each block's own share of that of its nodes, where effects change
                                                                !< nodes: (0:9, 0:9, 0:9, own blocks), kg
       real(wp), allocatable, private :: work(:, :)             !< (kinds, blocks of the level by index), J, since the last fold
-      real(wp), allocatable, private :: own_work(:)            !< by the particles' motion: (blocks of the level by index), J, the same
+      real(wp), allocatable, private :: own_work(:) !< by the particles' motion: (blocks of the level by index), J, the same
       real(wp), allocatable, private :: ahead(:)               !< of that, what the positions are ahead of the velocities
       type(marked_t), allocatable, private :: marked(:, :)     !< by each effect that gives forces, in own blocks
       logical, allocatable, private :: loaded(:)               !< forces act on points of own blocks' particles in this step
    contains
       procedure :: build
-      procedure :: give_forces
+      procedure :: add_body_forces
       procedure :: keep_masses
       procedure :: change_nodes
       procedure :: measure
@@ -82,17 +83,17 @@ contains
       self%on_gradient = pack([(e, e=1, size(effects))], hooks%on_gradient)
       self%on_stress = pack([(e, e=1, size(effects))], hooks%on_stress)
       self%kind = merge(dissipated, external, hooks%dissipates)
-      self%gathers = any(hooks%acceleration .or. hooks%add_forces)
+      self%adds_forces = any(hooks%acceleration .or. hooks%add_forces)
       self%acts_at_rest = any(hooks%acts_at_rest)
-      self%works = self%gathers .or. any(hooks%on_nodes)
+      self%acts_on_nodes = self%adds_forces .or. any(hooks%on_nodes)
       self%follows_particles = all(hooks%follows_particles .or. hooks%dissipates &
                                    .or. .not. (hooks%acceleration .or. hooks%add_forces .or. hooks%on_nodes))
-      if (self%works) allocate (self%work(maxval(self%kind), places), source=0.0_wp)
+      if (self%acts_on_nodes) allocate (self%work(maxval(self%kind), places), source=0.0_wp)
       if (size(self%add_forces) > 0) allocate (self%own_work(places), self%ahead(places), source=0.0_wp)
    end subroutine build
 
    !> Body forces and other forces on the tile of what a block's particles give. Begins the push on the block anew.
-   subroutine give_forces(self, effects, level, b, time, timers)
+   subroutine add_body_forces(self, effects, level, b, time, timers)
       class(effect_step_t), intent(inout) :: self
       type(effect_slot_t), intent(in) :: effects(:)
       type(level_t), intent(inout) :: level
@@ -103,8 +104,8 @@ contains
       integer :: i, e
       call fit_push(self, size(level%blocks))
       self%push(:, :, :, :, :, b) = 0.0_wp
-      if (.not. self%gathers) return
-      before = level%nodes(5:7, :, :, :, b)
+      if (.not. self%adds_forces) return
+      before = level%nodes(f_x:f_z, :, :, :, b)
       associate (block => level%blocks(b))
          if (size(self%acceleration) > 0) then
             level%gradient(:, 1:3) = 0.0_wp
@@ -113,8 +114,8 @@ contains
                call timers%enter(effects(e)%row)
                call effects(e)%effect%acceleration(block%particles, level%table, level%layout, time, level%gradient(:, 1:3))
             end do
-            call timers%enter(phase_to_nodes)
-            call body_force_to_nodes(block%cells, block%particles%column, level%layout, frame_of(level, block), &
+            call timers%enter(phase_p2g)
+            call p2g_body_force(block%cells, block%particles%column, level%layout, frame_of(level, block), &
                                      level%gradient(:, 1:3), level%nodes(:, :, :, :, b))
          end if
          do i = 1, size(self%add_forces)
@@ -123,11 +124,11 @@ contains
             call effects(e)%effect%add_forces(block, level%table, level%layout, level%grid, time, level%nodes(:, :, :, :, b))
          end do
       end associate
-      call timers%enter(phase_to_nodes)
-      self%push(:, :, :, :, external, b) = level%nodes(5:7, :, :, :, b) - before
+      call timers%enter(phase_p2g)
+      self%push(:, :, :, :, external, b) = level%nodes(f_x:f_z, :, :, :, b) - before
       if (size(self%add_forces) > 0) self%ahead(level%blocks(b)%index) = 0.0_wp
       self%loaded(b) = size(self%add_forces) > 0 .and. any(abs(self%push(:, :, :, :, external, b)) > 0.0_wp)
-   end subroutine give_forces
+   end subroutine add_body_forces
 
    !> One push field a block of this rank; what it holds is begun anew every step.
    subroutine fit_push(self, blocks)
@@ -152,36 +153,36 @@ contains
       end if
       if (.not. allocated(self%mass)) allocate (self%mass(0:tile_last, 0:tile_last, 0:tile_last, size(level%blocks)))
       do b = 1, size(level%blocks)
-         self%mass(:, :, :, b) = level%nodes(1, :, :, :, b)
+         self%mass(:, :, :, b) = level%nodes(mass_, :, :, :, b)
       end do
    end subroutine keep_masses
 
    !> Effects on the solved nodes of a block, before what is held is held.
-   subroutine change_nodes(self, effects, level, b, time, time_step, slave, timers)
+   subroutine change_nodes(self, effects, level, b, time, time_step, constrained, timers)
       class(effect_step_t), intent(inout) :: self
       type(effect_slot_t), intent(in) :: effects(:)
       type(level_t), intent(inout) :: level
       integer, intent(in) :: b
       real(wp), intent(in) :: time, time_step !< s
-      integer, intent(in) :: slave(:, :)      !< nodes of the tile that a coarser level moves: they are left as they are
+      integer, intent(in) :: constrained(:, :)      !< nodes of the tile that a coarser level moves: they are left as they are
       type(timers_t), intent(inout) :: timers
       real(wp) :: before(6, 0:tile_last, 0:tile_last, 0:tile_last)
       integer :: n, e, i, j, k, s
       do n = 1, size(self%on_nodes)
          e = self%on_nodes(n)
          call timers%enter(effects(e)%row)
-         before = level%nodes(2:7, :, :, :, b)
+         before = level%nodes(v_x:a_z, :, :, :, b)
          call effects(e)%effect%on_nodes(time, time_step, level%nodes(:, :, :, :, b))
-         do s = 1, size(slave, 2)
-            associate (at => slave(:3, s))
-               level%nodes(2:7, at(1), at(2), at(3), b) = before(:, at(1), at(2), at(3))
+         do s = 1, size(constrained, 2)
+            associate (at => constrained(:3, s))
+               level%nodes(v_x:a_z, at(1), at(2), at(3), b) = before(:, at(1), at(2), at(3))
             end associate
          end do
          do k = 0, tile_last
             do j = 0, tile_last
                do i = 0, tile_last
                   self%push(:, i, j, k, self%kind(e), b) = self%push(:, i, j, k, self%kind(e), b) &
-                     + self%mass(i, j, k, b)*(level%nodes(5:7, i, j, k, b) - before(4:6, i, j, k))
+                     + self%mass(i, j, k, b)*(level%nodes(a_x:a_z, i, j, k, b) - before(4:6, i, j, k))
                end do
             end do
          end do
@@ -203,8 +204,8 @@ contains
          do k = 0, tile_last
             do j = 0, tile_last
                do i = 0, tile_last
-                  sum_of_tile = sum_of_tile + dot_product(self%push(:, i, j, k, kind, b), level%nodes(2:4, i, j, k, b) &
-                                                          - 0.5_wp*time_step*level%nodes(5:7, i, j, k, b))
+                  sum_of_tile = sum_of_tile + dot_product(self%push(:, i, j, k, kind, b), level%nodes(v_x:v_z, i, j, k, b) &
+                                                          - 0.5_wp*time_step*level%nodes(a_x:a_z, i, j, k, b))
                end do
             end do
          end do
@@ -323,7 +324,7 @@ contains
       real(wp) :: total(2)
       real(wp), allocatable :: all_ahead(:)
       integer :: place
-      if (.not. self%works) return
+      if (.not. self%acts_on_nodes) return
       call MPI_Allreduce(MPI_IN_PLACE, self%work, size(self%work), MPI_DOUBLE_PRECISION, MPI_SUM, communicator%comm)
       total = 0.0_wp
       do place = 1, size(self%work, 2)
@@ -351,7 +352,7 @@ contains
       integer, intent(in) :: index !< of the block
       real(wp) :: work(kinds_booked)
       work = 0.0_wp
-      if (self%works) work(:size(self%work, 1)) = self%work(:, index)
+      if (self%acts_on_nodes) work(:size(self%work, 1)) = self%work(:, index)
       if (allocated(self%own_work)) work(kinds_booked) = self%own_work(index)
    end function booked
 
@@ -368,7 +369,7 @@ contains
       class(effect_step_t), intent(inout) :: self
       integer, intent(in) :: index
       real(wp), intent(in) :: work(kinds_booked) !< J
-      if (self%works) self%work(:, index) = work(:size(self%work, 1))
+      if (self%acts_on_nodes) self%work(:, index) = work(:size(self%work, 1))
       if (.not. allocated(self%own_work)) return
       self%own_work(index) = work(kinds_booked)
       self%ahead(index) = 0.0_wp

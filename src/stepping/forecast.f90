@@ -3,7 +3,7 @@
 module m_forecast
    use mpi_f08
    use m_kinds, only: wp, i8
-   use m_timers, only: phases, phase_lists, phase_to_nodes, phase_to_particles, phase_stress, phase_contact, phase_output, &
+   use m_timers, only: phases, phase_lists, phase_p2g, phase_g2p, phase_stress, phase_contact, phase_output, &
                        timers_t
    use m_scene, only: scene_t
    use m_tool, only: tool_t
@@ -12,7 +12,7 @@ module m_forecast
    use m_time_step, only: steps_between
    implicit none
    private
-   public :: rates_t, prospect_t, rates_of, look_ahead, contact_points, contact_steps, particle_rows, model_bytes
+   public :: rates_t, prospect_t, rates_of, predict_costs, contact_points, contact_steps, particle_rows, model_bytes
 
    integer, parameter :: halvings = 6       !< of one of them, to find when tools touch
    real(wp), parameter :: many = 1.0e15_wp  !< snapshots: more are not counted
@@ -54,7 +54,7 @@ contains
       logical :: goes(rows)
       goes = .true.
       goes(:phases) = .false.
-      goes([phase_lists, phase_to_nodes, phase_to_particles, phase_stress]) = .true.
+      goes([phase_lists, phase_p2g, phase_g2p, phase_stress]) = .true.
       where (names == 'levels' .or. names == 'checkpoint' .or. names == 'indicators' .or. names == 'guard') goes = .false.
    end function particle_rows
 
@@ -116,7 +116,7 @@ contains
 
    !> Collective: what is to come from the model's time to the end of the scene, its tools where they will be in the material as it
    !> is. Tools that loads push stay where they are.
-   subroutine look_ahead(prospect, scene, model)
+   subroutine predict_costs(prospect, scene, model)
       type(prospect_t), intent(out) :: prospect
       type(scene_t), intent(in) :: scene
       type(model_t), intent(in) :: model
@@ -142,7 +142,7 @@ contains
       every = max(scene%output%every, scene%end_time/many)
       prospect%snapshots = min(prospect%steps, real(ceiling(scene%end_time/every*(1.0_wp - 1.0e-9_wp), i8) &
                                                     - int(model%time/every, i8), wp))
-   end subroutine look_ahead
+   end subroutine predict_costs
 
    !> Times that contact is solved in a step of the coarsest level.
    pure real(wp) function contact_steps(model)

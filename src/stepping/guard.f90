@@ -220,8 +220,8 @@ contains
       end if
    end subroutine look_at_energy
 
-   !> Collective: the work that loads are said to do must be what they do on the particles, but for the first steps of a load or a touch.
-   !> Smaller steps would not change it.
+   !> Collective: the work that loads are said to do must be what they do on the particles, but for the first steps of a load or a
+   !> touch. Smaller steps would not change it.
    subroutine look_at_work(self, model, balance, ends, error)
       class(guard_t), intent(inout) :: self
       type(model_t), intent(in) :: model

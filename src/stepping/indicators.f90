@@ -74,19 +74,19 @@ contains
          do b = 1, size(level%blocks)
             associate (block => level%blocks(b))
                arrived = block%arrived
-               call level%look_over(b, whole=.true.)
+               call level%update_extents(b, whole=.true.)
                call level%join_arrivals(b)
                call give_stress(block%cells, block%particles%column, level%layout, frame_of(level, block), &
                                 level%nodes(:, :, :, :, b))
                call fold_symmetry(level%grid, block%place, level%nodes(:, :, :, :, b), stress_parity)
-               block%tile_holds = .false.
+               block%p2g_is_valid = .false.
                if (arrived > 0) block%cells%current = .false. ! the next step lists them apart
                block%arrived = arrived
             end associate
          end do
          call model%exchange(l)%start(model%communicator, level%nodes)
          call model%exchange(l)%wait(level%nodes)
-         call sum_tiles(level%blocks, level%inner_first, level%nodes)
+         call sum_tiles(level%blocks, level%interior_first, level%nodes)
          do b = 1, size(level%blocks)
             if (level%blocks(b)%particles%count == 0) cycle
             call mirror_stress(level%grid, level%blocks(b)%place, level%nodes(:, :, :, :, b))

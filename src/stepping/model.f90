@@ -6,19 +6,20 @@ module m_model
    use m_errors, only: error_t, fail
    use m_text, only: to_text, si
    use m_machine, only: free_memory
+   use m_node_values, only: node_values, tile_last
    use m_field_table, only: bytes_per_column
    use m_communicator, only: communicator_t
    use m_timers, only: timers_t, phase_balance
    use m_scene, only: scene_t, time_spec_t, level_spec_t, update_usl, update_musl, domain_fixed, domain_stretch, &
                       domain_corners
    use m_grid_level, only: make_grid_level
-   use m_level, only: level_t, tile_last, node_values
+   use m_level, only: level_t
    use m_body, only: fill_block, count_in_block, expected_count
    use m_placement, only: work_t, work_of, order_work, choose_owners
    use m_decomposition, only: set_owners, all_owners, settle_blocks, blocks_before
    use m_region, only: make_region
    use m_composite, only: composite_t
-   use m_edge, only: has_slaves
+   use m_edge, only: has_constrained
    use m_node_exchange, only: node_exchange_t
    use m_block, only: block_t
    use m_locate, only: bin_of
@@ -61,7 +62,7 @@ module m_model
       real(wp) :: time = 0.0_wp                       !< s
       real(wp) :: last_step = 0.0_wp                  !< of the coarsest level, s
       integer(i8) :: step = 0
-      integer :: asked = 0                            !< what this rank asks of the run; after a step the largest of all ranks
+      integer :: requested_action = 0 !< what this rank asks of the run; after a step the largest of all ranks
       logical :: wants_sums = .false.                 !< histories will ask for the sums over all particles after the next step
       integer(i8) :: particle_steps = 0               !< particle updates on this rank so far
       integer(i8) :: merges = 0                       !< particles that this rank has made of eight others
@@ -95,8 +96,7 @@ module m_model
       procedure, private :: place_anew
    end type model_t
 
-   real(wp), parameter :: furthest = 0.45_wp            !< way of a particle in a step of the coarsest level, in its cells: above
-                                                        !< safety
+   real(wp), parameter :: largest_move = 0.45_wp !< way of a particle in a step of the coarsest level, in its cells: above safety
 
 contains
 
@@ -362,8 +362,8 @@ contains
       end do
    end subroutine count_particles
 
-   !> Where blocks (values of at least 0) hold slaves their parents are needed too: those that are missing get 0, no particles or
-   !> rank 0.
+   !> Where blocks (values of at least 0) hold constrained nodes their parents are needed too: those that are missing get 0, no
+   !> particles or rank 0.
    subroutine add_parents(levels, values)
       type(level_t), intent(in) :: levels(:)
       integer, intent(inout) :: values(:) !< one a block of each level, as from count_particles or all_owners
@@ -372,7 +372,7 @@ contains
          do index = 1, product(levels(l)%grid%blocks)
             if (values(blocks_before(levels, l) + index) < 0) cycle
             place = levels(l)%grid%block_place(index)
-            if (.not. has_slaves(levels(l)%region, place)) cycle
+            if (.not. has_constrained(levels(l)%region, place)) cycle
             parent = blocks_before(levels, l - 1) + levels(l - 1)%grid%block_index(place/2)
             if (values(parent) < 0) values(parent) = 0
          end do
@@ -393,7 +393,7 @@ contains
       end do
    end subroutine connect
 
-   !> Collective: make the blocks that leavers of the only level have entered and that do not exist yet.
+   !> Collective: make the blocks that emigrants of the only level have entered and that do not exist yet.
    subroutine create_blocks(self)
       class(model_t), intent(inout) :: self
       logical, allocatable :: wanted(:)
@@ -401,8 +401,8 @@ contains
       allocate (wanted(size(self%levels(1)%owner)), source=.false.)
       do b = 1, size(self%levels(1)%blocks)
          associate (block => self%levels(1)%blocks(b))
-            do l = 1, block%leaver_count
-               wanted(self%levels(1)%grid%block_index(entered(self%levels(1), block, int(block%leavers(l))))) = .true.
+            do l = 1, block%emigrant_count
+               wanted(self%levels(1)%grid%block_index(entered(self%levels(1), block, int(block%emigrants(l))))) = .true.
             end do
          end associate
       end do
@@ -410,11 +410,12 @@ contains
    end subroutine create_blocks
 
    !> Collective: with several levels, make the blocks that particles may enter before the end of the next step, on their own level,
-   !> in the finer one's region or out of their own, and the parents of those with slaves. Blocks are only made here: within a step
-   !> of the coarsest level all stay where they are.
+   !> in the finer one's region or out of their own, and the parents of those with constrained nodes. Blocks are only made here:
+   !> within a step of the coarsest level all stay where they are.
    subroutine prepare_blocks(self, edges_moved)
       class(model_t), intent(inout) :: self
-      logical, intent(in), optional :: edges_moved !< other blocks hold slaves than before: all parents are looked for anew
+      logical, intent(in), optional :: edges_moved !< other blocks hold constrained nodes than before: all parents are looked for
+                                                   !< anew
       logical, allocatable :: wanted(:)
       if (size(self%levels) == 1) return
       call self%mark_wanted(wanted)
@@ -443,7 +444,7 @@ contains
       real(wp), intent(in) :: lowest(3), highest(3) !< m
       logical, intent(inout) :: wanted(:) !< by number
       real(wp) :: low(3), high(3), reach
-      reach = merge(furthest, 0.0_wp, size(self%levels) > 1)*self%levels(1)%grid%cell
+      reach = merge(largest_move, 0.0_wp, size(self%levels) > 1)*self%levels(1)%grid%cell
       low = lowest - reach
       high = highest + reach
       call mark_box(l, low, high)
@@ -498,7 +499,7 @@ contains
 
    !> Collective: place the blocks anew by what they hold now, where that pays in so many steps of the coarsest level; where `steps`
    !> are not given, as if no block had an owner. A level alone loses its empty blocks by that; of several levels all stay: which
-   !> blocks are there decides in which order slaves are handed up, and must not depend on the ranks.
+   !> blocks are there decides in which order constrained nodes are restricted up, and must not depend on the ranks.
    subroutine rebalance(self, error, steps)
       class(model_t), intent(inout) :: self
       type(error_t), intent(inout) :: error
@@ -535,7 +536,7 @@ contains
          do b = 1, size(self%levels(l)%blocks)
             associate (block => self%levels(l)%blocks(b))
                counts(before + block%index) = block%particles%count
-               order(before + block%index) = order_work(block%cells%occupied, block%jumps)
+               order(before + block%index) = order_work(block%cells%occupied, block%run_breaks)
                if (self%contact%active()) points(before + block%index) = self%contact%candidates%pressed(block)
             end associate
          end do

@@ -6,34 +6,34 @@ module m_particle_step
    use m_errors, only: error_t, fail
    use m_text, only: to_text
    use m_timers
+   use m_node_values, only: node_values, tile_last, v_x, v_z, a_z
    use m_scene, only: domain_fixed, update_usl
    use m_field_table, only: layout_t
    use m_particle_store, only: particle_store_t
    use m_cell_list, only: cell_list_t, bins_at
-   use m_level, only: tile_last, node_values
    use m_model, only: model_t
    use m_migration, only: frame_of
-   use m_complaints, only: particle_text, check_leavers, report_outside, report_inversion, report_long_way, report_undefined, &
-                           furthest_way
+   use m_complaints, only: particle_text, check_emigrants, report_outside, report_inversion, report_too_fast, report_undefined, &
+                           most_cells_a_step
    use m_cell_mean, only: give_to_cells
-   use m_node_to_particle, only: motion_t, longest_t
-   use m_particle_transfer, only: nodes_to_particles
+   use m_g2p_boxes, only: motion_t, fastest_t
+   use m_particle_transfer, only: g2p
    use m_split, only: split_long, most_generations
-   use m_boundary, only: constrain_nodes
+   use m_boundary, only: apply_boundary
    use m_deform, only: advance_volume, advance_half_sizes, advance_half_edges, finite_stress
    use m_locate, only: locate_particles
    use m_energy, only: take_sums
-   use m_node_step, only: clock_t, sum_part, solve_block, look_after_messages, sum_cells, set_order, give_ahead, is_idle
+   use m_node_step, only: clock_t, sum_part, solve_block, look_after_messages, sum_cells, set_order, p2g_ahead, is_idle
    use m_speed_bounds, only: include_speeds
    implicit none
    private
-   public :: to_particles, strain, take_next_position, see_off, look_ahead
+   public :: to_particles, strain, take_next_position, pack_emigrants, prepare_next_p2g
 
 contains
 
    !> 5. Nodes to particles; 6. the stress, when it is its turn; 7. where the particles are now. Block by block, while its
-   !> particles and nodes are in the cache: where nobody has asked for the motion of all nodes, those of a block are solved only now,
-   !> and while inner blocks do all of this what other ranks send is on its way.
+   !> particles and nodes are in the cache: where nobody has asked for the motion of all nodes, those of a block are solved only
+   !> now, and while inner blocks do all of this what other ranks send is on its way.
    subroutine to_particles(model, l, clock, with_stress, solved, error)
       type(model_t), intent(inout) :: model
       integer, intent(in) :: l
@@ -53,16 +53,16 @@ contains
       do part = 1, 2
          if (.not. solved) call sum_part(model, l, part)
          do n = model%levels(l)%part_end(part - 1) + 1, model%levels(l)%part_end(part)
-            b = model%levels(l)%inner_first(n)
+            b = model%levels(l)%interior_first(n)
             if (.not. solved) call solve_block(model, l, b, clock)
             if (is_idle(model, l, b)) cycle
-            if (model%effect_step(l)%works .and. model%levels(l)%blocks(b)%particles%count == 0) &
-               call model%effect_step(l)%measure(model%levels(l), b, clock%step) ! a parent: on what is handed up
+            if (model%effect_step(l)%acts_on_nodes .and. model%levels(l)%blocks(b)%particles%count == 0) &
+               call model%effect_step(l)%measure(model%levels(l), b, clock%step) ! a parent: on what is restricted up
             if (stays_at_rest(model, l, b)) then
                model%particle_steps_at_rest = model%particle_steps_at_rest + model%levels(l)%blocks(b)%particles%count
                cycle
             end if
-            if (model%effect_step(l)%works) then
+            if (model%effect_step(l)%acts_on_nodes) then
                call model%timers%enter(phase_nodes)
                call model%effect_step(l)%measure(model%levels(l), b, clock%step)
             end if
@@ -72,7 +72,7 @@ contains
             if (with_stress) call follow_loads(model, l, b, motion, clock%time)
             if (model%levels(l)%layout%next_position == 0) then
                call locate(model, l, b, error)
-               call look_ahead(model, l, b, clock, with_stress, error)
+               call prepare_next_p2g(model, l, b, clock, with_stress, error)
             end if
             if (part == 1 .and. .not. solved) call look_after_messages(model, l)
          end do
@@ -83,7 +83,7 @@ contains
          call update_stress(model, l, b, clock%step, error)
          call follow_loads(model, l, b, motion, clock%time)
          call locate(model, l, b, error)
-         call look_ahead(model, l, b, clock, with_stress, error)
+         call prepare_next_p2g(model, l, b, clock, with_stress, error)
       end do
    end subroutine to_particles
 
@@ -93,25 +93,25 @@ contains
       type(model_t), intent(inout) :: model
       integer, intent(in) :: l, b
       associate (block => model%levels(l)%blocks(b))
-         block%leaver_count = 0
+         block%emigrant_count = 0
          stays = block%particles%count == 0
          if (stays) return
          stays = block%at_rest .and. model%skip_at_rest .and. .not. model%effect_step(l)%acts_at_rest
-         if (stays) stays = .not. any_moves(model%levels(l)%nodes(:, :, :, :, b), block%cells%reach())
+         if (stays) stays = .not. any_moves(model%levels(l)%nodes(:, :, :, :, b), block%cells%extent())
          if (.not. stays) then
-            call block%stir()
+            call block%invalidate()
             return
          end if
          model%bounds%wave_speed = max(model%bounds%wave_speed, block%wave_speed)
       end associate
    end function stays_at_rest
 
-   !> True when a node within what the particles of a block reach has a velocity or an acceleration.
-   pure logical function any_moves(tile, reach)
+   !> True when a node within what the particles of a block extent has a velocity or an acceleration.
+   pure logical function any_moves(tile, extent)
       real(wp), intent(in) :: tile(node_values, 0:tile_last, 0:tile_last, 0:tile_last)
-      integer, intent(in) :: reach(2, 3)
-      associate (a => reach(1, :), z => reach(2, :))
-         any_moves = any(abs(tile(2:7, a(1):z(1), a(2):z(2), a(3):z(3))) > 0.0_wp)
+      integer, intent(in) :: extent(2, 3)
+      associate (a => extent(1, :), z => extent(2, :))
+         any_moves = any(abs(tile(v_x:a_z, a(1):z(1), a(2):z(2), a(3):z(3))) > 0.0_wp)
       end associate
    end function any_moves
 
@@ -141,24 +141,24 @@ contains
       type(motion_t), intent(in) :: motion
       real(wp), intent(in) :: time !< of the level, s
       type(error_t), intent(inout) :: error
-      type(longest_t) :: longest
+      type(fastest_t) :: fastest
       integer :: kept, n
       logical :: leads
-      call model%timers%enter(phase_to_particles)
+      call model%timers%enter(phase_g2p)
       call find_leads(model, l, b, motion%time_step, leads)
-      longest%speed = huge(1.0_wp)
-      if (motion%time_step > 0.0_wp) longest%speed = furthest_way*model%levels(l)%grid%cell/motion%time_step
+      fastest%speed = huge(1.0_wp)
+      if (motion%time_step > 0.0_wp) fastest%speed = most_cells_a_step*model%levels(l)%grid%cell/motion%time_step
       associate (level => model%levels(l), block => model%levels(l)%blocks(b), first => model%levels(l)%layout%gradient)
          if (motion%time_step > 0.0_wp .and. model%effect_step(l)%is_loaded(b)) &
             call model%effect_step(l)%mark(model%effects, level, b)
-         call nodes_to_particles(block%cells, level%nodes(:, :, :, :, b), level%layout, frame_of(level, block), motion, &
-                                 block%particles%column, level%gradient, longest)
+         call g2p(block%cells, level%nodes(:, :, :, :, b), level%layout, frame_of(level, block), motion, &
+                                 block%particles%column, level%gradient, fastest)
          if (block%arrived > 0) then
             call level%list_arrivals(b)
-            call nodes_to_particles(level%arrivals, level%nodes(:, :, :, :, b), level%layout, frame_of(level, block), motion, &
-                                    block%particles%column, level%gradient, longest)
+            call g2p(level%arrivals, level%nodes(:, :, :, :, b), level%layout, frame_of(level, block), motion, &
+                                    block%particles%column, level%gradient, fastest)
          end if
-         if (longest%particle > 0) call report_long_way(model, l, b, longest, motion%time_step, error)
+         if (fastest%particle > 0) call report_too_fast(model, l, b, fastest, motion%time_step, error)
          if (motion%time_step > 0.0_wp .and. model%method%stress_update /= update_usl) call follow_loads(model, l, b, motion, time)
          n = block%particles%count
          if (first > 0) block%particles%column(:n, first:first + 8) = level%gradient(:n, :)
@@ -171,9 +171,9 @@ contains
       end associate
    end subroutine scatter
 
-   !> The work of loads by the motion that a block's particles have just made (theory.md, eq. particle-work), with the gradient that their
-   !> domains follow: that of the work array after the stress; where the stress has a solve of its own, which has not met the tools, that
-   !> which is kept of it, and if none is, tools are not followed.
+   !> The work of loads by the motion that a block's particles have just made (theory.md, eq. particle-work), with the gradient that
+   !> their domains follow: that of the work array after the stress; where the stress has a solve of its own, which has not met the
+   !> tools, that which is kept of it, and if none is, tools are not followed.
    subroutine follow_loads(model, l, b, motion, time)
       type(model_t), intent(inout) :: model
       integer, intent(in) :: l, b
@@ -214,16 +214,16 @@ contains
       if (beside_edge) beside_edge = model%composite(l + 1)%receives(b)
       if (.not. (on_edge .or. beside_edge)) return
       tile = 0.0_wp
-      if (on_edge) call model%composite(l)%lead_slaves(b, time_step, model%levels(l)%blocks(b)%cells%reach(), tile)
-      if (beside_edge) call model%composite(l + 1)%lead_masters(b, tile)
+      if (on_edge) call model%composite(l)%lead_constrained(b, time_step, model%levels(l)%blocks(b)%cells%extent(), tile)
+      if (beside_edge) call model%composite(l + 1)%lead_parents(b, tile)
       still = motion_t(0.0_wp, 1.0_wp, model%levels(l)%layout%position)
       associate (level => model%levels(l), block => model%levels(l)%blocks(b))
-         call constrain_nodes(level%grid, block%place, tile)
-         ahead = abs(tile(2, :, :, :)) + abs(tile(3, :, :, :)) + abs(tile(4, :, :, :)) > 0.0_wp
+         call apply_boundary(level%grid, block%place, tile)
+         ahead = abs(tile(v_x, :, :, :)) + abs(tile(v_x + 1, :, :, :)) + abs(tile(v_z, :, :, :)) > 0.0_wp
          leads = any(ahead)
          if (.not. leads) return
          call level%at_edge%take_bins(block%cells, bins_at(ahead))
-         call nodes_to_particles(level%at_edge, tile, level%layout, frame_of(level, block), still, &
+         call g2p(level%at_edge, tile, level%layout, frame_of(level, block), still, &
                                  block%particles%column, level%lead)
       end associate
    end subroutine find_leads
@@ -362,7 +362,7 @@ contains
             particles%column(:n, x:x + 2) = particles%column(:n, y:y + 2)
          end associate
          call locate(model, l, b, error)
-         call look_ahead(model, l, b, clock, .false., error)
+         call prepare_next_p2g(model, l, b, clock, .false., error)
       end do
    end subroutine take_next_position
 
@@ -375,7 +375,7 @@ contains
       logical :: moved
       call model%timers%enter(phase_lists)
       associate (level => model%levels(l), block => model%levels(l)%blocks(b), x => model%levels(l)%layout%position)
-         block%leaver_count = 0
+         block%emigrant_count = 0
          block%at_rest = block%particles%count == 0
          if (block%at_rest) then
             block%lowest = huge(1.0_wp)
@@ -385,16 +385,16 @@ contains
          if (model%contact%active() .and. l == size(model%levels)) call model%contact%candidates%settle(level, b)
          if (model%method%domain /= domain_fixed) call split(model, l, b, error)
          call locate_particles(block%particles%count, block%particles%column(:, x:x + 2), frame_of(level, block), &
-                               block%cells%bin, block%leavers, block%leaver_count, moved, block%lowest, block%highest)
+                               block%cells%bin, block%emigrants, block%emigrant_count, moved, block%lowest, block%highest)
          if (moved .or. block%arrived > 0 .or. block%cells%joined) block%cells%current = .false.
          block%arrived = 0
          if (any(block%lowest < level%grid%lower) .or. any(block%highest > level%grid%upper)) &
             call report_outside(model, l, b, error)
-         if (block%leaver_count > 0) call check_leavers(model, l, b, error)
+         if (block%emigrant_count > 0) call check_emigrants(model, l, b, error)
          if (model%follows_speeds) call include_speeds(model%bounds, model%materials, level%layout, block)
-         block%at_rest = block%leaver_count == 0 .and. .not. moved .and. rests(block%particles, level%layout)
+         block%at_rest = block%emigrant_count == 0 .and. .not. moved .and. rests(block%particles, level%layout)
       end associate
-      if (.not. error%happened()) call see_off(model, l, b)
+      if (.not. error%happened()) call pack_emigrants(model, l, b)
    end subroutine locate
 
    !> True when no particle has a velocity, a velocity gradient or a stress.
@@ -422,25 +422,25 @@ contains
    end function rests
 
    !> At the end of a step: the particles that have left a block go on their way, if there are blocks where they are.
-   subroutine see_off(model, l, b)
+   subroutine pack_emigrants(model, l, b)
       type(model_t), intent(inout) :: model
       integer, intent(in) :: l, b
-      if (model%levels(l)%blocks(b)%leaver_count == 0) return
+      if (model%levels(l)%blocks(b)%emigrant_count == 0) return
       call model%timers%enter(phase_migration)
-      call model%migration(l)%see_off(model%communicator, model%levels(l), b)
-   end subroutine see_off
+      call model%migration(l)%pack_emigrants(model%communicator, model%levels(l), b)
+   end subroutine pack_emigrants
 
-   !> At the end of a step, while the particles of a block that its leavers have left are in the cache: they are put in order,
-   !> whether or not anything is done ahead, for the order decides that of later sums; what the histories will ask of it; and what it
-   !> will give to its nodes at the beginning of the next step, but for what will arrive.
-   subroutine look_ahead(model, l, b, clock, with_stress, error)
+   !> At the end of a step, while the particles of a block that its emigrants have left are in the cache: they are put in order,
+   !> whether or not anything is done ahead, for the order decides that of later sums; what the histories will ask of it; and what
+   !> it will give to its nodes at the beginning of the next step, but for what will arrive.
+   subroutine prepare_next_p2g(model, l, b, clock, with_stress, error)
       type(model_t), intent(inout) :: model
       integer, intent(in) :: l, b
       type(clock_t), intent(in) :: clock
       logical, intent(in) :: with_stress !< they have the stress of the end of the step
       type(error_t), intent(in) :: error
       associate (block => model%levels(l)%blocks(b))
-         if (error%happened() .or. block%leaver_count > 0 .or. block%particles%count == 0) return
+         if (error%happened() .or. block%emigrant_count > 0 .or. block%particles%count == 0) return
       end associate
       call set_order(model, l, b)
       if (.not. with_stress) return
@@ -450,7 +450,7 @@ contains
          call take_sums(model, l, b)
          call model%timers%on_level(l)
       end if
-      call give_ahead(model, l, b)
-   end subroutine look_ahead
+      call p2g_ahead(model, l, b)
+   end subroutine prepare_next_p2g
 
 end module m_particle_step

@@ -19,8 +19,8 @@ module m_restore
    !> All blocks of all levels that exist, a row each: rank by rank, and there by level and index, as particles stand in a file.
    type, public :: block_table_t
       integer(i8), allocatable :: table(:, :) !< level, index, particles, rank, rows of particles before: (table_width, blocks)
-      real(wp), allocatable :: bounds(:, :)   !< lowest and highest place of centres, m; work booked by kinds, loss booked, J; jumps
-                                              !< on average; particles that have arrived; disorder
+      real(wp), allocatable :: bounds(:, :) !< lowest and highest place of centres, m; work booked by kinds, loss booked, J;
+                                            !< run_breaks on average; particles that have arrived; disorder
       integer :: first = 0                    !< row of this rank's first block
       integer :: own = 0                      !< this rank's rows
       integer(i8) :: particles = 0            !< of all ranks
@@ -68,7 +68,7 @@ contains
             n = n + 1
             associate (block => model%levels(l)%blocks(b))
                blocks%bounds(:, n) = [block%lowest, block%highest, model%effect_step(l)%booked(block%index), &
-                                      model%lost_in_merging(blocks_before(model%levels, l) + block%index), block%jumps, &
+                                      model%lost_in_merging(blocks_before(model%levels, l) + block%index), block%run_breaks, &
                                       real(block%arrived, wp), block%disorder]
             end associate
          end do
@@ -118,7 +118,7 @@ contains
             block%highest = blocks%bounds(4:6, n)
             call model%effect_step(l)%book(block%index, blocks%bounds(7:9, n))
             model%lost_in_merging(blocks_before(model%levels, l) + block%index) = blocks%bounds(10, n)
-            block%jumps = blocks%bounds(11, n)
+            block%run_breaks = blocks%bounds(11, n)
             block%arrived = -1 ! not what a run writes
             if (abs(blocks%bounds(12, n)) <= block%particles%count) block%arrived = nint(blocks%bounds(12, n))
             block%disorder = blocks%bounds(13, n)

@@ -92,7 +92,7 @@ contains
             saved%external_work = step%external_work
             saved%damped = step%damped
             saved%particle_work = step%particle_work
-            if (.not. step%works) cycle
+            if (.not. step%acts_on_nodes) cycle
             if (.not. allocated(saved%booked)) allocate (saved%booked(kinds_booked, places))
             do place = 1, places
                saved%booked(:, place) = step%booked(place)
@@ -174,14 +174,14 @@ contains
       do l = 1, size(model%levels)
          do b = 1, size(model%levels(l)%blocks)
             model%levels(l)%blocks(b)%particles%count = 0
-            model%levels(l)%blocks(b)%leaver_count = 0
+            model%levels(l)%blocks(b)%emigrant_count = 0
          end do
          associate (saved => self%levels(l))
             if (l > 1) model%levels(l)%region = make_region(model%levels(l)%grid, saved%low, saved%high)
             model%effect_step(l)%external_work = saved%external_work
             model%effect_step(l)%damped = saved%damped
             model%effect_step(l)%particle_work = saved%particle_work
-            if (.not. model%effect_step(l)%works) cycle
+            if (.not. model%effect_step(l)%acts_on_nodes) cycle
             do place = 1, product(model%levels(l)%grid%blocks)
                call model%effect_step(l)%book(place, saved%booked(:, place))
             end do
@@ -226,7 +226,7 @@ contains
                call block%particles%set_bodies(self%body(done + 1:done + n))
                block%cells%bin(:n) = self%bin(done + 1:done + n)
                block%cells%current = .false.
-               call block%stir()
+               call block%invalidate()
                block%pressed = .true.
                block%lowest = self%extent(1:3, blocks)
                block%highest = self%extent(4:6, blocks)

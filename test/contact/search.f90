@@ -1,13 +1,15 @@
 !> The search for candidates against every particle asked by itself (theory.md, eqs contact-gap, contact-candidates): random
-!> particles in several blocks, node speeds, stresses and tools that move; cubes, some of them thick, boxes that stretch, and domains
-!> that turn. No candidate is lost, none is added, and the deepest overlap is found, also that of particles on their way out.
+!> particles in several blocks, node speeds, stresses and tools that move; cubes, some of them thick, boxes that stretch, and
+!> domains that turn. No candidate is lost, none is added, and the deepest overlap is found, also that of particles on their way
+!> out.
 program search
    use m_kinds, only: wp
+   use m_node_values, only: tile_last
    use m_communicator, only: communicator_t
    use m_scene, only: scene_t, grid_spec_t, tool_spec_t, boundary_free, tool_sphere, tool_cone, tool_flat
    use m_materials, only: materials_t, make_materials, material_of
    use m_tool, only: tool_t, make_tool
-   use m_level, only: level_t, tile_last
+   use m_level, only: level_t
    use m_constants, only: block_size
    use m_split, only: fitted_edges
    use m_face_weights, only: find_face
@@ -164,7 +166,7 @@ contains
       spec%boundary = boundary_free
       call make_level(level, spec, values)
       do b = 1, size(level%blocks)
-         call level%blocks(b)%look_over()
+         call level%blocks(b)%update_extents()
          associate (block => level%blocks(b), x => level%layout%position)
             block%lowest = minval(block%particles%column(:block%particles%count, x:x + 2), dim=1)
             block%highest = maxval(block%particles%column(:block%particles%count, x:x + 2), dim=1)

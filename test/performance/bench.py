@@ -32,10 +32,10 @@ import subprocess
 import time
 
 ROOT = pathlib.Path(__file__).resolve().parents[2]
-PHASES = ['lists', 'to nodes', 'exchange', 'nodes', 'contact', 'to particles', 'stress', 'migration', 'control', 'balance', 'output',
+PHASES = ['lists', 'P2G', 'exchange', 'nodes', 'contact', 'G2P', 'stress', 'migration', 'control', 'balance', 'output',
           'guard', 'indicators', 'the rest']
 ONCE = ['indicators', 'the rest'] # a run: its start and end, and here the stress error, which is estimated at its end
-KERNELS = ['to nodes', 'to particles', 'stress']
+KERNELS = ['P2G', 'G2P', 'stress']
 FLOPS, BYTES = 1600.0, 390.0  # an update
 STEP = 3.19e-12               # s, of the block scenes
 LATENCY, BANDWIDTH = 2e-6, 5e9 # s a message, B/s a rank: an assumed network

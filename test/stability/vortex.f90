@@ -15,10 +15,9 @@
 !>
 !>    b_r = -R alpha_t^2 + (mu/rho)(2/3 G G' + G^2/R),   b_t = R alpha_tt - (mu/rho)(G' + 2 G/R).
 !>
-!> E = 1000 Pa, nu = 0.3, 1000 kg/m3, T = 1 s. CELLS are those along 1 m. FORCE is right, or wrong: without the shear stress. There are
-!> 8 PARTICLES a cell if nothing else is said.
-!> Prints the largest and the rms error of the places over the cell at T/2 and at T, the number of splits, and whether the run
-!> stopped.
+!> E = 1000 Pa, nu = 0.3, 1000 kg/m3, T = 1 s. CELLS are those along 1 m. FORCE is right, or wrong: without the shear stress. There
+!> are 8 PARTICLES a cell if nothing else is said. Prints the largest and the rms error of the places over the cell at T/2 and at T,
+!> the number of splits, and whether the run stopped.
 module m_vortex
    use m_kinds, only: wp
    use m_constants, only: pi

@@ -3,11 +3,12 @@
 program boundary
    use m_kinds, only: wp
    use m_constants, only: block_size
+   use m_node_values, only: node_values, tile_last
    use m_communicator, only: communicator_t
    use m_scene, only: grid_spec_t, boundary_free, boundary_symmetry, boundary_roller, boundary_fixed
    use m_grid_level, only: grid_level_t, make_grid_level
-   use m_level, only: level_t, tile_last, node_values
-   use m_boundary, only: constrain_nodes, held_components, inside
+   use m_level, only: level_t
+   use m_boundary, only: apply_boundary, held_components, inside
    use m_assertions, only: assertions_t
    use m_chance, only: chance_t, keep_worst, say
    use m_made_level, only: declare_usual_fields, make_level, node_state_t, all_nodes
@@ -222,7 +223,7 @@ contains
       end associate
    end function image_of
 
-   !> Random sides, a random tile: constrain_nodes against held_components, and the meaning of the sides.
+   !> Random sides, a random tile: apply_boundary against held_components, and the meaning of the sides.
    subroutine held_as_said(round)
       integer, intent(in) :: round
       type(grid_spec_t) :: spec
@@ -246,7 +247,7 @@ contains
          end do
       end do
       after = before
-      call constrain_nodes(grid, place, after)
+      call apply_boundary(grid, place, after)
       wrong = 0
       do k = 0, tile_last
          do j = 0, tile_last

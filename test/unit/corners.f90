@@ -10,9 +10,9 @@ program corners
    use m_corner_stencil, only: corner_stencil_t, corner_weights_t, set_corners, set_corner_weights
    use m_split, only: fitted_edges
    use m_face_weights, only: find_face
-   use m_corner_to_node, only: add_corners_to_nodes, gather_corners_body_force
-   use m_corner_to_particle, only: scatter_to_corners
-   use m_node_to_particle, only: motion_t
+   use m_p2g_corners, only: p2g_corners, add_corners_body_force
+   use m_g2p_corners, only: g2p_corners
+   use m_g2p_boxes, only: motion_t
    use m_node_solve, only: solve_nodes
    use m_assertions, only: assertions_t
    use m_chance, only: chance_t, keep_worst, say
@@ -77,7 +77,7 @@ contains
          cells%bin(p) = bin_of(column(p, layout%position:layout%position + 2), frame)
          body_force(p, :) = chance%several(3, -1.0_wp, 1.0_wp)
       end do
-      call cells%survey(n)
+      call cells%update_statistics(n)
    end subroutine make_particles
 
    pure real(wp) function determinant(r)
@@ -209,7 +209,7 @@ contains
          line(1, layout%position:layout%position + 2) = frame%origin + (4 + r)*frame%cell
          line(1, layout%domain:layout%domain + 8:4) = l*frame%cell
          one%bin(1) = bin_of(line(1, layout%position:layout%position + 2), frame)
-         call one%survey(1)
+         call one%update_statistics(1)
          call set_corners(domains, one, 1, line, layout, frame)
          call set_corner_weights(own, domains, 1, frame%per_cell)
          do axis = 1, 3
@@ -305,7 +305,7 @@ contains
       real(wp) :: off(3), scale(3)
       integer :: q
       tile = 0.0_wp
-      call add_corners_to_nodes(cells, column, layout, frame, tile)
+      call p2g_corners(cells, column, layout, frame, tile)
       call plain_to_nodes(.false.)
       scale = [maxval(plain(1, :, :, :)), maxval(abs(plain(2:4, :, :, :))), maxval(abs(plain(5:7, :, :, :)))]
       off = [maxval(abs(tile(1, :, :, :) - plain(1, :, :, :))), maxval(abs(tile(2:4, :, :, :) - plain(2:4, :, :, :))), &
@@ -317,7 +317,7 @@ contains
          off(q) = sum(tile(1 + q, :, :, :)) - sum(column(:n, layout%mass)*column(:n, layout%velocity + q - 1))
       end do
       call test%check_close(off, zero, 1.0e-13_wp*n, 'total momentum')
-      call gather_corners_body_force(cells, column, layout, frame, body_force, tile)
+      call add_corners_body_force(cells, column, layout, frame, body_force, tile)
       call plain_to_nodes(.true.)
       call test%check_close(maxval(abs(tile(5:7, :, :, :) - plain(5:7, :, :, :)))/scale(3), 0.0_wp, 1.0e-13_wp, &
                             'body forces as the plain sums')
@@ -341,7 +341,7 @@ contains
       integer :: a, i, j, k, p
       call fill_tile()
       before = column
-      call scatter_to_corners(cells, tile, layout, frame, motion_t(dt, flip, layout%next_position), column, gradient)
+      call g2p_corners(cells, tile, layout, frame, motion_t(dt, flip, layout%next_position), column, gradient)
       off = 0.0_wp
       do p = 1, n
          velocity = 0.0_wp
@@ -377,11 +377,11 @@ contains
       real(wp) :: nodes, particles, s(6)
       integer :: p
       tile = 0.0_wp
-      call add_corners_to_nodes(cells, column, layout, frame, tile)
+      call p2g_corners(cells, column, layout, frame, tile)
       forces = tile(5:7, :, :, :)
       call fill_tile()
       nodes = sum(forces*tile(2:4, :, :, :))
-      call scatter_to_corners(cells, tile, layout, frame, motion_t(0.0_wp, 1.0_wp, layout%position), column, gradient)
+      call g2p_corners(cells, tile, layout, frame, motion_t(0.0_wp, 1.0_wp, layout%position), column, gradient)
       particles = 0.0_wp
       do p = 1, n
          s = of(p, layout%stress, 6)
@@ -403,7 +403,7 @@ contains
          column(p, layout%gradient:layout%gradient + 8) = reshape(b, [9])
       end do
       tile = 0.0_wp
-      call add_corners_to_nodes(cells, column, layout, frame, tile)
+      call p2g_corners(cells, column, layout, frame, tile)
       call solve_nodes(tile, 0.1_wp)
       off = 0.0_wp
       do k = 0, last
@@ -414,7 +414,7 @@ contains
             end do
          end do
       end do
-      call scatter_to_corners(cells, tile, layout, frame, motion_t(0.0_wp, 0.0_wp, layout%next_position), column, gradient)
+      call g2p_corners(cells, tile, layout, frame, motion_t(0.0_wp, 0.0_wp, layout%next_position), column, gradient)
       do p = 1, n
          call keep_worst(off(2), maxval(abs(of(p, layout%velocity, 3) - a - matmul(b, of(p, layout%position, 3)))))
          call keep_worst(off(3), maxval(abs(gradient(p, :) - reshape(b, [9]))))

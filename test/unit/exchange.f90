@@ -1,17 +1,18 @@
 !test: ranks 1 2 4
 !> Sums over blocks and ranks: the same bits as on one rank, the same bits in all tiles that hold a node, the same where tiles are
 !> summed only as far as particles reach and inner blocks go on before messages are sent, and what a plain sum over all particles
-!> gives; and what a slow rank takes from one that has gone on. All of this where ranks share a machine's memory, where none does, and where pairs do.
+!> gives; and what a slow rank takes from one that has gone on. All of this where ranks share a machine's memory, where none does,
+!> and where pairs do.
 program exchange
    use mpi_f08
    use m_kinds, only: wp, i8
    use m_constants, only: block_size
    use m_errors, only: error_t
+   use m_node_values, only: node_values, tile_last
    use m_communicator, only: communicator_t
-   use m_level, only: tile_last, node_values
    use m_model, only: model_t
    use m_node_exchange, only: sum_tiles, given_by_ranks
-   use m_particle_to_node, only: clear, add_to_nodes
+   use m_p2g_boxes, only: clear, p2g_boxes
    use m_migration, only: frame_of
    use m_assertions, only: assertions_t
    use m_chance, only: keep_worst, say
@@ -96,8 +97,8 @@ contains
             do while (MPI_Wtime() < begun + merge(pause, 0.0_wp, modulo(comm%rank + turn, 2) == 0))
             end do
             call model%exchange(1)%wait(level%nodes)
-            do m = 1, size(level%mirror_index)
-               place = level%grid%block_place(level%mirror_index(m))
+            do m = 1, size(level%ghost_index)
+               place = level%grid%block_place(level%ghost_index(m))
                associate (taken => level%nodes(:, :, :, :, own + m))
                   wrong = wrong + count(abs(taken - nothing) > 0.0_wp .and. abs(taken - 100*turn - level%owner_at(place)) > 0.0_wp)
                   if (all(taken < 0.0_wp)) wrong = wrong + 1
@@ -116,40 +117,41 @@ contains
          level%nodes = -1.0e30_wp ! mirrors and tiles must be written anew
          do b = 1, size(level%blocks)
             level%nodes(:, :, :, :, b) = 0.0_wp
-            call add_to_nodes(level%blocks(b)%cells, level%blocks(b)%particles%column, level%layout, &
+            call p2g_boxes(level%blocks(b)%cells, level%blocks(b)%particles%column, level%layout, &
                               frame_of(level, level%blocks(b)), level%nodes(:, :, :, :, b))
          end do
          call model%exchange(1)%start(model%communicator, level%nodes)
          call model%exchange(1)%wait(level%nodes)
-         call sum_tiles(level%blocks, level%inner_first, level%nodes)
+         call sum_tiles(level%blocks, level%interior_first, level%nodes)
       end associate
    end subroutine sums
 
    !> The same, each tile only as far as its particles reach, and in two parts, as a step does it. Sums of the first part change
-   !> nothing that is sent, and those of the second ask for no tile of the first, nor for how far it reaches: both are other by then.
+   !> nothing that is sent, and those of the second ask for no tile of the first, nor for how far it reaches: both are other by
+   !> then.
    subroutine reached_sums()
       real(wp), allocatable :: inner(:, :, :, :, :)
       integer, allocatable :: reach(:, :, :)
       integer :: b
-      associate (level => reached%levels(1), first => reached%levels(1)%inner_first(:reached%levels(1)%part_end(1)), &
-                 second => reached%levels(1)%inner_first(reached%levels(1)%part_end(1) + 1:))
+      associate (level => reached%levels(1), first => reached%levels(1)%interior_first(:reached%levels(1)%part_end(1)), &
+                 second => reached%levels(1)%interior_first(reached%levels(1)%part_end(1) + 1:))
          do b = 1, size(level%blocks)
-            call level%look_over(b, whole=.false.)
-            call clear(level%nodes(:, :, :, :, b), level%reach(:, :, b))
-            call add_to_nodes(level%blocks(b)%cells, level%blocks(b)%particles%column, level%layout, &
+            call level%update_extents(b, whole=.false.)
+            call clear(level%nodes(:, :, :, :, b), level%extent(:, :, b))
+            call p2g_boxes(level%blocks(b)%cells, level%blocks(b)%particles%column, level%layout, &
                               frame_of(level, level%blocks(b)), level%nodes(:, :, :, :, b))
          end do
-         call sum_tiles(level%blocks, first, level%nodes, level%reach)
+         call sum_tiles(level%blocks, first, level%nodes, level%extent)
          inner = level%nodes(:, :, :, :, first)
-         reach = level%reach(:, :, first)
+         reach = level%extent(:, :, first)
          level%nodes(:, :, :, :, first) = -1.0e30_wp
-         level%reach(1, :, first) = 0
-         level%reach(2, :, first) = merge(-1, tile_last, modulo(step, 2) == 0)
+         level%extent(1, :, first) = 0
+         level%extent(2, :, first) = merge(-1, tile_last, modulo(step, 2) == 0)
          call reached%exchange(1)%start(reached%communicator, level%nodes)
          call reached%exchange(1)%wait(level%nodes)
-         call sum_tiles(level%blocks, second, level%nodes, level%reach)
+         call sum_tiles(level%blocks, second, level%nodes, level%extent)
          level%nodes(:, :, :, :, first) = inner
-         level%reach(:, :, first) = reach
+         level%extent(:, :, first) = reach
          inner_seen = inner_seen + merge(size(first), 0, size(second) > 0)
       end associate
    end subroutine reached_sums
@@ -158,7 +160,7 @@ contains
       integer :: b
       wrong = 0
       do b = 1, size(reached%levels(1)%blocks)
-         associate (low => reached%levels(1)%reach(1, :, b), high => reached%levels(1)%reach(2, :, b), &
+         associate (low => reached%levels(1)%extent(1, :, b), high => reached%levels(1)%extent(2, :, b), &
                     part => reached%levels(1)%nodes(:, :, :, :, b), all => model%levels(1)%nodes(:, :, :, :, b))
             wrong = wrong + count(abs(part(:, low(1) + 1:high(1) + 1, low(2) + 1:high(2) + 1, low(3) + 1:high(3) + 1) &
                                       - all(:, low(1) + 1:high(1) + 1, low(2) + 1:high(2) + 1, low(3) + 1:high(3) + 1)) > 0.0_wp)
@@ -176,7 +178,7 @@ contains
             do k = 0, tile_last
                do j = 0, tile_last
                   do i = 0, tile_last
-                     if (all([i, j, k] >= level%reach(1, :, b)) .and. all([i, j, k] <= level%reach(2, :, b))) cycle
+                     if (all([i, j, k] >= level%extent(1, :, b)) .and. all([i, j, k] <= level%extent(2, :, b))) cycle
                      wrong = wrong + count(abs(level%nodes(:, i, j, k, b)) > 0.0_wp)
                   end do
                end do

@@ -139,7 +139,7 @@ contains
          do p = 1, n
             whole%bin(p) = 1 + int(chance%between(0.0_wp, real(bins, wp)))
          end do
-         call whole%survey(n)
+         call whole%update_statistics(n)
          nodes = .false.
          do c = 1, round - 1 ! none at first
             place = int(chance%several(3, 0.0_wp, 10.0_wp))
@@ -175,22 +175,22 @@ contains
             cells%bin(p) = 1 + int(chance%between(0.0_wp, merge(2.0_wp, real(bins, wp), mod(round, 4) == 0)))
          end do
          before = cells%bin
-         call cells%survey(n)
-         if (n > 2) disordered = disordered .and. cells%jumps > n/8
+         call cells%update_statistics(n)
+         if (n > 2) disordered = disordered .and. cells%run_breaks > n/8
          associate (here => cells%bin(:n - 1), next => cells%bin(2:n))
             right = right .and. cells%occupied == count([(any(cells%bin(:n) == b), b=1, bins)])
-            right = right .and. cells%jumps == min(n, 1) + count(next /= here) - cells%occupied + 2*count(next < here)
+            right = right .and. cells%run_breaks == min(n, 1) + count(next /= here) - cells%occupied + 2*count(next < here)
          end associate
          call cells%sort(order(:n))
          once = .false.
          once(order(:n)) = .true.
-         right = right .and. count(once) == n .and. cells%jumps == 0 .and. all(cells%bin(:n) == before(order(:n)))
+         right = right .and. count(once) == n .and. cells%run_breaks == 0 .and. all(cells%bin(:n) == before(order(:n)))
          do p = 2, n
             right = right .and. cells%bin(p) >= cells%bin(p - 1)
             if (cells%bin(p) == cells%bin(p - 1)) right = right .and. order(p) > order(p - 1)
          end do
-         call cells%survey(n)
-         right = right .and. cells%jumps == 0
+         call cells%update_statistics(n)
+         right = right .and. cells%run_breaks == 0
       end do
       call test%check(right, 'sorted by bins, nothing is out of order')
       call test%check(disordered, 'before it was')
@@ -212,7 +212,7 @@ contains
          call wander(model, round)
       end do
       do b = 1, size(model%levels(1)%blocks)
-         model%levels(1)%blocks(b)%jumps = b + 0.5_wp ! those that have just been sorted have none
+         model%levels(1)%blocks(b)%run_breaks = b + 0.5_wp ! those that have just been sorted have none
       end do
       weighed = what_placement_weighs(model)
       call test%check(comm%maximum(maxval([0, model%levels(1)%blocks%cells%occupied])*1.0_wp) > 0.0_wp, 'some bins are occupied')
@@ -250,13 +250,13 @@ contains
       call model%release()
    end subroutine change_of_owners
 
-   !> Of this rank's blocks: occupied bins, jumps on average.
+   !> Of this rank's blocks: occupied bins, run_breaks on average.
    function what_placement_weighs(model) result(values)
       type(model_t), intent(in) :: model
       real(wp), allocatable :: values(:)
       integer :: b
       associate (blocks => model%levels(1)%blocks)
-         values = [(real(blocks(b)%cells%occupied, wp), b=1, size(blocks)), (blocks(b)%jumps, b=1, size(blocks))]
+         values = [(real(blocks(b)%cells%occupied, wp), b=1, size(blocks)), (blocks(b)%run_breaks, b=1, size(blocks))]
       end associate
    end function what_placement_weighs
 

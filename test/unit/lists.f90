@@ -81,7 +81,8 @@ contains
                        here => cells%bin(:n - 1), next => cells%bin(2:n))
                if (any(cells%low /= [minval(x), minval(y), minval(z)]) .or. any(cells%high /= [maxval(x), maxval(y), maxval(z)]) &
                    .or. cells%occupied /= count([(any(cells%bin(:n) == bin), bin=1, bins)]) &
-                   .or. (cells%jumps /= 1 + count(next /= here) - cells%occupied + 2*count(next < here) .and. .not. cells%joined)) &
+                   .or. (cells%run_breaks /= 1 + count(next /= here) - cells%occupied + 2*count(next < here) &
+                         .and. .not. cells%joined)) &
                   wrong = wrong + 1
             end associate
          end associate

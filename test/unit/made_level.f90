@@ -2,14 +2,15 @@
 module m_made_level
    use m_kinds, only: wp, i4, i8
    use m_constants, only: block_size
+   use m_node_values, only: node_values, tile_last
    use m_scene, only: grid_spec_t
    use m_grid_level, only: make_grid_level
-   use m_level, only: level_t, tile_last, node_values
+   use m_level, only: level_t
    use m_decomposition, only: settle_blocks
    use m_node_exchange, only: sum_tiles
-   use m_particle_to_node, only: add_to_nodes
+   use m_p2g_boxes, only: p2g_boxes
    use m_node_solve, only: solve_nodes
-   use m_boundary, only: fold_symmetry, constrain_nodes, motion_parity
+   use m_boundary, only: fold_symmetry, apply_boundary, motion_parity
    use m_migration, only: frame_of
    use m_locate, only: bin_of
    implicit none
@@ -86,20 +87,20 @@ contains
       end associate
       do b = 1, size(level%blocks)
          associate (block => level%blocks(b))
-            call block%look_over()
+            call block%update_extents()
             level%nodes(:, :, :, :, b) = 0.0_wp
-            call add_to_nodes(block%cells, block%particles%column, level%layout, frame_of(level, block), &
+            call p2g_boxes(block%cells, block%particles%column, level%layout, frame_of(level, block), &
                               level%nodes(:, :, :, :, b))
             call fold_symmetry(level%grid, block%place, level%nodes(:, :, :, :, b), motion_parity)
          end associate
       end do
-      call sum_tiles(level%blocks, level%inner_first, level%nodes)
+      call sum_tiles(level%blocks, level%interior_first, level%nodes)
       do b = 1, size(level%blocks)
          call collect(level, b, state%sums, held, state%disagreements)
       end do
       do b = 1, size(level%blocks)
          call solve_nodes(level%nodes(:, :, :, :, b), time_step)
-         call constrain_nodes(level%grid, level%blocks(b)%place, level%nodes(:, :, :, :, b))
+         call apply_boundary(level%grid, level%blocks(b)%place, level%nodes(:, :, :, :, b))
          call collect(level, b, state%solved, state%held, state%disagreements)
       end do
    end subroutine all_nodes

@@ -7,8 +7,8 @@ program transfer
    use m_cell_list, only: cell_list_t
    use m_stencil, only: frame_t
    use m_locate, only: locate_particles
-   use m_particle_to_node, only: add_to_nodes, gather_body_force
-   use m_node_to_particle, only: scatter_to_particles, motion_t
+   use m_p2g_boxes, only: p2g_boxes, add_body_force
+   use m_g2p_boxes, only: g2p_boxes, motion_t
    use m_node_solve, only: solve_nodes
    use m_assertions, only: assertions_t
    use m_chance, only: chance_t, keep_worst, say
@@ -50,9 +50,9 @@ contains
       integer, intent(in) :: count
       type(field_table_t) :: table
       real(wp), parameter :: sizes(3) = [1.0_wp/6.0_wp, 0.25_wp, 0.5_wp]
-      integer(i4), allocatable :: leavers(:)
+      integer(i4), allocatable :: emigrants(:)
       real(wp) :: lowest(3), highest(3), spot(3)
-      integer :: p, c, leaver_count
+      integer :: p, c, emigrant_count
       logical :: moved
       call table%declare('mass', 1, 'kg', .true.) ! not the program's order: nothing may rest on it
       call table%declare('stress', 6, 'Pa', .true.)
@@ -65,7 +65,7 @@ contains
       layout = table%layout()
       frame = frame_t([0.3_wp, -1.1_wp, 2.7_wp], 0.37_wp, 1.0_wp/0.37_wp)
       n = count
-      allocate (column(n + 5, table%columns), gradient(n + 5, 9), leavers(0))
+      allocate (column(n + 5, table%columns), gradient(n + 5, 9), emigrants(0))
       do c = 1, table%columns
          column(:, c) = chance%several(n + 5, -1.0_wp, 1.0_wp)
       end do
@@ -80,9 +80,9 @@ contains
          column(p, layout%volume) = chance%between(0.5_wp, 2.0_wp)
       end do
       call cells%reserve(n + 5, choosing=.true.)
-      call locate_particles(n, column(:, layout%position:layout%position + 2), frame, cells%bin, leavers, leaver_count, moved, &
+      call locate_particles(n, column(:, layout%position:layout%position + 2), frame, cells%bin, emigrants, emigrant_count, moved, &
                             lowest, highest)
-      call test%check_equal(leaver_count, 0, 'particles made inside the block do not leave it')
+      call test%check_equal(emigrant_count, 0, 'particles made inside the block do not leave it')
       call test%check_close([lowest, highest], [minval(column(:n, layout%position:layout%position + 2), dim=1), &
                             maxval(column(:n, layout%position:layout%position + 2), dim=1)], 0.0_wp, 'bounds of the centres')
       body_force(:n, 1) = chance%several(n, -1.0_wp, 1.0_wp)
@@ -95,7 +95,7 @@ contains
       integer, intent(in) :: way
       type(cell_list_t) :: copy
       integer(i4) :: order(n)
-      call cells%survey(n)
+      call cells%update_statistics(n)
       select case (ways(way))
       case ('chosen')
          copy = cells
@@ -103,14 +103,14 @@ contains
          cells%order(:n) = order
          cells%chosen = .true.
       case ('sorted')
-         call test%check(cells%jumps > n, 'the particles were out of order')
+         call test%check(cells%run_breaks > n, 'the particles were out of order')
          call cells%sort(order)
          column(:n, :) = column(order, :)
          body_force(:n, :) = body_force(order, :)
-         call cells%survey(n)
-         call test%check_equal(cells%jumps, 0, 'sorted, they are in order')
+         call cells%update_statistics(n)
+         call test%check_equal(cells%run_breaks, 0, 'sorted, they are in order')
       case ('from 101')
-         call cells%survey(n, 101)
+         call cells%update_statistics(n, 101)
       end select
    end subroutine arrange
 
@@ -165,7 +165,7 @@ contains
       at = layout
       if (.not. affine) at%gradient = 0
       tile = 0.0_wp
-      call add_to_nodes(cells, column, at, frame, tile)
+      call p2g_boxes(cells, column, at, frame, tile)
       call plain_to_nodes(affine, with_body_force=.false.)
       off = 0.0_wp
       call keep_worst(off(1), maxval(abs(tile(1, :, :, :) - plain(1, :, :, :))))
@@ -198,7 +198,7 @@ contains
          end do
       end do
       call test%check_close(angular/scale(3), [0.0_wp, 0.0_wp, 0.0_wp], 1.0e-12_wp*n, kind//': internal forces have no torque')
-      call gather_body_force(cells, column, at, frame, body_force, tile)
+      call add_body_force(cells, column, at, frame, body_force, tile)
       call plain_to_nodes(affine, with_body_force=.true.)
       call test%check_close(reshape(tile(5:7, :, :, :) - plain(5:7, :, :, :), [3*(last + 1)**3])/scale(3), &
                             [(0.0_wp, p=1, 3*(last + 1)**3)], 1.0e-13_wp, 'body forces as the plain sums')
@@ -248,7 +248,7 @@ contains
       integer :: p
       call fill_tile()
       before = column
-      call scatter_to_particles(cells, tile, layout, frame, motion_t(dt, flip, layout%next_position), column, gradient)
+      call g2p_boxes(cells, tile, layout, frame, motion_t(dt, flip, layout%next_position), column, gradient)
       off = 0.0_wp
       call test%check(all(abs(column(:cells%first - 1, :) - before(:cells%first - 1, :)) <= 0.0_wp), &
                       'those before the first keep their bits')
@@ -273,7 +273,7 @@ contains
       real(wp), allocatable :: before(:, :)
       call fill_tile()
       before = column
-      call scatter_to_particles(cells, tile, layout, frame, motion_t(0.0_wp, 1.0_wp, layout%position), column, gradient)
+      call g2p_boxes(cells, tile, layout, frame, motion_t(0.0_wp, 1.0_wp, layout%position), column, gradient)
       call test%check(all(abs(column - before) <= 0.0_wp), 'gradient only: places and velocities keep their bits')
    end subroutine gradient_only
 
@@ -288,9 +288,9 @@ contains
          column(p, layout%velocity:layout%velocity + 2) = a + matmul(b, of(p, layout%position, 3))
          column(p, layout%gradient:layout%gradient + 8) = reshape(b, [9])
       end do
-      call cells%survey(n)
+      call cells%update_statistics(n)
       tile = 0.0_wp
-      call add_to_nodes(cells, column, layout, frame, tile)
+      call p2g_boxes(cells, column, layout, frame, tile)
       call solve_nodes(tile, 0.1_wp)
       off = 0.0_wp
       do k = 0, last
@@ -304,7 +304,7 @@ contains
             end do
          end do
       end do
-      call scatter_to_particles(cells, tile, layout, frame, motion_t(0.0_wp, 0.0_wp, layout%next_position), column, gradient)
+      call g2p_boxes(cells, tile, layout, frame, motion_t(0.0_wp, 0.0_wp, layout%next_position), column, gradient)
       do p = 1, n
          expected = a + matmul(b, of(p, layout%position, 3))
          call keep_worst(off(2), maxval(abs(of(p, layout%velocity, 3) - expected)))
@@ -341,9 +341,9 @@ contains
             cells%bin(p) = 1 + at(1) + block_size*(at(2) + block_size*at(3))
          end associate
       end do
-      call cells%survey(n)
+      call cells%update_statistics(n)
       tile = 0.0_wp
-      call add_to_nodes(cells, column, layout, frame, tile)
+      call p2g_boxes(cells, column, layout, frame, tile)
       inner = maxval(abs(tile(5:7, 3:5, 3:5, 3:4)))/(6.0e9_wp*frame%cell**2)
       call say('uniform stress: force on inner nodes, relative', inner)
       call test%check_close(inner, 0.0_wp, 1.0e-13_wp, 'a uniform stress makes no force on inner nodes')

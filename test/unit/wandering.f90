@@ -22,7 +22,7 @@ module m_wandering
    public :: wandering_scene, build_wandering, mark, wander, wrong_values, wrong_bins, all_ids, alone, ordered_ids
 
    integer, protected, public :: joined = 0        !< blocks into which something had come, in all steps, on this rank
-   integer, protected, public :: jumps_changed = 0 !< those whose jumps were others after it joined
+   integer, protected, public :: jumps_changed = 0 !< those whose run_breaks were others after it joined
 
    !> Adds a field that nothing but the tests knows.
    type, extends(effect_t) :: marker_t
@@ -134,32 +134,32 @@ contains
       type(model_t), intent(inout) :: model
       integer, intent(in) :: step
       real(wp) :: lowest(3), highest(3)
-      integer :: b, jumps, p
+      integer :: b, run_breaks, p
       logical :: moved
       call model%migration(1)%prepare(model%communicator, model%levels(1))
       do b = 1, size(model%levels(1)%blocks)
          associate (level => model%levels(1), block => model%levels(1)%blocks(b), x => model%levels(1)%layout%position)
-            block%leaver_count = 0
+            block%emigrant_count = 0
             if (block%particles%count == 0) cycle
             do p = 1, block%particles%count
                block%particles%column(p, x:x + 2) = next_place(model, block%particles%id(p), &
                                                                block%particles%column(p, x:x + 2), step)
             end do
             call locate_particles(block%particles%count, block%particles%column(:, x:x + 2), frame_of(level, block), &
-                                  block%cells%bin, block%leavers, block%leaver_count, moved, lowest, highest)
+                                  block%cells%bin, block%emigrants, block%emigrant_count, moved, lowest, highest)
             if (moved) block%cells%current = .false.
          end associate
       end do
       call model%create_blocks()
-      call model%migration(1)%move_leavers(model%communicator, model%levels(1), model%exchange(1)%ranks)
+      call model%migration(1)%move_emigrants(model%communicator, model%levels(1), model%exchange(1)%ranks)
       do b = 1, size(model%levels(1)%blocks)
          associate (level => model%levels(1), block => model%levels(1)%blocks(b))
-            call level%look_over(b, whole=.false.)
+            call level%update_extents(b, whole=.false.)
             if (block%wants_sorting()) call block%sort(level%order, level%gradient)
-            jumps = block%cells%jumps
+            run_breaks = block%cells%run_breaks
             if (block%arrived > 0) joined = joined + 1
             call level%join_arrivals(b)
-            if (block%cells%jumps /= jumps) jumps_changed = jumps_changed + 1
+            if (block%cells%run_breaks /= run_breaks) jumps_changed = jumps_changed + 1
          end associate
       end do
    end subroutine wander

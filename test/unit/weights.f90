@@ -116,7 +116,7 @@ contains
             column(p, 4) = sizes(1 + mod(p, 3))*frame%cell
             column(p, 5:6) = chance%several(2, 0.05_wp, 0.6_wp)*frame%cell
          end do
-         call cells%survey(count)
+         call cells%update_statistics(count)
          order(:count) = [(p, p=1, count)]
          if (mod(round, 4) < 2) then ! as they are stored, or chosen and shuffled
             do p = count, 2, -1

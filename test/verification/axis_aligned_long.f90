@@ -86,7 +86,7 @@ contains
    end subroutine particles
 
    !> The small amplitude goes on converging. The large one stops, at an error a little under 1 % of A: that is what the fixed
-   !> domains of uniform GIMP leave, and is held here so that it grows no worse; a better order is welcome.
+   !> domains of uniform GIMP leave, and is held here so that it grows no worse; a better order is entry_margin.
    subroutine fine_grids()
       type(series_t) :: series
       series = run_series(comm, run_t(amplitude=small), [16, 32, 64], 'A = 0.001 m, affine, usl')

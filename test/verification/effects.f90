@@ -426,7 +426,7 @@ contains
       call test%check_equal(size(model%effects), 0, 'absent: no effects')
       call test%check_equal(size(model%timers%names), phases, 'absent: no rows')
       call test%check_equal(model%levels(1)%table%columns, 24, 'absent: no fields')
-      call test%check(.not. model%effect_step(1)%works, 'absent: no work')
+      call test%check(.not. model%effect_step(1)%acts_on_nodes, 'absent: no work')
       call model%release()
    end subroutine absent_is_free
 

@@ -55,7 +55,8 @@ contains
       scene%bodies(1)%angular_velocity = spin
    end function block
 
-   !> Kinetic energy and angular momentum about the origin of a rigid block between two corners (in cells), turning about its middle.
+   !> Kinetic energy and angular momentum about the origin of a rigid block between two corners (in cells), turning about its
+   !> middle.
    subroutine exact(low, high, kinetic, angular)
       integer, intent(in) :: low(3), high(3)
       real(wp), intent(out) :: kinetic, angular(3)
@@ -153,7 +154,8 @@ contains
       call model%release()
    end subroutine plain
 
-   !> A block inside a level, whose particles are small; the level goes elsewhere, and they merge; it comes back, and they are split.
+   !> A block inside a level, whose particles are small; the level goes elsewhere, and they merge; it comes back, and they are
+   !> split.
    subroutine levels()
       integer, parameter :: low(3) = [5, 5, 5], high(3) = [7, 8, 9]
       type(model_t) :: model

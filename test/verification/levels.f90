@@ -10,7 +10,6 @@ program levels
    use m_communicator, only: communicator_t
    use m_scene, only: scene_t, boundary_symmetry, boundary_roller, boundary_free, domain_fixed, &
                       domain_stretch, domain_corners
-   use m_level, only: tile_last
    use m_model, only: model_t
    use m_energy, only: sums_t, measure
    use m_assertions, only: assertions_t
@@ -476,8 +475,8 @@ contains
       call test%check_close(off, spread(0.0_wp, 1, 5), 1.0e-11_wp, 'mirrored: a quarter moves as the whole does, '//manner%text())
    end subroutine mirrored
 
-   !> A force on a slave of the edge, `share` of the momentum over the run: it goes up to the coarse nodes and from there to the
-   !> particles, once; and what conserves momentum to 1e-12 sees one of 1e-9.
+   !> A force on a constrained node of the edge, `share` of the momentum over the run: it goes up to the coarse nodes and from there
+   !> to the particles, once; and what conserves momentum to 1e-12 sees one of 1e-9.
    subroutine planted(share)
       real(wp), intent(in) :: share
       integer, parameter :: steps = 40
@@ -502,7 +501,7 @@ contains
       call test%check(.not. error%happened(), 'planted: goes on')
       now = measure(model)
       change = norm2(now%momentum - start%momentum)/norm2(start%momentum)
-      if (comm%is_root()) print '(3x,a,es9.2,a,es10.3,a,es9.1)', 'a force on a slave,', share, &
+      if (comm%is_root()) print '(3x,a,es9.2,a,es10.3,a,es9.1)', 'a force on a constrained,', share, &
          ' of the momentum: momentum changes by', change, ', other than the impulse', &
          norm2(now%momentum - start%momentum - impulse)/norm2(start%momentum)
       if (share <= 0.0_wp) call test%check_close(change, 0.0_wp, 1.0e-12_wp, 'planted: nothing without a force')

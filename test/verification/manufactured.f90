@@ -371,11 +371,11 @@ contains
          associate (level => model%levels(l), x => model%levels(l)%layout%position)
             do b = 1, size(level%blocks)
                associate (block => level%blocks(b))
-                  block%leaver_count = 0
-                  call block%stir()
+                  block%emigrant_count = 0
+                  call block%invalidate()
                   if (block%particles%count == 0) cycle
                   call locate_particles(block%particles%count, block%particles%column(:, x:x + 2), frame_of(level, block), &
-                                        block%cells%bin, block%leavers, block%leaver_count, moved, block%lowest, block%highest)
+                                        block%cells%bin, block%emigrants, block%emigrant_count, moved, block%lowest, block%highest)
                   block%cells%current = .false.
                end associate
             end do
@@ -383,7 +383,7 @@ contains
       end do
       if (size(model%levels) == 1) call model%create_blocks()
       do l = 1, size(model%levels)
-         call model%migration(l)%move_leavers(model%communicator, model%levels(l), model%exchange(l)%ranks)
+         call model%migration(l)%move_emigrants(model%communicator, model%levels(l), model%exchange(l)%ranks)
       end do
       if (size(model%levels) == 1) return
       call change_pair(model, 1, error) ! a particle at the edge may reach over it now

@@ -1,15 +1,15 @@
 !> Particles take velocity, acceleration and velocity gradient from their nodes (theory.md, eq. to-particles).
-module m_node_to_particle
+module m_g2p_boxes
    use m_kinds, only: wp
    use m_constants, only: block_size
+   use m_node_values, only: node_values
    use m_field_table, only: layout_t
    use m_cell_list, only: cell_list_t
    use m_stencil, only: stencil_t, frame_t, batch, chunk, set_stencil
    implicit none
    private
-   public :: scatter_to_particles, motion_t, longest_t, taken_t, move, find_longest
+   public :: g2p_boxes, motion_t, fastest_t, taken_t, move, find_fastest
 
-   integer, parameter :: lanes = 8 !< values a node: mass, velocity (3), acceleration (3), spare
    integer, parameter :: half = 4  !< of them, those of which the gradient is wanted, and those of which it is not
 
    !> How the particles move: x += dt v_grid, v = flip (v + dt a) + (1 - flip) v_grid; then v - v_grid <- unseen (v - v_grid).
@@ -22,10 +22,10 @@ module m_node_to_particle
    end type motion_t
 
    !> The particle of a block that the grid carries fastest along an axis, if faster than allowed: an undefined speed is none.
-   type :: longest_t
+   type :: fastest_t
       real(wp) :: speed        !< allowed at first, then that of the particle, m/s
       integer :: particle = 0  !< 0: none is too fast
-   end type longest_t
+   end type fastest_t
 
    !> What the particles of a chunk take. Vectors may write `batch` - 1 beyond the last.
    type :: taken_t
@@ -38,15 +38,15 @@ module m_node_to_particle
 contains
 
    !> Move a block's particles with its node tile and store their velocity gradients, d v_i / d x_j at 3 (j-1) + i.
-   pure subroutine scatter_to_particles(cells, tile, layout, frame, motion, column, gradient, longest)
+   pure subroutine g2p_boxes(cells, tile, layout, frame, motion, column, gradient, fastest)
       type(cell_list_t), intent(in) :: cells
-      real(wp), intent(in) :: tile(lanes, 0:block_size + 1, 0:block_size + 1, 0:block_size + 1)
+      real(wp), intent(in) :: tile(node_values, 0:block_size + 1, 0:block_size + 1, 0:block_size + 1)
       type(layout_t), intent(in) :: layout
       type(frame_t), intent(in) :: frame
       type(motion_t), intent(in) :: motion
       real(wp), intent(inout), contiguous :: column(:, :)
       real(wp), intent(inout), contiguous :: gradient(:, :) !< (:, 9), 1/s
-      type(longest_t), intent(inout), optional :: longest
+      type(fastest_t), intent(inout), optional :: fastest
       type(stencil_t) :: stencil
       type(taken_t) :: taken
       integer :: first, last, p, r
@@ -66,15 +66,15 @@ contains
             end associate
          end do
          call move(stencil, taken, layout, motion, column, gradient)
-         if (present(longest)) call find_longest(stencil, taken, longest)
+         if (present(fastest)) call find_fastest(stencil, taken, fastest)
       end do
-   end subroutine scatter_to_particles
+   end subroutine g2p_boxes
 
-   !> Raise `longest` to the fastest of a chunk, if that is faster.
-   pure subroutine find_longest(stencil, taken, longest)
+   !> Raise `fastest` to the fastest of a chunk, if that is faster.
+   pure subroutine find_fastest(stencil, taken, fastest)
       type(stencil_t), intent(in) :: stencil
       type(taken_t), intent(in) :: taken
-      type(longest_t), intent(inout) :: longest
+      type(fastest_t), intent(inout) :: fastest
       real(wp) :: speed
       integer :: m
       speed = 0.0_wp
@@ -82,11 +82,11 @@ contains
       do m = 1, stencil%count
          speed = max(speed, abs(taken%motion(m, 1)), abs(taken%motion(m, 2)), abs(taken%motion(m, 3)))
       end do
-      if (.not. speed > longest%speed) return
+      if (.not. speed > fastest%speed) return
       do m = 1, stencil%count
-         if (maxval(abs(taken%motion(m, 1:3))) >= speed) longest = longest_t(speed, stencil%member(m))
+         if (maxval(abs(taken%motion(m, 1:3))) >= speed) fastest = fastest_t(speed, stencil%member(m))
       end do
-   end subroutine find_longest
+   end subroutine find_fastest
 
    !> The particle `first` and those behind it together: one lane a particle, one quantity after the other, so that its seven sums
    !> and the weights along x fit into sixteen registers. Planes stay a loop (`unroll 1`): as straight code, all loads of the nodes
@@ -95,7 +95,7 @@ contains
    pure subroutine take_group(stencil, first, i, j, k, tile, taken)
       type(stencil_t), intent(in) :: stencil
       integer, intent(in) :: first, i, j, k
-      real(wp), intent(in) :: tile(lanes, 0:block_size + 1, 0:block_size + 1, 0:block_size + 1)
+      real(wp), intent(in) :: tile(node_values, 0:block_size + 1, 0:block_size + 1, 0:block_size + 1)
       type(taken_t), intent(inout) :: taken
       real(wp) :: even, odd, plane, plane_x, plane_y, value, x, y, z
       integer :: b, c, m, q
@@ -157,7 +157,7 @@ contains
    pure subroutine take_one(stencil, m, i, j, k, tile, taken)
       type(stencil_t), intent(in) :: stencil
       integer, intent(in) :: m, i, j, k
-      real(wp), intent(in) :: tile(lanes, 0:block_size + 1, 0:block_size + 1, 0:block_size + 1)
+      real(wp), intent(in) :: tile(node_values, 0:block_size + 1, 0:block_size + 1, 0:block_size + 1)
       type(taken_t), intent(inout) :: taken
       real(wp), dimension(half) :: velocity, slope_x, slope_y, slope_z, acceleration
       real(wp) :: even, odd, plane, plane_x, plane_y, value, x, y, z
@@ -286,4 +286,4 @@ contains
       end do
    end subroutine rest_along
 
-end module m_node_to_particle
+end module m_g2p_boxes

@@ -1,31 +1,31 @@
 !> Particles whose domains are parallelepipeds take velocity, acceleration and velocity gradient from their nodes (theory.md, eqs
 !> to-particles, corners).
-module m_corner_to_particle
+module m_g2p_corners
    use m_kinds, only: wp
    use m_constants, only: block_size
+   use m_node_values, only: node_values
    use m_field_table, only: layout_t
    use m_cell_list, only: cell_list_t
    use m_stencil, only: frame_t, batch, chunk
    use m_corner_stencil, only: corner_stencil_t, corner_weights_t, set_corners, set_corner_weights
-   use m_node_to_particle, only: motion_t, longest_t, taken_t, move, find_longest
+   use m_g2p_boxes, only: motion_t, fastest_t, taken_t, move, find_fastest
    implicit none
    private
-   public :: scatter_to_corners
+   public :: g2p_corners
 
-   integer, parameter :: lanes = 8 !< values a node: mass, velocity (3), acceleration (3), spare
 
 contains
 
-   !> Move a block's particles with its node tile and store their velocity gradients; as scatter_to_particles.
-   pure subroutine scatter_to_corners(cells, tile, layout, frame, motion, column, gradient, longest)
+   !> Move a block's particles with its node tile and store their velocity gradients; as g2p_boxes.
+   pure subroutine g2p_corners(cells, tile, layout, frame, motion, column, gradient, fastest)
       type(cell_list_t), intent(in) :: cells
-      real(wp), intent(in) :: tile(lanes, 0:block_size + 1, 0:block_size + 1, 0:block_size + 1)
+      real(wp), intent(in) :: tile(node_values, 0:block_size + 1, 0:block_size + 1, 0:block_size + 1)
       type(layout_t), intent(in) :: layout
       type(frame_t), intent(in) :: frame
       type(motion_t), intent(in) :: motion
       real(wp), intent(inout), contiguous :: column(:, :)
       real(wp), intent(inout), contiguous :: gradient(:, :) !< (:, 9), 1/s
-      type(longest_t), intent(inout), optional :: longest
+      type(fastest_t), intent(inout), optional :: fastest
       type(corner_stencil_t) :: corners
       type(corner_weights_t) :: weights
       type(taken_t) :: taken
@@ -38,22 +38,22 @@ contains
             call take(weights, m, p, corners%place(:, m), tile, taken)
          end do
          call move(corners%list, taken, layout, motion, column, gradient)
-         if (present(longest)) call find_longest(corners%list, taken, longest)
+         if (present(fastest)) call find_fastest(corners%list, taken, fastest)
       end do
-   end subroutine scatter_to_corners
+   end subroutine g2p_corners
 
    !> Particle m of the chunk, p of the batch, from the nodes from `place` in the tile on: one lane a node quantity.
    pure subroutine take(weights, m, p, place, tile, taken)
       type(corner_weights_t), intent(in) :: weights
       integer, intent(in) :: m, p, place(3)
-      real(wp), intent(in) :: tile(lanes, 0:block_size + 1, 0:block_size + 1, 0:block_size + 1)
+      real(wp), intent(in) :: tile(node_values, 0:block_size + 1, 0:block_size + 1, 0:block_size + 1)
       type(taken_t), intent(inout) :: taken
-      real(wp), dimension(lanes) :: motion, slope_x, slope_y, slope_z
+      real(wp), dimension(node_values) :: motion, slope_x, slope_y, slope_z
       real(wp) :: value, x, y, z
       integer :: b, c, i, j, k, n, q
       i = place(1)
       !$omp simd private(value, x, y, z)
-      do q = 1, lanes
+      do q = 1, node_values
          value = 0.0_wp
          x = 0.0_wp
          y = 0.0_wp
@@ -87,4 +87,4 @@ contains
       end do
    end subroutine take
 
-end module m_corner_to_particle
+end module m_g2p_corners

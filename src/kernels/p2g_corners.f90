@@ -1,28 +1,28 @@
 !> Particles whose domains are parallelepipeds give mass, momentum and force to their nodes (theory.md, eqs to-nodes, corners).
 !> The weights are no products of one an axis, so each particle goes to its 27 nodes by itself, one lane a node quantity.
-module m_corner_to_node
+module m_p2g_corners
    use m_kinds, only: wp
    use m_constants, only: block_size
+   use m_node_values, only: node_values, f_x, f_z
    use m_field_table, only: layout_t
    use m_cell_list, only: cell_list_t
    use m_stencil, only: frame_t, batch, chunk
    use m_corner_stencil, only: corner_stencil_t, corner_weights_t, set_corners, set_corner_weights
-   use m_particle_to_node, only: load_t, half, set_load
+   use m_p2g_boxes, only: load_t, half, set_load
    implicit none
    private
-   public :: add_corners_to_nodes, gather_corners_body_force
+   public :: p2g_corners, add_corners_body_force
 
-   integer, parameter :: lanes = 8 !< values a node: mass, momentum (3), force (3), spare
 
 contains
 
-   !> Add to a block's node tile what the listed particles give; as add_to_nodes.
-   pure subroutine add_corners_to_nodes(cells, column, layout, frame, tile)
+   !> Add to a block's node tile what the listed particles give; as p2g_boxes.
+   pure subroutine p2g_corners(cells, column, layout, frame, tile)
       type(cell_list_t), intent(in) :: cells
       real(wp), intent(in), contiguous :: column(:, :)
       type(layout_t), intent(in) :: layout
       type(frame_t), intent(in) :: frame
-      real(wp), intent(inout) :: tile(lanes, 0:block_size + 1, 0:block_size + 1, 0:block_size + 1)
+      real(wp), intent(inout) :: tile(node_values, 0:block_size + 1, 0:block_size + 1, 0:block_size + 1)
       type(corner_stencil_t) :: corners
       type(corner_weights_t) :: weights
       type(load_t) :: load
@@ -36,14 +36,14 @@ contains
             call add(load, weights, m, p, corners%place(:, m), tile)
          end do
       end do
-   end subroutine add_corners_to_nodes
+   end subroutine p2g_corners
 
    !> Add particle m of the chunk, p of the batch, to the nodes from `place` in the tile on.
    pure subroutine add(load, weights, m, p, place, tile)
       type(load_t), intent(in) :: load
       type(corner_weights_t), intent(in) :: weights
       integer, intent(in) :: m, p, place(3)
-      real(wp), intent(inout) :: tile(lanes, 0:block_size + 1, 0:block_size + 1, 0:block_size + 1)
+      real(wp), intent(inout) :: tile(node_values, 0:block_size + 1, 0:block_size + 1, 0:block_size + 1)
       real(wp), dimension(half) :: plane, row
       integer :: a, b, c, i, j, k, n, q
       n = 0
@@ -72,14 +72,14 @@ contains
       end do
    end subroutine add
 
-   !> Add m S b to the force of a block's node tile; as gather_body_force.
-   pure subroutine gather_corners_body_force(cells, column, layout, frame, acceleration, tile)
+   !> Add m S b to the force of a block's node tile; as add_body_force.
+   pure subroutine add_corners_body_force(cells, column, layout, frame, acceleration, tile)
       type(cell_list_t), intent(in) :: cells
       real(wp), intent(in), contiguous :: column(:, :)
       type(layout_t), intent(in) :: layout
       type(frame_t), intent(in) :: frame
       real(wp), intent(in), contiguous :: acceleration(:, :) !< (:, 3), m/s2
-      real(wp), intent(inout) :: tile(lanes, 0:block_size + 1, 0:block_size + 1, 0:block_size + 1)
+      real(wp), intent(inout) :: tile(node_values, 0:block_size + 1, 0:block_size + 1, 0:block_size + 1)
       type(corner_stencil_t) :: corners
       type(corner_weights_t) :: weights
       real(wp) :: force(3)
@@ -93,10 +93,10 @@ contains
             force = column(particle, layout%mass)*acceleration(particle, :)
             do n = 1, 27
                node = corners%place(:, m) + [mod(n - 1, 3), mod((n - 1)/3, 3), (n - 1)/9]
-               tile(5:7, node(1), node(2), node(3)) = tile(5:7, node(1), node(2), node(3)) + weights%weight(p, n)*force
+               tile(f_x:f_z, node(1), node(2), node(3)) = tile(f_x:f_z, node(1), node(2), node(3)) + weights%weight(p, n)*force
             end do
          end do
       end do
-   end subroutine gather_corners_body_force
+   end subroutine add_corners_body_force
 
-end module m_corner_to_node
+end module m_p2g_corners

@@ -1,15 +1,15 @@
 !> Particles give mass, momentum and internal force to their nodes (theory.md, eq. to-nodes).
-module m_particle_to_node
+module m_p2g_boxes
    use m_kinds, only: wp
    use m_constants, only: block_size
+   use m_node_values, only: node_values, mass_, p_x, p_z, f_x, f_z
    use m_field_table, only: layout_t
    use m_cell_list, only: cell_list_t
    use m_stencil, only: stencil_t, frame_t, batch, chunk, set_stencil
    implicit none
    private
-   public :: add_to_nodes, gather_body_force, load_t, half, clear, set_load
+   public :: p2g_boxes, add_body_force, load_t, half, clear, set_load
 
-   integer, parameter :: lanes = 8 !< values a node: mass, momentum (3), force (3), spare
    integer, parameter :: half = 4  !< of them, those that go with the weight, and those that go with its slopes: a register each
 
    !> What the particles of a chunk give, one lane a node quantity. Lanes that are never written stay 0.
@@ -23,12 +23,12 @@ contains
 
    !> Add to a block's node tile what the listed particles give.
    !> Where the layout has a velocity gradient, it is carried along (affine transfer): m S (v + L (x_i - x_p)).
-   pure subroutine add_to_nodes(cells, column, layout, frame, tile)
+   pure subroutine p2g_boxes(cells, column, layout, frame, tile)
       type(cell_list_t), intent(in) :: cells
       real(wp), intent(in), contiguous :: column(:, :)
       type(layout_t), intent(in) :: layout
       type(frame_t), intent(in) :: frame
-      real(wp), intent(inout) :: tile(lanes, 0:block_size + 1, 0:block_size + 1, 0:block_size + 1)
+      real(wp), intent(inout) :: tile(node_values, 0:block_size + 1, 0:block_size + 1, 0:block_size + 1)
       type(stencil_t) :: stencil
       type(load_t) :: load
       real(wp) :: face(chunk + batch, -1:1, -1:1)
@@ -44,14 +44,14 @@ contains
             end associate
          end do
       end do
-   end subroutine add_to_nodes
+   end subroutine p2g_boxes
 
    !> Before a block's first chunk: nothing on its nodes.
-   pure subroutine clear(tile, reach)
-      real(wp), intent(inout) :: tile(lanes, 0:block_size + 1, 0:block_size + 1, 0:block_size + 1)
-      integer, intent(in), optional :: reach(2, 3) !< first and last index along each axis of what can be other than 0
-      if (present(reach)) then
-         tile(:, reach(1, 1):reach(2, 1), reach(1, 2):reach(2, 2), reach(1, 3):reach(2, 3)) = 0.0_wp
+   pure subroutine clear(tile, extent)
+      real(wp), intent(inout) :: tile(node_values, 0:block_size + 1, 0:block_size + 1, 0:block_size + 1)
+      integer, intent(in), optional :: extent(2, 3) !< first and last index along each axis of what can be other than 0
+      if (present(extent)) then
+         tile(:, extent(1, 1):extent(2, 1), extent(1, 2):extent(2, 2), extent(1, 3):extent(2, 3)) = 0.0_wp
       else
          tile = 0.0_wp
       end if
@@ -90,9 +90,9 @@ contains
             momentum = momentum - stencil%offset(p, 1)*carried(:, 1) - stencil%offset(p, 2)*carried(:, 2) &
                        - stencil%offset(p, 3)*carried(:, 3)
          end if
-         load%momentum(1, 0, p) = mass
-         load%momentum(2:4, 0, p) = momentum
-         load%momentum(2:4, 1:3, p) = carried
+         load%momentum(mass_, 0, p) = mass
+         load%momentum(p_x:p_z, 0, p) = momentum
+         load%momentum(p_x:p_z, 1:3, p) = carried
          load%force(1:3, 1, p) = [force(1), force(6), force(5)]
          load%force(1:3, 2, p) = [force(6), force(2), force(4)]
          load%force(1:3, 3, p) = [force(5), force(4), force(3)]
@@ -135,7 +135,7 @@ contains
       type(stencil_t), intent(in) :: stencil
       real(wp), intent(in) :: face(chunk + batch, -1:1, -1:1)
       integer, intent(in) :: first, last, i, j, k
-      real(wp), intent(inout) :: tile(lanes, 0:block_size + 1, 0:block_size + 1, 0:block_size + 1)
+      real(wp), intent(inout) :: tile(node_values, 0:block_size + 1, 0:block_size + 1, 0:block_size + 1)
       real(wp) :: s11, s21, s31, s12, s22, s32, s13, s23, s33, middle, row, y, z
       integer :: a, p, q
       do a = -1, 1
@@ -184,7 +184,7 @@ contains
       type(load_t), intent(in) :: load
       type(stencil_t), intent(in) :: stencil
       integer, intent(in) :: first, last, i, j, k
-      real(wp), intent(inout) :: tile(lanes, 0:block_size + 1, 0:block_size + 1, 0:block_size + 1)
+      real(wp), intent(inout) :: tile(node_values, 0:block_size + 1, 0:block_size + 1, 0:block_size + 1)
       real(wp) :: s11, s21, s31, s12, s22, s32, s13, s23, s33, x, y, z, u, v
       integer :: a, p, q
       do a = -1, 1
@@ -233,13 +233,13 @@ contains
    end subroutine add_force
 
    !> Add m S b to the force of a block's node tile, b a body force per mass of each particle.
-   pure subroutine gather_body_force(cells, column, layout, frame, acceleration, tile)
+   pure subroutine add_body_force(cells, column, layout, frame, acceleration, tile)
       type(cell_list_t), intent(in) :: cells
       real(wp), intent(in), contiguous :: column(:, :)
       type(layout_t), intent(in) :: layout
       type(frame_t), intent(in) :: frame
       real(wp), intent(in), contiguous :: acceleration(:, :) !< (:, 3), m/s2
-      real(wp), intent(inout) :: tile(lanes, 0:block_size + 1, 0:block_size + 1, 0:block_size + 1)
+      real(wp), intent(inout) :: tile(node_values, 0:block_size + 1, 0:block_size + 1, 0:block_size + 1)
       type(stencil_t) :: stencil
       real(wp) :: force(3), weight
       integer :: a, b, c, first, m, p, place(3), r
@@ -254,14 +254,14 @@ contains
                   do b = -1, 1
                      do a = -1, 1
                         weight = stencil%weight(m, a, 1)*stencil%weight(m, b, 2)*stencil%weight(m, c, 3)
-                        tile(5:7, place(1) + a, place(2) + b, place(3) + c) = &
-                           tile(5:7, place(1) + a, place(2) + b, place(3) + c) + weight*force
+                        tile(f_x:f_z, place(1) + a, place(2) + b, place(3) + c) = &
+                           tile(f_x:f_z, place(1) + a, place(2) + b, place(3) + c) + weight*force
                      end do
                   end do
                end do
             end do
          end do
       end do
-   end subroutine gather_body_force
+   end subroutine add_body_force
 
-end module m_particle_to_node
+end module m_p2g_boxes
