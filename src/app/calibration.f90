@@ -91,7 +91,7 @@ contains
                n = particles%count
                if (n > 0) particles%column(:n, x:x + 2) = particles%column(:n, x:x + 2) + little*model%levels(1)%grid%cell
             end associate
-            call model%levels(l)%blocks(b)%invalidate()
+            call model%levels(l)%blocks(b)%particles%changed()
          end do
       end do
    end subroutine nudge

@@ -13,7 +13,8 @@ module m_simulation
    use m_effects, only: known_effects
    use m_model, only: model_t
    use m_speed_bounds, only: bound_speeds
-   use m_advance, only: advance
+   use m_integrator, only: integrator_t
+   use m_advance, only: explicit_t
    use m_time_step, only: next_time_step, longest_step, check_time_step
    use m_guard, only: guard_t
    use m_domain_range, only: domain_range_t
@@ -38,6 +39,7 @@ module m_simulation
       type(catalogue_t) :: catalogue
       type(scene_t) :: scene
       type(model_t) :: model
+      class(integrator_t), allocatable :: integrator
       type(balance_t) :: balance
       type(recorder_t) :: recorder
       type(console_t) :: console
@@ -88,6 +90,7 @@ contains
          call bound_speeds(self%model)
       end if
       if (self%error%happened()) return
+      allocate (explicit_t :: self%integrator)
       call self%range%start(self%scene)
       self%course%particles = self%communicator%sum_count(self%model%particle_count())
       sums = measure(self%model)
@@ -143,7 +146,7 @@ contains
       self%model%requested_action = self%keeper%request()
       if (self%lock%is_lost()) self%model%requested_action = asks_end_lost
       self%model%wants_sums = self%recorder%history_is_due(self%model%time + time_step)
-      call advance(self%model, time_step, self%error)
+      call self%integrator%step(self%model, time_step, self%error)
       self%course%steps = self%course%steps + 1
       if (self%model%requested_action == asks_end_lost) call self%leave_directory()
       written = self%recorder%snapshot_is_due(self%model%time) .or. self%keeper%is_due(self%model)

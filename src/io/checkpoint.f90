@@ -438,7 +438,8 @@ contains
       done = 0
       do n = 1, size(level)
          associate (block => model%levels(level(n))%blocks(number(n)))
-            call block%particles%set_bodies(int(max(-1_i8, min(own(2, done + 1:done + block%particles%count), 2_i8**30)), i4))
+            block%particles%body(:block%particles%count) = int(max(-1_i8, min(own(2, done + 1:done + block%particles%count), &
+                  2_i8**30)), i4)
             do p = 1, block%particles%count
                block%particles%id(p) = own(1, done + p)
                block%cells%bin(p) = int(max(-1_i8, min(own(3, done + p), 2_i8**30)), i4)

@@ -98,7 +98,7 @@ contains
       stencil%count = min(chunk, cells%count - first + 1)
       stencil%in_order = .not. cells%chosen
       if (stencil%in_order) then
-         before = cells%first + first - 2
+         before = cells%start + first - 2
          do p = 1, stencil%count
             stencil%member(p) = before + p
             bin(p) = cells%bin(before + p)

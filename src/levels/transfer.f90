@@ -92,8 +92,6 @@ contains
       type(shares_t) :: shares
       integer :: b
       shares = fine%table%shares()
-      call coarse_migration%prepare(communicator, coarse)
-      call fine_migration%prepare(communicator, fine)
       do b = 1, size(coarse%blocks)
          if (fine%layout%edge_stress > 0) call set_edge_stress(coarse%blocks(b))
          call send_off(coarse%blocks(b), 0.0_wp)
@@ -101,8 +99,14 @@ contains
       do b = 1, size(fine%blocks)
          call send_off(fine%blocks(b), exit_margin*fine%grid%cell)
       end do
-      call coarse_migration%deliver(communicator, coarse)
-      call fine_migration%deliver(communicator, fine)
+      do b = 1, size(coarse%blocks)
+         if (coarse%blocks(b)%cells%counted < 0) call coarse%keep_order(b)
+      end do
+      do b = 1, size(fine%blocks)
+         if (fine%blocks(b)%cells%counted < 0) call fine%keep_order(b)
+      end do
+      call coarse_migration%exchange_levels(communicator, coarse)
+      call fine_migration%exchange_levels(communicator, fine)
       call communicator%agree(error)
    contains
       !> What enters brings its stress along; where the region itself has moved, move_regions begins anew.
@@ -140,7 +144,7 @@ contains
          e = extents(values, fine%layout)
          associate (at => fine%layout)
             if (.not. fine%region%overlaps(x - e - lag, x + e + lag)) then
-               call coarse_migration%give_away(communicator, coarse, values, id, body)
+               call coarse_migration%send_to_level(communicator, coarse, values, id, body)
             else if (must_split(fine%grid, fine%region, fine%number, nint(values(at%refinement)), x, maxval(e))) then
                generation = nint(values(at%generation))
                if (generation + 3 > most_generations) then
@@ -155,7 +159,7 @@ contains
                end do
                splits = splits + 7
             else
-               call fine_migration%give_away(communicator, fine, values, id, body)
+               call fine_migration%send_to_level(communicator, fine, values, id, body)
             end if
          end associate
       end subroutine settle

@@ -56,14 +56,14 @@ contains
       allocate (old(size(blocks)), source=0)
       if (allocated(level%blocks)) call find_old(level%blocks, blocks, old)
       do b = 1, size(blocks)
-         if (old(b) > 0) call take_over(level%blocks(old(b)), blocks(b))
+         if (old(b) > 0) call blocks(b)%take_contents(level%blocks(old(b)))
       end do
       call move_alloc(blocks, level%blocks)
-      call find_ghosts(level, rank)
-      call make_pools(level, old)
       do b = 1, size(level%blocks)
          call level%blocks(b)%reserve(1, level%table%columns)
       end do
+      call find_ghosts(level, rank)
+      call make_pools(level, old)
       call level%size_work()
    end subroutine settle_blocks
 
@@ -83,22 +83,24 @@ contains
       end do
    end subroutine find_old
 
-   !> Tiles for all slots: those that hold go with their blocks, others may hold anything and extent everywhere.
+   !> Tiles for all slots: those that hold go with their blocks, others may hold anything, everywhere.
    subroutine make_pools(level, old)
       type(level_t), intent(inout) :: level
       integer, intent(in) :: old(:) !< places of the blocks' tiles before, rising; or 0
       integer, allocatable :: extent(:, :, :)
+      logical :: holds(size(level%blocks))
       integer :: b, slots
       slots = size(level%blocks) + size(level%ghost_index)
       allocate (extent(2, 3, slots))
       extent(1, :, :) = 0
       extent(2, :, :) = tile_last
       do b = 1, size(level%blocks)
-         if (level%blocks(b)%p2g_is_valid) extent(:, :, b) = level%extent(:, :, old(b))
+         holds(b) = level%blocks(b)%in_tile() > 0
+         if (holds(b)) extent(:, :, b) = level%extent(:, :, old(b))
       end do
       call move_alloc(extent, level%extent)
       call fit_pool(level%nodes, slots)
-      call move_tiles(level%nodes, old, level%blocks%p2g_is_valid)
+      call move_tiles(level%nodes, old, holds)
    end subroutine make_pools
 
    !> Tiles that hold go from their old places to those of their blocks. Both rise, so that none is in the way of another: first all
@@ -133,31 +135,6 @@ contains
          blocks(b)%origin = level%grid%block_origin(place)
       end do
    end subroutine find_own
-
-   !> Move particles and lists from a block to its successor.
-   subroutine take_over(old, new)
-      type(block_t), intent(inout) :: old, new
-      new%particles%count = old%particles%count
-      call move_alloc(old%particles%column, new%particles%column)
-      call move_alloc(old%particles%id, new%particles%id)
-      call move_alloc(old%particles%body, new%particles%body)
-      new%particles%one_body = old%particles%one_body
-      new%arrived = old%arrived
-      call old%cells%hand_over(new%cells)
-      new%run_breaks = old%run_breaks
-      new%disorder = old%disorder
-      call move_alloc(old%emigrants, new%emigrants)
-      new%emigrant_count = old%emigrant_count
-      new%pressed = old%pressed
-      new%at_rest = old%at_rest
-      new%p2g_is_valid = old%p2g_is_valid
-      call move_alloc(old%resting_mass, new%resting_mass)
-      new%sums_are_valid = old%sums_are_valid
-      new%sums = old%sums
-      new%wave_speed = old%wave_speed
-      new%lowest = old%lowest
-      new%highest = old%highest
-   end subroutine take_over
 
    !> Of the own blocks from a block to its neighbour in the n-th of 27 directions, both included, the one whose turn comes first:
    !> those without remote neighbours go first, each part by rising index.

@@ -1,4 +1,4 @@
-!> Particles that change block move house; blocks that change rank move with all their particles.
+!> Particles change block; blocks change rank with all their particles.
 module m_migration
    use mpi_f08
    use m_kinds, only: wp, i4, i8
@@ -11,17 +11,20 @@ module m_migration
    use m_locate, only: bin_of
    implicit none
    private
-   public :: migration_t, frame_of, entered, take_out
+   public :: migration_t, parcel_t, frame_of, take_out
 
-   integer, parameter :: extra = 6 !< after a particle's columns a record holds: id's bits, body, block index, bin (0: not known),
-                                   !< disorder of the block if the particle moves with it, `arrives` if it arrives there, and its
-                                   !< run_breaks
-   real(wp), parameter :: arrives = -1.0_wp
+   !> What a record holds behind a particle's columns.
+   integer, parameter :: at_id = 1       !< the bits of its id
+   integer, parameter :: at_body = 2
+   integer, parameter :: at_block = 3    !< index of the block where it goes. If the block moves as a whole, of that:
+   integer, parameter :: at_breaks = 4   !< run breaks when they were last counted
+   integer, parameter :: at_disorder = 5 !< their sum since its particles were sorted
+   integer, parameter :: at_average = 6  !< and their average
+   integer, parameter :: extra = 6
 
-   integer, parameter :: first_tag = 16 !< of messages that are not asked for: this and the number of the level
-   integer, parameter :: at_once = 3500 !< bytes; MPI sends larger messages only once the other rank has asked for them (Open MPI,
-                                        !< between ranks of a machine: above 4096)
-   integer, parameter :: fewest = 64 !< records that there is room for, where there is any
+   integer, parameter :: neighbours_tag = 2 !< of emigrants
+   integer, parameter :: first_tag = 16     !< of messages that are not asked for: this and the number of the level
+   integer, parameter :: fewest = 64        !< records that there is room for, where there is any
 
    !> Records of particles under way: one column a particle.
    type :: parcel_t
@@ -34,21 +37,22 @@ module m_migration
    type :: migration_t
       type(parcel_t), allocatable :: outgoing(:) !< one a rank, from 0
       type(parcel_t) :: incoming
+      type(parcel_t) :: homeless                 !< emigrants to blocks that do not exist yet
       type(MPI_Datatype) :: record = MPI_DATATYPE_NULL
-      type(MPI_Request), allocatable, private :: sent_off(:) !< messages under way
       integer(i8) :: moved = 0      !< particles that changed block on this rank
       integer(i8) :: sent = 0       !< of those, to other ranks
    contains
       procedure :: prepare
-      procedure :: pack_emigrants
-      procedure :: send
-      procedure :: receive
-      procedure :: settle
-      procedure :: move_emigrants
+      procedure :: clear
+      procedure :: emigrate
+      procedure :: house
+      procedure :: identify
+      procedure :: missing
+      procedure :: exchange
+      procedure :: send_to_level
+      procedure :: exchange_levels
       procedure :: move_blocks
-      procedure :: give_away
-      procedure :: deliver
-      procedure :: unload
+      procedure :: unpack_blocks
       procedure :: release
    end type migration_t
 
@@ -61,117 +65,122 @@ contains
       frame_of = frame_t(block%origin, level%grid%cell, level%grid%per_cell)
    end function frame_of
 
-   !> After `prepare`: the particles that a block lists as emigrants leave it for the blocks that they have entered. Where one of
-   !> these does not exist, all stay, listed.
-   subroutine pack_emigrants(self, communicator, level, b)
+   !> The particles that a block lists as emigrants leave it for the blocks that they have entered.
+   subroutine emigrate(self, communicator, level, b)
       class(migration_t), intent(inout) :: self
       type(communicator_t), intent(in) :: communicator
       type(level_t), intent(inout) :: level
       integer, intent(in) :: b
-      integer :: l, p, place(3)
+      integer :: m, p, place(3)
       associate (block => level%blocks(b))
-         do l = 1, block%emigrant_count
-            if (level%owner_at(entered(level, block, int(block%emigrants(l)))) < 0) return
-         end do
-         do l = 1, block%emigrant_count
-            p = block%emigrants(l)
+         if (block%emigrant_count == 0) return
+         do m = 1, block%emigrant_count
+            p = block%emigrants(m)
             place = entered(level, block, p)
-            call hand_over(self, communicator%rank, level%owner_at(place), block%particles%column(p, :), block%particles%id(p), &
-                      block%particles%body(p), level%grid%block_index(place))
+            call address(self, communicator%rank, level%owner_at(place), block%particles%column(p, :), block%particles%id(p), &
+                         block%particles%body(p), level%grid%block_index(place))
          end do
-         if (block%emigrant_count > 0) call take_out(block)
+         call take_out(block)
       end associate
-   end subroutine pack_emigrants
+   end subroutine emigrate
 
-   !> All emigrants go to the blocks that they have entered, which must exist.
-   subroutine move_emigrants(self, communicator, level, neighbours)
+   !> Emigrants to blocks that did not exist, and do now, go on their way.
+   subroutine house(self, communicator, level)
       class(migration_t), intent(inout) :: self
+      type(communicator_t), intent(in) :: communicator
+      type(level_t), intent(in) :: level
+      integer :: index, n, r
+      n = level%table%columns
+      do r = 1, self%homeless%count
+         associate (record => self%homeless%records(:, r))
+            index = int(record(n + at_block))
+            call address(self, communicator%rank, level%owner_at(level%grid%block_place(index)), record(:n), &
+                         transfer(record(n + at_id), 0_i8), int(record(n + at_body), i4), index)
+         end associate
+      end do
+      self%moved = self%moved - self%homeless%count ! counted already
+      self%homeless%count = 0
+   end subroutine house
+
+   !> Which particle it is that found no block.
+   pure subroutine identify(self, level, r, id, body, place)
+      class(migration_t), intent(in) :: self
+      type(level_t), intent(in) :: level
+      integer, intent(in) :: r          !< number of its record
+      integer(i8), intent(out) :: id
+      integer, intent(out) :: body
+      real(wp), intent(out) :: place(3) !< of its centre, m
+      associate (record => self%homeless%records(:, r), n => level%table%columns, x => level%layout%position)
+         id = transfer(record(n + at_id), 0_i8)
+         body = int(record(n + at_body))
+         place = record(x:x + 2)
+      end associate
+   end subroutine identify
+
+   !> Indices of the blocks that emigrants have entered and that do not exist.
+   pure function missing(self, level) result(index)
+      class(migration_t), intent(in) :: self
+      type(level_t), intent(in) :: level
+      integer :: index(self%homeless%count)
+      index = int(self%homeless%records(level%table%columns + at_block, :self%homeless%count))
+   end function missing
+
+   !> Collective among neighbours: emigrants arrive, one message a neighbour, in the order of their ids.
+   subroutine exchange(self, communicator, level, neighbours)
+      class(migration_t), intent(inout), asynchronous :: self
       type(communicator_t), intent(in) :: communicator
       type(level_t), intent(inout) :: level
       integer, intent(in) :: neighbours(:) !< neighbour ranks, rising
-      integer :: b
-      do b = 1, size(level%blocks)
-         call self%pack_emigrants(communicator, level, b)
-      end do
-      call self%send(communicator, neighbours)
-      call self%receive(communicator, neighbours)
-      call self%settle(level)
-   end subroutine move_emigrants
-
-   !> Those that have been seen off go to their ranks; until `receive` nobody else may be. In messages that are so small that they
-   !> are on their way at once, whatever this rank does then: the last to each neighbour has room to spare.
-   subroutine send(self, communicator, neighbours)
-      class(migration_t), intent(inout), asynchronous :: self
-      type(communicator_t), intent(in) :: communicator
-      integer, intent(in) :: neighbours(:)
-      integer :: m, messages, most, n, r
-      most = most_records(self)
-      messages = sum(self%outgoing(neighbours)%count/most + 1)
-      if (allocated(self%sent_off)) then
-         if (size(self%sent_off) < messages) deallocate (self%sent_off)
-      end if
-      if (.not. allocated(self%sent_off)) allocate (self%sent_off(2*messages))
-      self%sent_off = MPI_REQUEST_NULL
-      m = 0
+      type(MPI_Request) :: requests(size(neighbours))
+      type(MPI_Message) :: message
+      type(MPI_Status) :: status
+      integer :: n
       do n = 1, size(neighbours)
          associate (parcel => self%outgoing(neighbours(n)))
-            do r = 0, parcel%count, most
-               m = m + 1
-               call MPI_Isend(parcel%records(:, r + 1:), min(most, parcel%count - r), self%record, neighbours(n), 2, &
-                              communicator%comm, self%sent_off(m))
-            end do
+            call MPI_Isend(parcel%records, parcel%count, self%record, neighbours(n), neighbours_tag, communicator%comm, requests(n))
          end associate
       end do
-   end subroutine send
-
-   !> What each neighbour sends is added to `incoming`.
-   subroutine receive(self, communicator, neighbours)
-      class(migration_t), intent(inout), asynchronous :: self
-      type(communicator_t), intent(in) :: communicator
-      integer, intent(in) :: neighbours(:)
-      type(MPI_Status) :: status
-      integer :: n, count, most
-      most = most_records(self)
       do n = 1, size(neighbours)
-         do
-            call make_room(self%incoming, most)
-            associate (before => self%incoming%count)
-               call MPI_Recv(self%incoming%records(:, before + 1:before + most), most, self%record, neighbours(n), 2, &
-                             communicator%comm, status)
-            end associate
-            call MPI_Get_count(status, self%record, count)
-            self%incoming%count = self%incoming%count + count
-            if (count < most) exit
-         end do
+         call MPI_Mprobe(neighbours(n), neighbours_tag, communicator%comm, message, status)
+         call receive(self, message, status)
       end do
-      call MPI_Waitall(size(self%sent_off), self%sent_off, MPI_STATUSES_IGNORE)
-      self%outgoing%count = 0
+      call MPI_Waitall(size(neighbours), requests, MPI_STATUSES_IGNORE)
+      call insert(self, level)
+   end subroutine exchange
+
+   !> A message that has been found is added to `incoming`.
+   subroutine receive(self, message, status)
+      class(migration_t), intent(inout) :: self
+      type(MPI_Message), intent(inout) :: message
+      type(MPI_Status), intent(in) :: status
+      integer :: count
+      call MPI_Get_count(status, self%record, count)
+      call make_room(self%incoming, count)
+      call MPI_Mrecv(self%incoming%records(:, self%incoming%count + 1:self%incoming%count + count), count, self%record, message, &
+                     MPI_STATUS_IGNORE)
+      self%incoming%count = self%incoming%count + count
    end subroutine receive
 
-   !> Records in a message that takes no part of the other rank's time.
-   pure integer function most_records(self)
-      class(migration_t), intent(in) :: self
-      most_records = max(1, at_once/(size(self%incoming%records, 1)*storage_size(1.0_wp)/8))
-   end function most_records
-
-   !> A particle on its way to a block of a rank.
-   subroutine hand_over(self, here, rank, values, id, body, index)
+   !> A particle on its way to a block of a rank, or of none yet.
+   subroutine address(self, here, rank, values, id, body, index)
       class(migration_t), intent(inout) :: self
       integer, intent(in) :: here, rank, index
       real(wp), intent(in) :: values(:)
       integer(i8), intent(in) :: id
       integer(i4), intent(in) :: body
       self%moved = self%moved + 1
-      if (rank == here) then
-         call self%incoming%add(values, id, body, index, 0_i4, arrives, 0.0_wp)
+      if (rank < 0) then
+         call self%homeless%add(values, id, body, index)
+      else if (rank == here) then
+         call self%incoming%add(values, id, body, index)
       else
          self%sent = self%sent + 1
-         call self%outgoing(rank)%add(values, id, body, index, 0_i4, arrives, 0.0_wp)
+         call self%outgoing(rank)%add(values, id, body, index)
       end if
-   end subroutine hand_over
+   end subroutine address
 
-   !> After `prepare`, before `deliver`: a particle for the block of the level in which its centre lies, and which must exist.
-   subroutine give_away(self, communicator, level, values, id, body)
+   !> A particle, that changes level, for the block of this level in which its centre lies, and which must exist.
+   subroutine send_to_level(self, communicator, level, values, id, body)
       class(migration_t), intent(inout) :: self
       type(communicator_t), intent(in) :: communicator
       type(level_t), intent(in) :: level
@@ -182,19 +191,19 @@ contains
       associate (x => level%layout%position)
          place = level%grid%block_of(values(x:x + 2))
       end associate
-      call hand_over(self, communicator%rank, level%owner_at(place), values, id, body, level%grid%block_index(place))
-   end subroutine give_away
+      call address(self, communicator%rank, level%owner_at(place), values, id, body, level%grid%block_index(place))
+   end subroutine send_to_level
 
-   !> Collective: what was given away arrives, in the order of ids.
-   subroutine deliver(self, communicator, level)
+   !> Collective: what was sent to this level arrives, in the order of ids.
+   subroutine exchange_levels(self, communicator, level)
       class(migration_t), intent(inout) :: self
       type(communicator_t), intent(in) :: communicator
       type(level_t), intent(inout) :: level
       call exchange_unasked(self, communicator, first_tag + level%number)
-      call self%settle(level)
-   end subroutine deliver
+      call insert(self, level)
+   end subroutine exchange_levels
 
-   !> The block that a leaver has entered.
+   !> The block that an emigrant has entered.
    pure function entered(level, block, p) result(place)
       type(level_t), intent(in) :: level
       type(block_t), intent(in) :: block
@@ -206,20 +215,18 @@ contains
       place = block%place + merge(-1, merge(1, 0, node >= block_size), node < 0)
    end function entered
 
-   !> Remove the emigrants from their block: what has been made of its particles does not hold.
+   !> Remove the emigrants from their block.
    subroutine take_out(block)
       type(block_t), intent(inout) :: block
-      integer :: l, last
+      integer :: last, m
       last = block%particles%count
-      do l = block%emigrant_count, 1, -1
-         block%cells%bin(block%emigrants(l)) = block%cells%bin(last)
+      do m = block%emigrant_count, 1, -1
+         block%cells%bin(block%emigrants(m)) = block%cells%bin(last)
          last = last - 1
       end do
       call block%particles%remove(block%emigrants(:block%emigrant_count))
       block%emigrant_count = 0
-      block%arrived = 0
-      block%cells%current = .false.
-      call block%invalidate()
+      call block%cells%outdate()
    end subroutine take_out
 
    !> Collective: what this rank has for others goes to them, who need not know that anything comes; what comes in is added to
@@ -233,7 +240,7 @@ contains
       type(MPI_Status) :: status
       type(MPI_Message) :: message
       logical :: comes, received, over
-      integer :: count, n, r
+      integer :: n, r
       n = 0
       do r = 0, communicator%ranks - 1
          if (self%outgoing(r)%count == 0) cycle
@@ -245,11 +252,7 @@ contains
       do while (.not. over)
          call MPI_Improbe(MPI_ANY_SOURCE, tag, communicator%comm, comes, message, status)
          if (comes) then
-            call MPI_Get_count(status, self%record, count)
-            call make_room(self%incoming, count)
-            call MPI_Mrecv(self%incoming%records(:, self%incoming%count + 1:self%incoming%count + count), count, self%record, &
-                           message, MPI_STATUS_IGNORE)
-            self%incoming%count = self%incoming%count + count
+            call receive(self, message, status)
          end if
          if (received) then
             call MPI_Test(all_done, over, MPI_STATUS_IGNORE)
@@ -261,121 +264,143 @@ contains
    end subroutine exchange_unasked
 
    !> Store what has come in, sorted by block and id, so that the order of arrivals does not depend on the ranks.
-   subroutine settle(self, level)
-      class(migration_t), intent(in) :: self
+   subroutine insert(self, level)
+      class(migration_t), intent(inout) :: self
       type(level_t), intent(inout) :: level
-      integer :: order(self%incoming%count), columns, r, place(3)
-      columns = level%table%columns
+      integer :: order(self%incoming%count), n, r
+      n = level%table%columns
       associate (records => self%incoming%records, count => self%incoming%count)
-         order = sorted_order(int(records(columns + 3, :count), i8), transfer(records(columns + 1, :count), [0_i8]))
+         order = sorted_order(int(records(n + at_block, :count), i8), transfer(records(n + at_id, :count), [0_i8]))
          do r = 1, count
-            place = level%grid%block_place(int(records(columns + 3, order(r))))
-            call store(records(:, order(r)), level, level%blocks(level%slot(place(1), place(2), place(3))))
+            call store(records(:, order(r)), level, level%blocks(slot_of(level, records(n + at_block, order(r)))))
          end do
       end associate
       if (self%incoming%count > 0) call level%size_work()
-   end subroutine settle
+      self%incoming%count = 0
+      self%outgoing%count = 0
+   end subroutine insert
+
+   !> Slot of a block by the index that a record holds.
+   pure integer function slot_of(level, index)
+      type(level_t), intent(in) :: level
+      real(wp), intent(in) :: index
+      integer :: place(3)
+      place = level%grid%block_place(int(index))
+      slot_of = level%slot(place(1), place(2), place(3))
+   end function slot_of
 
    !> Append one record to its block.
    subroutine store(record, level, block)
       real(wp), intent(in) :: record(:)
       type(level_t), intent(in) :: level
       type(block_t), intent(inout) :: block
-      integer :: n
+      integer :: n, p
       n = level%table%columns
       call block%reserve(block%particles%count + 1, n)
-      call block%particles%append(record(:n), transfer(record(n + 1), 0_i8), int(record(n + 2), i4))
+      call block%particles%append(record(:n), transfer(record(n + at_id), 0_i8), int(record(n + at_body), i4))
+      p = block%particles%count
       associate (x => level%layout%position)
-         block%cells%bin(block%particles%count) = bin_of(record(x:x + 2), frame_of(level, block))
+         block%cells%bin(p) = bin_of(record(x:x + 2), frame_of(level, block))
          call block%include_place(record(x:x + 2))
       end associate
-      if (record(n + 4) > 0.0_wp) block%cells%bin(block%particles%count) = int(record(n + 4), i4)
-      if (record(n + 5) < 0.0_wp) then
-         block%arrived = block%arrived + 1
-      else
-         block%disorder = record(n + 5)
-         block%run_breaks = record(n + 6)
-      end if
+      call block%cells%link_in(p)
       block%pressed = .true.
-      block%at_rest = .false.
-      block%sums_are_valid = .false.
    end subroutine store
 
    !> Collective: take the particles of the blocks whose owner changes out of this rank and send them; returns when all
-   !> records are here. Then the level settles into its new owners, and `unload` puts the records into their blocks.
+   !> records are here. Then the level settles into its new owners, and `unpack_blocks` puts the records into their blocks.
    subroutine move_blocks(self, communicator, level, new_owner)
       class(migration_t), intent(inout) :: self
       type(communicator_t), intent(in) :: communicator
       type(level_t), intent(inout) :: level
       integer, intent(in) :: new_owner(0:, 0:, 0:)
       integer :: b, p, rank
-      call self%prepare(communicator, level)
       do b = 1, size(level%blocks)
          associate (block => level%blocks(b))
             rank = new_owner(block%place(1), block%place(2), block%place(3))
             if (rank == communicator%rank) cycle
             do p = 1, block%particles%count
                call self%outgoing(rank)%add(block%particles%column(p, :), block%particles%id(p), block%particles%body(p), &
-                                            block%index, block%cells%bin(p), &
-                                            merge(arrives, block%disorder, p > block%particles%count - block%arrived), &
-                                            block%run_breaks)
+                                            block%index, block)
             end do
             block%particles%count = 0
+            call block%particles%changed()
          end associate
       end do
       call exchange_unasked(self, communicator, first_tag + level%number)
    end subroutine move_blocks
 
    !> Store the blocks that have come in, their particles in the order in which they were stored before.
-   subroutine unload(self, level)
+   subroutine unpack_blocks(self, level)
       class(migration_t), intent(inout) :: self
       type(level_t), intent(inout) :: level
-      integer :: r, place(3)
+      integer :: b, n, r
+      n = level%table%columns
       do r = 1, self%incoming%count
-         place = level%grid%block_place(int(self%incoming%records(level%table%columns + 3, r)))
-         call store(self%incoming%records(:, r), level, level%blocks(level%slot(place(1), place(2), place(3))))
+         associate (record => self%incoming%records(:, r))
+            b = slot_of(level, record(n + at_block))
+            call store(record, level, level%blocks(b))
+            if (r < self%incoming%count) then
+               if (nint(self%incoming%records(n + at_block, r + 1)) == nint(record(n + at_block))) cycle
+            end if
+            associate (block => level%blocks(b)) ! its last
+               call block%recount(nint(record(n + at_breaks)))
+               block%disorder = record(n + at_disorder)
+               block%run_breaks = record(n + at_average)
+            end associate
+         end associate
       end do
       call level%size_work()
-   end subroutine unload
+      self%incoming%count = 0
+      self%outgoing%count = 0
+   end subroutine unpack_blocks
 
-   !> Begin to move particles: nothing is under way.
-   subroutine prepare(self, communicator, level)
+   !> Begin: make room.
+   subroutine prepare(self, communicator, columns)
       class(migration_t), intent(inout) :: self
       type(communicator_t), intent(in) :: communicator
-      type(level_t), intent(in) :: level
-      integer :: r, width
-      width = level%table%columns + extra
-      if (self%record == MPI_DATATYPE_NULL) then
-         call MPI_Type_contiguous(width, MPI_DOUBLE_PRECISION, self%record)
-         call MPI_Type_commit(self%record)
-         allocate (self%incoming%records(width, 64))
-      end if
-      if (.not. allocated(self%outgoing)) then
-         allocate (self%outgoing(0:communicator%ranks - 1))
-         do r = 0, communicator%ranks - 1
-            allocate (self%outgoing(r)%records(width, 0))
-         end do
-      end if
-      self%outgoing%count = 0
-      self%incoming%count = 0
+      integer, intent(in) :: columns
+      integer :: r
+      call MPI_Type_contiguous(columns + extra, MPI_DOUBLE_PRECISION, self%record)
+      call MPI_Type_commit(self%record)
+      allocate (self%outgoing(0:communicator%ranks - 1))
+      do r = 0, communicator%ranks - 1
+         allocate (self%outgoing(r)%records(columns + extra, 0))
+      end do
+      allocate (self%incoming%records(columns + extra, fewest), self%homeless%records(columns + extra, 0))
    end subroutine prepare
 
-   !> Append a particle, bound for the block `index` and, where `bin` is not 0, for a bin there.
-   subroutine add(self, values, id, body, index, bin, disorder, run_breaks)
+   !> Nothing is under way.
+   subroutine clear(self)
+      class(migration_t), intent(inout) :: self
+      self%incoming%count = 0
+      self%outgoing%count = 0
+      self%homeless%count = 0
+   end subroutine clear
+
+   !> Append a particle, bound for the block `index`; with the block that it belongs to, if that moves as a whole.
+   subroutine add(self, values, id, body, index, block)
       class(parcel_t), intent(inout) :: self
       real(wp), intent(in) :: values(:)
       integer(i8), intent(in) :: id
-      integer(i4), intent(in) :: body, bin
+      integer(i4), intent(in) :: body
       integer, intent(in) :: index
-      real(wp), intent(in) :: disorder !< of the block with which it moves, or `arrives`
-      real(wp), intent(in) :: run_breaks    !< of that block
+      type(block_t), intent(in), optional :: block
       integer :: columns
       columns = size(values)
       call make_room(self, 1)
       self%count = self%count + 1
-      self%records(:columns, self%count) = values
-      self%records(columns + 1:, self%count) = [transfer(id, 1.0_wp), real(body, wp), real(index, wp), real(bin, wp), &
-                                                 disorder, run_breaks]
+      associate (record => self%records(:, self%count))
+         record(:columns) = values
+         record(columns + 1:) = 0.0_wp
+         record(columns + at_id) = transfer(id, 1.0_wp)
+         record(columns + at_body) = real(body, wp)
+         record(columns + at_block) = real(index, wp)
+         if (.not. present(block)) return
+         record(columns + at_breaks) = real(block%cells%run_breaks, wp)
+         record(columns + at_disorder) = block%disorder
+         record(columns + at_average) = block%run_breaks
+      end associate
    end subroutine add
 
    !> Room for `more` records; grows by half.

@@ -5,7 +5,7 @@ module m_block
    use m_cell_list, only: cell_list_t
    implicit none
    private
-   public :: block_t
+   public :: block_t, contents_t
 
    integer, private :: n
    !> Directions -1, 0, 1 along each axis of the 27 blocks around a block; the 14th is that of the block itself.
@@ -14,37 +14,43 @@ module m_block
 
    integer, parameter, public :: sum_count = 12 !< quantities that histories sum over all particles (stepping/energy.f90)
 
-   type :: block_t
+   !> What a block holds, and what is known of it: moves as a whole when blocks are numbered anew.
+   type :: contents_t
+      type(particle_store_t), allocatable :: particles
+      type(cell_list_t), allocatable :: cells
+      integer(i4), allocatable :: emigrants(:) !< particles that left during this step, rising
+      integer :: emigrant_count = 0
+      real(wp) :: disorder = 0.0_wp      !< run breaks of its particles' order, summed over the steps since they were sorted
+      real(wp) :: run_breaks = 0.0_wp    !< the same, on average over the last steps: they cost time
+      logical :: pressed = .true.        !< some particle may carry a contact pressure, of the last step or the one before
+      integer :: deposited = 0           !< its tile is P2G of so many of its first particles, of a generation
+      integer(i8) :: deposit_of = -1
+      real(wp) :: sums(sum_count) = 0.0_wp !< of its particles, as energy.f90 numbers them, of a state of them
+      integer(i8) :: sums_of(2) = -1
+      logical :: at_rest = .false.       !< no particle moves, none is under stress, in a state of them
+      real(wp) :: wave_speed = 0.0_wp    !< largest of its particles, m/s
+      integer(i8) :: located(2) = -1     !< that state
+      real(wp) :: lowest(3) = huge(1.0_wp), highest(3) = -huge(1.0_wp) !< bounds of its particles' centres, m
+   end type contents_t
+
+   type, extends(contents_t) :: block_t
       integer :: place(3) = 0            !< which block of the level, from 0
       integer :: index = 0               !< its number in the level (grid_level%block_index)
       real(wp) :: origin(3) = 0.0_wp     !< place of its first node, m
-      type(particle_store_t) :: particles
-      integer :: arrived = 0             !< the last so many came when the others had given to their nodes, and are not in `cells`
-      type(cell_list_t) :: cells
-      real(wp) :: disorder = 0.0_wp      !< run_breaks of its particles' order, summed over the steps since they were sorted
-      real(wp) :: run_breaks = 0.0_wp         !< the same, on average over the last steps: they cost time
       integer :: neighbour(27) = 0       !< slots of the blocks around, x fastest, 14 is this one; 0 where there is none
       logical :: shared = .false.        !< a neighbour lives on another rank
       logical :: owns_shared_sum(27) = .false. !< it makes the sums of the nodes that it shares with those between it and a
                                                !< direction alone
-      integer(i4), allocatable :: emigrants(:) !< particles that left during this step, rising
-      integer :: emigrant_count = 0
-      logical :: pressed = .true.        !< some particle may carry a contact pressure, of the last step or the one before
-      logical :: at_rest = .false.       !< no particle moves, none is under stress
-      logical :: p2g_is_valid = .false.    !< its tile is what its particles give as they are now, but for what has arrived
-      real(wp), allocatable :: resting_mass(:, :, :) !< (0:9, 0:9, 0:9), while it is at rest, and nobody else gives to its tile:
-                                                     !< what its particles give, kg; all else is 0
-      logical :: sums_are_valid = .false.     !< `sums` is of its particles as they are now
-      real(wp) :: sums(sum_count) = 0.0_wp !< of its particles, as energy.f90 numbers them
-      real(wp) :: wave_speed = 0.0_wp    !< largest of its particles, m/s
-      real(wp) :: lowest(3) = huge(1.0_wp), highest(3) = -huge(1.0_wp) !< bounds of its particles' centres, m
    contains
       procedure :: reserve
-      procedure :: update_extents
+      procedure :: take_contents
+      procedure :: in_tile
+      procedure :: sums_hold
+      procedure :: rests
       procedure :: wants_sorting
       procedure :: sort
-      procedure :: invalidate
-      procedure :: take_averages
+      procedure :: count_disorder
+      procedure :: recount
       procedure :: include_place
       procedure :: bytes
    end type block_t
@@ -59,52 +65,79 @@ contains
    subroutine reserve(self, capacity, columns)
       class(block_t), intent(inout) :: self
       integer, intent(in) :: capacity, columns
+      if (.not. allocated(self%particles)) allocate (self%particles, self%cells)
       call self%particles%reserve(capacity, columns)
       call self%cells%reserve(size(self%particles%id))
       if (.not. allocated(self%emigrants)) allocate (self%emigrants(0))
    end subroutine reserve
 
-   !> Once particles have changed bin: what is known of where they are and how far they are out of order, what has arrived left out.
-   pure subroutine update_extents(self)
+   !> Take all that another block holds, which is left with nothing.
+   subroutine take_contents(self, other)
       class(block_t), intent(inout) :: self
-      if (.not. self%cells%current) call self%cells%update_statistics(self%particles%count - self%arrived)
-   end subroutine update_extents
+      type(block_t), intent(inout) :: other
+      type(particle_store_t), allocatable :: particles
+      type(cell_list_t), allocatable :: cells
+      call move_alloc(other%particles, particles) ! so that these are not copied
+      call move_alloc(other%cells, cells)
+      self%contents_t = other%contents_t
+      call move_alloc(particles, self%particles)
+      call move_alloc(cells, self%cells)
+   end subroutine take_contents
 
-   !> True when the run_breaks, which are up to date, and those of the steps before have cost as much as sorting does. A block that
+   !> How many of its first particles have given to its tile already.
+   pure integer function in_tile(self)
+      class(block_t), intent(in) :: self
+      in_tile = merge(self%deposited, 0, self%deposit_of == self%particles%generation)
+   end function in_tile
+
+   !> True when `sums` is of its particles as they are.
+   pure logical function sums_hold(self)
+      class(block_t), intent(in) :: self
+      sums_hold = all(self%sums_of == self%particles%state())
+   end function sums_hold
+
+   !> True when its particles are known to be at rest, as they are.
+   pure logical function rests(self)
+      class(block_t), intent(in) :: self
+      rests = self%at_rest .and. all(self%located == self%particles%state())
+   end function rests
+
+   !> True when the run breaks, which are up to date, and those of the steps before have cost as much as sorting does. A block that
    !> comes to rest is sorted then, for while it rests nothing looks at its order: sorting must not depend on how long that was.
    pure logical function wants_sorting(self)
       class(block_t), intent(in) :: self
-      wants_sorting = self%disorder + self%cells%run_breaks > sort_share*(self%particles%count - self%arrived)
+      wants_sorting = self%disorder + self%cells%run_breaks > sort_share*self%particles%count
       if (self%at_rest) wants_sorting = wants_sorting .or. self%cells%run_breaks > 0
    end function wants_sorting
 
-   !> Bring the particles, but for what has arrived, into the order of their bins.
+   !> Bring the particles into the order of their bins.
    subroutine sort(self, order, work)
       class(block_t), intent(inout) :: self
       integer(i4), intent(inout), contiguous :: order(:) !< work, as long as there are particles
       real(wp), intent(inout), contiguous :: work(:, :)  !< as in permute
-      associate (sorted => order(:self%particles%count - self%arrived))
+      associate (sorted => order(:self%particles%count))
          call self%cells%sort(sorted)
          call self%particles%permute(sorted, work)
       end associate
       self%disorder = 0.0_wp
    end subroutine sort
 
-   !> Its particles are others from here on, or have moved: nothing holds that has been made of them.
-   pure subroutine invalidate(self)
-      class(block_t), intent(inout) :: self
-      if (allocated(self%resting_mass)) deallocate (self%resting_mass)
-      self%at_rest = .false.
-      self%p2g_is_valid = .false.
-      self%sums_are_valid = .false.
-   end subroutine invalidate
-
-   !> Once a step, with its order as it is used: what its run_breaks cost, on average and since the particles were sorted.
-   pure subroutine take_averages(self)
+   !> Once a step, with its order as it is used: what its run breaks cost, on average and since the particles were sorted. What has
+   !> come since it was counted does not count: sorting, which decides the last digits of sums, must not depend on ranks.
+   pure subroutine count_disorder(self)
       class(block_t), intent(inout) :: self
       self%disorder = self%disorder + self%cells%run_breaks
       self%run_breaks = self%run_breaks + (self%cells%run_breaks - self%run_breaks)/averaged
-   end subroutine take_averages
+   end subroutine count_disorder
+
+   !> Its particles have been put back in the order that they had: what that had been counted to stays.
+   pure subroutine recount(self, run_breaks)
+      class(block_t), intent(inout) :: self
+      integer, intent(in) :: run_breaks
+      call self%cells%outdate()
+      call self%cells%update_statistics(self%particles%count)
+      self%cells%run_breaks = run_breaks
+   end subroutine recount
 
    !> Widen the bounds to a place.
    pure subroutine include_place(self, place)
@@ -118,7 +151,6 @@ contains
    pure integer(i8) function bytes(self)
       class(block_t), intent(in) :: self
       bytes = self%particles%bytes() + self%cells%bytes()
-      if (allocated(self%resting_mass)) bytes = bytes + 8_i8*size(self%resting_mass, kind=i8)
       if (allocated(self%emigrants)) bytes = bytes + 4_i8*size(self%emigrants, kind=i8)
    end function bytes
 

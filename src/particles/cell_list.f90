@@ -1,4 +1,5 @@
-!> Which particles of a block lie in which of its 8 x 8 x 8 node-centred bins, and in which order they are gone through.
+!> Which particles of a block lie in which of its 8 x 8 x 8 cells, those of the dual grid, centred on its nodes: linked lists, and in
+!> which order particles are gone through.
 module m_cell_list
    use m_kinds, only: i4, i8
    use m_constants, only: block_size
@@ -8,26 +9,32 @@ module m_cell_list
 
    integer, parameter, public :: bins = block_size**3
 
-   !> The bins (1 to 512, x fastest) of a block's particles, and those that are to be gone through: `count` of them, as they are
-   !> stored from `first` on, or the chosen ones.
+   !> The cells (1 to 512, x fastest) of a block's particles, in three ways: the cell of each particle; a linked list of the
+   !> particles of each cell, rising, which `link` brings up to date; and what is known of all of them together. Kernels go through
+   !> `count` particles, as they are stored from `start` on, or through the chosen ones.
    type :: cell_list_t
-      integer(i4), allocatable :: bin(:)   !< bin of each particle; set by whoever locates the particles
-      integer :: first = 1
+      integer(i4), allocatable :: bin(:)   !< cell of each particle; set by whoever locates the particles
+      integer(i4), allocatable :: first(:) !< first particle of each cell, 0 where it has none
+      integer(i4), allocatable :: next(:)  !< the next particle of the same cell, 0 behind the last
+      integer :: linked = -1               !< particles in the lists; -1: bins have changed since
+      integer :: start = 1
       integer :: count = 0
       logical :: chosen = .false.          !< it is those in `order` that are gone through
       integer(i4), allocatable :: order(:) !< numbers of particles, where lists of chosen ones are made
-      logical :: current = .false.         !< what follows matches `bin`
-      logical :: joined = .false.          !< but for the run_breaks: some have joined since they were counted
-      integer :: low(3) = block_size, high(3) = -1 !< the first and the last place along each axis, from 0, that has particles
+      integer :: counted = 0               !< particles of which the following has been counted; -1: bins have changed since
+      integer :: low(3) = block_size, high(3) = -1 !< the first and the last place along each axis, from 0, that has particles,
+                                                   !< those included that came later
       integer :: occupied = 0              !< bins that have particles
-      integer :: run_breaks = 0 !< runs of particles of one bin beyond one for each bin, and twice the places where the next one is
-                                !< of a lower bin: 0 where particles are in order
+      integer :: run_breaks = 0            !< runs of particles of one bin beyond one for each bin, and twice the places where the
+                                           !< next one is of a lower bin: 0 where particles are in order
    contains
       procedure :: reserve
-      procedure :: hand_over
+      procedure :: link
+      procedure :: link_in
+      procedure :: outdate
       procedure :: update_statistics
+      procedure :: go_through
       procedure :: take_bins
-      procedure :: take_last
       procedure :: sort
       procedure :: extent
       procedure :: bytes
@@ -53,43 +60,85 @@ contains
       allocate (self%order(capacity))
    end subroutine reserve
 
-   !> Give all to another, which had nothing; none are chosen.
-   pure subroutine hand_over(self, other)
+   !> Bring the lists up to date: the cells of the first `count` particles have been set.
+   pure subroutine link(self, count)
       class(cell_list_t), intent(inout) :: self
-      type(cell_list_t), intent(inout) :: other
-      call move_alloc(self%bin, other%bin)
-      other%first = self%first
-      other%count = self%count
-      other%current = self%current
-      other%joined = self%joined
-      other%low = self%low
-      other%high = self%high
-      other%occupied = self%occupied
-      other%run_breaks = self%run_breaks
-   end subroutine hand_over
+      integer, intent(in) :: count
+      integer :: p
+      if (self%linked == count) return
+      if (.not. allocated(self%first)) allocate (self%first(bins), self%next(size(self%bin)))
+      if (size(self%next) < size(self%bin)) then
+         deallocate (self%next)
+         allocate (self%next(size(self%bin)))
+      end if
+      self%first = 0
+      do p = count, 1, -1
+         self%next(p) = self%first(self%bin(p))
+         self%first(self%bin(p)) = p
+      end do
+      self%linked = count
+   end subroutine link
 
-   !> From here on the particles stored from `first`, or the beginning, to `last` are gone through: where they extent, and how far
-   !> they are out of order.
-   pure subroutine update_statistics(self, last, first)
+   !> A particle has come, behind all others, and its cell been set: it goes to the end of its cell's list, if lists are up to date.
+   pure subroutine link_in(self, p)
       class(cell_list_t), intent(inout) :: self
-      integer, intent(in) :: last
-      integer, intent(in), optional :: first
+      integer, intent(in) :: p
+      integer :: last
+      associate (place => [mod(self%bin(p) - 1, block_size), mod((self%bin(p) - 1)/block_size, block_size), &
+                           (self%bin(p) - 1)/block_size**2])
+         self%low = min(self%low, place)
+         self%high = max(self%high, place)
+      end associate
+      if (self%linked /= p - 1) return
+      if (size(self%next) < p) then
+         self%linked = -1
+         return
+      end if
+      self%linked = p
+      self%next(p) = 0
+      last = self%first(self%bin(p))
+      if (last == 0) then
+         self%first(self%bin(p)) = p
+         return
+      end if
+      do while (self%next(last) > 0)
+         last = self%next(last)
+      end do
+      self%next(last) = p
+   end subroutine link_in
+
+   !> Particles have changed cell, or their places in the store: nothing holds but `bin`.
+   pure subroutine outdate(self)
+      class(cell_list_t), intent(inout) :: self
+      self%linked = -1
+      self%counted = -1
+   end subroutine outdate
+
+   !> Where the first `count` particles are, and how far they are out of order. All of them are gone through from here on.
+   pure subroutine update_statistics(self, count)
+      class(cell_list_t), intent(inout) :: self
+      integer, intent(in) :: count
       integer(i4) :: seen(bins)
       integer :: p
-      self%first = 1
-      if (present(first)) self%first = first
-      self%count = max(0, last - self%first + 1)
-      self%chosen = .false.
-      self%joined = .false.
+      call self%go_through(1, count)
       seen = 0
-      do p = self%first, last
+      do p = 1, count
          seen(self%bin(p)) = 1
       end do
       call find_extent(seen, self%low, self%high)
       self%occupied = sum(seen)
-      self%run_breaks = run_breaks_in(self%bin(self%first:last)) - self%occupied
-      self%current = .true.
+      self%run_breaks = run_breaks_in(self%bin(:count)) - self%occupied
+      self%counted = count
    end subroutine update_statistics
+
+   !> From here on the particles stored from `start` to `last` are gone through.
+   pure subroutine go_through(self, start, last)
+      class(cell_list_t), intent(inout) :: self
+      integer, intent(in) :: start, last
+      self%start = start
+      self%count = max(0, last - start + 1)
+      self%chosen = .false.
+   end subroutine go_through
 
    !> Runs of one bin, and twice the places where the next bin is a lower one. By itself, so that it becomes vectors.
    pure integer function run_breaks_in(bin) result(run_breaks)
@@ -137,32 +186,27 @@ contains
       end subroutine ends
    end subroutine find_extent
 
-   !> Choose the particles of some bins among those that another goes through. Bins stand only for particles that are chosen.
+   !> Choose the particles of some cells of another, whose lists are up to date. Bins stand only for particles that are chosen.
    pure subroutine take_bins(self, whole, wanted)
       class(cell_list_t), intent(inout) :: self
-      type(cell_list_t), intent(in) :: whole !< goes through particles as they are stored
+      type(cell_list_t), intent(in) :: whole
       logical, intent(in) :: wanted(bins)
-      integer :: p
+      integer :: b, p
       self%count = 0
       self%chosen = .true.
-      do p = whole%first, whole%first + whole%count - 1
-         if (.not. wanted(whole%bin(p))) cycle
-         self%count = self%count + 1
-         self%order(self%count) = p
-         self%bin(p) = whole%bin(p)
+      do b = 1, bins
+         if (.not. wanted(b)) cycle
+         p = whole%first(b)
+         do while (p > 0)
+            self%count = self%count + 1
+            self%order(self%count) = p
+            self%bin(p) = b
+            p = whole%next(p)
+         end do
       end do
    end subroutine take_bins
 
-   !> Go through the last particles of another's block.
-   pure subroutine take_last(self, whole, first, last)
-      class(cell_list_t), intent(inout) :: self
-      type(cell_list_t), intent(in) :: whole
-      integer, intent(in) :: first, last
-      self%bin(first:last) = whole%bin(first:last)
-      call self%update_statistics(last, first)
-   end subroutine take_last
-
-   !> The bins whose particles extent one of some nodes of a block's tile.
+   !> The bins whose particles reach one of some nodes of a block's tile.
    pure function bins_at(nodes) result(at)
       logical, intent(in) :: nodes(0:block_size + 1, 0:block_size + 1, 0:block_size + 1)
       logical :: at(bins)
@@ -174,7 +218,7 @@ contains
       end associate
    end function bins_at
 
-   !> The order in which particles, which are gone through from the first on, are in order: bin by bin, and in a bin as they are
+   !> The order in which the particles that are gone through, all of them, are in order: bin by bin, and in a bin as they are
    !> stored. From here on it is theirs, and the caller brings them into it. Two halves are counted and placed side by side:
    !> particles of one bin, which follow each other, would wait for each other's sums.
    pure subroutine sort(self, order)
@@ -218,9 +262,10 @@ contains
          p = p + held(b)
       end do
       self%run_breaks = 0
+      self%linked = -1
    end subroutine sort
 
-   !> First and last index along each axis of the part of the block's tile that its particles extent.
+   !> First and last index along each axis of the part of the block's tile that its particles reach.
    pure function extent(self)
       class(cell_list_t), intent(in) :: self
       integer :: extent(2, 3)
@@ -234,6 +279,7 @@ contains
       bytes = 0
       if (allocated(self%bin)) bytes = 4_i8*size(self%bin, kind=i8)
       if (allocated(self%order)) bytes = bytes + 4_i8*size(self%order, kind=i8)
+      if (allocated(self%first)) bytes = bytes + 4_i8*(size(self%first, kind=i8) + size(self%next, kind=i8))
    end function bytes
 
 end module m_cell_list

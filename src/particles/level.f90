@@ -13,7 +13,6 @@ module m_level
    private
    public :: level_t, fit_pool
 
-
    integer(i8), parameter :: tile_bytes = node_values*(tile_last + 1_i8)**3*storage_size(1.0_wp)/8
 
    type :: level_t
@@ -31,24 +30,23 @@ module m_level
       integer :: part_end(0:2) = 0           !< part p of these is part_end(p - 1) + 1 to part_end(p)
       real(wp), allocatable :: nodes(:, :, :, :, :)    !< (node_values, 0:9, 0:9, 0:9, slots): what a block's particles give; then
                                                        !< sums over all blocks and ranks; then the motion
+      logical :: sums_wait = .false.         !< tiles hold what their own blocks' particles give; sums over blocks are to be made
       real(wp), allocatable :: restricted(:, :, :, :, :) !< the same shape, where there is a finer level: what that restricts while
                                                          !< `nodes` holds the motion
       integer, allocatable :: extent(:, :, :)           !< (2, 3, slots): first and last index along each axis of the part of a tile
-                                                       !< that can be other than 0: what its particles extent; of ghosts, all
+                                                       !< that can be other than 0: what its particles reach; of ghosts, all
       real(wp), allocatable :: gradient(:, :)          !< work of one block: columns on their way into order; then body forces;
                                                        !< then velocity gradients, from nodes to stress
       integer(i4), allocatable :: order(:)             !< work of one block: the order into which its particles are brought
       real(wp), allocatable :: lead(:, :)              !< work: what the gradients that particles keep are ahead by (levels: eq.
                                                        !< lead)
-      type(cell_list_t) :: at_edge                     !< work: those of a block's particles that extent an edge of levels
-      type(cell_list_t) :: arrivals                    !< work: those that have arrived in a block
+      type(cell_list_t) :: at_edge                     !< work: those of a block's particles that reach an edge of levels
    contains
       procedure :: particle_count
       procedure :: size_work
       procedure :: update_extents
-      procedure :: list_arrivals
-      procedure :: join_arrivals
-      procedure :: holds_whole
+      procedure :: widen_extent
+      procedure :: keep_order
       procedure :: bytes
       procedure :: owner_at
       procedure :: thickness
@@ -84,66 +82,55 @@ contains
       thickness = 2.0_wp*norm2(matmul(normal, half_edges(values, self%layout)))
    end function thickness
 
-   !> Bring up to date what is known of a block's particles, and its tiles to what they extent: the nodes around their bins, or all
-   !> where others give to the block's nodes or ask of them.
+   !> The nodes that a block's particles reach, or all where others give to the block's nodes or ask of them.
+   pure function range_of(block, whole) result(extent)
+      type(block_t), intent(in) :: block
+      logical, intent(in) :: whole
+      integer :: extent(2, 3)
+      extent = block%cells%extent()
+      if (whole) extent(1, :) = 0
+      if (whole) extent(2, :) = tile_last
+   end function range_of
+
+   !> Before a block's tile is given to anew: it is 0, and goes as far as the block's particles reach, or is whole.
    subroutine update_extents(self, b, whole)
       class(level_t), intent(inout) :: self
       integer, intent(in) :: b
       logical, intent(in) :: whole
       integer :: extent(2, 3)
-      call self%blocks(b)%update_extents()
-      extent = self%blocks(b)%cells%extent()
-      if (whole) extent(1, :) = 0
-      if (whole) extent(2, :) = tile_last
+      associate (block => self%blocks(b))
+         if (block%cells%counted < 0) call block%cells%update_statistics(block%particles%count)
+         extent = range_of(block, whole)
+      end associate
       associate (old => self%extent(:, :, b))
-         if (any(old(1, :) < extent(1, :)) .or. any(old(2, :) > extent(2, :))) then
+         if (any(old(1, :) < extent(1, :)) .or. any(old(2, :) > extent(2, :))) &
             self%nodes(:, old(1, 1):old(2, 1), old(1, 2):old(2, 2), old(1, 3):old(2, 3), b) = 0.0_wp
-         end if
+         self%nodes(:, extent(1, 1):extent(2, 1), extent(1, 2):extent(2, 2), extent(1, 3):extent(2, 3), b) = 0.0_wp
          old = extent
       end associate
    end subroutine update_extents
 
-   !> A list of what has arrived in a block, in `arrivals`. Its tiles extent as far.
-   subroutine list_arrivals(self, b)
+   !> A block's tile, which is 0 beyond its extent, goes as far as particles that have come reach too, or is whole.
+   pure subroutine widen_extent(self, b, whole)
+      class(level_t), intent(inout) :: self
+      integer, intent(in) :: b
+      logical, intent(in) :: whole
+      integer :: extent(2, 3)
+      extent = range_of(self%blocks(b), whole)
+      self%extent(1, :, b) = min(self%extent(1, :, b), extent(1, :))
+      self%extent(2, :, b) = max(self%extent(2, :, b), extent(2, :))
+   end subroutine widen_extent
+
+   !> Count how far a block's particles are out of the order of their cells, and sort them where that has come to cost too much. To
+   !> be called when particles have changed cell or have left, before others come: the order decides the last digits of sums.
+   subroutine keep_order(self, b)
       class(level_t), intent(inout) :: self
       integer, intent(in) :: b
       associate (block => self%blocks(b))
-         call self%arrivals%take_last(block%cells, block%particles%count - block%arrived + 1, block%particles%count)
+         if (block%cells%counted /= block%particles%count) call block%cells%update_statistics(block%particles%count)
+         if (block%wants_sorting()) call block%sort(self%order, self%gradient)
       end associate
-      call widen_reach(self, b, self%arrivals%extent())
-   end subroutine list_arrivals
-
-   !> What has arrived in a block is gone through with the others from here on. How far it is out of order does not count in this
-   !> step, here as where it has a list of its own: that decides when particles are sorted, and so the last digits of sums.
-   subroutine join_arrivals(self, b)
-      class(level_t), intent(inout) :: self
-      integer, intent(in) :: b
-      integer :: run_breaks
-      if (self%blocks(b)%arrived == 0) return
-      associate (cells => self%blocks(b)%cells)
-         run_breaks = cells%run_breaks
-         call cells%update_statistics(self%blocks(b)%particles%count)
-         cells%run_breaks = run_breaks
-         cells%joined = .true.
-         call widen_reach(self, b, cells%extent())
-      end associate
-      self%blocks(b)%arrived = 0
-   end subroutine join_arrivals
-
-   !> A block's tiles extent as far as this too.
-   pure subroutine widen_reach(self, b, extent)
-      class(level_t), intent(inout) :: self
-      integer, intent(in) :: b, extent(2, 3)
-      self%extent(1, :, b) = min(self%extent(1, :, b), extent(1, :))
-      self%extent(2, :, b) = max(self%extent(2, :, b), extent(2, :))
-   end subroutine widen_reach
-
-   !> True when all of a block's tile can be other than 0.
-   pure logical function holds_whole(self, b)
-      class(level_t), intent(in) :: self
-      integer, intent(in) :: b
-      holds_whole = all(self%extent(1, :, b) == 0) .and. all(self%extent(2, :, b) == tile_last)
-   end function holds_whole
+   end subroutine keep_order
 
    !> Fit the work arrays to the largest block.
    subroutine size_work(self)
@@ -151,7 +138,7 @@ contains
       integer :: b, largest
       largest = block_size
       do b = 1, size(self%blocks)
-         if (allocated(self%blocks(b)%particles%id)) largest = max(largest, size(self%blocks(b)%particles%id))
+         largest = max(largest, size(self%blocks(b)%particles%id))
       end do
       if (allocated(self%gradient)) then
          if (size(self%gradient, 1) >= largest) return
@@ -159,7 +146,6 @@ contains
       end if
       allocate (self%gradient(largest, 9), self%order(largest))
       allocate (self%lead(merge(largest, 0, self%layout%labels_gradients()), 9))
-      call self%arrivals%reserve(largest)
       if (self%layout%edge_stress > 0) call self%at_edge%reserve(largest, choosing=.true.)
    end subroutine size_work
 
@@ -186,7 +172,7 @@ contains
       held = tile_bytes*size(self%extent, 3)*merge(2, 1, allocated(self%restricted)) ! what is in use of the pools
       held = held + 8_i8*(size(self%gradient, kind=i8) + size(self%lead, kind=i8))
       held = held + 4_i8*size(self%order, kind=i8)
-      held = held + self%at_edge%bytes() + self%arrivals%bytes()
+      held = held + self%at_edge%bytes()
       held = held + 4_i8*(size(self%owner, kind=i8) + size(self%slot, kind=i8))
       do b = 1, size(self%blocks)
          held = held + self%blocks(b)%bytes()

@@ -17,12 +17,14 @@ module m_particle_store
       integer :: count = 0
       real(wp), allocatable :: column(:, :)
       integer(i8), allocatable :: id(:)   !< unique over the scene
-      integer(i4), allocatable :: body(:) !< number of the body in the scene; set by append and set_bodies
-      logical :: one_body = .false.       !< all particles are known to be of one body
+      integer(i4), allocatable :: body(:) !< number of the body in the scene
+      integer(i8) :: generation = 0 !< rises when particles that are there change, move to another place in the store or leave;
+                                    !< not when one is added: what has been made of some holds while it is the same
    contains
       procedure :: reserve
       procedure :: append
-      procedure :: set_bodies
+      procedure :: changed
+      procedure :: state
       procedure :: remove
       procedure :: permute
       procedure :: run_end
@@ -62,28 +64,31 @@ contains
       integer(i8), intent(in) :: id
       integer(i4), intent(in) :: body
       call self%reserve(self%count + 1, size(values))
-      if (self%count == 0) self%one_body = .true.
-      if (self%count > 0) self%one_body = self%one_body .and. body == self%body(1)
       self%count = self%count + 1
       self%column(self%count, :) = values
       self%id(self%count) = id
       self%body(self%count) = body
    end subroutine append
 
-   !> The bodies of all particles.
-   pure subroutine set_bodies(self, body)
+   !> To be called by whoever has written to the columns, ids or bodies of particles, or has set their number.
+   pure subroutine changed(self)
       class(particle_store_t), intent(inout) :: self
-      integer(i4), intent(in) :: body(:) !< (count)
-      self%body(:self%count) = body
-      self%one_body = self%count > 0
-      if (self%one_body) self%one_body = all(body == body(1))
-   end subroutine set_bodies
+      self%generation = self%generation + 1
+   end subroutine changed
+
+   !> Generation and number of the particles: what has been made of all of them holds while both are the same.
+   pure function state(self)
+      class(particle_store_t), intent(in) :: self
+      integer(i8) :: state(2)
+      state = [self%generation, int(self%count, i8)]
+   end function state
 
    !> Remove the particles of a rising list; the last ones move into the holes.
    subroutine remove(self, gone)
       class(particle_store_t), intent(inout) :: self
       integer(i4), intent(in) :: gone(:)
       integer :: g, p
+      call self%changed()
       do g = size(gone), 1, -1
          p = gone(g)
          if (p < self%count) then
@@ -102,6 +107,7 @@ contains
       integer(i4), intent(in) :: order(:)
       real(wp), intent(inout), contiguous :: work(:, :)
       integer :: c, columns, n, p
+      call self%changed()
       n = size(order)
       columns = size(self%column, 2)
       do c = 1, columns - together + 1, together
@@ -115,7 +121,6 @@ contains
          self%column(:n, c) = work(:n, 1)
       end do
       call permute_ids(self%id, order, work(:, 1))
-      if (self%one_body) return
       work(:n, 1) = self%body(order)
       self%body(:n) = nint(work(:n, 1), i4)
    end subroutine permute
@@ -159,10 +164,6 @@ contains
       integer, intent(in) :: first
       integer(i4) :: difference
       integer :: begin, last, p
-      if (self%one_body) then
-         run_end = self%count
-         return
-      end if
       begin = first
       do while (begin < self%count) ! in stretches that are vectors, up to the one in which the run ends
          last = min(begin + stretch, self%count)

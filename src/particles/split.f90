@@ -76,7 +76,7 @@ contains
          splits = splits + 2**count(across) - 1
       end do
       block%cells%bin(n + 1:block%particles%count) = 0
-      block%cells%current = .false.
+      call block%cells%outdate()
    end subroutine split_long
 
    !> Across which of its half edges a particle must be split: the longest, if it is too long for the weights; under tension, all

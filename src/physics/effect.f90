@@ -227,7 +227,7 @@ contains
       type(frame_t), intent(in) :: frame
       real(wp), intent(in), contiguous :: sums(:, 0:, 0:, 0:) !< at the cell's lowest node: volume, m3; times tr L, m3/s; times p, J
       real(wp), intent(inout), contiguous :: gradient(:, :) !< (:, 9), 1/s
-      associate (unused => self%repeats, c => cells%current, p => particles%count, l => layout%mass, f => frame%cell, &
+      associate (unused => self%repeats, c => cells%count, p => particles%count, l => layout%mass, f => frame%cell, &
                  s => size(sums), n => size(gradient)); end associate
    end subroutine on_cells
 
@@ -240,7 +240,7 @@ contains
       type(layout_t), intent(in) :: layout
       real(wp), intent(in) :: time_step !< s
       real(wp), intent(inout), contiguous :: gradient(:, :) !< (:, 9)
-      associate (unused => self%repeats, c => cells%current, p => particles%count, l => layout%mass, d => time_step, &
+      associate (unused => self%repeats, c => cells%count, p => particles%count, l => layout%mass, d => time_step, &
                  n => size(gradient)); end associate
    end subroutine on_gradient
 

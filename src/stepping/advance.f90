@@ -1,24 +1,32 @@
-!> One step of the model: every level takes its step inside that of the next coarser one (theory.md, eqs half-steps, labels).
+!> One step of the model, explicit in time: every level takes its step inside that of the next coarser one (theory.md, eqs
+!> half-steps, labels).
 module m_advance
    use mpi_f08
-   use m_kinds, only: wp, i8
+   use m_kinds, only: wp
    use m_errors, only: error_t
    use m_timers
-   use m_node_values, only: node_values, tile_last
    use m_scene, only: update_usl, update_usf, update_musl
+   use m_node_values, only: node_values, tile_last
+   use m_clock, only: clock_t
    use m_model, only: model_t, bounds_t
-   use m_migration, only: entered
+   use m_integrator, only: integrator_t
    use m_node_exchange, only: sum_tiles
    use m_residence, only: change_pair
    use m_move_regions, only: move_regions
    use m_pressed_speeds, only: find_pressed, keep_pressed_speeds
    use m_contact_complaints, only: forbid_contact
-   use m_complaints, only: check_missing
-   use m_node_step, only: clock_t, to_nodes, solve
-   use m_particle_step, only: to_particles, strain, take_next_position, pack_emigrants, prepare_next_p2g
+   use m_complaints, only: report_homeless
+   use m_grid_stages, only: particles_to_grid
+   use m_schedule, only: by_blocks, shared_sums, nodal_solve, grid_to_particles, velocity_gradient, stress, cells
    implicit none
    private
-   public :: advance
+   public :: explicit_t, advance
+
+   !> The explicit step: momentum on the nodes, leapfrog in time.
+   type, extends(integrator_t) :: explicit_t
+   contains
+      procedure, nopass :: step => advance
+   end type explicit_t
 
 contains
 
@@ -27,17 +35,14 @@ contains
       type(model_t), intent(inout) :: model
       real(wp), intent(in) :: time_step !< s
       type(error_t), intent(inout) :: error
+      type(clock_t) :: clock
+      clock = clock_t(model%time, time_step)
       model%unseen = model%share_of_unseen(time_step)
       model%last_step = time_step
-      if (model%follows_speeds) model%bounds = bounds_t()
-      if (model%method%stress_update == update_usf) then
-         call p2g_levels(model, 1, model%time, time_step)
-         call solve(model, 1, clock_t(model%time))
-         call meet_tools(model, 1, clock_t(model%time, time_step), .true.)
-         call strain(model, 1, time_step, error)                       ! 6, first
-      end if
-      call p2g_levels(model, 1, model%time, time_step)              ! 1, 2, 3
-      call advance_level(model, 1, clock_t(model%time, time_step), error)
+      model%bounds = bounds_t()
+      if (model%method%stress_update == update_usf) call stress_first(model, clock, error)
+      call p2g_levels(model, 1, clock, error)
+      call advance_level(model, 1, clock, error)
       if (error%happened()) return
       model%time = model%time + time_step
       model%step = model%step + 1
@@ -49,21 +54,81 @@ contains
       call model%timers%leave()
    end subroutine advance
 
-   !> 1, 2, 3 on a level and all finer ones, the finest first: each restricts what its constrained nodes were given.
-   subroutine p2g_levels(model, first, time, time_step)
+   !> Collective: one step of a level, whose particles and those of all finer levels have given to their nodes, and within it the
+   !> steps of the finer levels.
+   recursive subroutine advance_level(model, l, clock, error)
+      type(model_t), intent(inout) :: model
+      integer, intent(in) :: l
+      type(clock_t), intent(in) :: clock
+      type(error_t), intent(inout) :: error
+      call model%timers%on_level(l)
+      if (model%contact%active() .or. size(model%levels) > 1) then ! somebody asks for the motion of all nodes
+         call by_blocks(model, l, clock, [shared_sums, nodal_solve], error)
+         call apply_contact(model, l, clock, error)
+         if (l < size(model%levels)) call advance_finer(model, l, clock, error)
+         if (error%happened() .and. l < size(model%levels)) return ! on all ranks: they have agreed
+         call model%timers%on_level(l)
+         call by_blocks(model, l, clock, particle_stages(model), error)
+      else
+         call by_blocks(model, l, clock, [shared_sums, nodal_solve, particle_stages(model)], error)
+      end if
+      if (model%method%stress_update == update_musl) call stress_last(model, l, clock, error)
+      call finish_contact(model, l, clock, error)
+      call migrate(model, l, error)
+   end subroutine advance_level
+
+   !> What particles do in the main part of a step, by when it is the turn of their stress.
+   pure function particle_stages(model) result(stages)
+      type(model_t), intent(in) :: model
+      integer, allocatable :: stages(:)
+      select case (model%method%stress_update)
+      case (update_usl); stages = [grid_to_particles, stress, cells]
+      case (update_usf); stages = [grid_to_particles, cells]
+      case default; stages = [grid_to_particles]
+      end select
+   end function particle_stages
+
+   !> USF: the stress comes first, from the velocities that the particles have. (One level.)
+   subroutine stress_first(model, clock, error)
+      type(model_t), intent(inout) :: model
+      type(clock_t), intent(in) :: clock
+      type(error_t), intent(inout) :: error
+      call p2g_levels(model, 1, clock, error)
+      call by_blocks(model, 1, clock_t(clock%time), [shared_sums, nodal_solve], error)
+      call meet_tools(model, 1, clock, .true.)
+      call by_blocks(model, 1, clock, [velocity_gradient, stress], error)
+   end subroutine stress_first
+
+   !> MUSL: the stress comes last, from the velocities that the particles have now; then they move. (One level.)
+   subroutine stress_last(model, l, clock, error)
+      type(model_t), intent(inout) :: model
+      integer, intent(in) :: l
+      type(clock_t), intent(in) :: clock
+      type(error_t), intent(inout) :: error
+      call particles_to_grid(model, l, clock%time)
+      call by_blocks(model, l, clock_t(clock%time), [shared_sums, nodal_solve], error)
+      call meet_tools(model, l, clock, .false.)
+      call by_blocks(model, l, clock, [velocity_gradient, stress], error)
+      call by_blocks(model, l, clock, [cells], error)
+   end subroutine stress_last
+
+   !> P2G of a level and all finer ones, the finest first: each restricts to the next what its constrained nodes were given. Levels
+   !> ask each other for sums: with several they are made here.
+   subroutine p2g_levels(model, first, clock, error)
       type(model_t), intent(inout) :: model
       integer, intent(in) :: first      !< 1, or the level that begins its second step within one of its parent
-      real(wp), intent(in) :: time      !< s
-      real(wp), intent(in) :: time_step !< of level `first`, s
+      type(clock_t), intent(in) :: clock !< of that level
+      type(error_t), intent(inout) :: error
       real(wp) :: own_step
       integer :: l
       do l = size(model%levels), first, -1
          call model%timers%on_level(l)
-         call to_nodes(model, l, time)
+         call particles_to_grid(model, l, clock%time)
+         if (size(model%levels) > 1) call by_blocks(model, l, clock, [shared_sums], error)
          if (l == 1) cycle
          call model%timers%enter(model%levels_row)
          own_step = 0.0_wp
-         if (model%method%subcycle) own_step = 0.5_wp**(l - first)*time_step
+         if (model%method%subcycle) own_step = 0.5_wp**(l - first)*clock%step
          if (l == first) then
             call model%composite(l)%restrict_change(model%communicator, model%levels(l))
          else
@@ -72,45 +137,32 @@ contains
       end do
    end subroutine p2g_levels
 
-   !> Collective: one step of a level, whose nodes hold the sums of its beginning, and within it the steps of the finer levels.
-   recursive subroutine advance_level(model, l, clock, error)
+   !> Collective: tools hold the nodes of the finest level; other levels must not touch any.
+   subroutine apply_contact(model, l, clock, error)
       type(model_t), intent(inout) :: model
       integer, intent(in) :: l
       type(clock_t), intent(in) :: clock
       type(error_t), intent(inout) :: error
-      integer :: update
-      logical :: all_solved !< for the motion of all nodes, before particles move
-      update = model%method%stress_update
-      call model%timers%on_level(l)
-      all_solved = model%contact%active() .or. size(model%levels) > 1
-      if (all_solved) call solve(model, l, clock)                           ! 3 ends
-      if (model%contact%active()) then                                 ! 4
-         call model%timers%enter(phase_contact)
-         if (l == size(model%levels)) then
-            call model%contact%push(model%communicator, model%levels(l), model%materials, model%exchange(l)%ranks, clock%time, &
-                                    clock%step, error)
-         else
-            call forbid_contact(model%contact%tools, model%levels(l), model%levels(size(model%levels)), error)
-         end if
+      if (.not. model%contact%active()) return
+      call model%timers%enter(phase_contact)
+      if (l == size(model%levels)) then
+         call model%contact%push(model%communicator, model%levels(l), model%materials, model%exchange(l)%ranks, clock%time, &
+                                 clock%step, error)
+      else
+         call forbid_contact(model%contact%tools, model%levels(l), model%levels(size(model%levels)), error)
       end if
-      if (l < size(model%levels)) then
-         call advance_finer(model, l, clock, error)
-         if (error%happened()) return ! on all ranks: they have agreed
-         call model%timers%on_level(l)
-      end if
-      call to_particles(model, l, clock, with_stress=update == update_usl, solved=all_solved, error=error) ! 3 if not yet, 5, 6, 7
-      if (update == update_musl) then
-         call to_nodes(model, l, clock%time)
-         call solve(model, l, clock_t(clock%time))
-         call meet_tools(model, l, clock, .false.)
-         call strain(model, l, clock%step, error)                      ! 6, last
-         call take_next_position(model, l, clock, error)               ! 7, late
-      end if
+   end subroutine apply_contact
+
+   !> Collective: loads, works and what is said of the solution, at the end of a step of the finest level.
+   subroutine finish_contact(model, l, clock, error)
+      type(model_t), intent(inout) :: model
+      integer, intent(in) :: l
+      type(clock_t), intent(in) :: clock
+      type(error_t), intent(inout) :: error
       call model%timers%enter(phase_control)
       if (model%contact%active() .and. l == size(model%levels)) &
          call model%contact%conclude(model%communicator, model%levels(l), clock%time + clock%step, clock%step, error)
-      call move_particles(model, l, clock, error)
-   end subroutine advance_level
+   end subroutine finish_contact
 
    !> Collective: the nodes that only the stress is made from go with the points that tools press.
    subroutine meet_tools(model, l, clock, first)
@@ -147,7 +199,7 @@ contains
       if (model%mixes()) ahead = 0.0_wp ! eq. labels: not with PIC
       call advance_level(model, l + 1, clock_t(clock%time, half, half - ahead, ends=.false.), error)
       if (error%happened()) return
-      call p2g_levels(model, l + 1, clock%time + half, half)
+      call p2g_levels(model, l + 1, clock_t(clock%time + half, half), error)
       call model%timers%on_level(l + 1)
       call correct(model, l, clock)
       call advance_level(model, l + 1, clock_t(clock%time + half, half, -ahead, ends=clock%ends), error)
@@ -200,83 +252,51 @@ contains
       end associate
    end subroutine correct
 
-   !> Collective: the particles of level l go to the blocks, and with those of the next finer level to the levels, where they are
-   !> now.
-   subroutine move_particles(model, l, clock, error)
+   !> Collective: particles go to the blocks, and with those of the next finer level to the levels, where they are now.
+   subroutine migrate(model, l, error)
       type(model_t), intent(inout) :: model
       integer, intent(in) :: l
-      type(clock_t), intent(in) :: clock
       type(error_t), intent(inout) :: error
-      logical :: new_blocks
-      integer :: b
-      call model%migration(l)%send(model%communicator, model%exchange(l)%ranks)
-      call agree(model, l, new_blocks, error)
+      logical :: blocks_missing
+      call agree(model, l, blocks_missing, error)
+      if (error%happened()) return
       call model%timers%enter(phase_migration)
-      associate (migration => model%migration(l), communicator => model%communicator)
-         call migration%receive(communicator, model%exchange(l)%ranks)
-         if (error%happened()) return
-         if (new_blocks) then
-            call model%create_blocks()
-            do b = 1, size(model%levels(l)%blocks) ! whose particles had no place to go to: with the order that they would have by
-                                                   ! now
-               if (model%levels(l)%blocks(b)%emigrant_count == 0) cycle
-               call pack_emigrants(model, l, b)
-               call prepare_next_p2g(model, l, b, clock, .false., error)
-            end do
-            call model%timers%enter(phase_migration)
-            call migration%send(communicator, model%exchange(l)%ranks)
-            call migration%receive(communicator, model%exchange(l)%ranks)
-         end if
-         call migration%settle(model%levels(l))
-      end associate
+      if (blocks_missing) then
+         call model%create_blocks()
+         call model%migration(l)%house(model%communicator, model%levels(l))
+      end if
+      call model%migration(l)%exchange(model%communicator, model%levels(l), model%exchange(l)%ranks)
       model%particle_steps = model%particle_steps + model%levels(l)%particle_count()
       model%level_steps(l) = model%level_steps(l) + model%levels(l)%particle_count()
       if (l < size(model%levels)) call change_pair(model, l, error)
       call model%timers%leave()
-   end subroutine move_particles
+   end subroutine migrate
 
    !> Collective, one reduction: largest speeds for the next time step, whether blocks are missing, whether a rank failed, and what
-   !> ranks ask of the run.
-   subroutine agree(model, l, new_blocks, error)
+   !> ranks ask of the run. With several levels blocks are there before particles may reach them: one is missing where a particle
+   !> has moved too far.
+   subroutine agree(model, l, blocks_missing, error)
       type(model_t), intent(inout) :: model
       integer, intent(in) :: l
-      logical, intent(out) :: new_blocks
+      logical, intent(out) :: blocks_missing
       type(error_t), intent(inout) :: error
-      real(wp) :: bounds(5)
-      integer :: b
-      bounds = [model%bounds%wave_speed, model%bounds%particle_speed, 0.0_wp, 0.0_wp, real(model%requested_action, wp)]
-      if (error%happened()) then
-         bounds(4) = 1.0_wp
-      else if (any_missing(model, l)) then
-         bounds(3) = 1.0_wp
+      integer, parameter :: wave = 1, particle = 2, missing = 3, failed = 4, requested = 5
+      real(wp) :: largest(5)
+      largest(wave) = model%bounds%wave_speed
+      largest(particle) = model%bounds%particle_speed
+      largest(missing) = merge(1.0_wp, 0.0_wp, model%migration(l)%homeless%count > 0)
+      largest(failed) = merge(1.0_wp, 0.0_wp, error%happened())
+      largest(requested) = real(model%requested_action, wp)
+      call MPI_Allreduce(MPI_IN_PLACE, largest, size(largest), MPI_DOUBLE_PRECISION, MPI_MAX, model%communicator%comm)
+      model%bounds%wave_speed = largest(wave)
+      model%bounds%particle_speed = largest(particle)
+      model%requested_action = nint(largest(requested))
+      blocks_missing = largest(missing) > 0.0_wp
+      if (blocks_missing .and. size(model%levels) > 1) then
+         call report_homeless(model, l, error)
+         largest(failed) = 1.0_wp
       end if
-      call MPI_Allreduce(MPI_IN_PLACE, bounds, size(bounds), MPI_DOUBLE_PRECISION, MPI_MAX, model%communicator%comm)
-      model%bounds%wave_speed = bounds(1)
-      model%bounds%particle_speed = bounds(2)
-      new_blocks = bounds(3) > 0.0_wp
-      model%requested_action = nint(bounds(5))
-      if (new_blocks .and. size(model%levels) > 1) then
-         do b = 1, size(model%levels(l)%blocks)
-            call check_missing(model, l, b, error)
-         end do
-         bounds(4) = 1.0_wp
-      end if
-      if (bounds(4) > 0.0_wp) call model%communicator%agree(error)
+      if (largest(failed) > 0.0_wp) call model%communicator%agree(error)
    end subroutine agree
-
-   !> True when a particle has left its block for one that does not exist.
-   pure logical function any_missing(model, l)
-      type(model_t), intent(in) :: model
-      integer, intent(in) :: l
-      integer :: b, m
-      any_missing = .false.
-      associate (level => model%levels(l))
-         do b = 1, size(level%blocks)
-            do m = 1, level%blocks(b)%emigrant_count
-               any_missing = any_missing .or. level%owner_at(entered(level, level%blocks(b), int(level%blocks(b)%emigrants(m)))) < 0
-            end do
-         end do
-      end associate
-   end function any_missing
 
 end module m_advance

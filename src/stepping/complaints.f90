@@ -1,18 +1,17 @@
 !> What is wrong with a particle, in a sentence: which, where, on which level, what was found, what is allowed, what to try.
 module m_complaints
    use mpi_f08
-   use m_kinds, only: wp
+   use m_kinds, only: wp, i8
    use m_constants, only: block_size, exit_numerical
    use m_errors, only: error_t, fail
    use m_text, only: to_text
    use m_deform, only: all_finite
    use m_field_table, only: field_t
    use m_g2p_boxes, only: fastest_t
-   use m_migration, only: entered
    use m_model, only: model_t
    implicit none
    private
-   public :: particle_text, check_emigrants, check_missing, report_outside, report_inversion, report_too_fast, report_undefined, &
+   public :: particle_text, check_emigrants, report_homeless, report_outside, report_inversion, report_too_fast, report_undefined, &
              check_fields, fastest_text
 
    character(len=*), parameter :: unstable = ': the motion is unstable; try a smaller safety'
@@ -49,19 +48,20 @@ contains
    end subroutine check_emigrants
 
    !> With several levels blocks are there before a particle may reach them: one that enters another has moved too far.
-   subroutine check_missing(model, l, b, error)
+   subroutine report_homeless(model, l, error)
       type(model_t), intent(in) :: model
-      integer, intent(in) :: l, b
+      integer, intent(in) :: l
       type(error_t), intent(inout) :: error
-      integer :: m, p
-      associate (level => model%levels(l), block => model%levels(l)%blocks(b))
-         do m = 1, block%emigrant_count
-            p = int(block%emigrants(m))
-            if (level%owner_at(entered(level, block, p)) < 0) call fail(error, exit_numerical, &
-               particle_text(model, l, b, p)//' moved further than a step of the coarsest level allows'//unstable, may_heal=.true.)
-         end do
-      end associate
-   end subroutine check_missing
+      integer(i8) :: id
+      integer :: body, r
+      real(wp) :: place(3)
+      do r = 1, model%migration(l)%homeless%count
+         call model%migration(l)%identify(model%levels(l), r, id, body, place)
+         call fail(error, exit_numerical, when(model)//'particle '//to_text(id)//' of body '//to_text(body)//' at '// &
+                   place_text(place)//' m on level '//to_text(l)//' moved further than a step of the coarsest level allows'// &
+                   unstable, may_heal=.true.)
+      end do
+   end subroutine report_homeless
 
    !> Name the particle that left the grid.
    subroutine report_outside(model, l, b, error)
@@ -218,8 +218,7 @@ contains
       character(len=:), allocatable :: text
       real(wp) :: place(3), low(3), high(3)
       associate (level => model%levels(l), block => model%levels(l)%blocks(b), x => model%levels(l)%layout%position)
-         text = 'step '//to_text(model%step + 1)//', time '//to_text(model%time)//' s: particle '// &
-                to_text(block%particles%id(p))//' of body '//to_text(int(block%particles%body(p)))
+         text = when(model)//'particle '//to_text(block%particles%id(p))//' of body '//to_text(int(block%particles%body(p)))
          place = block%particles%column(p, x:x + 2)
          low = block%origin - 0.5_wp*level%grid%cell
          high = block%origin + 7.5_wp*level%grid%cell
@@ -231,6 +230,12 @@ contains
          text = text//' m on level '//to_text(l)
       end associate
    end function particle_text
+
+   function when(model) result(text)
+      type(model_t), intent(in) :: model
+      character(len=:), allocatable :: text
+      text = 'step '//to_text(model%step + 1)//', time '//to_text(model%time)//' s: '
+   end function when
 
    function place_text(place) result(text)
       real(wp), intent(in) :: place(3) !< m

@@ -68,7 +68,7 @@ contains
                      b = level%slot(i, j, k)
                      if (b == 0 .or. b > size(level%blocks)) cycle ! another rank's
                      parts(:, n) = level%blocks(b)%sums
-                     if (.not. level%blocks(b)%sums_are_valid) parts(:, n) = block_sums(model, l, b)
+                     if (.not. level%blocks(b)%sums_hold()) parts(:, n) = block_sums(model, l, b)
                   end do
                end do
             end do
@@ -87,7 +87,7 @@ contains
       type(model_t), intent(inout) :: model
       integer, intent(in) :: l, b
       model%levels(l)%blocks(b)%sums = block_sums(model, l, b)
-      model%levels(l)%blocks(b)%sums_are_valid = .true.
+      model%levels(l)%blocks(b)%sums_of = model%levels(l)%blocks(b)%particles%state()
    end subroutine take_sums
 
    !> Kinetic energy, strain energy and plastic work together, J.

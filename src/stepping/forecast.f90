@@ -209,7 +209,7 @@ contains
       do l = 1, size(model%levels)
          do b = 1, size(model%levels(l)%blocks)
             associate (block => model%levels(l)%blocks(b))
-               if (block%particles%count == 0 .or. block%at_rest) cycle
+               if (block%particles%count == 0 .or. block%rests()) cycle
                low = min(low, block%lowest)
                high = max(high, block%highest)
             end associate
@@ -246,7 +246,7 @@ contains
             associate (block => model%levels(l)%blocks(b))
                if (block%particles%count == 0) cycle
                away = 0.0_wp
-               if (block%at_rest) away = start + maxval(max(0.0_wp, block%lowest - high, low - block%highest)) &
+               if (block%rests()) away = start + maxval(max(0.0_wp, block%lowest - high, low - block%highest)) &
                                          /model%levels(1)%grid%cell
                sums = sums + particle_steps*block%particles%count*[min(away, prospect%steps), prospect%steps]
             end associate

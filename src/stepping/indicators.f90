@@ -69,19 +69,15 @@ contains
    subroutine average(model, l)
       type(model_t), intent(inout) :: model
       integer, intent(in) :: l
-      integer :: arrived, b
+      integer :: b
       associate (level => model%levels(l))
          do b = 1, size(level%blocks)
             associate (block => level%blocks(b))
-               arrived = block%arrived
                call level%update_extents(b, whole=.true.)
-               call level%join_arrivals(b)
+               block%deposited = 0
                call give_stress(block%cells, block%particles%column, level%layout, frame_of(level, block), &
                                 level%nodes(:, :, :, :, b))
                call fold_symmetry(level%grid, block%place, level%nodes(:, :, :, :, b), stress_parity)
-               block%p2g_is_valid = .false.
-               if (arrived > 0) block%cells%current = .false. ! the next step lists them apart
-               block%arrived = arrived
             end associate
          end do
          call model%exchange(l)%start(model%communicator, level%nodes)

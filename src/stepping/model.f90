@@ -23,7 +23,7 @@ module m_model
    use m_node_exchange, only: node_exchange_t
    use m_block, only: block_t
    use m_locate, only: bin_of
-   use m_migration, only: migration_t, entered, frame_of
+   use m_migration, only: migration_t, frame_of
    use m_split, only: id_bits, stuff_t
    use m_materials, only: materials_t, make_materials
    use m_effect, only: effect_slot_t
@@ -74,7 +74,6 @@ module m_model
       logical :: works_ahead = .true.                 !< to nodes of the next step while blocks are in the cache: the same bits,
                                                       !< less time
       logical :: skip_at_rest = .true.                !< leave out blocks that are at rest: the same bits, less time
-      logical :: follows_speeds = .true.              !< time steps follow `bounds`, which else stay what they were at the start
    contains
       procedure :: build
       procedure :: connect
@@ -111,7 +110,6 @@ contains
       integer :: e, l
       self%communicator = communicator
       self%method = scene%time
-      self%follows_speeds = .not. scene%time%time_step > 0.0_wp
       self%materials = make_materials(scene)
       associate (materials => self%materials)
          self%stuff = [(stuff_t(materials%slots(materials%of_body(e))%law%density, &
@@ -137,6 +135,9 @@ contains
       self%contact%followed = self%contact%active() .and. (self%method%affine .or. self%method%stress_update == update_usl)
       allocate (self%lost_in_merging(blocks_before(self%levels, size(self%levels) + 1)), source=0.0_wp)
       call declare_fields(self)
+      do l = 1, size(self%levels)
+         call self%migration(l)%prepare(communicator, self%levels(l)%table%columns)
+      end do
       if (present(empty)) then
          if (empty) return
       end if
@@ -199,6 +200,9 @@ contains
          end associate
       end do
       call self%levels(l)%size_work()
+      do b = 1, size(self%levels(l)%blocks)
+         call self%levels(l)%keep_order(b)
+      end do
    end subroutine fill
 
    !> Ids of different bodies do not meet.
@@ -249,7 +253,8 @@ contains
             call block%include_place(block%particles%column(p, x:x + 2))
          end do
       end associate
-      block%cells%current = .false.
+      call block%cells%outdate()
+      call block%particles%changed()
    end subroutine set_bins
 
    !> The fields that every scene has, and those that materials, effects and choices of the method ask for.
@@ -397,15 +402,8 @@ contains
    subroutine create_blocks(self)
       class(model_t), intent(inout) :: self
       logical, allocatable :: wanted(:)
-      integer :: b, l
       allocate (wanted(size(self%levels(1)%owner)), source=.false.)
-      do b = 1, size(self%levels(1)%blocks)
-         associate (block => self%levels(1)%blocks(b))
-            do l = 1, block%emigrant_count
-               wanted(self%levels(1)%grid%block_index(entered(self%levels(1), block, int(block%emigrants(l))))) = .true.
-            end do
-         end associate
-      end do
+      wanted(self%migration(1)%missing(self%levels(1))) = .true.
       call self%make_wanted(wanted)
    end subroutine create_blocks
 
@@ -562,7 +560,7 @@ contains
       call set_owners(self%levels, owner)
       call self%connect()
       do l = 1, size(self%levels)
-         call self%migration(l)%unload(self%levels(l))
+         call self%migration(l)%unpack_blocks(self%levels(l))
       end do
    end subroutine place_anew
 

@@ -35,6 +35,9 @@ contains
          end associate
       end do
       call model%levels(l)%size_work()
+      do b = 1, size(model%levels(l)%blocks)
+         if (model%levels(l)%blocks(b)%cells%counted < 0) call model%levels(l)%keep_order(b)
+      end do
    end subroutine change_pair
 
 end module m_residence

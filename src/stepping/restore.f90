@@ -69,7 +69,7 @@ contains
             associate (block => model%levels(l)%blocks(b))
                blocks%bounds(:, n) = [block%lowest, block%highest, model%effect_step(l)%booked(block%index), &
                                       model%lost_in_merging(blocks_before(model%levels, l) + block%index), block%run_breaks, &
-                                      real(block%arrived, wp), block%disorder]
+                                      real(block%cells%run_breaks, wp), block%disorder]
             end associate
          end do
       end do
@@ -113,14 +113,13 @@ contains
          associate (block => model%levels(l)%blocks(b))
             call block%reserve(max(1, int(blocks%table(3, n))), model%levels(l)%table%columns)
             block%particles%count = int(blocks%table(3, n))
-            block%cells%current = .false.
             block%lowest = blocks%bounds(1:3, n)
             block%highest = blocks%bounds(4:6, n)
             call model%effect_step(l)%book(block%index, blocks%bounds(7:9, n))
             model%lost_in_merging(blocks_before(model%levels, l) + block%index) = blocks%bounds(10, n)
             block%run_breaks = blocks%bounds(11, n)
-            block%arrived = -1 ! not what a run writes
-            if (abs(blocks%bounds(12, n)) <= block%particles%count) block%arrived = nint(blocks%bounds(12, n))
+            block%cells%run_breaks = -1 ! not what a run writes
+            if (abs(blocks%bounds(12, n)) <= huge(1)) block%cells%run_breaks = nint(blocks%bounds(12, n))
             block%disorder = blocks%bounds(13, n)
          end associate
       end do
@@ -183,7 +182,7 @@ contains
 
    !> Collective: what has been read of the particles can be computed with: bins, bodies, places.
    subroutine check_particles(model, error)
-      type(model_t), intent(in) :: model
+      type(model_t), intent(inout) :: model
       type(error_t), intent(inout) :: error
       integer :: b, l, n
       logical :: good
@@ -192,7 +191,8 @@ contains
          do b = 1, size(model%levels(l)%blocks)
             associate (block => model%levels(l)%blocks(b), x => model%levels(l)%layout%position, cell => model%levels(l)%grid%cell)
                n = block%particles%count
-               good = good .and. block%arrived >= 0 .and. all(block%cells%bin(:n) >= 1 .and. block%cells%bin(:n) <= bins) .and. &
+               good = good .and. block%cells%run_breaks >= 0 .and. all(block%cells%bin(:n) >= 1 &
+                     .and. block%cells%bin(:n) <= bins) .and. &
                       all(block%particles%body(:n) >= 1 .and. block%particles%body(:n) <= size(model%materials%of_body)) .and. &
                       all(block%particles%id(:n) > 0)
                if (n > 0 .and. good) good = all(minval(block%particles%column(:n, x:x + 2), dim=1) >= block%origin - cell) .and. &
@@ -202,6 +202,15 @@ contains
       end do
       if (.not. good) call fail(error, exit_files, 'its particles are not those of its scene')
       call model%communicator%agree(error)
+      if (error%happened()) return
+      do l = 1, size(model%levels)
+         do b = 1, size(model%levels(l)%blocks)
+            associate (block => model%levels(l)%blocks(b))
+               call block%particles%changed()
+               call block%recount(block%cells%run_breaks)
+            end associate
+         end do
+      end do
    end subroutine check_particles
 
 end module m_restore

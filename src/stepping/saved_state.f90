@@ -43,7 +43,7 @@ module m_saved_state
       integer, allocatable, private :: owner(:)     !< of the blocks of all levels
       real(wp), allocatable, private :: lost_in_merging(:)
       integer, allocatable, private :: count(:)     !< particles of this rank's blocks, level by level
-      integer, allocatable, private :: arrived(:)   !< of these, the last so many
+      integer, allocatable, private :: run_breaks(:) !< of the order of their particles, as they were counted
       real(wp), allocatable, private :: disorder(:) !< of the blocks
       real(wp), allocatable, private :: extent(:, :) !< lowest and highest place of their centres, m: (6, blocks)
       real(wp), allocatable, private :: column(:)   !< block by block, and there column by column
@@ -122,7 +122,7 @@ contains
                blocks = blocks + 1
                n = block%particles%count
                self%count(blocks) = n
-               self%arrived(blocks) = block%arrived
+               self%run_breaks(blocks) = block%cells%run_breaks
                self%disorder(blocks) = block%disorder
                self%extent(:, blocks) = [block%lowest, block%highest]
                do c = 1, columns
@@ -145,9 +145,9 @@ contains
       integer(i8), intent(in) :: particles
       integer(i8) :: room
       if (allocated(self%count)) then
-         if (size(self%count) /= blocks) deallocate (self%count, self%arrived, self%disorder, self%extent)
+         if (size(self%count) /= blocks) deallocate (self%count, self%run_breaks, self%disorder, self%extent)
       end if
-      if (.not. allocated(self%count)) allocate (self%count(blocks), self%arrived(blocks), self%disorder(blocks), &
+      if (.not. allocated(self%count)) allocate (self%count(blocks), self%run_breaks(blocks), self%disorder(blocks), &
                                                       self%extent(6, blocks))
       if (allocated(self%id)) then
          if (size(self%id, kind=i8) >= particles) return
@@ -172,6 +172,7 @@ contains
       model%bounds = self%bounds
       balance = self%balance
       do l = 1, size(model%levels)
+         call model%migration(l)%clear()
          do b = 1, size(model%levels(l)%blocks)
             model%levels(l)%blocks(b)%particles%count = 0
             model%levels(l)%blocks(b)%emigrant_count = 0
@@ -216,17 +217,16 @@ contains
                n = self%count(blocks)
                call block%reserve(max(1, n), columns)
                block%particles%count = n
-               block%arrived = self%arrived(blocks)
                block%disorder = self%disorder(blocks)
                do c = 1, columns
                   at = columns*done + int(n, i8)*(c - 1)
                   block%particles%column(:n, c) = self%column(at + 1:at + n)
                end do
                block%particles%id(:n) = self%id(done + 1:done + n)
-               call block%particles%set_bodies(self%body(done + 1:done + n))
+               block%particles%body(:n) = self%body(done + 1:done + n)
+               call block%particles%changed()
                block%cells%bin(:n) = self%bin(done + 1:done + n)
-               block%cells%current = .false.
-               call block%invalidate()
+               call block%recount(self%run_breaks(blocks))
                block%pressed = .true.
                block%lowest = self%extent(1:3, blocks)
                block%highest = self%extent(4:6, blocks)

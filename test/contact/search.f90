@@ -166,7 +166,7 @@ contains
       spec%boundary = boundary_free
       call make_level(level, spec, values)
       do b = 1, size(level%blocks)
-         call level%blocks(b)%update_extents()
+         call level%blocks(b)%cells%update_statistics(level%blocks(b)%particles%count)
          associate (block => level%blocks(b), x => level%layout%position)
             block%lowest = minval(block%particles%column(:block%particles%count, x:x + 2), dim=1)
             block%highest = maxval(block%particles%column(:block%particles%count, x:x + 2), dim=1)

@@ -74,9 +74,9 @@ contains
          call test%check_equal(different_bits(ahead, plain), 0, 'ahead: the same bits')
          do b = 1, size(ahead%levels(1)%blocks)
             associate (block => ahead%levels(1)%blocks(b), other => plain%levels(1)%blocks(b))
-               if (block%p2g_is_valid .and. .not. block%at_rest) given = given + 1
-               call test%check(other%at_rest .or. .not. other%p2g_is_valid, 'ahead: not where it is told not to')
-               call test%check(block%at_rest .or. ahead%wants_sums .or. .not. block%sums_are_valid, 'ahead: sums do not grow old')
+               if (block%in_tile() > 0) given = given + 1
+               call test%check_equal(other%in_tile(), 0, 'ahead: not where it is told not to')
+               call test%check(block%rests() .or. ahead%wants_sums .or. .not. block%sums_hold(), 'ahead: sums do not grow old')
             end associate
          end do
          early = measure(ahead)

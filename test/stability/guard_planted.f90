@@ -85,7 +85,7 @@ contains
          case ('heat'); column(first:last, at%velocity:at%velocity + 2) = much*column(first:last, at%velocity:at%velocity + 2)
          end select
       end associate
-      call simulation%model%levels(l)%blocks(b)%invalidate()
+      call simulation%model%levels(l)%blocks(b)%particles%changed()
    end subroutine change
 
    !> The particles in the cell of a place move to its middle.

@@ -87,7 +87,7 @@ contains
       end associate
       do b = 1, size(level%blocks)
          associate (block => level%blocks(b))
-            call block%update_extents()
+            call block%cells%update_statistics(block%particles%count)
             level%nodes(:, :, :, :, b) = 0.0_wp
             call p2g_boxes(block%cells, block%particles%column, level%layout, frame_of(level, block), &
                               level%nodes(:, :, :, :, b))

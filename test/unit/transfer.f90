@@ -110,7 +110,7 @@ contains
          call cells%update_statistics(n)
          call test%check_equal(cells%run_breaks, 0, 'sorted, they are in order')
       case ('from 101')
-         call cells%update_statistics(n, 101)
+         call cells%go_through(101, n)
       end select
    end subroutine arrange
 
@@ -133,7 +133,7 @@ contains
       real(wp) :: weight, slope(3), s(6), sigma(3, 3), velocity(3)
       integer :: i, j, k, p
       plain = 0.0_wp
-      do p = cells%first, n
+      do p = cells%start, n
          s = of(p, layout%stress, 6)
          sigma = reshape([s(1), s(6), s(5), s(6), s(2), s(4), s(5), s(4), s(3)], [3, 3])
          do k = 0, last
@@ -177,13 +177,13 @@ contains
       call say(kind//' to nodes: internal force, relative', off(3)/scale(3))
       call test%check_close(off/scale, [0.0_wp, 0.0_wp, 0.0_wp], 1.0e-13_wp, kind//' to nodes: as the plain sums')
       call test%check_close(sum(abs(tile(8, :, :, :))), 0.0_wp, 0.0_wp, 'the spare lane stays 0')
-      call test%check_close(sum(tile(1, :, :, :)), sum(column(cells%first:n, layout%mass)), 1.0e-13_wp*n, kind//': total mass')
+      call test%check_close(sum(tile(1, :, :, :)), sum(column(cells%start:n, layout%mass)), 1.0e-13_wp*n, kind//': total mass')
       momentum = 0.0_wp
       angular = 0.0_wp
       force = 0.0_wp
       do q = 1, 3
          momentum(q) = sum(tile(1 + q, :, :, :)) &
-                       - sum(column(cells%first:n, layout%mass)*column(cells%first:n, layout%velocity + q - 1))
+                       - sum(column(cells%start:n, layout%mass)*column(cells%start:n, layout%velocity + q - 1))
          force(q) = sum(tile(4 + q, :, :, :))
       end do
       call test%check_close(momentum, [0.0_wp, 0.0_wp, 0.0_wp], 1.0e-13_wp*n, kind//': total momentum')
@@ -250,9 +250,9 @@ contains
       before = column
       call g2p_boxes(cells, tile, layout, frame, motion_t(dt, flip, layout%next_position), column, gradient)
       off = 0.0_wp
-      call test%check(all(abs(column(:cells%first - 1, :) - before(:cells%first - 1, :)) <= 0.0_wp), &
+      call test%check(all(abs(column(:cells%start - 1, :) - before(:cells%start - 1, :)) <= 0.0_wp), &
                       'those before the first keep their bits')
-      do p = cells%first, n
+      do p = cells%start, n
          call from_nodes(p, velocity, acceleration, slopes)
          call keep_worst(off(1), maxval(abs(of(p, layout%next_position, 3) - (of(p, layout%position, 3) + dt*velocity))))
          call keep_worst(off(2), maxval(abs(of(p, layout%velocity, 3) - (1.0_wp - flip)*velocity &

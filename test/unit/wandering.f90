@@ -19,10 +19,9 @@ module m_wandering
    use m_chance, only: chance_of
    implicit none
    private
-   public :: wandering_scene, build_wandering, mark, wander, wrong_values, wrong_bins, all_ids, alone, ordered_ids
+   public :: wandering_scene, build_wandering, mark, wander, wrong_values, wrong_bins, wrong_lists, all_ids, alone, ordered_ids
 
-   integer, protected, public :: joined = 0        !< blocks into which something had come, in all steps, on this rank
-   integer, protected, public :: jumps_changed = 0 !< those whose run_breaks were others after it joined
+   integer, protected, public :: came = 0 !< blocks into which something had come, in all steps, on this rank
 
    !> Adds a field that nothing but the tests knows.
    type, extends(effect_t) :: marker_t
@@ -134,12 +133,11 @@ contains
       type(model_t), intent(inout) :: model
       integer, intent(in) :: step
       real(wp) :: lowest(3), highest(3)
-      integer :: b, run_breaks, p
+      integer :: b, p
       logical :: moved
-      call model%migration(1)%prepare(model%communicator, model%levels(1))
       do b = 1, size(model%levels(1)%blocks)
          associate (level => model%levels(1), block => model%levels(1)%blocks(b), x => model%levels(1)%layout%position)
-            block%emigrant_count = 0
+            call block%cells%link(block%particles%count)
             if (block%particles%count == 0) cycle
             do p = 1, block%particles%count
                block%particles%column(p, x:x + 2) = next_place(model, block%particles%id(p), &
@@ -147,19 +145,19 @@ contains
             end do
             call locate_particles(block%particles%count, block%particles%column(:, x:x + 2), frame_of(level, block), &
                                   block%cells%bin, block%emigrants, block%emigrant_count, moved, lowest, highest)
-            if (moved) block%cells%current = .false.
+            call block%particles%changed()
+            if (moved) call block%cells%outdate()
+            call model%migration(1)%emigrate(model%communicator, level, b)
+            call level%keep_order(b)
+            call block%cells%link(block%particles%count)
          end associate
       end do
       call model%create_blocks()
-      call model%migration(1)%move_emigrants(model%communicator, model%levels(1), model%exchange(1)%ranks)
+      call model%migration(1)%house(model%communicator, model%levels(1))
+      call model%migration(1)%exchange(model%communicator, model%levels(1), model%exchange(1)%ranks)
       do b = 1, size(model%levels(1)%blocks)
-         associate (level => model%levels(1), block => model%levels(1)%blocks(b))
-            call level%update_extents(b, whole=.false.)
-            if (block%wants_sorting()) call block%sort(level%order, level%gradient)
-            run_breaks = block%cells%run_breaks
-            if (block%arrived > 0) joined = joined + 1
-            call level%join_arrivals(b)
-            if (block%cells%run_breaks /= run_breaks) jumps_changed = jumps_changed + 1
+         associate (block => model%levels(1)%blocks(b))
+            if (block%particles%count > block%cells%counted) came = came + 1
          end associate
       end do
    end subroutine wander
@@ -199,7 +197,34 @@ contains
       end do
    end function wrong_values
 
-   !> Particles on this rank that are not gone through, or not in the bin of a node nearest to them.
+   !> Particles on this rank that are not in the list of their cell, once and behind those stored before, over all blocks.
+   integer function wrong_lists(model, afresh) result(wrong)
+      type(model_t), intent(inout) :: model
+      logical, intent(in) :: afresh !< lists are made now; else those are asked that arrivals have been linked into
+      logical, allocatable :: seen(:)
+      integer :: b, bin, p
+      wrong = 0
+      do b = 1, size(model%levels(1)%blocks)
+         associate (block => model%levels(1)%blocks(b), n => model%levels(1)%blocks(b)%particles%count)
+            if (.not. afresh .and. block%cells%linked /= n) wrong = wrong + 1
+            call block%cells%link(n)
+            allocate (seen(n), source=.false.)
+            do bin = 1, size(block%cells%first)
+               p = block%cells%first(bin)
+               do while (p > 0)
+                  if (seen(p) .or. block%cells%bin(p) /= bin) wrong = wrong + 1
+                  seen(p) = .true.
+                  if (block%cells%next(p) > 0 .and. block%cells%next(p) <= p) wrong = wrong + 1
+                  p = block%cells%next(p)
+               end do
+            end do
+            wrong = wrong + count(.not. seen)
+            deallocate (seen)
+         end associate
+      end do
+   end function wrong_lists
+
+   !> Particles on this rank that are not in the bin of a node nearest to them.
    integer function wrong_bins(model) result(wrong)
       type(model_t), intent(in) :: model
       integer :: b, p
@@ -208,9 +233,6 @@ contains
       associate (grid => model%levels(1)%grid, x => model%levels(1)%layout%position)
          do b = 1, size(model%levels(1)%blocks)
             associate (block => model%levels(1)%blocks(b))
-               if (.not. block%cells%current .or. block%cells%chosen) wrong = wrong + 1
-               if (block%cells%first /= 1) wrong = wrong + 1
-               wrong = wrong + abs(block%particles%count - block%cells%count)
                do p = 1, block%particles%count
                   associate (bin => block%cells%bin(p) - 1)
                      node = grid%lower + grid%cell*(block_size*block%place + [mod(bin, block_size), &

@@ -10,7 +10,9 @@ program domains
    use m_scene, only: scene_t, grid_spec_t, domain_fixed, domain_stretch, domain_corners
    use m_model, only: model_t
    use m_advance, only: advance
-   use m_node_step, only: to_nodes, solve, clock_t
+   use m_clock, only: clock_t
+   use m_grid_stages, only: particles_to_grid
+   use m_schedule, only: by_blocks, shared_sums, nodal_solve
    use m_split, only: half_edges
    use m_energy, only: sums_t, measure
    use m_assertions, only: assertions_t
@@ -160,8 +162,8 @@ contains
       highest = 0.0_wp
       do s = 1, steps
          call advance(model, step, error)
-         call to_nodes(model, 1, model%time)
-         call solve(model, 1, clock_t(model%time))
+         call particles_to_grid(model, 1, model%time)
+         call by_blocks(model, 1, clock_t(model%time), [shared_sums, nodal_solve], error)
          call inner_densities(model, middle, 1.0_wp + s*step*rate, lowest, highest)
       end do
       name = trim(names(d))//', '//to_text(particles_per_cell)//' a cell: '

@@ -367,23 +367,29 @@ contains
       integer :: b, l
       logical :: moved
       do l = 1, size(model%levels)
-         call model%migration(l)%prepare(model%communicator, model%levels(l))
          associate (level => model%levels(l), x => model%levels(l)%layout%position)
             do b = 1, size(level%blocks)
                associate (block => level%blocks(b))
                   block%emigrant_count = 0
-                  call block%invalidate()
+                  call block%particles%changed()
                   if (block%particles%count == 0) cycle
                   call locate_particles(block%particles%count, block%particles%column(:, x:x + 2), frame_of(level, block), &
                                         block%cells%bin, block%emigrants, block%emigrant_count, moved, block%lowest, block%highest)
-                  block%cells%current = .false.
+                  call block%cells%outdate()
                end associate
             end do
          end associate
       end do
+      do l = 1, size(model%levels)
+         do b = 1, size(model%levels(l)%blocks)
+            call model%migration(l)%emigrate(model%communicator, model%levels(l), b)
+            call model%levels(l)%keep_order(b)
+         end do
+      end do
       if (size(model%levels) == 1) call model%create_blocks()
       do l = 1, size(model%levels)
-         call model%migration(l)%move_emigrants(model%communicator, model%levels(l), model%exchange(l)%ranks)
+         call model%migration(l)%house(model%communicator, model%levels(l))
+         call model%migration(l)%exchange(model%communicator, model%levels(l), model%exchange(l)%ranks)
       end do
       if (size(model%levels) == 1) return
       call change_pair(model, 1, error) ! a particle at the edge may reach over it now

@@ -113,7 +113,7 @@ contains
       type(layout_t), intent(in) :: layout
       real(wp), intent(in) :: time_step
       real(wp), intent(inout), contiguous :: gradient(:, :)
-      associate (unused => self%repeats, c => cells%current, l => layout%mass, d => time_step); end associate
+      associate (unused => self%repeats, c => cells%count, l => layout%mass, d => time_step); end associate
       gradient(:particles%count, :) = 0.0_wp
    end subroutine make_rigid
 
