@@ -1,0 +1,111 @@
+!> The stage of a step that finds the cells where the particles of a block are now: splitting, lists, emigrants, order.
+module m_cells_stage
+   use m_kinds, only: wp
+   use m_constants, only: exit_numerical
+   use m_errors, only: error_t, fail
+   use m_text, only: to_text
+   use m_timers
+   use m_scene, only: domain_fixed
+   use m_field_table, only: layout_t
+   use m_particle_store, only: particle_store_t
+   use m_model, only: model_t
+   use m_migration, only: frame_of
+   use m_complaints, only: particle_text, check_emigrants, report_outside
+   use m_split, only: split_long, most_generations
+   use m_locate, only: locate_particles
+   use m_speed_bounds, only: include_speeds
+   implicit none
+   private
+   public :: cells_block
+
+contains
+
+   !> Particles that have become too long are split; the cells of all; what is known of them: where they are, the largest speeds,
+   !> whether they rest. Those that have left the block emigrate, and the others are put in order, before any come.
+   subroutine cells_block(model, l, b, error)
+      type(model_t), intent(inout) :: model
+      integer, intent(in) :: l, b
+      type(error_t), intent(inout) :: error
+      logical :: moved
+      call model%timers%enter(phase_lists)
+      associate (level => model%levels(l), block => model%levels(l)%blocks(b), x => model%levels(l)%layout%position)
+         call block%particles%changed()
+         if (level%layout%next_position > 0) call take_next_position(block%particles, level%layout)
+         if (block%particles%count == 0) then
+            block%lowest = huge(1.0_wp)
+            block%highest = -huge(1.0_wp)
+            call level%keep_order(b)
+            return
+         end if
+         if (model%contact%active() .and. l == size(model%levels)) call model%contact%candidates%settle(level, b)
+         if (model%method%domain /= domain_fixed) call split(model, l, b, error)
+         call locate_particles(block%particles%count, block%particles%column(:, x:x + 2), frame_of(level, block), &
+                               block%cells%bin, block%emigrants, block%emigrant_count, moved, block%lowest, block%highest)
+         if (moved) call block%cells%outdate()
+         if (any(block%lowest < level%grid%lower) .or. any(block%highest > level%grid%upper)) &
+            call report_outside(model, l, b, error)
+         if (block%emigrant_count > 0) call check_emigrants(model, l, b, error)
+         call include_speeds(model%bounds, model%materials, level%layout, block)
+         block%at_rest = block%emigrant_count == 0 .and. .not. moved .and. rests(block%particles, level%layout)
+         if (error%happened()) return
+         if (block%emigrant_count > 0) then
+            call model%timers%enter(phase_migration)
+            call model%migration(l)%emigrate(model%communicator, level, b)
+            call model%timers%enter(phase_lists)
+         end if
+         call level%keep_order(b)
+         block%located = block%particles%state()
+      end associate
+   end subroutine cells_block
+
+   !> With musl the places wait until the stress is done.
+   pure subroutine take_next_position(particles, at)
+      type(particle_store_t), intent(inout) :: particles
+      type(layout_t), intent(in) :: at
+      associate (n => particles%count, x => at%position, y => at%next_position)
+         particles%column(:n, x:x + 2) = particles%column(:n, y:y + 2)
+      end associate
+   end subroutine take_next_position
+
+   !> True when no particle has a velocity, a velocity gradient or a stress.
+   pure logical function rests(particles, at)
+      type(particle_store_t), intent(in) :: particles
+      type(layout_t), intent(in) :: at
+      integer :: c, n
+      rests = .false.
+      n = particles%count
+      do c = at%velocity, at%velocity + 2
+         if (any(abs(particles%column(:n, c)) > 0.0_wp)) return
+      end do
+      do c = at%stress, at%stress + 5
+         if (any(abs(particles%column(:n, c)) > 0.0_wp)) return
+      end do
+      if (at%viscous_pressure > 0) then
+         if (any(abs(particles%column(:n, at%viscous_pressure)) > 0.0_wp)) return
+      end if
+      if (at%gradient > 0) then
+         do c = at%gradient, at%gradient + 8
+            if (any(abs(particles%column(:n, c)) > 0.0_wp)) return
+         end do
+      end if
+      rests = .true.
+   end function rests
+
+   !> Particles of one block whose domains have become too long are split.
+   subroutine split(model, l, b, error)
+      type(model_t), intent(inout) :: model
+      integer, intent(in) :: l, b
+      type(error_t), intent(inout) :: error
+      integer :: splits, worn_out
+      associate (level => model%levels(l))
+         call split_long(level%blocks(b), level%table, level%layout, level%grid%cell, model%stuff, splits, worn_out)
+      end associate
+      if (worn_out > 0) call fail(error, exit_numerical, particle_text(model, l, b, worn_out)//' has been split '// &
+         to_text(most_generations)//' times and its domain is too long again: the motion is without bound; try a smaller safety', &
+         may_heal=.true.)
+      if (splits == 0) return
+      model%splits = model%splits + splits
+      call model%levels(l)%size_work()
+   end subroutine split
+
+end module m_cells_stage

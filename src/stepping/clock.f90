@@ -1,0 +1,14 @@
+!> Where a step of one level stands.
+module m_clock
+   use m_kinds, only: wp
+   implicit none
+   private
+
+   type, public :: clock_t
+      real(wp) :: time = 0.0_wp      !< at its beginning, s
+      real(wp) :: step = 0.0_wp      !< its length, s
+      real(wp) :: remaining = 0.0_wp !< from where its velocities stand, in its middle, to the middle of the coarser level's step, s
+      logical :: ends = .true.       !< when it ends, so does the step of the coarsest level
+   end type clock_t
+
+end module m_clock

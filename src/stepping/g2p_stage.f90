@@ -1,0 +1,170 @@
+!> The stage of a step that takes the motion of the nodes to the particles of a block: G2P (theory.md, eq. to-particles).
+module m_g2p_stage
+   use m_kinds, only: wp
+   use m_errors, only: error_t
+   use m_timers
+   use m_scene, only: update_usl
+   use m_node_values, only: node_values, tile_last, v_x, v_z, a_z
+   use m_cell_list, only: cell_list_t, bins_at
+   use m_model, only: model_t
+   use m_migration, only: frame_of
+   use m_complaints, only: report_too_fast, most_cells_a_step
+   use m_cell_mean, only: give_to_cells
+   use m_g2p_boxes, only: motion_t, fastest_t
+   use m_particle_transfer, only: g2p
+   use m_boundary, only: apply_boundary
+   implicit none
+   private
+   public :: motion_of, still, g2p_block, follow_loads, stays_at_rest
+
+contains
+
+   !> How the particles of a level move in a step.
+   pure type(motion_t) function motion_of(model, l, time_step) result(motion)
+      type(model_t), intent(in) :: model
+      integer, intent(in) :: l
+      real(wp), intent(in) :: time_step !< s
+      associate (at => model%levels(l)%layout)
+         motion = motion_t(time_step, model%method%flip_fraction, merge(at%next_position, at%position, at%next_position > 0))
+         motion%unseen = model%unseen
+         motion%heat = at%unseen_heat
+      end associate
+   end function motion_of
+
+   !> Particles stand still: only their velocity gradients are taken.
+   pure type(motion_t) function still(model, l)
+      type(model_t), intent(in) :: model
+      integer, intent(in) :: l
+      still = motion_t(0.0_wp, 1.0_wp, model%levels(l)%layout%position)
+   end function still
+
+   !> True when the particles of a block are at rest and their nodes leave them so: nothing of the rest of the step would change
+   !> a bit of them.
+   logical function stays_at_rest(model, l, b) result(stays)
+      type(model_t), intent(inout) :: model
+      integer, intent(in) :: l, b
+      associate (block => model%levels(l)%blocks(b))
+         stays = block%particles%count == 0
+         if (stays) return
+         stays = block%rests() .and. model%skip_at_rest .and. .not. model%effect_step(l)%acts_at_rest
+         if (stays) stays = .not. any_moves(model%levels(l)%nodes(:, :, :, :, b), block%cells%extent())
+         if (.not. stays) return
+         model%bounds%wave_speed = max(model%bounds%wave_speed, block%wave_speed)
+      end associate
+   end function stays_at_rest
+
+   !> True when a node within what the particles of a block reach has a velocity or an acceleration.
+   pure logical function any_moves(tile, extent)
+      real(wp), intent(in) :: tile(node_values, 0:tile_last, 0:tile_last, 0:tile_last)
+      integer, intent(in) :: extent(2, 3)
+      associate (a => extent(1, :), z => extent(2, :))
+         any_moves = any(abs(tile(v_x:a_z, a(1):z(1), a(2):z(2), a(3):z(3))) > 0.0_wp)
+      end associate
+   end function any_moves
+
+   !> G2P of one block: velocities, places and velocity gradients of its particles. Affine transfer: the gradient stays with them.
+   !> `motion` with no time step: the velocity gradient only, no motion.
+   subroutine g2p_block(model, l, b, motion, time, error)
+      type(model_t), intent(inout) :: model
+      integer, intent(in) :: l, b
+      type(motion_t), intent(in) :: motion
+      real(wp), intent(in) :: time !< of the level, s
+      type(error_t), intent(inout) :: error
+      type(fastest_t) :: fastest
+      integer :: kept, n
+      logical :: leads, moves
+      call model%timers%enter(phase_g2p)
+      call find_leads(model, l, b, motion%time_step, leads)
+      moves = motion%time_step > 0.0_wp
+      fastest%speed = huge(1.0_wp)
+      if (moves) fastest%speed = most_cells_a_step*model%levels(l)%grid%cell/motion%time_step
+      associate (level => model%levels(l), block => model%levels(l)%blocks(b), first => model%levels(l)%layout%gradient)
+         if (moves .and. model%effect_step(l)%is_loaded(b)) call model%effect_step(l)%mark(model%effects, level, b)
+         call g2p(block%cells, level%nodes(:, :, :, :, b), level%layout, frame_of(level, block), motion, block%particles%column, &
+                  level%gradient, fastest)
+         if (fastest%particle > 0) call report_too_fast(model, l, b, fastest, motion%time_step, error)
+         if (moves .and. model%method%stress_update /= update_usl) call follow_loads(model, l, b, motion, time)
+         call block%particles%changed()
+         n = block%particles%count
+         if (first > 0) block%particles%column(:n, first:first + 8) = level%gradient(:n, :)
+         if (leads) call add_leads(level%at_edge, level%lead, block%particles%column(:, first:first + 8))
+         if (size(model%effect_step(l)%on_cells) == 0) return
+         call give_to_cells(n, block%cells%bin, block%particles%column, level%layout, frame_of(level, block), level%gradient, &
+                            level%nodes(:, :, :, :, b))
+         kept = level%layout%kept_gradient
+         if (kept > 0) block%particles%column(:n, kept:kept + 8) = level%gradient(:n, :)
+      end associate
+   end subroutine g2p_block
+
+   !> The work of loads by the motion that a block's particles have just made (theory.md, eq. particle-work), with the gradient that
+   !> their domains follow: that of the work array after the stress; where the stress has a solve of its own, which has not met the
+   !> tools, that which is kept of it, and if none is, tools are not followed.
+   subroutine follow_loads(model, l, b, motion, time)
+      type(model_t), intent(inout) :: model
+      integer, intent(in) :: l, b
+      type(motion_t), intent(in) :: motion
+      real(wp), intent(in) :: time !< of the level, s
+      associate (at => model%levels(l)%layout)
+         if (model%method%stress_update == update_usl .or. at%gradient == 0) then
+            call follow_with(model%levels(l)%gradient)
+         else
+            call follow_with(model%levels(l)%blocks(b)%particles%column(:, at%gradient:at%gradient + 8))
+         end if
+      end associate
+   contains
+      subroutine follow_with(gradient)
+         real(wp), intent(in), contiguous :: gradient(:, :)
+         if (model%effect_step(l)%is_loaded(b)) call model%effect_step(l)%follow(model%effects, model%levels(l), b, gradient, &
+                                                                         motion%position, time, motion%time_step)
+         if (model%contact%followed .and. l == size(model%levels)) &
+            call model%contact%follow(model%levels(l), b, gradient, motion%position, motion%time_step)
+      end subroutine follow_with
+   end subroutine follow_loads
+
+   !> At the edge of a level: how far the gradients that particles keep are to be ahead of the motion (theory.md, eq. lead), into
+   !> the work array, while particles are where the step began; which particles, into the level's list of those at edges.
+   subroutine find_leads(model, l, b, time_step, leads)
+      type(model_t), intent(inout) :: model
+      integer, intent(in) :: l, b
+      real(wp), intent(in) :: time_step
+      logical, intent(out) :: leads
+      real(wp) :: tile(node_values, 0:tile_last, 0:tile_last, 0:tile_last)
+      logical :: on_edge, beside_edge, ahead(0:tile_last, 0:tile_last, 0:tile_last)
+      leads = .false.
+      if (.not. model%levels(l)%layout%labels_gradients() .or. model%levels(l)%blocks(b)%particles%count == 0) return
+      on_edge = l > 1
+      if (on_edge) on_edge = model%composite(l)%edge_of(b) > 0
+      beside_edge = l < size(model%levels)
+      if (beside_edge) beside_edge = model%composite(l + 1)%receives(b)
+      if (.not. (on_edge .or. beside_edge)) return
+      tile = 0.0_wp
+      if (on_edge) call model%composite(l)%lead_constrained(b, time_step, model%levels(l)%blocks(b)%cells%extent(), tile)
+      if (beside_edge) call model%composite(l + 1)%lead_parents(b, tile)
+      associate (level => model%levels(l), block => model%levels(l)%blocks(b))
+         call apply_boundary(level%grid, block%place, tile)
+         ahead = abs(tile(v_x, :, :, :)) + abs(tile(v_x + 1, :, :, :)) + abs(tile(v_z, :, :, :)) > 0.0_wp
+         leads = any(ahead)
+         if (.not. leads) return
+         call block%cells%link(block%particles%count)
+         call level%at_edge%take_bins(block%cells, bins_at(ahead))
+         call g2p(level%at_edge, tile, level%layout, frame_of(level, block), still(model, l), &
+                                 block%particles%column, level%lead)
+      end associate
+   end subroutine find_leads
+
+   !> Add the leads of the listed particles to their gradients.
+   pure subroutine add_leads(listed, lead, gradient)
+      type(cell_list_t), intent(in) :: listed
+      real(wp), intent(in), contiguous :: lead(:, :)
+      real(wp), intent(inout), contiguous :: gradient(:, :) !< (:, 9), 1/s
+      integer :: c, p
+      associate (which => listed%order(:listed%count))
+         do c = 1, 9
+            do p = 1, size(which)
+               gradient(which(p), c) = gradient(which(p), c) + lead(which(p), c)
+            end do
+         end do
+      end associate
+   end subroutine add_leads
+
+end module m_g2p_stage

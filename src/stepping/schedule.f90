@@ -1,0 +1,124 @@
+!> The schedule behind the stages of a step: which blocks are gone through when. All stages of a list are carried out on a block
+!> while it is in the cache; inner blocks go first, while the halo is on its way; and P2G of the next step follows at once.
+module m_schedule
+   use m_kinds, only: wp
+   use m_errors, only: error_t
+   use m_timers
+   use m_scene, only: update_usl
+   use m_clock, only: clock_t
+   use m_model, only: model_t
+   use m_grid_stages, only: p2g_block, sum_shared_nodes, end_sums, solve_block, sum_cells, is_idle
+   use m_g2p_stage, only: motion_of, still, g2p_block, follow_loads, stays_at_rest
+   use m_stress_stage, only: stress_block
+   use m_cells_stage, only: cells_block
+   use m_energy, only: take_sums
+   implicit none
+   private
+   public :: by_blocks
+
+   !> Stages, in the order that they have in a step.
+   integer, parameter, public :: shared_sums = 1       !< sums over the nodes that blocks share; of a level that has them: nothing
+   integer, parameter, public :: nodal_solve = 2
+   integer, parameter, public :: grid_to_particles = 3 !< velocities, places, velocity gradients
+   integer, parameter, public :: velocity_gradient = 4 !< in its place where only the stress is wanted: particles stand still
+   integer, parameter, public :: stress = 5
+   integer, parameter, public :: cells = 6
+
+contains
+
+   !> Collective: carry out stages on all blocks of a level. Where effects want means over cells, which blocks share, all blocks
+   !> have their velocity gradients before the first gets its stress.
+   subroutine by_blocks(model, l, clock, stages, error)
+      type(model_t), intent(inout) :: model
+      integer, intent(in) :: l, stages(:)
+      type(clock_t), intent(in) :: clock
+      type(error_t), intent(inout) :: error
+      integer :: before
+      before = size(stages)
+      if (size(model%effect_step(l)%on_cells) > 0 .and. any(stages == stress)) before = findloc(stages, stress, dim=1) - 1
+      call go_through(model, l, clock, stages(:before), error)
+      if (before == size(stages)) return
+      call sum_cells(model, l)
+      call go_through(model, l, clock, stages(before + 1:), error)
+   end subroutine by_blocks
+
+   subroutine go_through(model, l, clock, stages, error)
+      type(model_t), intent(inout) :: model
+      integer, intent(in) :: l, stages(:)
+      type(clock_t), intent(in) :: clock
+      type(error_t), intent(inout) :: error
+      integer :: n, part
+      do part = 1, 2
+         if (any(stages == shared_sums)) call sum_shared_nodes(model, l, part)
+         if (all(stages == shared_sums)) cycle
+         do n = model%levels(l)%part_end(part - 1) + 1, model%levels(l)%part_end(part)
+            call carry_out(model, l, model%levels(l)%interior_first(n), clock, stages, error)
+         end do
+      end do
+      if (any(stages == shared_sums)) call end_sums(model, l)
+   end subroutine go_through
+
+   !> The stages on one block. What does not move is left out.
+   subroutine carry_out(model, l, b, clock, stages, error)
+      type(model_t), intent(inout) :: model
+      integer, intent(in) :: l, b, stages(:)
+      type(clock_t), intent(in) :: clock
+      type(error_t), intent(inout) :: error
+      integer :: s
+      do s = 1, size(stages)
+         select case (stages(s))
+         case (nodal_solve)
+            call solve_block(model, l, b, clock)
+         case (grid_to_particles)
+            if (is_idle(model, l, b)) return
+            call measure_work(model, l, b, clock%step)
+            if (stays_at_rest(model, l, b)) then
+               model%particle_steps_at_rest = model%particle_steps_at_rest + model%levels(l)%blocks(b)%particles%count
+               return
+            end if
+            call g2p_block(model, l, b, motion_of(model, l, clock%step), clock%time, error)
+         case (velocity_gradient)
+            if (stays_at_rest(model, l, b)) return
+            call g2p_block(model, l, b, still(model, l), clock%time, error)
+         case (stress)
+            call stress_block(model, l, b, clock%step, error)
+            if (model%method%stress_update == update_usl) &
+               call follow_loads(model, l, b, motion_of(model, l, clock%step), clock%time)
+         case (cells)
+            call cells_block(model, l, b, error)
+            if (model%method%stress_update == update_usl .and. .not. error%happened()) call look_ahead(model, l, b, clock%ends)
+         end select
+      end do
+   end subroutine carry_out
+
+   !> The work of effects on the nodes of a block, by their motion; of a parent without particles on what is restricted to it.
+   subroutine measure_work(model, l, b, time_step)
+      type(model_t), intent(inout) :: model
+      integer, intent(in) :: l, b
+      real(wp), intent(in) :: time_step !< s
+      if (.not. model%effect_step(l)%acts_on_nodes) return
+      call model%timers%enter(phase_nodes)
+      call model%effect_step(l)%measure(model%levels(l), b, time_step)
+   end subroutine measure_work
+
+   !> While the particles of a block, which have the stress of the end of the step, are in the cache: what histories will ask of
+   !> them, and P2G of the next step. What comes to the block later gives after them.
+   subroutine look_ahead(model, l, b, step_ends)
+      type(model_t), intent(inout) :: model
+      integer, intent(in) :: l, b
+      logical, intent(in) :: step_ends !< that of the coarsest level
+      if (model%levels(l)%blocks(b)%particles%count == 0) return
+      if (model%wants_sums .and. step_ends) then
+         call model%timers%on_level(0) ! as all output
+         call model%timers%enter(phase_output)
+         call take_sums(model, l, b)
+         call model%timers%on_level(l)
+      end if
+      if (.not. model%works_ahead) return
+      if (l < size(model%levels)) then
+         if (model%composite(l + 1)%is_parent(b)) return ! the finer level gives to its nodes
+      end if
+      call p2g_block(model, l, b)
+   end subroutine look_ahead
+
+end module m_schedule

@@ -1,0 +1,107 @@
+!> The stage of a step that takes the velocity gradients of a block's particles to their stress: laws, volumes, domains.
+module m_stress_stage
+   use m_kinds, only: wp
+   use m_constants, only: exit_numerical
+   use m_errors, only: error_t, fail
+   use m_timers
+   use m_scene, only: domain_fixed
+   use m_field_table, only: layout_t
+   use m_particle_store, only: particle_store_t
+   use m_model, only: model_t
+   use m_complaints, only: particle_text, report_inversion, report_undefined
+   use m_deform, only: advance_volume, advance_half_sizes, advance_half_edges, finite_stress
+   implicit none
+   private
+   public :: stress_block
+
+contains
+
+   !> Material law and volume of one block, with the velocity gradient that its particles have just been given.
+   subroutine stress_block(model, l, b, time_step, error)
+      type(model_t), intent(inout) :: model
+      integer, intent(in) :: l, b
+      real(wp), intent(in) :: time_step
+      type(error_t), intent(inout) :: error
+      real(wp) :: smallest
+      integer :: first, last
+      logical :: follows
+      if (size(model%effect_step(l)%on_cells) > 0) call take_back(model, l, b)
+      if (size(model%effect_step(l)%on_cells) + size(model%effect_step(l)%on_gradient) > 0) &
+         call model%effect_step(l)%change_gradient(model%effects, model%levels(l), b, time_step, model%timers)
+      call model%timers%enter(phase_stress)
+      follows = l > 1 .and. model%levels(l)%layout%edge_stress > 0
+      if (follows) call add_stress(model%levels(l)%blocks(b)%particles, model%levels(l)%layout, -1.0_wp)
+      associate (level => model%levels(l), particles => model%levels(l)%blocks(b)%particles)
+         first = 1
+         do while (first <= particles%count)
+            last = particles%run_end(first)
+            call model%materials%slots(model%materials%of_body(particles%body(first)))%law%update(particles%column, &
+                                                                     level%layout, level%gradient, time_step, first, last)
+            first = last + 1
+         end do
+         call particles%changed()
+         if (follows) call add_stress(particles, level%layout, 1.0_wp)
+         call advance_volume(particles%count, level%gradient, time_step, particles%column(:, level%layout%volume), smallest)
+         if (.not. smallest > 0.0_wp) call report_inversion(model, l, b, error)
+         if (.not. finite_stress(particles%count, particles%column(:, level%layout%stress:level%layout%stress + 5))) &
+            call report_undefined(model, l, b, error)
+         if (model%method%domain /= domain_fixed) call advance_domains(model, l, b, time_step, error)
+      end associate
+      if (size(model%effect_step(l)%on_stress) > 0) &
+         call model%effect_step(l)%change_stress(model%effects, model%levels(l), b, time_step, model%timers)
+   end subroutine stress_block
+
+   !> Add a multiple of the stress to edge_stress: taken away before a step's law and added after it, this adds the change.
+   pure subroutine add_stress(particles, at, factor)
+      type(particle_store_t), intent(inout) :: particles
+      type(layout_t), intent(in) :: at
+      real(wp), intent(in) :: factor
+      integer :: c, n
+      n = particles%count
+      do c = 0, 5
+         particles%column(:n, at%edge_stress + c) = particles%column(:n, at%edge_stress + c) &
+                                                    + factor*particles%column(:n, at%stress + c)
+      end do
+   end subroutine add_stress
+
+   !> The domains of one block's particles follow their velocity gradients.
+   subroutine advance_domains(model, l, b, time_step, error)
+      type(model_t), intent(inout) :: model
+      integer, intent(in) :: l, b
+      real(wp), intent(in) :: time_step
+      type(error_t), intent(inout) :: error
+      real(wp) :: smallest
+      associate (level => model%levels(l), particles => model%levels(l)%blocks(b)%particles, at => model%levels(l)%layout)
+         if (at%domain > 0) then
+            call advance_half_edges(particles%count, level%gradient, time_step, particles%column(:, at%domain:at%domain + 8))
+         else
+            call advance_half_sizes(particles%count, level%gradient, time_step, &
+                                    particles%column(:, at%half_size:at%half_size + 2), smallest)
+            if (.not. smallest > 0.0_wp) call fail(error, exit_numerical, particle_text(model, l, b, thinnest(particles, at))// &
+               ' has a domain that became thinner than nothing; try a smaller safety', may_heal=.true.)
+         end if
+      end associate
+   end subroutine advance_domains
+
+   !> The particle with the smallest half size.
+   pure integer function thinnest(particles, at)
+      type(particle_store_t), intent(in) :: particles
+      type(layout_t), intent(in) :: at
+      associate (n => particles%count)
+         thinnest = minloc(minval(particles%column(:n, at%half_size:at%half_size + 2), dim=2), dim=1)
+         thinnest = max(thinnest, 1)
+      end associate
+   end function thinnest
+
+   !> The velocity gradients of one block, which waited for the sums over cells, into the work array again.
+   subroutine take_back(model, l, b)
+      type(model_t), intent(inout) :: model
+      integer, intent(in) :: l, b
+      integer :: first, n
+      first = model%levels(l)%layout%kept_gradient
+      if (first == 0) first = model%levels(l)%layout%gradient
+      n = model%levels(l)%blocks(b)%particles%count
+      model%levels(l)%gradient(:n, :) = model%levels(l)%blocks(b)%particles%column(:n, first:first + 8)
+   end subroutine take_back
+
+end module m_stress_stage
