@@ -186,23 +186,20 @@ contains
       end subroutine ends
    end subroutine find_extent
 
-   !> Choose the particles of some cells of another, whose lists are up to date. Bins stand only for particles that are chosen.
+   !> Choose the particles of some cells among those that another goes through, in that order: sums over them keep their bits. Bins
+   !> stand only for particles that are chosen.
    pure subroutine take_bins(self, whole, wanted)
       class(cell_list_t), intent(inout) :: self
       type(cell_list_t), intent(in) :: whole
       logical, intent(in) :: wanted(bins)
-      integer :: b, p
+      integer :: p
       self%count = 0
       self%chosen = .true.
-      do b = 1, bins
-         if (.not. wanted(b)) cycle
-         p = whole%first(b)
-         do while (p > 0)
-            self%count = self%count + 1
-            self%order(self%count) = p
-            self%bin(p) = b
-            p = whole%next(p)
-         end do
+      do p = whole%start, whole%start + whole%count - 1
+         if (.not. wanted(whole%bin(p))) cycle
+         self%count = self%count + 1
+         self%order(self%count) = p
+         self%bin(p) = whole%bin(p)
       end do
    end subroutine take_bins
 

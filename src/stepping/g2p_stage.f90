@@ -145,7 +145,6 @@ contains
          ahead = abs(tile(v_x, :, :, :)) + abs(tile(v_x + 1, :, :, :)) + abs(tile(v_z, :, :, :)) > 0.0_wp
          leads = any(ahead)
          if (.not. leads) return
-         call block%cells%link(block%particles%count)
          call level%at_edge%take_bins(block%cells, bins_at(ahead))
          call g2p(level%at_edge, tile, level%layout, frame_of(level, block), still(model, l), &
                                  block%particles%column, level%lead)

@@ -61,7 +61,7 @@ contains
       candidates%carried = level%table%column('contact_gap')
       allocate (candidates%list(4))
       call candidates%find(tools, level, materials, time_step, overlap)
-      allocate (listed(maxval(level%blocks%particles%count), size(level%blocks)), source=.false.)
+      allocate (listed(maxval([(level%blocks(b)%particles%count, b=1, size(level%blocks))]), size(level%blocks)), source=.false.)
       do c = 1, candidates%count
          listed(candidates%list(c)%particle, candidates%list(c)%block) = .true.
       end do

@@ -139,8 +139,7 @@ contains
          do p = 1, n
             whole%bin(p) = 1 + int(chance%between(0.0_wp, real(bins, wp)))
          end do
-         call whole%outdate()
-         call whole%link(n)
+         call whole%go_through(1, n)
          nodes = .false.
          do c = 1, round - 1 ! none at first
             place = int(chance%several(3, 0.0_wp, 10.0_wp))
@@ -154,7 +153,7 @@ contains
          call part%take_bins(whole, wanted)
          c = part%count
          right = c == count(wanted(whole%bin(:n)))
-         if (right) right = all([(count(part%order(:c) == p) == merge(1, 0, wanted(whole%bin(p))), p=1, n)])
+         if (right) right = all(part%order(:c) == pack([(p, p=1, n)], wanted(whole%bin(:n))))
          if (right) right = all(part%bin(part%order(:c)) == whole%bin(part%order(:c)))
          call test%check(right, 'particles of some bins')
       end do
@@ -216,7 +215,8 @@ contains
          model%levels(1)%blocks(b)%run_breaks = b + 0.5_wp ! those that have just been sorted have none
       end do
       weighed = what_placement_weighs(model)
-      call test%check(comm%maximum(maxval([0, (model%levels(1)%blocks(b)%cells%occupied, b=1, size(model%levels(1)%blocks))])*1.0_wp) > 0.0_wp, 'some bins are occupied')
+      call test%check(comm%maximum(maxval([0, (model%levels(1)%blocks(b)%cells%occupied, b=1, &
+                                               size(model%levels(1)%blocks))])*1.0_wp) > 0.0_wp, 'some bins are occupied')
       call model%connect() ! all blocks are made anew, and stay here
       call test%check(all(abs(what_placement_weighs(model) - weighed) <= 0.0_wp), 'blocks that stay keep what placement weighs')
       do round = 1, 3
@@ -233,7 +233,8 @@ contains
             call model%rebalance(error, 500)
             call test%check(.not. error%happened(), 'rebalancing goes well')
             share = comm%maximum(real(model%levels(1)%particle_count(), wp))*comm%ranks/size(ids)
-            largest = comm%maximum(real(maxval([0, (model%levels(1)%blocks(b)%particles%count, b=1, size(model%levels(1)%blocks))]), wp))*comm%ranks/size(ids)
+            largest = comm%maximum(real(maxval([0, (model%levels(1)%blocks(b)%particles%count, b=1, &
+                                                    size(model%levels(1)%blocks))]), wp))*comm%ranks/size(ids)
             if (comm%is_root()) call say('most loaded rank over the mean, rebalanced', share)
             if (comm%is_root()) call say('the largest block in the same measure', largest)
             call test%check(share < 1.15_wp + largest, 'rebalancing evens the particles out as well as whole blocks can')

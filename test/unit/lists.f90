@@ -31,7 +31,8 @@ program lists
       call wander(model, step)
       call wander(single, step)
       call test%check_equal(wrong_bins(model), 0, 'every particle is in the bin of its nearest node')
-      call test%check_equal(wrong_lists(model, .false.), 0, 'every particle is in the list of its cell once: what came is linked in')
+      call test%check_equal(wrong_lists(model, .false.), 0, &
+                            'every particle is in the list of its cell once: what came is linked in')
       call test%check_equal(joined_otherwise(), 0, 'with what has arrived, lists are as if all had been there at once')
       call test%check_equal(wrong_values(model), 0, 'every particle keeps what it carries')
       call test%check_equal(outside_block(), 0, 'every block holds what its rank owns')
