@@ -262,7 +262,7 @@ fuzz:
 	@$(MAKE) --no-print-directory $(jobs) BUILD=fuzz tests TESTS=input
 	@test/input/fuzz.sh $(or $(SECONDS),600)
 
-## bench       time the benchmark scenes: the tables of doc/performance.md; BENCH="block growth" makes these tables only
+## bench       time the benchmark scenes: the tables of doc/user/performance.md; BENCH="block growth" makes these tables only
 bench:
 	$(look)
 	@$(MAKE) --no-print-directory $(jobs) tests TESTS=performance
@@ -279,7 +279,7 @@ plans:
 	@$(MAKE) --no-print-directory gimp3d
 	@$(mpi) python3 test/performance/plans.py build/plans $(PLANS)
 
-## hard        the gallery of hard cases (doc/hard_cases.md) on RANKS=1; CASES="spin crossing" runs these, SIZE=short their short forms
+## hard        the gallery of hard cases (doc/user/hard_cases.md) on RANKS=1; CASES="spin crossing" runs these, SIZE=short their short forms
 RANKS ?= 1
 hard:
 	$(look)
@@ -287,7 +287,7 @@ hard:
 	@$(mpi) BUILD=$(BUILD) $(python) test/stability/gallery.py $(build)/hard_$(RANKS)$(if $(SIZE),_$(SIZE)) $(build)/gimp3d $(build)/test/stability \
 	   --ranks $(RANKS) $(if $(SIZE),--$(SIZE)) $(CASES)
 
-## map         which time steps are stable: the map of doc/hard_cases.md, on RANKS=1
+## map         which time steps are stable: the map of doc/user/hard_cases.md, on RANKS=1
 map:
 	$(look)
 	@$(MAKE) --no-print-directory $(jobs) tests TESTS=stability
@@ -300,7 +300,7 @@ plots:
 	@$(MAKE) --no-print-directory venv
 	@$(python) post/plots.py $(PLOT_OPTIONS) "$(RUN)"
 
-## study       SCENE=input/hertz.nml: what its accuracy costs (doc/accuracy_cost.md); QUANTITY=load, BUDGET=300 (s), STUDY_OPTIONS
+## study       SCENE=input/hertz.nml: what its accuracy costs (doc/user/accuracy_cost.md); QUANTITY=load, BUDGET=300 (s), STUDY_OPTIONS
 study:
 	@[ -n "$(SCENE)" ] || { echo "Say which scene: make study SCENE=input/hertz.nml QUANTITY=load"; exit 1; }
 	$(look)
