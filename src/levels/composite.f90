@@ -1,5 +1,5 @@
 !> One composite space of two levels: the nodes of the finer one that are not inside its region are slaves of the nodes of the
-!> coarser one (theory.md, eqs slaves, hand-up, half-steps).
+!> coarser one (theory.md, eqs constrained, restriction, half-steps).
 !>
 !> Between an edge block (m_edge) and its parent travels one cube of nodes each way: up what the slaves were given, down how they
 !> move. Ranks exchange one message a neighbour and way.
@@ -196,7 +196,7 @@ contains
       end do
    end subroutine clear_covered
 
-   !> What the slaves were given, to the cubes: mass, momentum less what it is ahead by, force, with the weights of eq. slaves.
+   !> What the slaves were given, to the cubes: mass, momentum less what it is ahead by, force, with the weights of eq. constrained.
    !> `nodes` of the finer level holds sums. Kept as that of a first step.
    subroutine restrict(self, communicator, fine, half)
       class(composite_t), intent(inout) :: self

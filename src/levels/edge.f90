@@ -1,5 +1,5 @@
 !> A block of the finer level of two whose tile holds slaves: which these are, what they give to the nodes that they depend on, and
-!> how they follow them (theory.md, eqs slaves, hand-up, affine-edge, lead).
+!> how they follow them (theory.md, eqs constrained, restriction, affine-edge, lead).
 !>
 !> All slaves of a block depend on 6 x 6 x 6 nodes of the coarser level, a cube, which lies in the tile of one block there, its
 !> parent. The values of a node in a cube are those of a node in a tile; where there are labels and gradients, three more.
@@ -266,7 +266,7 @@ contains
       end do
    end subroutine set_leads
 
-   !> Some values of a slave, as many as a node has, from those of the nodes that it depends on (theory.md, eq. slaves): half of
+   !> Some values of a slave, as many as a node has, from those of the nodes that it depends on (theory.md, eq. constrained): half of
    !> each of two along each axis, which are the same one where it lies on it.
    pure subroutine follow(cube, at, first, values)
       real(wp), intent(in), contiguous :: cube(:, 0:, 0:, 0:)
