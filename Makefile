@@ -9,40 +9,59 @@ build := build/$(BUILD)
 
 # ---- compiler and flags -------------------------------------------------------------------------------------------------------
 
+once = $(eval $(1) := $(2))$($(1))
 ifeq ($(origin FC),default)
 FC := mpifort
 endif
-vectors := $(if $(filter x86_64,$(shell uname -m)),-mprefer-vector-width=512)
+# The machine that is built for: that of the build itself, or as the compiler's -march names it (x86-64-v3, for other machines too).
+ARCH ?= native
 
-FLAGS_opt ?= -std=f2008 -O3 -march=native -fopenmp-simd -fno-tree-loop-distribute-patterns $(vectors) -g
-FLAGS_profile ?= $(FLAGS_opt) -fno-omit-frame-pointer -fno-optimize-sibling-calls
-FLAGS_debug ?= -std=f2008 -g -Og -fcheck=all,no-array-temps -fsanitize=address,undefined -ffpe-trap=invalid,zero,overflow -fbacktrace \
-               -Wall -Wextra -Wno-c-binding-type
+# A table for each compiler: its flags by build, those of the kernels, of free lines, and for the place of module files. Another
+# compiler needs a table of the same rows here or in config.mk.
+FLAGS_gfortran_opt = -std=f2008 -O3 -march=$(ARCH) -fopenmp-simd -fno-tree-loop-distribute-patterns $(vectors) -g
+FLAGS_gfortran_profile = $(FLAGS_gfortran_opt) -fno-omit-frame-pointer -fno-optimize-sibling-calls
+FLAGS_gfortran_avx2 = $(FLAGS_gfortran_opt) -mno-avx512f -mprefer-vector-width=256
+FLAGS_gfortran_debug = -std=f2008 -g -Og -fcheck=all,no-array-temps -fsanitize=address,undefined -ffpe-trap=invalid,zero,overflow \
+   -fbacktrace -Wall -Wextra -Wno-c-binding-type
 # For `make fuzz`: every branch leaves its mark; afl-fuzz brings the assembler that writes it.
+FLAGS_gfortran_fuzz = -std=f2008 -g -O1 -fcheck=all,no-array-temps -B$(AFL)
+# Work arrays of the kernels in static memory, where they begin at a cache line: on the stack that is luck, and costs a tenth of a
+# step where it fails (no procedure there is entered twice).
+FLAGS_gfortran_kernels = -fmax-stack-var-size=4096 -Wno-surprising
+FLAGS_gfortran_long_lines = -ffree-line-length-none
+FLAGS_gfortran_modules = -J
+
 AFL ?= /usr/lib/afl
-FLAGS_fuzz ?= -std=f2008 -g -O1 -fcheck=all,no-array-temps -B$(AFL)
-FLAGS_avx2 ?= $(FLAGS_opt) -mno-avx512f -mprefer-vector-width=256
 FLAGS_EXTRA ?=
-ifndef FLAGS_$(BUILD)
-$(error BUILD=$(BUILD): the builds are opt, debug, profile, avx2, fuzz)
-endif
-flags = $(strip $(FLAGS_$(BUILD)) $(FLAGS_EXTRA) $(flags_here))
+vectors := $(if $(filter x86_64,$(shell uname -m)),-mprefer-vector-width=512)
+builds := opt debug profile avx2 fuzz
+$(if $(filter $(BUILD),$(builds)),,$(error BUILD=$(BUILD): the builds are $(builds)))
+# FLAGS_opt=... on the command line or in config.mk stands for the row of the table.
+flags = $(strip $(or $(FLAGS_$(BUILD)),$(FLAGS_$(compiler)_$(BUILD))) $(FLAGS_EXTRA) $(flags_here))
+
+# The compiler behind FC, by its own word (OpenCoarrays' wrapper starts gfortran).
+version = $(call once,version,$(shell $(FC) --version 2>/dev/null | head -n 1))
+compiler = $(if $(findstring GNU Fortran,$(version))$(findstring OpenCoarrays,$(version)),gfortran,$(firstword $(version)))
 
 # ---- libraries: asked for once, and only when something is compiled -------------------------------------------------------------
 
-once = $(eval $(1) := $(2))$($(1))
 multiarch = $(call once,multiarch,$(shell gcc -print-multiarch))
 PKG_CONFIG ?= pkg-config
 PETSC_FLAGS ?= $(call once,PETSC_FLAGS,$(shell $(PKG_CONFIG) --cflags-only-I PETSc))
 PETSC_LIBS ?= $(call once,PETSC_LIBS,$(shell $(PKG_CONFIG) --libs PETSc))
-HDF5_INC ?= /usr/include/hdf5/openmpi
-HDF5_LIB ?= /usr/lib/$(multiarch)/hdf5/openmpi
+# HDF5: where HDF5_INC and HDF5_LIB say, else where pkg-config does, else in Debian's folders.
+HDF5_INC ?=
+HDF5_LIB ?=
+hdf5_flags = $(call once,hdf5_flags,$(or $(HDF5_INC:%=-I%),$(shell $(PKG_CONFIG) --cflags-only-I hdf5-openmpi 2>/dev/null),\
+   -I/usr/include/hdf5/openmpi))
+hdf5_folders = $(call once,hdf5_folders,$(or $(HDF5_LIB:%=-L%),$(shell $(PKG_CONFIG) --libs-only-L hdf5-openmpi 2>/dev/null),\
+   -L/usr/lib/$(multiarch)/hdf5/openmpi))
 METIS_INC ?= /usr/include
 METIS_LIB ?=
 comma := ,
-libraries = $(if $(filter fuzz,$(BUILD)),-Wl$(comma)--as-needed) -L$(HDF5_LIB) -lhdf5_fortran -lhdf5 $(METIS_LIB:%=-L%) -lmetis $(PETSC_LIBS)
-compile = $(FC) $(flags) -I$(HDF5_INC) -J$(build)/mod
-petsc_compile = $(compile) -ffree-line-length-none $(PETSC_FLAGS)
+libraries = $(if $(filter fuzz,$(BUILD)),-Wl$(comma)--as-needed) $(hdf5_folders) -lhdf5_fortran -lhdf5 $(METIS_LIB:%=-L%) -lmetis $(PETSC_LIBS)
+compile = $(FC) $(flags) $(hdf5_flags) $(FLAGS_$(compiler)_modules)$(build)/mod
+petsc_compile = $(compile) $(FLAGS_$(compiler)_long_lines) $(PETSC_FLAGS)
 
 # ---- sources --------------------------------------------------------------------------------------------------------------------
 
@@ -53,7 +72,7 @@ library_objects := $(patsubst src/%,$(build)/obj/src/%.o,$(basename $(filter-out
 program := $(if $(filter $(main),$(sources)),$(build)/gimp3d)
 
 # Goals that compile nothing need no list of what depends on what.
-plain_goals := help clean clean-all deps venv demo test test-all bench fuzz effects plans plots hard map study
+plain_goals := help clean distclean deps needed venv demo test check test-all bench fuzz effects plans plots hard map study api uninstall
 ifneq ($(filter-out $(plain_goals),$(or $(MAKECMDGOALS),gimp3d)),)
 include $(build)/depends.mk
 stale_modules := $(filter-out $(modules:%=$(build)/mod/%.mod),$(wildcard $(build)/mod/*.mod))
@@ -110,10 +129,7 @@ $(build)/obj/%.o: %.F90 $(build)/flags
 	@echo "  compile  $<"
 	@$(petsc_compile) -c -o $@ $<
 
-# Work arrays of the kernels in static memory, where they begin at a cache line: on the stack that is luck, and costs a tenth of a step
-# where it fails (gfortran; no procedure there is entered twice).
-$(build)/obj/src/kernels/%.o: private flags_here := $(if $(filter gfortran%,$(notdir $(firstword $(FC))))$(filter \
-   mpifort,$(FC)),-fmax-stack-var-size=4096 -Wno-surprising)
+$(build)/obj/src/kernels/%.o: private flags_here = $(FLAGS_$(compiler)_kernels)
 
 # A module file that the compiler left alone (its interface is as it was) is older than its object; then nothing that uses it is
 # compiled again.
@@ -126,8 +142,11 @@ write_if_changed = { cmp -s $(1).new $(1) && rm -f $(1).new || mv $(1).new $(1);
 $(build)/flags: FORCE
 	@command -v $(firstword $(FC)) > /dev/null || \
 	   { echo "$(firstword $(FC)) is not there; \`make deps\` says what is missing"; exit 1; }
+	@[ '$(flags)' ] && [ '$(FLAGS_$(compiler)_modules)' ] || { echo "$(FC) starts \"$(version)\", for which there are no flags:" \
+	   "gimp3d is built with gfortran, or with a compiler whose FLAGS_$(compiler)_... are set in config.mk as the Makefile sets those of gfortran"; \
+	   exit 1; }
 	@mkdir -p $(@D)
-	@{ echo '$(petsc_compile)'; echo '$(libraries)'; $(FC) --version | head -n 1; } > $@.new && $(call write_if_changed,$@)
+	@{ echo '$(petsc_compile)'; echo '$(libraries)'; echo '$(version)'; } > $@.new && $(call write_if_changed,$@)
 
 $(build)/depends.mk: FORCE
 	@mkdir -p $(@D)
@@ -135,11 +154,18 @@ $(build)/depends.mk: FORCE
 
 # ---- set-up ---------------------------------------------------------------------------------------------------------------------
 
-.PHONY: deps venv help clean clean-all
+.PHONY: deps needed venv help clean distclean
+
+# Only `make deps`, `make demo` and `make test` install anything with apt, where they may; other targets say what is missing. With
+# SETUP=no these look only too, and build/venv is not made: PYTHON names a Python then.
+SETUP ?= yes
 
 ## deps        see that compiler and libraries are there; install them where apt may be used, else say what to type
 deps:
-	@HDF5_INC='$(HDF5_INC)' METIS_INC='$(METIS_INC)' PYTHON='$(PYTHON)' sh tools/deps
+	@HDF5_INC='$(HDF5_INC)' HDF5_LIB='$(HDF5_LIB)' METIS_INC='$(METIS_INC)' PYTHON='$(PYTHON)' sh tools/deps
+
+needed:
+	@HDF5_INC='$(HDF5_INC)' HDF5_LIB='$(HDF5_LIB)' METIS_INC='$(METIS_INC)' PYTHON='$(PYTHON)' sh tools/deps --look
 
 # PYTHON=path takes a Python that already has what post/requirements.txt lists; without it, one is set up under build/venv.
 ifeq ($(PYTHON),)
@@ -154,6 +180,7 @@ endif
 
 ## venv        the Python packages of post/requirements.txt, in build/venv
 build/venv/complete: post/requirements.txt
+	@[ '$(SETUP)' != no ] || { echo "SETUP=no, and build/venv is not there: say PYTHON=/path/to/python, of a Python that has $<"; exit 1; }
 	@echo "  venv     build/venv (numpy, h5py, matplotlib, vtk)"
 	@mkdir -p build && rm -rf build/venv
 	@python3 -m venv build/venv && build/venv/bin/python -m pip install --quiet --disable-pip-version-check -r $< || { \
@@ -169,39 +196,58 @@ help:
 
 ## clean       remove what was compiled
 clean:
-	rm -rf build/opt build/debug build/profile build/avx2 build/effects gimp3d
+	rm -rf $(builds:%=build/%) build/effects build/plans build/api gimp3d
 
-## clean-all   clean, and the Python packages too (results under out/ stay)
-clean-all: clean
+## distclean   remove all that make made: clean, and the Python packages too (results under out/ and config.mk stay)
+distclean: clean
 	rm -rf build
+
+# ---- install ----------------------------------------------------------------------------------------------------------------------
+
+.PHONY: install uninstall
+
+PREFIX ?= /usr/local
+INSTALL ?= install
+installed_program = $(DESTDIR)$(PREFIX)/bin/gimp3d
+installed_data = $(DESTDIR)$(PREFIX)/share/gimp3d
+
+## install     the program to PREFIX/bin (PREFIX=/usr/local), scripts, scenes and documents to PREFIX/share/gimp3d; DESTDIR for packages
+install: gimp3d
+	$(INSTALL) -d $(dir $(installed_program))
+	$(INSTALL) -m 755 $(program) $(installed_program)
+	@for file in README.md CHANGELOG.md CITATION.cff LICENSE post/*.py post/requirements.txt \
+	   $$(find doc input test/references -name '*.md' -o -name '*.png' -o -name '*.nml' -o -name '*.toml' -o -name '*.csv'); do \
+	   $(INSTALL) -d "$(installed_data)/$${file%/*}" && $(INSTALL) -m 644 "$$file" "$(installed_data)/$$file" || exit 1; done
+	@echo "  install  $(installed_program), $(installed_data)"
+
+## uninstall   remove what install put under PREFIX
+uninstall:
+	rm -f $(installed_program)
+	rm -rf $(installed_data)
 
 # ---- use ------------------------------------------------------------------------------------------------------------------------
 
-.PHONY: demo test test-all bench fuzz effects plans plots hard map study
+.PHONY: demo test check test-all bench fuzz effects plans plots hard map study api
 
-# What mpirun needs in a container, as root, or with more ranks than cores; harmless elsewhere. The tests have theirs in test/harness/mpi.sh.
-export OMPI_ALLOW_RUN_AS_ROOT ?= 1
-export OMPI_ALLOW_RUN_AS_ROOT_CONFIRM ?= 1
-export OMPI_MCA_rmaps_base_oversubscribe ?= 1
-export OMPI_MCA_hwloc_base_binding_policy ?= none
-export OMPI_MCA_btl_vader_single_copy_mechanism ?= none
-export ASAN_OPTIONS ?= detect_leaks=0
-
+mpi := . test/harness/mpi.sh;
 jobs = $(if $(filter -j% --jobserver%,$(MAKEFLAGS)),,-j$(shell nproc 2>/dev/null || echo 1))
-set_up = @$(MAKE) --no-print-directory deps && $(MAKE) --no-print-directory venv
+look = @$(MAKE) --no-print-directory needed && $(MAKE) --no-print-directory venv
+set_up = $(if $(filter no,$(SETUP)),$(look),@$(MAKE) --no-print-directory deps && $(MAKE) --no-print-directory venv)
 
 ## demo        everything from nothing: set up, build, press a sphere into a cylinder on 2 ranks, draw the results
 demo:
 	$(set_up)
 	@$(MAKE) --no-print-directory $(jobs) gimp3d
 	@mkdir -p out
-	mpirun -n 2 ./gimp3d < input/demo.nml
+	@echo 'mpirun -n 2 ./gimp3d < input/demo.nml'
+	@$(mpi) mpirun -n 2 ./gimp3d < input/demo.nml
 	@$(MAKE) --no-print-directory plots RUN=out/demo \
 	   PLOT_OPTIONS="--finite-elements test/references/fem/sphere_hypo_h0.1.csv"
 	@echo "The load over depth is in out/demo/load_depth.png, a stress section in out/demo/section.png"
 
-## test        set up, build, run the tests; TESTS="unit input/run ..." runs these suites or tests only
-test:
+## test        set up, build, run the tests; TESTS="unit input/run ..." runs these suites or tests only (test/run --list names them)
+## check       the same
+test check:
 	$(set_up)
 	@$(MAKE) --no-print-directory -k $(jobs) tests
 	@BUILD=$(BUILD) PYTHON='$(abspath $(python))' test/run $(TEST_OPTIONS) $(TESTS)
@@ -216,36 +262,36 @@ fuzz:
 	@$(MAKE) --no-print-directory $(jobs) BUILD=fuzz tests TESTS=input
 	@test/input/fuzz.sh $(or $(SECONDS),600)
 
-## bench       time the benchmark scenes: the tables of doc/performance.md; BENCH="block growth" makes these tables only
+## bench       time the benchmark scenes: the tables of doc/user/performance.md; BENCH="block growth" makes these tables only
 bench:
-	$(set_up)
+	$(look)
 	@$(MAKE) --no-print-directory $(jobs) tests TESTS=performance
-	@$(python) test/performance/bench.py $(build)/bench $(build)/gimp3d $(build)/test/performance $(if $(BENCH),--only $(BENCH)) $(if $(BEFORE),--before $(BEFORE)) \
-	   --build '$(shell $(FC) --version 2>/dev/null | head -n 1); $(flags).'
+	@$(mpi) $(python) test/performance/bench.py $(build)/bench $(build)/gimp3d $(build)/test/performance $(if $(BENCH),--only $(BENCH)) $(if $(BEFORE),--before $(BEFORE)) \
+	   --build '$(version); $(flags).'
 
 ## effects     count what effects cost scenes that do not call for them (perf or valgrind); SCENES="cone demo" counts these only
 effects:
-	@$(MAKE) --no-print-directory deps
-	@python3 test/performance/effects.py build/effects $(if $(SCENES),--only $(SCENES))
+	@$(MAKE) --no-print-directory needed
+	@$(mpi) python3 test/performance/effects.py build/effects $(if $(SCENES),--only $(SCENES))
 
 ## plans       what mode='plan' says beside what the scenes of input/ take; PLANS="--ranks 2 --only cone" as test/performance/plans.py has it
 plans:
 	@$(MAKE) --no-print-directory gimp3d
-	@. test/harness/mpi.sh; python3 test/performance/plans.py build/plans $(PLANS)
+	@$(mpi) python3 test/performance/plans.py build/plans $(PLANS)
 
-## hard        the gallery of hard cases (doc/hard_cases.md) on RANKS=1; CASES="spin crossing" runs these, SIZE=short their short forms
+## hard        the gallery of hard cases (doc/user/hard_cases.md) on RANKS=1; CASES="spin crossing" runs these, SIZE=short their short forms
 RANKS ?= 1
 hard:
-	$(set_up)
+	$(look)
 	@$(MAKE) --no-print-directory $(jobs) tests TESTS=stability
-	@BUILD=$(BUILD) $(python) test/stability/gallery.py $(build)/hard_$(RANKS)$(if $(SIZE),_$(SIZE)) $(build)/gimp3d $(build)/test/stability \
+	@$(mpi) BUILD=$(BUILD) $(python) test/stability/gallery.py $(build)/hard_$(RANKS)$(if $(SIZE),_$(SIZE)) $(build)/gimp3d $(build)/test/stability \
 	   --ranks $(RANKS) $(if $(SIZE),--$(SIZE)) $(CASES)
 
-## map         which time steps are stable: the map of doc/hard_cases.md, on RANKS=1
+## map         which time steps are stable: the map of doc/user/hard_cases.md, on RANKS=1
 map:
-	$(set_up)
+	$(look)
 	@$(MAKE) --no-print-directory $(jobs) tests TESTS=stability
-	@$(python) test/stability/stability_map.py $(build)/map $(build)/test/stability/map --ranks $(RANKS) \
+	@$(mpi) $(python) test/stability/stability_map.py $(build)/map $(build)/test/stability/map --ranks $(RANKS) \
 	   --guarded $(build)/test/stability/guard_planted
 
 ## plots       RUN=directory: draw load_depth.png, section.png, energy.png from what a run wrote there
@@ -254,9 +300,17 @@ plots:
 	@$(MAKE) --no-print-directory venv
 	@$(python) post/plots.py $(PLOT_OPTIONS) "$(RUN)"
 
-## study       SCENE=input/hertz.nml: what its accuracy costs (doc/accuracy_cost.md); QUANTITY=load, BUDGET=300 (s), STUDY_OPTIONS
+## study       SCENE=input/hertz.nml: what its accuracy costs (doc/user/accuracy_cost.md); QUANTITY=load, BUDGET=300 (s), STUDY_OPTIONS
 study:
 	@[ -n "$(SCENE)" ] || { echo "Say which scene: make study SCENE=input/hertz.nml QUANTITY=load"; exit 1; }
-	$(set_up)
+	$(look)
 	@$(MAKE) --no-print-directory $(jobs) tests TESTS=study
-	@$(python) post/study.py --build $(build) $(QUANTITY:%=--quantity %) $(BUDGET:%=--budget %) $(STUDY_OPTIONS) $(SCENE)
+	@$(mpi) $(python) post/study.py --build $(build) $(QUANTITY:%=--quantity %) $(BUDGET:%=--budget %) $(STUDY_OPTIONS) $(SCENE)
+
+## api         pages of every module, type and procedure, from the comments of src: build/api/index.html
+api:
+	@$(MAKE) --no-print-directory venv
+	@$(python) -c 'import ford' 2>/dev/null || [ -z '$(PYTHON)' ] || { echo "$(PYTHON) has no ford (doc/developer/requirements.txt)"; exit 1; }
+	@$(python) -c 'import ford' 2>/dev/null || $(python) -m pip install --quiet --disable-pip-version-check -r doc/developer/requirements.txt
+	@$(python) -m ford --quiet doc/developer/ford.md
+	@echo "The pages begin at build/api/index.html"

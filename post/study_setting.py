@@ -1,4 +1,4 @@
-"""What a study climbs: the file beside a scene (doc/accuracy_cost.md, Settings), or, where there is none, ladders by default."""
+"""What a study climbs: the file beside a scene (doc/user/accuracy_cost.md, Settings), or, where there is none, ladders by default."""
 import dataclasses
 import tomllib
 

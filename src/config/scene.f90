@@ -1,5 +1,5 @@
 !> What a scene says, after reading and checking: one type a namelist group, values in SI units (angles in radians).
-!> doc/input.md is the table of all names.
+!> doc/user/input.md is the table of all names.
 module m_scene
    use m_kinds, only: wp
    use m_offer, only: offer_t, offer_slot_t
@@ -27,7 +27,7 @@ module m_scene
       integer :: boundary(6) = boundary_free
    end type grid_spec_t
 
-   !> The largest safety for particles_per_cell 1, 8 and 27 (doc/accuracy.md, stability).
+   !> The largest safety for particles_per_cell 1, 8 and 27 (doc/user/accuracy.md, stability).
    integer, parameter, public :: safety_particles(3) = [1, 8, 27]
    real(wp), parameter, public :: safety_allowed(3) = [0.4_wp, 0.4_wp, 0.35_wp]
 

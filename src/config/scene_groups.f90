@@ -1,4 +1,4 @@
-!> What each group of a scene may say: its variables, their defaults and what is allowed. doc/input.md is the same as a table.
+!> What each group of a scene may say: its variables, their defaults and what is allowed. doc/user/input.md is the same as a table.
 !> Each describe_* both reads its group and writes it (see m_group_reader): what it gives to the reader are the values as they are.
 module m_scene_groups
    use m_kinds, only: wp

@@ -1,4 +1,4 @@
-!> A checkpoint: everything that a run needs to go on, to the same bits (doc/files.md has the tables of the file).
+!> A checkpoint: everything that a run needs to go on, to the same bits (doc/developer/files.md has the tables of the file).
 !>
 !> One procedure, `describe`, names all that is not particles: it writes while a checkpoint is written and reads while one is read.
 module m_checkpoint

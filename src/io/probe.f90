@@ -1,5 +1,5 @@
 !> Probes: the particle that was nearest to a place at the start, followed as it moves, also when it is split or merged with others
-!> (doc/design.md, Ids).
+!> (doc/developer/design.md, Ids).
 module m_probe
    use mpi_f08
    use m_kinds, only: wp, i8

@@ -1,4 +1,4 @@
-!> Where bodies in flight will be: the blocks that they enter and the particles that they split into (doc/theory.md, Forecast). Each
+!> Where bodies in flight will be: the blocks that they enter and the particles that they split into (doc/developer/theory.md, Forecast). Each
 !> is taken to keep its shape and the velocity that its scene gives it.
 module m_flight
    use mpi_f08

@@ -1,5 +1,5 @@
 !> What is still to come in a run: contact points as tools go in, blocks that wake, and the time that measured costs make of them
-!> (doc/theory.md, Forecast).
+!> (doc/developer/theory.md, Forecast).
 module m_forecast
    use mpi_f08
    use m_kinds, only: wp, i8

@@ -1,5 +1,5 @@
 !> Guards a run: looks whether the state after a step can be trusted, keeps a copy of the last one that could, and where a step has
-!> met a fault goes back to it and takes smaller steps (doc/theory.md, Guard).
+!> met a fault goes back to it and takes smaller steps (doc/developer/theory.md, Guard).
 !>
 !> What every step and level looks at by itself (particle_step, contact): positions and stresses that are numbers, volumes above 0,
 !> ways of at most half a cell, contact problems that are solved. Here: the time step after each step, and every so many steps,

@@ -1,4 +1,4 @@
-!> A copy in memory of all that a step changes: a model that has met a fault goes back to it. What doc/files.md says of a checkpoint
+!> A copy in memory of all that a step changes: a model that has met a fault goes back to it. What doc/developer/files.md says of a checkpoint
 !> holds here too, but the particles stay with the rank that had them, and nothing is written.
 module m_saved_state
    use mpi_f08

@@ -1,6 +1,6 @@
 """What a coarse impact costs: a block falls on a rigid floor, bounces and flies free. Energy that rings away in the flight, and how
 far the sideways momentum after a bounce that sticks depends on where the block lies in the grid, by cells an edge and by what the
-particles carry. The table of doc/accuracy.md, Coarse impacts.
+particles carry. The table of doc/user/accuracy.md, Coarse impacts.
 
    bounce.py [CELLS...]      the cells an edge (4 8 16)
 """

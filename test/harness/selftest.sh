@@ -44,6 +44,8 @@ must_pass 'a suite of one sound test' driver
 [ "$(tail -n 1 out.log)" = '1 passed, 0 failed' ] || fail 'the last line of the driver'
 printf '#test: long\nexit 1\n' >driver/test/unit/later.sh
 must_pass 'a long test left out' driver
+must_pass 'a list' driver --list
+[ "$(awk '{ print $1, $4 }' out.log)" = "$(printf 'unit/later long\nunit/sound ')" ] || { cat out.log; fail 'the list of tests'; }
 must_fail 'a long test that fails' '1 passed, 1 failed' driver --all
 rm driver/test/unit/later.sh
 echo 'exit 3' >driver/test/unit/failing.sh
@@ -67,6 +69,7 @@ rm driver/test/unit/waiting.sh
 printf '!test: ranks 1 2\nprogram absent\nend program\n' >driver/test/unit/absent.f90
 must_fail 'programs that were not built' '1 passed, 2 failed' driver
 must_fail 'a suite that does not exist' 'no suite' driver units
+must_fail 'a word that it does not know' '--list' driver --lots
 must_fail 'a test that does not exist' 'No test was run' driver unit/soundly
 
 echo "assertions and driver: $caught planted failures caught"

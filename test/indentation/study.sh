@@ -1,5 +1,5 @@
 #!/bin/sh
-# Sphere, cone and flat punch beside finite elements on three and four grids each: doc/accuracy.md's table. The punch's load
+# Sphere, cone and flat punch beside finite elements on three and four grids each: doc/user/accuracy.md's table. The punch's load
 # with one particle a cell swings about the limit (2, 4, 6, 8 cells a radius), so that only its size on the finest grid is bounded.
 #test: long
 #test: limit 5400

@@ -4,7 +4,7 @@
 #
 # cases/table.txt holds the cases. All go through read_scene, many in one launch, on 1 and 2 ranks; some go through the program
 # itself (PROGRAM, by default $GIMP3D; read_scene where neither is there) on its standard input. Then: each variable that can be
-# read is a row of doc/input.md and the other way round, and failures planted here must be caught.
+# read is a row of doc/user/input.md and the other way round, and failures planted here must be caught.
 #test: limit 240
 here=$(cd "$(dirname "$0")" && pwd)
 asked=${1:+$(realpath "$1")}
@@ -144,15 +144,15 @@ verdict 1 directory-for-input
 
 if [ -z "$(written)" ]; then pass; else miss "something was written: $(written | tr '\n' ' ')"; fi
 
-# ---- doc/input.md ---------------------------------------------------------------------------------------------------------------------
+# ---- doc/user/input.md ---------------------------------------------------------------------------------------------------------------------
 
 # rows: `group variable` of each row | `group` | `name` | ...
 timeout -k 5 $seconds "$driver" --names </dev/null | sort >names.code
-sed -n 's/^| *`\([a-z_]*\)` *| *`\([a-z_]*\)` *|.*/\1 \2/p' "$ROOT/doc/input.md" | sort >names.doc
+sed -n 's/^| *`\([a-z_]*\)` *| *`\([a-z_]*\)` *|.*/\1 \2/p' "$ROOT/doc/user/input.md" | sort >names.doc
 if [ "$(wc -l <names.code)" -gt 20 ] && diff names.code names.doc >names.diff; then
    pass
 else
-   miss "doc/input.md: read but not in the table: $(sed -n 's/^< //p' names.diff | tr '\n' ';') in the table but not read: $(sed -n 's/^> //p' names.diff | tr '\n' ';')"
+   miss "doc/user/input.md: read but not in the table: $(sed -n 's/^< //p' names.diff | tr '\n' ';') in the table but not read: $(sed -n 's/^> //p' names.diff | tr '\n' ';')"
 fi
 
 # ---- the reading of namelists --------------------------------------------------------------------------------------------------------

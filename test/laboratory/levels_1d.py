@@ -1,5 +1,5 @@
 #!/usr/bin/env python3
-"""Grid levels in one dimension: ways to couple them, tried on an elastic GIMP bar (doc/theory.md, Levels). Needs numpy.
+"""Grid levels in one dimension: ways to couple them, tried on an elastic GIMP bar (doc/developer/theory.md, Levels). Needs numpy.
 
 pulse    a velocity pulse crosses from the coarse level into the fine one
 ring     a free bar rings, the fine level over its middle third: is its energy bounded? STEPS coarse steps, 10 000 if not given

@@ -1,4 +1,4 @@
-"""Growth of motion about a bar under uniform uniaxial strain (doc/theory.md, Splitting): eigenvalues of the derivative of the nodal
+"""Growth of motion about a bar under uniform uniaxial strain (doc/developer/theory.md, Splitting): eigenvalues of the derivative of the nodal
 accelerations by the nodal displacements, where positions, deformation gradients and domains of particles follow the nodes. Neo-Hookean
 law, Poisson's ratio 0.3, periodic in all directions, worst of several offsets of the particles from the grid. Lengths in cells.
 usage: tension.py (numpy; some minutes)"""

@@ -1,5 +1,5 @@
 #!/usr/bin/env python3
-"""Time the program on benchmark scenes and set it beside what the machine can do: the tables of doc/performance.md.
+"""Time the program on benchmark scenes and set it beside what the machine can do: the tables of doc/user/performance.md.
 
 usage: bench.py WORK GIMP3D TOOLS [--repeats N] [--only TABLE ...] [--build TEXT] [--before GIMP3D]
 

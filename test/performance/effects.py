@@ -1,5 +1,5 @@
 #!/usr/bin/env python3
-"""What effects cost scenes that do not call for them: the table of doc/performance.md, section "Absent effects".
+"""What effects cost scenes that do not call for them: the table of doc/user/performance.md, section "Absent effects".
 
 usage: effects.py WORK [--only SCENE ...]
 

@@ -1,5 +1,5 @@
 #!/usr/bin/env python3
-"""What mode='plan' says of the scenes of input/ beside what they take: the table of doc/performance.md, section "Plans".
+"""What mode='plan' says of the scenes of input/ beside what they take: the table of doc/user/performance.md, section "Plans".
 
 usage: plans.py WORK [--ranks N] [--only SCENE ...] [--share SCENE=SHARE ...]
 

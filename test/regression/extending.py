@@ -43,7 +43,7 @@ def mode(t, omega, tau, drive):
 
 
 def column(t, z, tau):
-    """Displacement of the column of doc/extending.md at the height z."""
+    """Displacement of the column of doc/developer/extending.md at the height z."""
     height, speed, amplitude, frequency = 0.8, 10.0, 0.05, 3.125
     u = 0.0
     for n in range(1, 13):

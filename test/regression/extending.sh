@@ -1,7 +1,7 @@
 #!/bin/bash
 #test: beside
 #test: limit 120
-# The example of doc/extending.md, taken out of that text into a copy of the tree: one new file and one line for a law and for an
+# The example of doc/developer/extending.md, taken out of that text into a copy of the tree: one new file and one line for a law and for an
 # effect, nothing else; it builds, and a scene that names both gives the known answer. With a field planted there that no effect was
 # called for, the test effects_free must fail.
 . "$(dirname "$0")/../harness/env.sh"
@@ -14,7 +14,7 @@ cp -a "$ROOT/src" "$ROOT/tools" "$ROOT/Makefile" tree/
 cp -a "$BUILD_DIR"/{mod,flags,depends.mk,libgimp3d.a} tree/build/"$BUILD"/
 cp -a "$BUILD_DIR/obj/src" tree/build/"$BUILD"/obj/
 
-"$PYTHON" "$ROOT/test/regression/extending.py" extract "$ROOT/doc/extending.md" tree example.nml
+"$PYTHON" "$ROOT/test/regression/extending.py" extract "$ROOT/doc/developer/extending.md" tree example.nml
 diff -r "$ROOT/src" tree/src >differences || true
 cat >wanted <<'END'
 Only in tree/src/physics: kelvin_voigt.f90

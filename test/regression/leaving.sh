@@ -8,7 +8,7 @@ scenes=$ROOT/test/regression
 for n in 1 2 4; do
    sed "s:'out':'ranks_$n':" "$scenes/leaving.nml" >scene.nml
    status=0
-   timeout 20 mpirun -n $n "$GIMP3D" <scene.nml >out_$n.log 2>err_$n.log || status=$?
+   timeout 60 mpirun -n $n "$GIMP3D" <scene.nml >out_$n.log 2>err_$n.log || status=$?
    [ $status -eq 3 ] || { cat out_$n.log err_$n.log; fail "exit status $status on $n ranks, expected 3"; }
    sentence=$(grep '^gimp3d: ' err_$n.log) || { cat err_$n.log; fail "no sentence on $n ranks"; }
    [ "$(printf '%s\n' "$sentence" | wc -l)" -eq 1 ] || fail "more than one sentence on $n ranks: $sentence"

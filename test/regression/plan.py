@@ -2,7 +2,7 @@
 """A plan beside the run of the same scene: plan.py PLAN.log RUN.log DIRECTORY. The form and what does not depend on the clock: particles,
 blocks, fields and effects are the same lines, steps within 1 % (the same with a given time step), snapshots as many as there are
 files, memory within 10 % (15 where bodies fly through levels: what pools leave as they grow stays in the heap), and node blocks and particles at
-the end within 10 % there. Times are only asked to be there and to be right to a factor of 10: machines are noisy."""
+the end within 10 % there. Of times only what they are made of is looked at, for how long a step takes is the machine's affair."""
 import re
 import sys
 from pathlib import Path

@@ -9,12 +9,17 @@ def send(process, ranks, number):
         os.kill(pid, number)
 
 
+def going_on(directory):
+    """How often runs there have gone on from a checkpoint, as their log says."""
+    log = Path(directory, "run.log")
+    return log.read_text().count("\ngoes on ") if log.exists() else 0
+
+
 run(1, scene(PLASTIC, "straight", end=END, every=0.2, history=0.001))
 for ranks in (1, 2):
     directory = f"signals_{ranks}"
     process = start(ranks, scene(PLASTIC, directory, end=END, every=0.2, history=0.001)) # without a &checkpoint
     require(f"{ranks} ranks: begins", wait_for(lambda: Path(directory, "energy.dat").exists(), process))
-    time.sleep(0.2)
     send(process, ranks, signal.SIGUSR1)
     require(f"{ranks} ranks: SIGUSR1 makes a checkpoint", wait_for(lambda: len(checkpoints(directory)) > 0, process))
     require(f"{ranks} ranks: and the run goes on", process.poll() is None)
@@ -24,12 +29,10 @@ for ranks in (1, 2):
     require(f"{ranks} ranks: {said(output)}", "stopped by SIGTERM, step " in said(output) and directory in said(output))
     require(f"{ranks} ranks: no parts are left", not list(Path(directory).glob("*.part")))
     process = start(ranks, restart=directory)
-    time.sleep(0.6 if ranks == 1 else 1.5)
-    if process.poll() is None:
-        send(process, ranks, signal.SIGINT)
-        output = process.communicate()[0]
-        require(f"{ranks} ranks: SIGINT ends with status {process.returncode}",
-                process.returncode == 5 and "stopped by SIGINT" in said(output) or process.returncode == 0)
+    require(f"{ranks} ranks: goes on", wait_for(lambda: going_on(directory) == 1, process))
+    send(process, ranks, signal.SIGINT)
+    output = process.communicate()[0]
+    require(f"{ranks} ranks: SIGINT ends with status {process.returncode}", process.returncode == 5 and "stopped by SIGINT" in said(output))
     run(ranks, restart=directory)
     same(f"{ranks} ranks: after USR1, TERM and INT", "straight", directory)
 
@@ -37,7 +40,6 @@ for ranks in (1, 2):
 os.environ["OMPI_MCA_odls_base_sigkill_timeout"] = "10"
 process = start(2, scene(PLASTIC, "launcher", end=2000, every=0, history=1))
 wait_for(lambda: Path("launcher", "energy.dat").exists(), process)
-time.sleep(0.3)
 process.send_signal(signal.SIGUSR1)
 require("mpirun passes SIGUSR1 on", wait_for(lambda: len(checkpoints("launcher")) > 0, process))
 first = newest_step("launcher")
@@ -65,8 +67,8 @@ for wish in ("every=0.03", "every_steps=50", "every_wall=0.01", ""):
 require("without &checkpoint there is none", not checkpoints("straight"))
 
 # no &output: no checkpoint, but the run ends
-process = start(1, PLASTIC.format(end=10))
-time.sleep(0.5)
+process = start(1, PLASTIC.format(end=1000))
+require("no &output: it begins", any(line.startswith("guard ") for line in process.stdout))
 process.send_signal(signal.SIGTERM)
 output = process.communicate()[0]
 require(f"no &output: {said(output)}", process.returncode == 5 and "no &output" in said(output))

@@ -65,7 +65,7 @@ def buried_sphere(bench):
 @hard_case("deep_cone")
 def deep_cone(bench):
     """E2 of the thesis: the cone to 571 nm in a block of 960 nm (its finite elements end at step 3240 of 3800), and on towards the block's
-    floor, on cells of 96 nm. At 571 nm the load may be 5 % off that of the shipped grid of 64 nm (32.3 mN: doc/accuracy.md, 0.4: 33.2).
+    floor, on cells of 96 nm. At 571 nm the load may be 5 % off that of the shipped grid of 64 nm (32.3 mN: doc/user/accuracy.md, 0.4: 33.2).
     Beyond, the run ends at the floor or stops with a sentence (status 3)."""
     text = shipped("cone", cell_size="96e-9", end_time="6.5e-9", time_step="1.5e-12")
     out = bench.run("cone", text, allowed=(0, 3))

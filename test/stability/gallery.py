@@ -2,7 +2,7 @@
 """The gallery of hard cases: runs them, prints and writes their figures beside their bars, draws them.
 
 usage: gallery.py WORK PROGRAM TEST_PROGRAMS [--ranks N] [--short] [CASE ...]
-       gallery.py --page DIRECTORY          put tables and pictures of runs under DIRECTORY (build) into doc/
+       gallery.py --page DIRECTORY          put tables and pictures of runs under DIRECTORY (build) into doc/user/
 
 --short runs the sizes of `make test`, and without named cases those that belong to it. Exit status 1 when a figure misses its bar and
 is not known to.
@@ -16,7 +16,7 @@ from pathlib import Path
 from hard_case import CASES, ROOT, Bench, draw, read_table, replace_rows, run_case
 import crossing, empty_cells, spinning, loads, contact, impact, levels  # noqa: F401, E401  (each enters its cases)
 
-PAGE = ROOT / "doc/hard_cases.md"
+PAGE = ROOT / "doc/user/hard_cases.md"
 # How the page shows the runs: a heading for each build and number of ranks.
 SHOWN = (("opt", "1"), ("opt", "2"), ("debug", "1"))
 
@@ -48,7 +48,7 @@ def run(args):
 
 
 def page(build):
-    """Write the tables into the page, between its two marks, and the pictures into doc/hard_cases.png."""
+    """Write the tables into the page, between its two marks, and the pictures into doc/user/hard_cases.png."""
     rows = {}
     for mode, ranks in SHOWN:
         for size in ("", "_short"):
@@ -69,9 +69,9 @@ def page(build):
     maps = build / "opt/map"
     if (maps / "map.md").exists():
         text = between(text, "map", (maps / "map.md").read_text())
-        small([maps / "map.png"], ROOT / "doc/stability_map.png", 1)
+        small([maps / "map.png"], ROOT / "doc/user/stability_map.png", 1)
     PAGE.write_text(text)
-    small([build / "opt/hard_1" / f"{name}.png" for name in CASES], ROOT / "doc/hard_cases.png")
+    small([build / "opt/hard_1" / f"{name}.png" for name in CASES], ROOT / "doc/user/hard_cases.png")
 
 
 def worst(rows):

@@ -97,7 +97,7 @@ class Figure:
     bar: float
     least: bool = False
     control: bool = False
-    known: bool = False  #: it misses its bar, and doc/hard_cases.md says so
+    known: bool = False  #: it misses its bar, and doc/user/hard_cases.md says so
 
     @property
     def met(self):

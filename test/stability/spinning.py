@@ -70,7 +70,7 @@ def vortex(bench):
     beyond, or take the shear stress out of the body force."""
     cells = bench.pick(16, 12)
     along_axes = "fixed", "stretch"
-    # Amplitude, domains, particles a cell, and whether they follow: doc/hard_cases.md.
+    # Amplitude, domains, particles a cell, and whether they follow: doc/user/hard_cases.md.
     settings = [(0.1, (*along_axes, "corners"), 8, "follow")]
     settings += bench.pick([(0.2, along_axes, 8, "follow"), (1 / 3, ("fixed",), 8, "control"), (1 / 3, ("stretch",), 8, "follow"),
                             (1 / 3, along_axes, 27, "follow"),

@@ -6,7 +6,7 @@ usage: stability_map.py WORK MAP_PROGRAM [--ranks N] [--steps N] [--places N] [-
 A block is stable where its energy stays within 5 % of the largest of the first quarter of the run, `grows` up to ten times it, and
 `stops` beyond or where a step fails (test/verification/ringing.f90). PROGRAM is that of guard_planted.f90, which takes any safety:
 what is not stable is run with it too, and is `retried` where the guard's smaller steps bring it to its end. `gallery.py --page`
-takes table and picture into doc/. Exit status 1 when a block is not stable at a safety that a scene may ask for, or nowhere unstable.
+takes table and picture into doc/user/. Exit status 1 when a block is not stable at a safety that a scene may ask for, or nowhere unstable.
 """
 import argparse
 import collections

@@ -1,5 +1,5 @@
 #!/bin/sh
-# E5 on three grids, with and without anti-locking: doc/accuracy.md's table.
+# E5 on three grids, with and without anti-locking: doc/user/accuracy.md's table.
 #test: long
 #test: limit 5400
 . "$(dirname "$0")/../harness/env.sh"

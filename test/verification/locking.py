@@ -1,5 +1,5 @@
 #!/usr/bin/env python3
-"""Volumetric locking with and without &anti_locking: the tables of doc/accuracy.md.
+"""Volumetric locking with and without &anti_locking: the tables of doc/user/accuracy.md.
 
 usage: locking.py WORK GIMP3D [--long]
 

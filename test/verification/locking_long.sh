@@ -1,5 +1,5 @@
 #!/bin/sh
-# Locking on all grids and for all Poisson's ratios: doc/accuracy.md's tables.
+# Locking on all grids and for all Poisson's ratios: doc/user/accuracy.md's tables.
 #test: long
 #test: limit 1800
 . "$(dirname "$0")/../harness/env.sh"

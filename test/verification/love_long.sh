@@ -1,5 +1,5 @@
 #!/bin/sh
-# A pressure patch beside Love's half-space: doc/accuracy.md's table.
+# A pressure patch beside Love's half-space: doc/user/accuracy.md's table.
 #test: long
 #test: limit 900
 . "$(dirname "$0")/../harness/env.sh"

@@ -1,0 +1,89 @@
+"""documents.py ROOT: what is wrong with the documents of a tree, a line each; exit status 1 if anything is."""
+import re
+import sys
+from pathlib import Path
+
+COLUMNS = 110
+root = Path(sys.argv[1])
+wrong = []
+
+
+def say(path, what):
+    wrong.append(f"{path.relative_to(root)}: {what}")
+
+
+def prose(text):
+    """Number and text of the lines that are neither table, code, heading, displayed mathematics nor html."""
+    inside = None
+    before = ""
+    for number, line in enumerate(text.splitlines(), 1):
+        stripped = line.strip()
+        if inside:
+            if stripped.startswith("```") if inside == "```" else stripped.endswith("$$"):
+                inside = None
+        elif stripped.startswith("```"):
+            inside = "```"
+        elif stripped.startswith("$$"):
+            inside = None if len(stripped) > 4 and stripped.endswith("$$") else "$$"
+        elif not stripped.startswith(("|", "#", "<")) and not (line.startswith("    ") and not before.strip()):
+            yield number, line
+        before = line if not (line.startswith("    ") and not before.strip()) else ""
+
+
+def anchors(text):
+    return {re.sub(r"[^\w\- ]", "", heading.strip().lower()).replace(" ", "-") for heading in re.findall(r"^#+ (.*)$", text, re.M)}
+
+
+pages = [root / name for name in ("README.md", "CHANGELOG.md", "CONTRIBUTING.md")] + sorted(root.glob("doc/**/*.md"))
+tags = set(re.findall(r"\\tag\{([\w-]+)\}", (root / "doc/developer/theory.md").read_text()))
+for page in pages:
+    text = page.read_text()
+    for number, line in prose(text):
+        if len(line.rstrip()) > COLUMNS:
+            say(page, f"line {number} has {len(line.rstrip())} columns, more than {COLUMNS}")
+    for target in re.findall(r"\]\(([^)\s]+)\)", text):
+        if target.startswith("http"):
+            continue
+        name, _, anchor = target.partition("#")
+        other = page.parent / name if name else page
+        if not other.exists():
+            say(page, f"[...]({target}): no such file")
+        elif anchor and anchor not in anchors(other.read_text()):
+            say(page, f"[...]({target}): no such heading")
+
+# The notebook and the changelog may name what is gone, and a worked example what is to be made.
+to_be_made = {"src/physics/kelvin_voigt.f90", "src/physics/shaking.f90"}
+texts = [path for folder in ("src", "test", "post", "input", "tools") for path in sorted(root.glob(f"{folder}/**/*"))
+         if path.suffix in (".f90", ".F90", ".py", ".sh", ".nml", ".toml") and "documents" not in path.name]
+for path in [root / "Makefile"] + pages + texts:
+    if "notebook" in path.parts or path.name == "CHANGELOG.md":
+        continue
+    text = path.read_text()
+    for names in re.findall(r"theory\.md, eqs?\.? ([a-z][\w-]*\w(?![\w*-])(?:(?:, | and )[a-z]+-[\w-]*[a-z])*)", text):
+        for name in re.split(", | and ", names):
+            if name not in tags:
+                say(path, f"theory.md, eq. {name}: no such equation")
+    for name in set(re.findall(r"\bdoc/[\w/.]+\.(?:md|png)\b", text)):
+        if not (root / name).exists():
+            say(path, f"{name}: no such file")
+    if path in pages:
+        for name in set(re.findall(r"`((?:src|test|post|input|tools)/[a-z0-9_/.]+\.\w+)`", text)) - to_be_made:
+            if not (root / name).exists():
+                say(path, f"{name}: no such file")
+
+scene = re.search(r"^```fortran\n(.*?)^```", (root / "README.md").read_text(), re.M | re.S)[1]
+shipped = "".join(line for line in (root / "input/hertz.nml").read_text().splitlines(True) if not line.startswith("!"))
+if scene != shipped:
+    wrong.append("the README's scene is not that of input/hertz.nml")
+
+floors = re.findall(r"^\*\*(\w+)\*\*", (root / "doc/developer/design.md").read_text().split("## Five ideas")[0], re.M)
+sources = sorted(path for path in root.glob("src/**/*") if path.suffix in (".f90", ".F90"))
+module_of = {name: path for path in sources for name in re.findall(r"^module (\w+)", path.read_text(), re.M)}
+for path in sources:
+    for name in re.findall(r"^[^!\n]*\buse (m_\w+)", path.read_text(), re.M):
+        here, there = path.parent.name, module_of[name].parent.name
+        if floors.index(there) < floors.index(here):
+            say(path, f"uses {name} of {there}, which is further up than {here} (doc/developer/design.md, Floors)")
+
+print("\n".join(wrong) if wrong else f"   {len(pages)} pages, {len(tags)} equations, {len(module_of)} modules")
+sys.exit(bool(wrong))

@@ -1,0 +1,30 @@
+#!/bin/sh
+#test: beside
+# Documents and what they name (documents.py): prose of at most 110 columns, links, equations and paths that exist, the README's scene,
+# and the floors of the source. What is planted here must be noticed.
+. "$(dirname "$0")/../harness/env.sh"
+
+check() { "$PYTHON" "$ROOT/test/regression/documents.py" "$1"; }
+check "$ROOT" || fail 'documents'
+
+mkdir tree
+for part in README.md CHANGELOG.md CONTRIBUTING.md Makefile LICENSE CITATION.cff doc src test post input tools; do
+   cp -r "$ROOT/$part" tree/
+done
+: >expected
+planted() { # planted FAULT FILE TEXT: that text at the file's end is a fault, to be told in these words
+   printf '%b\n' "$3" >>"tree/$2"
+   echo "$1" >>expected
+}
+planted 'input.md: line .* has 149 columns' doc/user/input.md "\n$(printf 'word %.0s' $(seq 30))"
+planted 'input.md: .*(nowhere.md): no such file' doc/user/input.md '\n[there](nowhere.md)'
+planted 'input.md: .*#nowhere): no such heading' doc/user/input.md '\n[there](output.md#nowhere)'
+planted 'output.md: theory.md, eq. nowhere: no such equation' doc/user/output.md '\nAs in theory.md, eq. nowhere.'
+planted 'design.md: src/base/nowhere.f90: no such file' doc/developer/design.md '\nSee `src/base/nowhere.f90`.'
+planted 'bar.nml: doc/user/nowhere.md: no such file' input/bar.nml '! doc/user/nowhere.md'
+planted 'kinds.f90: uses m_model of stepping, which is further up' src/base/kinds.f90 '   use m_model, only: model_t'
+planted "the README's scene" input/hertz.nml '&gravity acceleration=0,0,1 /'
+if check tree >planted.log; then fail 'nothing planted was noticed'; fi
+while read -r fault; do grep -q -- "$fault" planted.log || { cat planted.log; fail "not noticed: $fault"; }; done <expected
+[ "$(wc -l <planted.log)" = "$(wc -l <expected)" ] || { cat planted.log; fail 'more was found than was planted'; }
+echo "   $(wc -l <expected) planted faults noticed"
