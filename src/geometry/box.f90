@@ -4,18 +4,17 @@ module m_box
    use m_group_reader, only: group_reader_t
    use m_number_text, only: reals_text
    use m_value_range, only: any_value
-   use m_shape, only: shape_t
+   use m_shape, only: convex_t
    implicit none
    private
    public :: box_t
 
-   type, extends(shape_t) :: box_t
+   type, extends(convex_t) :: box_t
       real(wp) :: lower(3) = 0.0_wp !< m
       real(wp) :: upper(3) = 0.0_wp !< m
    contains
       procedure :: variables
       procedure :: distance_and_normal
-      procedure :: is_convex
       procedure :: bounding_box
       procedure :: inside
       procedure :: lattice_origin
@@ -51,11 +50,6 @@ contains
       end if
       normal = sign(normal, from_centre)
    end subroutine distance_and_normal
-
-   pure logical function is_convex(self)
-      class(box_t), intent(in) :: self
-      is_convex = .true.
-   end function is_convex
 
    pure subroutine bounding_box(self, lower, upper)
       class(box_t), intent(in) :: self

@@ -2,21 +2,20 @@
 module m_cone
    use m_kinds, only: wp
    use m_group_reader, only: group_reader_t
-   use m_shape, only: shape_t
+   use m_shape, only: convex_t
    use m_shape_variables, only: get_half_angle
    use m_vectors, only: split_along
    implicit none
    private
    public :: cone_t
 
-   type, extends(shape_t) :: cone_t
+   type, extends(convex_t) :: cone_t
       real(wp) :: half_angle = 0.0_wp               !< between axis and surface, rad
       real(wp), private :: cosine = 1.0_wp, sine = 0.0_wp !< of it
    contains
       procedure :: variables
       procedure :: prepare
       procedure :: distance_and_normal
-      procedure :: is_convex
    end type cone_t
 
 contains
@@ -52,10 +51,5 @@ contains
          normal = (radius*radial - height*self%axis)/distance
       end if
    end subroutine distance_and_normal
-
-   pure logical function is_convex(self)
-      class(cone_t), intent(in) :: self
-      is_convex = .true.
-   end function is_convex
 
 end module m_cone

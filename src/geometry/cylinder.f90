@@ -4,20 +4,19 @@ module m_cylinder
    use m_constants, only: pi
    use m_group_reader, only: group_reader_t
    use m_value_range, only: any_value, above
-   use m_shape, only: shape_t
+   use m_shape, only: convex_t
    use m_shape_variables, only: make_unit
    implicit none
    private
    public :: cylinder_t
 
-   type, extends(shape_t) :: cylinder_t
+   type, extends(convex_t) :: cylinder_t
       real(wp) :: center(3) = 0.0_wp !< of the base, m
       real(wp) :: radius = 0.0_wp    !< m
       real(wp) :: height = 0.0_wp    !< m
    contains
       procedure :: variables
       procedure :: distance_and_normal
-      procedure :: is_convex
       procedure :: bounding_box
       procedure :: inside
       procedure :: volume
@@ -56,11 +55,6 @@ contains
       end if
       normal = share(1)*radial + sign(share(2), along - 0.5_wp*self%height)*self%axis
    end subroutine distance_and_normal
-
-   pure logical function is_convex(self)
-      class(cylinder_t), intent(in) :: self
-      is_convex = .true.
-   end function is_convex
 
    pure subroutine bounding_box(self, lower, upper)
       class(cylinder_t), intent(in) :: self

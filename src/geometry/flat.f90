@@ -2,19 +2,18 @@
 module m_flat
    use m_kinds, only: wp
    use m_group_reader, only: group_reader_t
-   use m_shape, only: shape_t
+   use m_shape, only: convex_t
    use m_value_range, only: above
    use m_vectors, only: split_along
    implicit none
    private
    public :: flat_t
 
-   type, extends(shape_t) :: flat_t
+   type, extends(convex_t) :: flat_t
       real(wp) :: radius = 0.0_wp !< m
    contains
       procedure :: variables
       procedure :: distance_and_normal
-      procedure :: is_convex
    end type flat_t
 
 contains
@@ -44,10 +43,5 @@ contains
          normal = radial
       end if
    end subroutine distance_and_normal
-
-   pure logical function is_convex(self)
-      class(flat_t), intent(in) :: self
-      is_convex = .true.
-   end function is_convex
 
 end module m_flat

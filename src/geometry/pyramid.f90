@@ -2,7 +2,7 @@
 module m_pyramid
    use m_kinds, only: wp
    use m_vectors, only: cross, part_across
-   use m_shape, only: shape_t
+   use m_shape, only: convex_t
    implicit none
    private
    public :: pyramid_t
@@ -10,7 +10,7 @@ module m_pyramid
    integer, parameter :: most_faces = 3
    real(wp), parameter :: rounding = 1.0e-12_wp !< a foot so little outside a face, relative to its distance from the tip, is on it
 
-   type, abstract, extends(shape_t) :: pyramid_t
+   type, abstract, extends(convex_t) :: pyramid_t
       real(wp) :: half_angle = 0.0_wp                !< between axis and faces, rad
       real(wp) :: edge(3) = [1.0_wp, 0.0_wp, 0.0_wp] !< its part across the axis turns the faces about the axis
       integer, private :: faces = 0
@@ -19,7 +19,6 @@ module m_pyramid
    contains
       procedure :: prepare
       procedure :: distance_and_normal
-      procedure :: is_convex
       procedure(outwards_interface), deferred :: outwards
    end type pyramid_t
 
@@ -85,10 +84,5 @@ contains
       end do
       normal = normal/distance
    end subroutine distance_and_normal
-
-   pure logical function is_convex(self)
-      class(pyramid_t), intent(in) :: self
-      is_convex = .true.
-   end function is_convex
 
 end module m_pyramid

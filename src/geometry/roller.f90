@@ -2,7 +2,7 @@
 module m_roller
    use m_kinds, only: wp
    use m_group_reader, only: group_reader_t
-   use m_shape, only: shape_t
+   use m_shape, only: convex_t
    use m_shape_variables, only: get_edge
    use m_sphere, only: round
    use m_value_range, only: above
@@ -11,7 +11,7 @@ module m_roller
    private
    public :: roller_t
 
-   type, extends(shape_t) :: roller_t
+   type, extends(convex_t) :: roller_t
       real(wp) :: radius = 0.0_wp                      !< m
       real(wp) :: edge(3) = [1.0_wp, 0.0_wp, 0.0_wp]   !< its part across the axis is the direction of the centre line
       real(wp), private :: along(3) = 0.0_wp           !< that direction, a unit vector
@@ -19,7 +19,6 @@ module m_roller
       procedure :: variables
       procedure :: prepare
       procedure :: distance_and_normal
-      procedure :: is_convex
    end type roller_t
 
 contains
@@ -45,10 +44,5 @@ contains
       call round(place - dot_product(place, self%along)*self%along + self%radius*self%axis, self%radius, self%axis, &
                  distance, normal)
    end subroutine distance_and_normal
-
-   pure logical function is_convex(self)
-      class(roller_t), intent(in) :: self
-      is_convex = .true.
-   end function is_convex
 
 end module m_roller

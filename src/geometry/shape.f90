@@ -8,7 +8,7 @@ module m_shape
    use m_offer, only: offer_t
    implicit none
    private
-   public :: shape_t
+   public :: shape_t, convex_t
 
    type, abstract, extends(offer_t) :: shape_t
       logical :: of_tool = .false. !< the tool says where it is
@@ -27,6 +27,12 @@ module m_shape
       procedure :: thinnest
       procedure :: place_name
    end type shape_t
+
+   !> A shape whose distance is a convex function of the place: searches are then faster. Any other is right too.
+   type, abstract, extends(shape_t) :: convex_t
+   contains
+      procedure :: is_convex => is_convex_here
+   end type convex_t
 
    abstract interface
       !> Signed distance (m) of a place (m) from the surface, and the outward unit normal of the surface at its nearest point.
@@ -47,11 +53,16 @@ contains
       self%axis = axis
    end subroutine prepare
 
-   !> True where the distance is a convex function of the place: searches are then faster. Who does not say so is right too.
+   !> True where the distance is known to be a convex function of the place.
    pure logical function is_convex(self)
       class(shape_t), intent(in) :: self
       is_convex = .false.
    end function is_convex
+
+   pure logical function is_convex_here(self) result(is_convex)
+      class(convex_t), intent(in) :: self
+      is_convex = .true.
+   end function is_convex_here
 
    !> Smallest box along the grid around the shape, m. Tools need none.
    pure subroutine bounding_box(self, lower, upper)

@@ -4,19 +4,18 @@ module m_sphere
    use m_constants, only: pi
    use m_group_reader, only: group_reader_t
    use m_value_range, only: any_value, above
-   use m_shape, only: shape_t
+   use m_shape, only: convex_t
    implicit none
    private
    public :: sphere_t, round
 
-   type, extends(shape_t) :: sphere_t
+   type, extends(convex_t) :: sphere_t
       real(wp) :: center(3) = 0.0_wp !< m
       real(wp) :: radius = 0.0_wp    !< m
    contains
       procedure :: variables
       procedure :: prepare
       procedure :: distance_and_normal
-      procedure :: is_convex
       procedure :: bounding_box
       procedure :: inside
       procedure :: volume
@@ -60,11 +59,6 @@ contains
       end if
       distance = distance - radius
    end subroutine round
-
-   pure logical function is_convex(self)
-      class(sphere_t), intent(in) :: self
-      is_convex = .true.
-   end function is_convex
 
    pure subroutine bounding_box(self, lower, upper)
       class(sphere_t), intent(in) :: self
