@@ -29,13 +29,17 @@ def indented_body(case, tool):
             front = sum(min(corners[:, i] * axis[i]) for i in range(3))
         elif shape == "sphere":
             front = np.dot(body["center"], axis) - body["radius"][0]
-        else:
+        elif shape == "cylinder":
             own = np.array(body.get("axis", [0.0, 0.0, 1.0]))
             own /= np.linalg.norm(own)
             ends = np.array([body["center"], body["center"] + own * body["height"][0]]) @ axis
             front = min(ends) - body["radius"][0] * math.sqrt(max(0.0, 1 - np.dot(own, axis) ** 2))
+        else:
+            continue  # a shape of the user's own
         if front - np.dot(tip, axis) < gap:
             nearest, gap = body, front - np.dot(tip, axis)
+    if nearest is None:
+        raise Unreadable("the scene has no body whose surface is known: a box, sphere or cylinder")
     return nearest, gap
 
 

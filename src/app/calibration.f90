@@ -2,6 +2,7 @@
 !> will be.
 module m_calibration
    use mpi_f08, only: MPI_COMM_SELF
+   use m_box, only: box_t
    use m_kinds, only: wp, i8
    use m_errors, only: error_t
    use m_communicator, only: communicator_t
@@ -302,8 +303,7 @@ contains
       allocate (sample%bodies(1), sample%tools(0), sample%probes(0), sample%levels(0), sample%effects(0))
       sample%bodies(1)%name = 'sample'
       sample%bodies(1)%material = 1
-      sample%bodies(1)%lower = 4*scene%grid%cell_size
-      sample%bodies(1)%upper = (4 + cells)*scene%grid%cell_size
+      sample%bodies(1)%shape = box_t(lower=4*scene%grid%cell_size*[1, 1, 1], upper=(4 + cells)*scene%grid%cell_size*[1, 1, 1])
       sample%bodies(1)%particles_per_cell = particles_per_cell
       own%comm = MPI_COMM_SELF
       call model%build(own, sample, error)

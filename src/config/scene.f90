@@ -3,19 +3,13 @@
 module m_scene
    use m_kinds, only: wp
    use m_offer, only: offer_t, offer_slot_t
+   use m_shape, only: shape_t
    implicit none
    private
 
    integer, parameter, public :: boundary_free = 0, boundary_symmetry = 1, boundary_roller = 2, boundary_fixed = 3
    integer, parameter, public :: update_usl = 1, update_usf = 2, update_musl = 3
    integer, parameter, public :: domain_by_law = 0, domain_fixed = 1, domain_stretch = 2, domain_corners = 3
-   integer, parameter, public :: shape_box = 1, shape_sphere = 2, shape_cylinder = 3
-   integer, parameter, public :: tool_sphere = 1, tool_cone = 2, tool_flat = 3, tool_berkovich = 4, &
-                                tool_cylinder = 5, tool_wedge = 6
-   integer, parameter, public :: tool_pointed(3) = [tool_cone, tool_berkovich, tool_wedge]  !< shapes with a half angle
-   integer, parameter, public :: tool_round(3) = [tool_sphere, tool_flat, tool_cylinder]    !< with a radius
-   integer, parameter, public :: tool_edged(3) = [tool_berkovich, tool_cylinder, tool_wedge] !< that a turn about the axis changes
-
    integer, parameter, public :: criterion_none = 0, criterion_stress = 1, criterion_strain = 2
 
    !> &grid: the background grid. Sides in the order x- x+ y- y+ z- z+.
@@ -55,13 +49,7 @@ module m_scene
    type, public :: body_spec_t
       character(len=:), allocatable :: name
       integer :: material = 0            !< index into scene_t%materials
-      integer :: shape = shape_box
-      real(wp) :: lower(3) = 0.0_wp      !< box, m
-      real(wp) :: upper(3) = 0.0_wp      !< box, m
-      real(wp) :: center(3) = 0.0_wp     !< sphere: its centre; cylinder: centre of its base, m
-      real(wp) :: radius = 0.0_wp        !< sphere, cylinder, m
-      real(wp) :: height = 0.0_wp        !< cylinder, m
-      real(wp) :: axis(3) = [0.0_wp, 0.0_wp, 1.0_wp] !< cylinder, unit vector from base to top
+      class(shape_t), allocatable :: shape
       integer :: particles_per_cell = 8  !< 1, 8, 27
       real(wp) :: velocity(3) = 0.0_wp   !< m/s
       real(wp) :: angular_velocity(3) = 0.0_wp !< rad/s about the body's own centre
@@ -70,13 +58,9 @@ module m_scene
    !> &tool
    type, public :: tool_spec_t
       character(len=:), allocatable :: name
-      integer :: shape = tool_sphere
-      real(wp) :: radius = 0.0_wp        !< sphere, flat, cylinder, m
-      real(wp) :: half_angle = 0.0_wp    !< cone, wedge, berkovich: between axis and surface, rad
+      class(shape_t), allocatable :: shape
       real(wp) :: tip(3) = 0.0_wp        !< the foremost point at the start, m
       real(wp) :: axis(3) = [0.0_wp, 0.0_wp, -1.0_wp] !< unit vector, the direction in which the tool points and moves
-      real(wp) :: edge(3) = [1.0_wp, 0.0_wp, 0.0_wp] !< its part across the axis is the line of a cylinder, the ridge of a wedge,
-                                                    !< the way from the axis to the first face of a berkovich
       real(wp), allocatable :: times(:)  !< s, rising; before the first and after the last the speed or load is held
       real(wp), allocatable :: speeds(:) !< m/s along the axis, linear in between; or
       real(wp), allocatable :: loads(:)  !< N along the axis on the tool, for the modelled part of the body

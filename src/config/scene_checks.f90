@@ -8,13 +8,15 @@ module m_scene_checks
    use m_text, only: exact_text, to_text
    use m_scene
    use m_scene_level_checks, only: check_levels
-   use m_scene_shapes, only: body_extent, body_distance, bodies_overlap, tool_overlaps
+   use m_shape, only: shape_t
+   use m_overlap, only: overlap
    implicit none
    private
    public :: check_scene, safety_limit, largest_safety
 
    real(wp), parameter :: whole = 1.0e-9_wp     !< a length is so near, relatively, to a whole number of cells
    real(wp), parameter :: touching = 1.0e-6_wp  !< what overlaps by less than this share of a cell only touches
+   real(wp), parameter :: resolved = 2.0e-2_wp  !< so does, where a shape is not convex, what overlaps by less than this share of a cell
    real(wp), parameter :: most_cells = 2.0e9_wp
    integer, parameter :: most_tries = 100000    !< cell sizes looked at to find those that divide the grid
    integer, parameter :: shown_digits = 10
@@ -103,64 +105,47 @@ contains
       type(scene_t), intent(in) :: scene
       integer, intent(in) :: i
       type(error_t), intent(inout) :: error
-      real(wp) :: lower(3), upper(3), inner_lower(3), inner_upper(3), slack, particle, thinnest
+      real(wp) :: lower(3), upper(3), inner_lower(3), inner_upper(3), slack, particle, thickness
       character(len=:), allocatable :: variable
-      associate (body => scene%bodies(i), grid => scene%grid)
-         variable = 'center'
-         if (body%shape == shape_box) variable = 'upper'
-         if (body%shape == shape_box .and. any(body%upper <= body%lower)) then
-            call fail(error, exit_input, text%place('body', i, 'upper')//': must be above lower='//reals_text(body%lower)// &
-                      ' in every direction')
-         end if
-         call body_extent(body, lower, upper)
+      associate (body => scene%bodies(i), shape => scene%bodies(i)%shape, grid => scene%grid)
+         call shape%bounding_box(lower, upper)
          inner_lower = lower
          inner_upper = upper
-         if (body%shape /= shape_box) then ! a symmetry plane may cut a round body
+         if (.not. shape%is_lattice()) then ! a symmetry plane may cut it
             where (grid%boundary(1:5:2) == boundary_symmetry) inner_lower = max(lower, min(grid%lower, upper))
             where (grid%boundary(2:6:2) == boundary_symmetry) inner_upper = min(upper, max(grid%upper, lower))
          end if
          slack = touching*grid%cell_size
-         if (body%shape == shape_box .and. any(lower < grid%lower - slack)) variable = 'lower'
          if (any(inner_lower < grid%lower - slack) .or. any(inner_upper > grid%upper + slack)) then
+            variable = shape%place_name(down=any(lower < grid%lower - slack))
             call fail(error, exit_input, text%place('body', i, variable)//': the body spans '//reals_text(lower, 6)//' to '// &
                       reals_text(upper, 6)//' m; allowed: inside the grid, '//reals_text(grid%lower, 6)//' to '// &
                       reals_text(grid%upper, 6)//' m')
          end if
          particle = grid%cell_size/nint(body%particles_per_cell**(1.0_wp/3.0_wp))
-         select case (body%shape)
-         case (shape_box)
-            variable = 'upper'
-            thinnest = minval(body%upper - body%lower)
-         case default
-            variable = 'radius'
-            thinnest = 2.0_wp*body%radius
-         end select
-         if (body%shape == shape_cylinder .and. body%height < thinnest) then
-            variable = 'height'
-            thinnest = body%height
-         end if
-         if (body%shape == shape_box) call check_whole_particles(text%place('body', i, 'upper'), body, particle, error)
-         if (thinnest >= particle*(1.0_wp - whole)) return
-         call fail(error, exit_input, text%place('body', i, variable)//': the body is '//to_text(thinnest, 6)// &
+         call shape%thinnest(thickness, variable)
+         if (shape%is_lattice()) call check_whole_particles(text%place('body', i, variable), lower, upper, particle, error)
+         if (thickness >= particle*(1.0_wp - whole)) return
+         call fail(error, exit_input, text%place('body', i, variable)//': the body is '//to_text(thickness, 6)// &
                    ' m thick; allowed: at least one particle, '//to_text(particle, 6)//' m')
       end associate
    end subroutine check_body
 
    !> The edges of a box are whole numbers of particles, so that its mass is exact.
-   subroutine check_whole_particles(place, body, particle, error)
+   subroutine check_whole_particles(place, lower, upper, particle, error)
       character(len=*), intent(in) :: place !< line, group and variable
-      type(body_spec_t), intent(in) :: body
+      real(wp), intent(in) :: lower(3), upper(3)
       real(wp), intent(in) :: particle      !< edge of a particle, m
       type(error_t), intent(inout) :: error
       character(len=1), parameter :: axes(3) = ['x', 'y', 'z']
       real(wp) :: count
       integer :: axis
       do axis = 1, 3
-         count = (body%upper(axis) - body%lower(axis))/particle
+         count = (upper(axis) - lower(axis))/particle
          if (count < 1.0_wp .or. abs(count - anint(count)) <= 1.0e-6_wp*count) cycle
          call fail(error, exit_input, place//': the box is '//to_text(count, 6)//' particles of '//to_text(particle, 6)// &
                    ' m long in '//axes(axis)//'; allowed: a whole number, nearest '//axes(axis)//'='// &
-                   to_text(body%lower(axis) + anint(count)*particle, 9))
+                   to_text(lower(axis) + anint(count)*particle, 9))
          return
       end do
    end subroutine check_whole_particles
@@ -200,23 +185,26 @@ contains
       type(namelist_text_t), intent(in) :: text
       type(scene_t), intent(in) :: scene
       type(error_t), intent(inout) :: error
-      character(len=:), allocatable :: variable
-      real(wp) :: tolerance
+      class(shape_t), allocatable :: shape
+      real(wp) :: thin, coarse
       integer :: i, k
-      tolerance = touching*scene%grid%cell_size
+      thin = touching*scene%grid%cell_size
+      coarse = resolved*scene%grid%cell_size
       do i = 1, size(scene%bodies)
-         variable = 'center'
-         if (scene%bodies(i)%shape == shape_box) variable = 'lower'
          do k = 1, i - 1
-            if (.not. bodies_overlap(scene%bodies(i), scene%bodies(k), tolerance)) cycle
-            call fail(error, exit_input, text%place('body', i, variable)//': the body '//scene%bodies(i)%name// &
-                      ' overlaps the body '//scene%bodies(k)%name//' on '//text%line_of('body', k)//'; bodies must not overlap')
+            if (.not. overlap(scene%bodies(i)%shape, scene%bodies(k)%shape, [0.0_wp, 0.0_wp, 0.0_wp], thin, coarse)) cycle
+            call fail(error, exit_input, text%place('body', i, scene%bodies(i)%shape%place_name(down=.true.))// &
+                      ': the body '//scene%bodies(i)%name//' overlaps the body '//scene%bodies(k)%name//' on '// &
+                      text%line_of('body', k)//'; bodies must not overlap')
             return
          end do
       end do
       do i = 1, size(scene%tools)
+         if (allocated(shape)) deallocate (shape)
+         allocate (shape, source=scene%tools(i)%shape)
+         call shape%prepare(scene%tools(i)%axis)
          do k = 1, size(scene%bodies)
-            if (.not. tool_overlaps(scene%tools(i), scene%bodies(k), tolerance)) cycle
+            if (.not. overlap(scene%bodies(k)%shape, shape, scene%tools(i)%tip, thin, coarse)) cycle
             call fail(error, exit_input, text%place('tool', i, 'tip')//': the tool '//scene%tools(i)%name// &
                       ' starts inside the body '//scene%bodies(k)%name//' on '//text%line_of('body', k)// &
                       '; a tool must start outside every body')
@@ -232,7 +220,7 @@ contains
       type(error_t), intent(inout) :: error
       integer :: i, k
       do i = 1, size(scene%probes)
-         if (any([(body_distance(scene%bodies(k), scene%probes(i)%position) <= touching*scene%grid%cell_size, &
+         if (any([(scene%bodies(k)%shape%distance(scene%probes(i)%position) <= touching*scene%grid%cell_size, &
                    k=1, size(scene%bodies))])) cycle
          call fail(error, exit_input, text%place('probe', i, 'position')//': must lie inside a body')
       end do

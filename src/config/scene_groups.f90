@@ -2,7 +2,7 @@
 !> Each describe_* both reads its group and writes it (see m_group_reader): what it gives to the reader are the values as they are.
 module m_scene_groups
    use m_kinds, only: wp
-   use m_constants, only: pi, exit_input
+   use m_constants, only: exit_input
    use m_errors, only: error_t, fail
    use m_group_reader, only: group_reader_t, name_length
    use m_namelist_text, only: namelist_text_t
@@ -10,6 +10,9 @@ module m_scene_groups
    use m_text, only: to_text
    use m_scene
    use m_scene_words
+   use m_shape, only: shape_t
+   use m_shape_variables, only: make_unit
+   use m_shapes, only: known_shapes
    use m_value_range, only: above, at_least, any_value
    use m_words, only: advice, joined, lower_case
    implicit none
@@ -21,9 +24,7 @@ module m_scene_groups
    real(wp), parameter :: largest_friction = 10.0_wp
    integer, parameter :: fewest_cells = 10**3 !< of a box that a criterion places: four cells along each axis, five beside a side
    integer, parameter :: most_retries = 20 ! a millionth of the time step
-   real(wp), parameter :: berkovich_angle = 65.27_wp !< degrees between axis and face
    real(wp), parameter :: default_every_wall = 600.0_wp !< s
-   real(wp), parameter :: parallel = 1.0e-12_wp      !< one minus the cosine of directions that are taken for one
 
 contains
 
@@ -309,13 +310,12 @@ contains
       if (.not. flip) time%flip_fraction = 0.0_wp
    end subroutine describe_time
 
-   !> What all materials have, then what the law has. Variables of the other laws are known, but may not be used.
+   !> What all materials have, then what the law has.
    subroutine describe_material(group, models, material)
       type(group_reader_t), intent(inout) :: group
       type(offer_slot_t), intent(in) :: models(:)
       type(material_spec_t), intent(inout) :: material
-      class(offer_t), allocatable :: other
-      integer :: model, m
+      integer :: model
       if (.not. allocated(material%name)) material%name = ''
       call group%get_name('name', material%name, required=.true.)
       model = 0
@@ -328,34 +328,38 @@ contains
          if (.not. allocated(material%law)) allocate (material%law, source=models(model)%it)
          call material%law%variables(group)
       end if
-      do m = 1, size(models)
-         if (m == model) cycle
-         allocate (other, source=models(m)%it)
-         call group%others(set_aside=model > 0) ! an unknown model is the fault, not what comes with it
+      call know_others(group, models, model)
+   end subroutine describe_material
+
+   !> Variables of the offers that were not chosen are known, but may not be used.
+   subroutine know_others(group, offers, chosen)
+      type(group_reader_t), intent(inout) :: group
+      type(offer_slot_t), intent(in) :: offers(:)
+      integer, intent(in) :: chosen !< 0: an unknown one, which is the fault then, not what comes with it
+      class(offer_t), allocatable :: other
+      integer :: n
+      do n = 1, size(offers)
+         if (n == chosen) cycle
+         allocate (other, source=offers(n)%it)
+         call group%others(set_aside=chosen > 0)
          call other%variables(group)
          call group%others(set_aside=.false.)
          deallocate (other)
       end do
-   end subroutine describe_material
+   end subroutine know_others
 
    subroutine describe_body(group, material_names, body)
       type(group_reader_t), intent(inout) :: group
       character(len=*), intent(in) :: material_names(:)
       type(body_spec_t), intent(inout) :: body
-      logical :: box, sphere, cylinder
+      type(offer_slot_t), allocatable :: bodies(:), tools(:)
+      integer :: choice
+      call known_shapes(bodies, tools)
       call group%get_name('name', body%name)
       call group%get_choice('material', body%material, material_names, required=.true.)
-      call group%get_choice('shape', body%shape, body_shape_words, required=.true.)
-      box = body%shape == shape_box .or. body%shape == 0 ! an unknown shape is the fault, not what comes with it
-      sphere = body%shape == shape_sphere .or. body%shape == 0
-      cylinder = body%shape == shape_cylinder .or. body%shape == 0
-      call group%get('lower', body%lower, any_value('m'), required=.true., used=box)
-      call group%get('upper', body%upper, any_value('m'), required=.true., used=box)
-      call group%get('center', body%center, any_value('m'), required=.true., used=sphere .or. cylinder)
-      call group%get('radius', body%radius, above(0.0_wp, 'm'), required=.true., used=sphere .or. cylinder)
-      call group%get('height', body%height, above(0.0_wp, 'm'), required=.true., used=cylinder)
-      call group%get('axis', body%axis, any_value(''), used=cylinder)
-      call make_unit(group, body%axis)
+      call choose_shape(group, bodies, body%shape, choice)
+      if (choice > 0) call body%shape%variables(group)
+      call know_others(group, bodies, choice)
       call group%get_option('particles_per_cell', body%particles_per_cell, [1, 8, 27])
       call group%get('velocity', body%velocity, any_value('m/s'))
       call group%get('angular_velocity', body%angular_velocity, any_value('rad/s'))
@@ -364,54 +368,40 @@ contains
    subroutine describe_tool(group, tool)
       type(group_reader_t), intent(inout) :: group
       type(tool_spec_t), intent(inout) :: tool
-      real(wp) :: degrees
-      logical :: any_shape
+      type(offer_slot_t), allocatable :: bodies(:), tools(:)
+      integer :: choice
+      call known_shapes(bodies, tools)
       call group%get_name('name', tool%name)
-      call group%get_choice('shape', tool%shape, tool_shape_words, required=.true.)
-      any_shape = tool%shape == 0 ! an unknown shape is the fault, not what comes with it
-      degrees = degrees_of(tool%half_angle)
-      if (tool%shape == tool_berkovich .and. degrees <= 0.0_wp) degrees = berkovich_angle
-      call group%get('half_angle', degrees, above(0.0_wp, 'degrees', below=90.0_wp), required=tool%shape /= tool_berkovich, &
-                     used=any(tool%shape == tool_pointed) .or. any_shape)
-      tool%half_angle = degrees*(pi/180.0_wp)
-      call group%get('radius', tool%radius, above(0.0_wp, 'm'), required=.true., &
-                     used=any(tool%shape == tool_round) .or. any_shape)
+      call choose_shape(group, tools, tool%shape, choice)
       call group%get('tip', tool%tip, any_value('m'), required=.true.)
       call group%get('axis', tool%axis, any_value(''))
       call make_unit(group, tool%axis)
-      if (along_axis(tool)) tool%edge = [0.0_wp, 1.0_wp, 0.0_wp] ! where the axis is the x axis
-      call group%get('edge', tool%edge, any_value(''), used=any(tool%shape == tool_edged) .or. any_shape)
-      if (along_axis(tool)) &
-         call group%refuse('edge', 'must not be 0,0,0 or parallel to the axis')
+      if (choice > 0) then
+         tool%shape%axis = tool%axis
+         call tool%shape%variables(group)
+      end if
+      call know_others(group, tools, choice)
       call read_tool_motion(group, tool)
       call group%get('penetration_factor', tool%penetration_factor, at_least(0.0_wp, '', at_most=largest_penetration_factor))
       call group%get('friction', tool%friction, at_least(0.0_wp, '', at_most=largest_friction))
    end subroutine describe_tool
 
-   !> True when the direction of a tool's edge has no part across its axis.
-   pure logical function along_axis(tool)
-      type(tool_spec_t), intent(in) :: tool
-      along_axis = norm2(tool%edge - dot_product(tool%edge, tool%axis)*tool%axis) <= sqrt(2.0_wp*parallel)*norm2(tool%edge)
-   end function along_axis
-
-   !> Degrees that read back to exactly this angle in radians: those of the fewest digits, among the neighbours if need be.
-   function degrees_of(radians) result(degrees)
-      real(wp), intent(in) :: radians
-      real(wp) :: degrees, nearest
-      character(len=:), allocatable :: text
-      integer :: digits, step
-      nearest = radians*(180.0_wp/pi)
-      do digits = 1, 17
-         text = to_text(nearest, digits)
-         read (text, *) degrees
-         if (abs(degrees*(pi/180.0_wp) - radians) <= 0.0_wp) return
-      end do
-      do step = -4, 4
-         degrees = nearest + step*spacing(nearest)
-         if (abs(degrees*(pi/180.0_wp) - radians) <= 0.0_wp) return
-      end do
-      degrees = nearest
-   end function degrees_of
+   !> Which of the shapes it is; 0: an unknown one.
+   subroutine choose_shape(group, shapes, shape, choice)
+      type(group_reader_t), intent(inout) :: group
+      type(offer_slot_t), intent(in) :: shapes(:)
+      class(shape_t), allocatable, intent(inout) :: shape
+      integer, intent(out) :: choice
+      integer :: s
+      choice = 0
+      if (allocated(shape)) choice = findloc([(same_type_as(shapes(s)%it, shape), s=1, size(shapes))], .true., dim=1)
+      call group%get_choice('shape', choice, offered_names(shapes), required=.true.)
+      if (choice == 0 .or. allocated(shape)) return
+      select type (known => shapes(choice)%it)
+      class is (shape_t)
+         allocate (shape, source=known)
+      end select
+   end subroutine choose_shape
 
    !> What moves a tool: speeds, or loads on its mass.
    subroutine read_tool_motion(group, tool)
@@ -450,18 +440,6 @@ contains
       if (size(times) /= count) call group%refuse(name, 'must be as many numbers as times, '//to_text(size(times))//'; '// &
                                                   to_text(count)//' given')
    end subroutine check_table
-
-   !> Give an axis the length 1. One that has it keeps its bits, so that what is written reads back the same.
-   subroutine make_unit(group, axis)
-      type(group_reader_t), intent(inout) :: group
-      real(wp), intent(inout) :: axis(3)
-      if (maxval(abs(axis)) <= 0.0_wp) then
-         call group%refuse('axis', 'must not be 0,0,0')
-      else if (abs(sum(axis**2) - 1.0_wp) > 8.0_wp*epsilon(1.0_wp)) then
-         axis = axis/maxval(abs(axis))
-         axis = axis/norm2(axis)
-      end if
-   end subroutine make_unit
 
    !> The box of a level and what moves it, if anything does.
    subroutine describe_level(group, tools, level)

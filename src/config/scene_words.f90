@@ -12,9 +12,6 @@ module m_scene_words
    character(len=*), parameter, public :: velocity_update_words(2) = [character(len=4) :: 'flip', 'pic']
    character(len=*), parameter, public :: transfer_words(2) = [character(len=6) :: 'affine', 'plain']
    character(len=*), parameter, public :: domain_words(3) = [character(len=7) :: 'fixed', 'stretch', 'corners']
-   character(len=*), parameter, public :: body_shape_words(3) = [character(len=8) :: 'box', 'sphere', 'cylinder']
-   character(len=*), parameter, public :: tool_shape_words(6) = [character(len=9) :: 'sphere', 'cone', 'flat', 'berkovich', &
-                                                                   'cylinder', 'wedge']
    character(len=*), parameter, public :: criterion_words(3) = [character(len=6) :: 'none', 'stress', 'strain']
    character(len=*), parameter, public :: format_words(3) = [character(len=7) :: 'hdf5', 'tecplot', 'none']
 

@@ -158,8 +158,9 @@ contains
       real(wp) :: far        !< no candidate's centre is, as long as a fixed domain's contact point is no edge away from it, m
       real(wp) :: gap(bins), normal(3, bins), middle(3, bins) !< the middle of a bin that is near, m; the tool from there
       logical :: holds(bins), is_near(bins)  !< a bin has particles; and some may be near enough
-      real(wp) :: centre(3), gap_centre, normal_centre(3), half_diagonal, half_row
+      real(wp) :: centre(3), gap_centre, normal_centre(3), half_diagonal, half_row, row
       integer :: bin, first, p
+      logical :: convex
       reach = min(fastest*level%grid%cell, &
                   margin*thick + time_step*(fastest_node(level%nodes(:, :, :, :, b)) + norm2(tool%velocity())))
       far = merge(tool%spec%penetration_factor, 1.0_wp, deform(level))*thick + reach
@@ -168,10 +169,12 @@ contains
       associate (block => level%blocks(b))
          centre = block%origin + half_row
          call tool%gap_and_normal(centre, gap_centre, normal_centre)
+         convex = tool%spec%shape%is_convex()
+         row = merge(abs(normal_centre(1)), 1.0_wp, convex)*half_row ! no gap of a row is smaller by more than in its middle
          do first = 1, bins, block_size ! of a row along x
             middle(:, first) = block%origin + bin_place(first)*level%grid%cell
             is_near(first:first + block_size - 1) = &
-               .not. surely_beyond(far + half_diagonal + abs(normal_centre(1))*half_row, gap_centre, normal_centre, &
+               .not. surely_beyond(convex, far + half_diagonal + row, gap_centre, normal_centre, &
                                    middle(:, first) + [half_row, 0.0_wp, 0.0_wp] - centre)
          end do
          if (.not. any(is_near)) return
@@ -183,7 +186,8 @@ contains
             is_near(bin) = is_near(bin) .and. holds(bin)
             if (.not. is_near(bin)) cycle
             middle(:, bin) = block%origin + bin_place(bin)*level%grid%cell
-            is_near(bin) = .not. surely_beyond(far + half_diagonal, gap_centre, normal_centre, middle(:, bin) - centre)
+            is_near(bin) = .not. surely_beyond(convex, far + half_diagonal, gap_centre, normal_centre, &
+                                               middle(:, bin) - centre)
             if (.not. is_near(bin)) cycle
             call tool%gap_and_normal(middle(:, bin), gap(bin), normal(:, bin))
             is_near(bin) = .not. gap(bin) > far + half_diagonal ! also where it is not a number
@@ -193,7 +197,8 @@ contains
             bin = block%cells%bin(p)
             if (.not. is_near(bin)) cycle
             associate (x => level%layout%position)
-               if (surely_beyond(far, gap(bin), normal(:, bin), block%particles%column(p, x:x + 2) - middle(:, bin))) cycle
+               if (surely_beyond(convex, far, gap(bin), normal(:, bin), &
+                                 block%particles%column(p, x:x + 2) - middle(:, bin))) cycle
             end associate
             call self%consider(tool, level, materials, time_step, [b, p, bin, t], reach, overlap)
          end do
@@ -256,15 +261,21 @@ contains
       if (deform(level)) widest = longest_thickness*level%grid%cell
       centre = 0.5_wp*(block%lowest + block%highest)
       call tool%gap_and_normal(centre, gap, normal)
-      can_touch = .not. surely_beyond(widest + fastest*level%grid%cell, gap, normal, &
+      can_touch = .not. surely_beyond(tool%spec%shape%is_convex(), widest + fastest*level%grid%cell, gap, normal, &
                                       -sign(0.5_wp*(block%highest - block%lowest), normal))
    end function can_touch
 
-   !> True where the gap at a place outside a tool and its normal tell that the gap is above a limit some way off: tools are convex,
-   !> so a gap is nowhere smaller than it is foretold so. Most bins of a block and most particles of a bin need not be asked then.
-   pure logical function surely_beyond(limit, gap, normal, way)
+   !> True where the gap at a place outside a tool and its normal tell that the gap is above a limit some way off. At a convex tool the
+   !> gap is nowhere smaller than it is foretold so; at any other it shrinks by no more than the way. Most bins of a block and most
+   !> particles of a bin need not be asked then.
+   pure logical function surely_beyond(convex, limit, gap, normal, way)
+      logical, intent(in) :: convex
       real(wp), intent(in) :: limit, gap, normal(3), way(3) !< m
-      surely_beyond = gap > 0.0_wp .and. gap + dot_product(normal, way) > limit
+      if (convex) then
+         surely_beyond = gap > 0.0_wp .and. gap + dot_product(normal, way) > limit
+      else
+         surely_beyond = gap - norm2(way) > limit
+      end if
    end function surely_beyond
 
    !> Number of particles of a block that a tool pressed in the last step.

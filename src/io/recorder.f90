@@ -43,7 +43,7 @@ module m_recorder
       integer :: snapshots = 0, rows = 0
       integer :: rows_since_mark = 0
       integer(i8) :: last_snapshot = -1 !< step of it
-      real(wp) :: shown = 0.0_wp        !< wall time when rows were last restricted to the system, s
+      real(wp) :: shown = 0.0_wp        !< wall time when rows were last handed to the system, s
       type(error_t) :: late             !< of rank 0, from then: the ranks agree on it with the next row
       type(history_t), allocatable :: tools(:), probes(:)
       type(history_t) :: energy

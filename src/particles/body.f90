@@ -1,15 +1,15 @@
 !> Filling bodies with particles: a cubic lattice of particles, those whose centre lies in the shape.
 module m_body
    use m_kinds, only: wp, i4, i8
-   use m_constants, only: block_size, pi
-   use m_scene, only: body_spec_t, shape_box, shape_sphere, shape_cylinder
+   use m_constants, only: block_size
+   use m_scene, only: body_spec_t
    use m_grid_level, only: grid_level_t
    use m_level, only: level_t
    use m_block, only: block_t
    use m_split, only: must_split, octant_of, child_id
    implicit none
    private
-   public :: lattice_extent, fill_block, count_in_block, expected_count, body_center
+   public :: lattice_extent, fill_block, count_in_block, expected_count
 
    !> The lattice of a body: particle (i,j,k) has its centre at anchor + (i + 1/2, ...) spacing, first <= i <= last.
    type :: lattice_t
@@ -77,12 +77,8 @@ contains
       type(body_spec_t), intent(in) :: spec
       type(grid_level_t), intent(in) :: grid
       real(wp) :: lower(3), upper(3), share
-      call bounds(spec, lower, upper)
-      select case (spec%shape)
-      case (shape_sphere); share = pi/6.0_wp
-      case (shape_cylinder); share = pi*spec%radius**2*spec%height/product(upper - lower)
-      case default; share = 1.0_wp
-      end select
+      call spec%shape%bounding_box(lower, upper)
+      share = spec%shape%volume()/product(upper - lower)
       n = share*spec%particles_per_cell*product(max(0.0_wp, min(upper, grid%upper) - max(lower, grid%lower))/grid%cell)
    end function expected_count
 
@@ -115,7 +111,7 @@ contains
             do i = low(1), high(1)
                root%x = lattice%anchor + (real([i, j, k], wp) + 0.5_wp)*lattice%spacing
                if (any(root%x < levels(1)%grid%lower) .or. any(root%x > levels(1)%grid%upper)) cycle ! a symmetry plane cuts it
-               if (.not. inside(spec, root%x)) cycle
+               if (.not. spec%shape%inside(root%x)) cycle
                root%id = 1 + (i - lattice%first(1)) + extent(1)*((j - lattice%first(2)) + extent(2)*(k - lattice%first(3)))
                call settle_down(levels, 1, l, place, root, births)
             end do
@@ -176,7 +172,7 @@ contains
       real(wp), intent(out) :: values(:)
       real(wp) :: arm(3)
       values = 0.0_wp
-      arm = birth%x - body_center(spec)
+      arm = birth%x - spec%shape%centre()
       associate (at => level%layout, w => spec%angular_velocity)
          values(at%position:at%position + 2) = birth%x
          values(at%velocity:at%velocity + 2) = spec%velocity &
@@ -191,7 +187,7 @@ contains
       end associate
    end subroutine initial_values
 
-   !> The lattice of a body: n particles along a cell, from the lower corner of a box or the centre of a round body.
+   !> The lattice of a body: n particles along a cell, from where its shape says.
    pure type(lattice_t) function body_lattice(spec, cell) result(lattice)
       type(body_spec_t), intent(in) :: spec
       real(wp), intent(in) :: cell !< m
@@ -199,8 +195,8 @@ contains
       integer :: per_edge
       per_edge = nint(real(spec%particles_per_cell, wp)**(1.0_wp/3.0_wp))
       lattice%spacing = cell/per_edge
-      call bounds(spec, lower, upper)
-      lattice%anchor = merge(spec%lower, spec%center, spec%shape == shape_box)
+      call spec%shape%bounding_box(lower, upper)
+      lattice%anchor = spec%shape%lattice_origin()
       lattice%first = floor((lower - lattice%anchor)/lattice%spacing + 1.0e-6_wp, i8)
       lattice%last = ceiling((upper - lattice%anchor)/lattice%spacing - 1.0e-6_wp, i8) - 1
    end function body_lattice
@@ -231,51 +227,5 @@ contains
       low = max(lattice%first, floor((from - lattice%anchor)/lattice%spacing - 0.5_wp, i8))
       high = min(lattice%last, ceiling((to - lattice%anchor)/lattice%spacing - 0.5_wp, i8))
    end subroutine range_in_block
-
-   !> Smallest box around a body.
-   pure subroutine bounds(spec, lower, upper)
-      type(body_spec_t), intent(in) :: spec
-      real(wp), intent(out) :: lower(3), upper(3)
-      real(wp) :: reach(3)
-      select case (spec%shape)
-      case (shape_sphere)
-         lower = spec%center - spec%radius
-         upper = spec%center + spec%radius
-      case (shape_cylinder)
-         reach = spec%radius*sqrt(max(0.0_wp, 1.0_wp - spec%axis**2))
-         lower = spec%center + min(0.0_wp, spec%height*spec%axis) - reach
-         upper = spec%center + max(0.0_wp, spec%height*spec%axis) + reach
-      case default
-         lower = spec%lower
-         upper = spec%upper
-      end select
-   end subroutine bounds
-
-   !> True when a place lies in the body.
-   pure logical function inside(spec, x)
-      type(body_spec_t), intent(in) :: spec
-      real(wp), intent(in) :: x(3) !< m
-      real(wp) :: along
-      select case (spec%shape)
-      case (shape_sphere)
-         inside = sum((x - spec%center)**2) < spec%radius**2
-      case (shape_cylinder)
-         along = dot_product(x - spec%center, spec%axis)
-         inside = along > 0.0_wp .and. along < spec%height .and. sum((x - spec%center)**2) - along**2 < spec%radius**2
-      case default
-         inside = all(x > spec%lower) .and. all(x < spec%upper)
-      end select
-   end function inside
-
-   !> Centre of a body (m), about which it spins.
-   pure function body_center(spec) result(center)
-      type(body_spec_t), intent(in) :: spec
-      real(wp) :: center(3)
-      select case (spec%shape)
-      case (shape_sphere); center = spec%center
-      case (shape_cylinder); center = spec%center + 0.5_wp*spec%height*spec%axis
-      case default; center = 0.5_wp*(spec%lower + spec%upper)
-      end select
-   end function body_center
 
 end module m_body

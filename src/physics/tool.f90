@@ -4,16 +4,14 @@ module m_tool
    use m_piecewise, only: value_at, integral
    use m_vectors, only: tangents
    use m_scene, only: tool_spec_t
-   use m_tool_shape, only: tool_shape_t, make_tool_shape
    implicit none
    private
    public :: tool_t, make_tool
 
    !> A tool that moves along its axis, at given speeds or pushed by given loads. `gap` is the signed distance to its surface:
-   !> positive outside, negative inside. The shapes are convex, so a step that keeps the linearised gap open keeps the gap open.
+   !> positive outside, negative inside. At a convex shape a step that keeps the linearised gap open keeps the gap open.
    type :: tool_t
-      type(tool_spec_t) :: spec
-      type(tool_shape_t) :: shape
+      type(tool_spec_t) :: spec   !< its shape has been prepared
       real(wp) :: travel = 0.0_wp !< along the axis since the start, m
       real(wp) :: speed = 0.0_wp  !< along the axis, m/s
    contains
@@ -33,10 +31,10 @@ module m_tool
 contains
 
    !> A tool at its start.
-   pure type(tool_t) function make_tool(spec) result(tool)
+   type(tool_t) function make_tool(spec) result(tool)
       type(tool_spec_t), intent(in) :: spec
       tool%spec = spec
-      tool%shape = make_tool_shape(spec)
+      call tool%spec%shape%prepare(spec%axis)
       tool%travel = 0.0_wp
       tool%speed = spec%initial_speed
       if (.not. tool%is_pushed()) tool%speed = tool%speed_at(0.0_wp)
@@ -124,7 +122,7 @@ contains
       class(tool_t), intent(in) :: self
       real(wp), intent(in) :: position(3) !< m
       real(wp), intent(out) :: gap, normal(3)
-      call self%shape%gap_and_normal(position - (self%spec%tip + self%travel*self%spec%axis), gap, normal)
+      call self%spec%shape%distance_and_normal(position - (self%spec%tip + self%travel*self%spec%axis), gap, normal)
    end subroutine gap_and_normal
 
    !> How far the tool's surface bends away over a width, m: from the middle of chords of this length to the surface, the mean over

@@ -497,7 +497,7 @@ contains
 
    !> Collective: place the blocks anew by what they hold now, where that pays in so many steps of the coarsest level; where `steps`
    !> are not given, as if no block had an owner. A level alone loses its empty blocks by that; of several levels all stay: which
-   !> blocks are there decides in which order constrained nodes are restricted up, and must not depend on the ranks.
+   !> blocks are there decides in which order constrained nodes are restricted, and must not depend on the ranks.
    subroutine rebalance(self, error, steps)
       class(model_t), intent(inout) :: self
       type(error_t), intent(inout) :: error

@@ -8,7 +8,9 @@ program partners
    use m_errors, only: error_t
    use m_constants, only: block_size
    use m_communicator, only: communicator_t
-   use m_scene, only: scene_t, grid_spec_t, tool_spec_t, tool_sphere
+   use m_box, only: box_t
+   use m_sphere, only: sphere_t
+   use m_scene, only: scene_t, grid_spec_t, tool_spec_t
    use m_grid_level, only: make_grid_level
    use m_level, only: level_t
    use m_partners, only: partners_t, owners_of
@@ -166,9 +168,10 @@ contains
       scene%materials(1) = material_of('aluminium', 'elastic', 2710.0_wp, 70.0e9_wp, 0.33_wp)
       scene%bodies(1)%name = 'beam'
       scene%bodies(1)%material = 1
-      scene%bodies(1)%upper = [64*h, 8*h, 8*h]
-      scene%tools = [tool_spec_t(name='ball', shape=tool_sphere, radius=6*h, tip=[4*h, 4*h, 8*h], axis=[0.0_wp, 0.0_wp, -1.0_wp], &
-                                 times=[0.0_wp], speeds=[500.0_wp])]
+      scene%bodies(1)%shape = box_t(upper=[64*h, 8*h, 8*h])
+      scene%tools = [tool_spec_t(name='ball', tip=[4*h, 4*h, 8*h], axis=[0.0_wp, 0.0_wp, -1.0_wp], times=[0.0_wp], &
+                                 speeds=[500.0_wp])]
+      scene%tools(1)%shape = sphere_t(radius=6*h)
    end subroutine make_scene
 
 end program partners

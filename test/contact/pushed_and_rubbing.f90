@@ -8,7 +8,11 @@ program pushed_and_rubbing
    use m_errors, only: error_t
    use m_communicator, only: communicator_t
    use m_materials, only: material_of
-   use m_scene, only: scene_t, tool_spec_t, boundary_free, boundary_roller, tool_flat, tool_sphere
+   use m_box, only: box_t
+   use m_flat, only: flat_t
+   use m_shape, only: shape_t
+   use m_sphere, only: sphere_t
+   use m_scene, only: scene_t, tool_spec_t, boundary_free, boundary_roller
    use m_model, only: model_t
    use m_energy, only: sums_t, measure
    use m_advance, only: advance
@@ -25,9 +29,9 @@ program pushed_and_rubbing
    call test%start(comm, 'pushed_and_rubbing')
    call void()
    call tube()
-   call momentum(tool_flat, 0.0_wp)
-   call momentum(tool_sphere, 0.0_wp)
-   call momentum(tool_sphere, 0.4_wp)
+   call momentum('punch: ', flat_t(radius=2.0_wp*cell), 0.0_wp)
+   call momentum('sphere: ', sphere_t(radius=2.0_wp*cell), 0.0_wp)
+   call momentum('rough sphere: ', sphere_t(radius=2.0_wp*cell), 0.4_wp)
    call slide(1)
    call slide(2)
    call shove(0.8_wp)
@@ -51,18 +55,17 @@ contains
       scene%materials(1) = material_of('soft', 'elastic', density, young, poisson)
       scene%bodies(1)%name = 'box'
       scene%bodies(1)%material = 1
-      scene%bodies(1)%upper = cell*cells
+      scene%bodies(1)%shape = box_t(upper=cell*cells)
    end function scene_of
 
-   function tool_of(shape, tip, axis, radius, friction) result(tool)
-      integer, intent(in) :: shape
-      real(wp), intent(in) :: tip(3), axis(3), radius, friction
+   function tool_of(shape, tip, axis, friction) result(tool)
+      class(shape_t), intent(in) :: shape
+      real(wp), intent(in) :: tip(3), axis(3), friction
       type(tool_spec_t) :: tool
       tool%name = 'tool'
       tool%shape = shape
       tool%tip = tip
       tool%axis = axis
-      tool%radius = radius
       tool%friction = friction
       tool%penetration_factor = 0.5_wp
    end function tool_of
@@ -116,7 +119,7 @@ contains
       real(wp) :: change, way
       integer :: step
       scene = scene_of([2, 2, 2], [0, 0, 0, 0, 0, 8], 1)
-      scene%tools = [tool_of(tool_sphere, cell*[1, 1, 10], -up, cell, 0.0_wp)]
+      scene%tools = [tool_of(sphere_t(radius=cell), cell*[1, 1, 10], -up, 0.0_wp)]
       scene%tools(1)%times = [0.0_wp, 0.1_wp]
       scene%tools(1)%loads = [10.0_wp, 30.0_wp]
       scene%tools(1)%mass = mass
@@ -148,7 +151,7 @@ contains
       scene = scene_of([2, 2, 4], [0, 0, 0, 0, 0, 4], 1)
       scene%grid%boundary = boundary_roller
       scene%grid%boundary(6) = boundary_free
-      scene%tools = [tool_of(tool_flat, cell*[1, 1, 4], -up, 4.0_wp*cell, 0.0_wp)]
+      scene%tools = [tool_of(flat_t(radius=4.0_wp*cell), cell*[1, 1, 4], -up, 0.0_wp)]
       scene%tools(1)%times = [0.0_wp, rise*dt]
       scene%tools(1)%loads = [0.0_wp, load]
       scene%tools(1)%mass = 10.0_wp
@@ -175,8 +178,9 @@ contains
    end subroutine tube
 
    !> A free block and a pushed tool: momentum of both is the impulse of the load; that of the block alone is what the tool felt.
-   subroutine momentum(shape, friction)
-      integer, intent(in) :: shape
+   subroutine momentum(name, shape, friction)
+      character(len=*), intent(in) :: name
+      class(shape_t), intent(in) :: shape
       real(wp), intent(in) :: friction
       type(scene_t) :: scene
       type(model_t) :: model
@@ -184,12 +188,8 @@ contains
       real(wp), parameter :: dt = 1.0e-3_wp, load = 3000.0_wp, mass = 20.0_wp
       real(wp) :: impulse(3), off(3), rub, side
       integer :: step
-      character(len=:), allocatable :: name
-      name = 'sphere: '
-      if (shape == tool_flat) name = 'punch: '
-      if (friction > 0.0_wp) name = 'rough sphere: '
       scene = scene_of([12, 4, 4], [4, 4, 4, 4, 6, 3], 1)
-      scene%tools = [tool_of(shape, cell*[7, 2, 4], -up, 2.0_wp*cell, friction)]
+      scene%tools = [tool_of(shape, cell*[7, 2, 4], -up, friction)]
       scene%tools(1)%times = [0.0_wp]
       scene%tools(1)%loads = [load]
       scene%tools(1)%mass = mass
@@ -241,7 +241,7 @@ contains
       steps = 350*fineness
       dt = stop_time/steps
       scene = scene_of([6, 2, 3], [1, 3, 1, 1, 1, 9], fineness)
-      scene%tools = [tool_of(tool_flat, cell*[4, 1, 0], up, 20.0_wp*cell, mu)]
+      scene%tools = [tool_of(flat_t(radius=20.0_wp*cell), cell*[4, 1, 0], up, mu)]
       call lift(scene%tools(1), a)
       model = built(scene)
       call set_velocity(model, [v, 0.0_wp, 0.0_wp])
@@ -304,8 +304,8 @@ contains
       integer :: step
       scene = scene_of([6, 4, 3], [2, 5, 1, 1, 1, 9], 1)
       weight = density*72.0_wp*cell**3*a
-      scene%tools = [tool_of(tool_flat, cell*[4, 2, 0], up, 20.0_wp*cell, mu), &
-                     tool_of(tool_flat, cell*[0, 2, 2], [1.0_wp, 0.0_wp, 0.0_wp], 20.0_wp*cell, 0.0_wp)]
+      scene%tools = [tool_of(flat_t(radius=20.0_wp*cell), cell*[4, 2, 0], up, mu), &
+                     tool_of(flat_t(radius=20.0_wp*cell), cell*[0, 2, 2], [1.0_wp, 0.0_wp, 0.0_wp], 0.0_wp)]
       call lift(scene%tools(1), a)
       scene%tools(2)%times = [0.1_wp, 0.2_wp]
       scene%tools(2)%loads = [0.0_wp, share*mu*weight]

@@ -1,12 +1,16 @@
 !> The search for candidates against every particle asked by itself (theory.md, eqs contact-gap, contact-candidates): random
 !> particles in several blocks, node speeds, stresses and tools that move; cubes, some of them thick, boxes that stretch, and
-!> domains that turn. No candidate is lost, none is added, and the deepest overlap is found, also that of particles on their way
-!> out.
+!> domains that turn; convex tools and a ring. No candidate is lost, none is added, and the deepest overlap is found, also that of
+!> particles on their way out.
 program search
    use m_kinds, only: wp
    use m_node_values, only: tile_last
    use m_communicator, only: communicator_t
-   use m_scene, only: scene_t, grid_spec_t, tool_spec_t, boundary_free, tool_sphere, tool_cone, tool_flat
+   use m_scene, only: scene_t, grid_spec_t, tool_spec_t, boundary_free
+   use m_sphere, only: sphere_t
+   use m_cone, only: cone_t
+   use m_flat, only: flat_t
+   use m_ring, only: ring_t
    use m_materials, only: materials_t, make_materials, material_of
    use m_tool, only: tool_t, make_tool
    use m_level, only: level_t
@@ -21,7 +25,6 @@ program search
    integer, parameter :: cells = 24, particles = 8000, cubes = 1, stretching = 2, turning = 3
    real(wp), parameter :: cell = 0.5_wp, time_step = 1.0e-3_wp, young = 1.0e6_wp
    real(wp), parameter :: margin = 0.05_wp, flattening = 0.15_wp ! as in theory.md
-   integer, parameter :: shapes(3) = [tool_sphere, tool_cone, tool_flat]
    type(communicator_t) :: comm
    type(assertions_t) :: test
    type(chance_t) :: chance
@@ -31,8 +34,8 @@ program search
    found = 0
    inside = 0
    do kind = cubes, turning
-      do round = 1, 12
-         call look(kind, shapes(1 + mod(round, 3)))
+      do round = 1, 16
+         call look(kind, mod(round, 4))
       end do
    end do
    print '(3x,a,i0,a,i0)', 'candidates: ', found, '; contact points inside a tool: ', inside
@@ -98,9 +101,12 @@ contains
       integer, intent(in) :: shape
       type(tool_spec_t) :: spec
       spec%name = 'tool'
-      spec%shape = shape
-      spec%radius = chance%between(1.0_wp, 4.0_wp)
-      spec%half_angle = chance%between(0.5_wp, 1.4_wp)
+      select case (shape)
+      case (0); spec%shape = sphere_t(radius=chance%between(1.0_wp, 4.0_wp))
+      case (1); spec%shape = cone_t(half_angle=chance%between(0.5_wp, 1.4_wp))
+      case (2); spec%shape = flat_t(radius=chance%between(1.0_wp, 4.0_wp))
+      case (3); spec%shape = ring_t(radius=chance%between(1.5_wp, 4.0_wp), tube=chance%between(0.5_wp, 1.5_wp))
+      end select
       spec%axis = chance%several(3, -1.0_wp, 1.0_wp)
       spec%axis = spec%axis/norm2(spec%axis)
       spec%tip = 0.5_wp*cells*cell + chance%several(3, -2.0_wp, 2.0_wp)

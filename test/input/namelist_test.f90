@@ -9,15 +9,23 @@ program namelist_test
    use m_kinds, only: wp
    use m_namelist_text, only: namelist_text_t
    use m_number_text, only: read_real, read_integer, number_good, number_none, number_infinite, number_size
-   use m_scene, only: scene_t, body_spec_t, tool_spec_t, shape_box, shape_sphere, shape_cylinder, tool_sphere, &
-                      tool_cone, tool_wedge, tool_edged, &
-                      tool_flat, boundary_fixed, boundary_free, update_musl, criterion_none, criterion_stress, criterion_strain
+   use m_scene, only: scene_t, boundary_fixed, boundary_free, update_musl, criterion_none, criterion_stress, criterion_strain
    use m_offer, only: catalogue_t
    use m_materials, only: known_materials
    use m_effects, only: known_effects
    use m_scene_reader, only: interpret_scene
-   use m_scene_shapes, only: body_extent, body_distance, bodies_overlap, tool_overlaps
-   use m_tool_shape, only: tool_shape_t, make_tool_shape
+   use m_shape, only: shape_t
+   use m_box, only: box_t
+   use m_sphere, only: sphere_t
+   use m_cylinder, only: cylinder_t
+   use m_cone, only: cone_t
+   use m_flat, only: flat_t
+   use m_pyramid, only: pyramid_t
+   use m_berkovich, only: berkovich_t
+   use m_roller, only: roller_t
+   use m_wedge, only: wedge_t
+   use m_ring, only: ring_t
+   use m_overlap, only: overlap
    use m_scene_writer, only: scene_as_namelist
    use m_words, only: edit_distance, nearest_word
    implicit none
@@ -122,67 +130,84 @@ contains
    end subroutine test_words
 
    subroutine test_shapes()
-      type(body_spec_t) :: box, ball, rod
-      type(tool_spec_t) :: tool
-      type(tool_shape_t) :: cone
-      real(wp) :: lower(3), upper(3), gap, normal(3)
-      integer :: i
-      real(wp), parameter :: tolerance = 1.0e-6_wp
-      box%lower = [0.0_wp, 0.0_wp, 0.0_wp]
-      box%upper = [2.0_wp, 1.0_wp, 1.0_wp]
-      ball%shape = shape_sphere
-      ball%center = [1.0_wp, 0.5_wp, 1.5_wp]
-      ball%radius = 0.5_wp
-      rod%shape = shape_cylinder
-      rod%center = [0.0_wp, 0.0_wp, 1.0_wp]
-      rod%axis = [1.0_wp, 0.0_wp, 1.0_wp]/sqrt(2.0_wp)
-      rod%radius = 0.5_wp
-      rod%height = 2.0_wp
-      call test%check_close(body_distance(box, [3.0_wp, 2.0_wp, 0.5_wp]), sqrt(2.0_wp), 1.0e-14_wp, 'shapes: outside a box')
-      call test%check_close(body_distance(box, [1.0_wp, 0.9_wp, 0.5_wp]), -0.1_wp, 1.0e-14_wp, 'shapes: inside a box')
-      call test%check_close(body_distance(rod, rod%center - rod%axis), 1.0_wp, 1.0e-14_wp, 'shapes: below a cylinder')
-      call test%check_close(body_distance(rod, rod%center + rod%axis), -0.5_wp, 1.0e-14_wp, 'shapes: inside a cylinder')
-      call body_extent(rod, lower, upper)
+      type(box_t) :: box
+      type(sphere_t) :: ball
+      type(cylinder_t) :: rod
+      type(cone_t) :: cone
+      type(ring_t) :: ring
+      real(wp), parameter :: middle(2) = [1.0_wp, 0.5_wp], angle = 70.3_wp*pi/180.0_wp, down(3) = [0.0_wp, 0.0_wp, -1.0_wp]
+      real(wp) :: lower(3), upper(3)
+      box = box_t(upper=[2.0_wp, 1.0_wp, 1.0_wp])
+      ball = sphere_t(center=[middle, 1.5_wp], radius=0.5_wp)
+      rod = cylinder_t(center=[0.0_wp, 0.0_wp, 1.0_wp], axis=[1.0_wp, 0.0_wp, 1.0_wp]/sqrt(2.0_wp), radius=0.5_wp, height=2.0_wp)
+      call test%check_close(box%distance([3.0_wp, 2.0_wp, 0.5_wp]), sqrt(2.0_wp), 1.0e-14_wp, 'shapes: outside a box')
+      call test%check_close(box%distance([1.0_wp, 0.9_wp, 0.5_wp]), -0.1_wp, 1.0e-14_wp, 'shapes: inside a box')
+      call test%check_close(rod%distance(rod%center - rod%axis), 1.0_wp, 1.0e-14_wp, 'shapes: below a cylinder')
+      call test%check_close(rod%distance(rod%center + rod%axis), -0.5_wp, 1.0e-14_wp, 'shapes: inside a cylinder')
+      call rod%bounding_box(lower, upper)
       call test%check_close(lower, [-sqrt(0.125_wp), -0.5_wp, 1.0_wp - sqrt(0.125_wp)], 1.0e-14_wp, 'shapes: extent below')
       call test%check_close(upper, [sqrt(2.0_wp) + sqrt(0.125_wp), 0.5_wp, 1.0_wp + sqrt(2.0_wp) + sqrt(0.125_wp)], 1.0e-14_wp, &
                             'shapes: extent above')
-      call test%check(.not. bodies_overlap(box, ball, tolerance), 'shapes: a ball on a box')
+      call test%check(.not. bodies_overlap(box, ball), 'shapes: a ball on a box')
       ball%center(3) = 1.5_wp - 1.0e-4_wp
-      call test%check(bodies_overlap(box, ball, tolerance), 'shapes: a ball in a box')
+      call test%check(bodies_overlap(box, ball), 'shapes: a ball in a box')
       ball%center = [2.0_wp, 1.0_wp, 1.0_wp] + 0.5001_wp/sqrt(3.0_wp)
-      call test%check(.not. bodies_overlap(box, ball, tolerance), 'shapes: a ball beside a corner')
+      call test%check(.not. bodies_overlap(box, ball), 'shapes: a ball beside a corner')
       ball%center = [2.0_wp, 1.0_wp, 1.0_wp] + 0.4999_wp/sqrt(3.0_wp)
-      call test%check(bodies_overlap(box, ball, tolerance), 'shapes: a ball over a corner')
-      tool%tip = [1.0_wp, 0.5_wp, 1.0_wp]
-      tool%half_angle = 70.3_wp*pi/180.0_wp
-      tool%radius = 0.3_wp
-      tool%shape = tool_sphere
-      call test%check(.not. tool_overlaps(tool, box, tolerance), 'shapes: a sphere on a box')
-      tool%shape = tool_flat
-      call test%check(.not. tool_overlaps(tool, box, tolerance), 'shapes: a flat end on a box')
-      tool%shape = tool_cone
-      call test%check(.not. tool_overlaps(tool, box, tolerance), 'shapes: a cone on a box')
-      cone = make_tool_shape(tool)
-      call cone%gap_and_normal([0.0_wp, 0.0_wp, 1.0_wp], gap, normal)
-      call test%check_close(gap, -sin(tool%half_angle), 1.0e-14_wp, 'shapes: within a cone')
-      tool%tip(3) = 1.0_wp - 1.0e-4_wp
-      call test%check(tool_overlaps(tool, box, tolerance), 'shapes: a cone in a box')
-      tool%shape = tool_sphere
-      call test%check(tool_overlaps(tool, box, tolerance), 'shapes: a sphere in a box')
-      do i = 1, size(tool_edged)
-         tool%shape = tool_edged(i)
-         tool%tip(3) = 1.0_wp
-         call test%check(.not. tool_overlaps(tool, box, tolerance), 'shapes: an edged tool on a box')
-         tool%tip(3) = 1.0_wp - 1.0e-4_wp
-         call test%check(tool_overlaps(tool, box, tolerance), 'shapes: an edged tool in a box')
-      end do
-      tool%shape = tool_wedge ! its ridge lies beside the box, along it or across: its flank is where the ridge is not
-      tool%tip = [1.0_wp, 1.2_wp, 0.95_wp]
-      tool%half_angle = 45.0_wp*pi/180.0_wp
-      call test%check(.not. tool_overlaps(tool, box, tolerance), 'shapes: a wedge beside a box')
-      tool%edge = [0.0_wp, 1.0_wp, 0.0_wp]
-      call test%check(tool_overlaps(tool, box, tolerance), 'shapes: a wedge with its ridge in a box')
+      call test%check(bodies_overlap(box, ball), 'shapes: a ball over a corner')
+      cone = cone_t(half_angle=angle)
+      call cone%prepare(down)
+      call test%check_close(cone%distance([0.0_wp, 0.0_wp, 1.0_wp]), -sin(angle), 1.0e-14_wp, 'shapes: within a cone')
+      call on_and_in(box, sphere_t(radius=0.3_wp), 'a sphere')
+      call on_and_in(box, cone_t(half_angle=angle), 'a cone')
+      call on_and_in(box, flat_t(radius=0.3_wp), 'a flat end')
+      call on_and_in(box, berkovich_t(half_angle=angle), 'a berkovich')
+      call on_and_in(box, roller_t(radius=0.3_wp), 'a cylinder')
+      call on_and_in(box, wedge_t(half_angle=angle), 'a wedge')
+      call on_and_in(box, ring_t(radius=0.3_wp, tube=0.1_wp), 'a ring')
+      ! its ridge lies beside the box, along it or across: its flank is where the ridge is not
+      call test%check(.not. tool_overlaps(box, wedge_t(half_angle=0.25_wp*pi), [1.0_wp, 1.2_wp, 0.95_wp]), &
+                      'shapes: a wedge beside a box')
+      call test%check(tool_overlaps(box, wedge_t(half_angle=0.25_wp*pi, edge=[0.0_wp, 1.0_wp, 0.0_wp]), &
+                                    [1.0_wp, 1.2_wp, 0.95_wp]), 'shapes: a wedge with its ridge in a box')
+      ! a ball in the hole of a ring, about it and touching it
+      ring = ring_t(radius=2.0_wp, tube=0.5_wp, axis=[0.6_wp, 0.0_wp, 0.8_wp])
+      ball = sphere_t(radius=1.45_wp)
+      call test%check(.not. bodies_overlap(ring, ball), 'shapes: a ball in a ring')
+      ball%radius = 1.5_wp
+      call test%check(.not. bodies_overlap(ring, ball), 'shapes: a ball that fills a ring')
+      ball%radius = 1.53_wp
+      call test%check(bodies_overlap(ring, ball), 'shapes: a ball that is too large for a ring')
+      ball%radius = 1.45_wp
+      ball%center = 0.08_wp*[-0.8_wp, 0.0_wp, 0.6_wp]
+      call test%check(bodies_overlap(ring, ball), 'shapes: a ball beside the middle of a ring')
+      ball = sphere_t(center=2.0_wp*[-0.8_wp, 0.0_wp, 0.6_wp], radius=1.0e-3_wp)
+      call test%check(bodies_overlap(ball, ring), 'shapes: a small ball inside the section of a ring')
    end subroutine test_shapes
+
+   logical function bodies_overlap(one, other)
+      class(shape_t), intent(in) :: one, other
+      bodies_overlap = overlap(one, other, [0.0_wp, 0.0_wp, 0.0_wp], 1.0e-6_wp, 0.02_wp)
+   end function bodies_overlap
+
+   logical function tool_overlaps(body, shape, tip)
+      class(shape_t), intent(in) :: body, shape
+      real(wp), intent(in) :: tip(3)
+      class(shape_t), allocatable :: tool
+      allocate (tool, source=shape)
+      call tool%prepare([0.0_wp, 0.0_wp, -1.0_wp])
+      tool_overlaps = overlap(body, tool, tip, 1.0e-6_wp, 0.02_wp)
+   end function tool_overlaps
+
+   !> A tool whose tip stands on the box, and so little in it.
+   subroutine on_and_in(box, shape, name)
+      type(box_t), intent(in) :: box
+      class(shape_t), intent(in) :: shape
+      character(len=*), intent(in) :: name
+      call test%check(.not. tool_overlaps(box, shape, [1.0_wp, 0.5_wp, 1.0_wp]), 'shapes: '//name//' on a box')
+      call test%check(tool_overlaps(box, shape, [1.0_wp, 0.5_wp, 1.0_wp - merge(1.0e-4_wp, 0.02_wp, shape%is_convex())]), &
+                      'shapes: '//name//' in a box')
+   end subroutine on_and_in
 
    subroutine test_directories()
       logical :: ok
@@ -231,14 +256,30 @@ contains
       call test%check(scene%time%stress_update == update_musl .and. .not. scene%time%affine, 'scene: choices')
       call test%check_close(scene%time%flip_fraction, 0.99_wp, 0.0_wp, 'scene: a number')
       call test%check_close(scene%time%time_step, 0.0_wp, 0.0_wp, 'scene: a default')
-      call test%check(scene%bodies(1)%material == 2 .and. scene%bodies(1)%shape == shape_box, 'scene: material of a body')
+      call test%check(scene%bodies(1)%material == 2 .and. scene%bodies(1)%shape%name == 'box', 'scene: material of a body')
       call test%check(scene%bodies(2)%name == 'body2' .and. scene%tools(1)%name == 'tool1', 'scene: names by default')
-      call test%check_close(scene%bodies(2)%axis, [1.0_wp, 2.0_wp, 3.0_wp]/sqrt(14.0_wp), 1.0e-15_wp, 'scene: axis of length 1')
-      call test%check_close(scene%tools(1)%half_angle, 12.345678901234567_wp*pi/180.0_wp, 1.0e-16_wp, 'scene: radians')
+      call test%check_close(scene%bodies(2)%shape%axis, [1.0_wp, 2.0_wp, 3.0_wp]/sqrt(14.0_wp), 1.0e-15_wp, &
+                            'scene: axis of length 1')
+      select type (cone => scene%tools(1)%shape)
+      type is (cone_t)
+         call test%check_close(cone%half_angle, 12.345678901234567_wp*pi/180.0_wp, 1.0e-16_wp, 'scene: radians')
+      class default
+         call test%check(.false., 'scene: a cone')
+      end select
       call test%check_close(scene%tools(1)%times, [0.0_wp, 0.1_wp, 0.3_wp], 0.0_wp, 'scene: a table')
       call test%check_close(scene%tools(2)%penetration_factor, 0.0_wp, 0.0_wp, 'scene: zero is kept')
-      call test%check_close(scene%tools(3)%half_angle, 65.27_wp*pi/180.0_wp, 1.0e-15_wp, 'scene: angle of a berkovich')
-      call test%check_close(scene%tools(4)%edge, [0.0_wp, 1.0_wp, 0.0_wp], 0.0_wp, 'scene: an edge across the axis by default')
+      select type (pyramid => scene%tools(3)%shape)
+      class is (pyramid_t)
+         call test%check_close(pyramid%half_angle, 65.27_wp*pi/180.0_wp, 1.0e-15_wp, 'scene: angle of a berkovich')
+      class default
+         call test%check(.false., 'scene: a berkovich')
+      end select
+      select type (wedge => scene%tools(4)%shape)
+      type is (wedge_t)
+         call test%check_close(wedge%edge, [0.0_wp, 1.0_wp, 0.0_wp], 0.0_wp, 'scene: an edge across the axis by default')
+      class default
+         call test%check(.false., 'scene: a wedge')
+      end select
       call test%check(.not. scene%output%present, 'scene: no output')
       call test%check(size(scene%levels) == 0 .and. scene%time%subcycle, 'scene: no levels')
       call test%check_equal(size(scene%effects), 2, 'scene: effects')
@@ -272,15 +313,26 @@ contains
          call test%check_close(second%materials(i)%poisson, first%materials(i)%poisson, 0.0_wp, 'round trip: poisson')
       end do
       do i = 1, size(first%bodies)
-         call test%check_equal(second%bodies(i)%shape, first%bodies(i)%shape, 'round trip: shapes')
+         call test%check(same_type_as(second%bodies(i)%shape, first%bodies(i)%shape), 'round trip: shapes')
          call test%check_equal(second%bodies(i)%material, first%bodies(i)%material, 'round trip: materials')
-         call test%check_close(second%bodies(i)%axis, first%bodies(i)%axis, 0.0_wp, 'round trip: axes of bodies')
+         call test%check_close(second%bodies(i)%shape%axis, first%bodies(i)%shape%axis, 0.0_wp, 'round trip: axes of bodies')
          call test%check_close(second%bodies(i)%velocity, first%bodies(i)%velocity, 0.0_wp, 'round trip: velocities')
       end do
       do i = 1, size(first%tools)
-         call test%check_close(second%tools(i)%half_angle, first%tools(i)%half_angle, 0.0_wp, 'round trip: angles')
+         call test%check(same_type_as(second%tools(i)%shape, first%tools(i)%shape), 'round trip: shapes of tools')
+         select type (one => first%tools(i)%shape)
+         class is (pyramid_t)
+            select type (other => second%tools(i)%shape)
+            class is (pyramid_t)
+               call test%check_close([other%half_angle, other%edge], [one%half_angle, one%edge], 0.0_wp, 'round trip: pyramids')
+            end select
+         type is (cone_t)
+            select type (other => second%tools(i)%shape)
+            type is (cone_t)
+               call test%check_close(other%half_angle, one%half_angle, 0.0_wp, 'round trip: angles')
+            end select
+         end select
          call test%check_close(second%tools(i)%axis, first%tools(i)%axis, 0.0_wp, 'round trip: axes of tools')
-         call test%check_close(second%tools(i)%edge, first%tools(i)%edge, 0.0_wp, 'round trip: edges of tools')
          call test%check_close(second%tools(i)%friction, first%tools(i)%friction, 0.0_wp, 'round trip: friction')
          call test%check(allocated(second%tools(i)%loads) .eqv. allocated(first%tools(i)%loads), 'round trip: loads or speeds')
          if (allocated(first%tools(i)%loads)) then

@@ -5,6 +5,7 @@ program at_rest
    use m_kinds, only: wp, i8
    use m_errors, only: error_t
    use m_communicator, only: communicator_t
+   use m_box, only: box_t
    use m_scene, only: scene_t, grid_spec_t, update_usl, update_usf, update_musl
    use m_materials, only: material_of
    use m_model, only: model_t
@@ -119,13 +120,11 @@ contains
       scene%materials(1) = material_of('soft', 'elastic', density, young, 0.3_wp)
       scene%bodies(1)%name = 'box'
       scene%bodies(1)%material = 1
-      scene%bodies(1)%lower = cell*[1, 6, 6]
-      scene%bodies(1)%upper = cell*[4, 9, 9]
+      scene%bodies(1)%shape = box_t(lower=cell*[1, 6, 6], upper=cell*[4, 9, 9])
       scene%bodies(1)%velocity = [speed, 0.3_wp, -0.2_wp]
       scene%bodies(2)%name = 'bar'
       scene%bodies(2)%material = 1
-      scene%bodies(2)%lower = cell*[9, 6, 6]
-      scene%bodies(2)%upper = cell*[62, 9, 9]
+      scene%bodies(2)%shape = box_t(lower=cell*[9, 6, 6], upper=cell*[62, 9, 9])
    end function box_and_bar
 
 end program at_rest

@@ -1,7 +1,8 @@
 """The two halves of extending.sh.
 
-extract TEXT TREE SCENE   put the Fortran blocks of TEXT where the paragraph before each says: a new file, a line of a list, a scene
-check RUN LOG             compare what the scene's run wrote and said with the exact answer that TEXT gives"""
+extract TEXT TREE   put the Fortran blocks of TEXT where the paragraph before each says: a new file, a line of a list, a scene (here)
+check RUN LOG       compare what the run of the law and the effect wrote and said with the exact answer that TEXT gives
+ring RUN            the same of the run of the shape"""
 import cmath
 import re
 import sys
@@ -12,13 +13,13 @@ import numpy as np
 from runs import *
 
 
-def extract(text, tree, scene):
+def extract(text, tree):
     """The last `path` of the paragraph before a block is where it belongs."""
     placed = 0
     for before, block in re.findall(r"((?:[^\n]+\n)+)\n```fortran\n(.*?)^```", Path(text).read_text(), re.M | re.S):
         path = re.findall(r"`([\w/]+\.\w+)`", before)[-1]
         if path.endswith(".nml"):
-            Path(scene).write_text(block)
+            Path(path).write_text(block)
         elif (Path(tree) / path).exists():
             lines = (Path(tree) / path).read_text().splitlines(keepends=True)
             last = max(n for n, line in enumerate(lines) if line.lstrip().startswith("block; use "))
@@ -27,7 +28,7 @@ def extract(text, tree, scene):
         else:
             (Path(tree) / path).write_text(block)
         placed += 1
-    require(f"{text}: five blocks, not {placed}", placed == 5)
+    require(f"{text}: eight blocks, not {placed}", placed == 8)
 
 
 def mode(t, omega, tau, drive):
@@ -68,8 +69,29 @@ def check_run(run, log):
     require("the effect has its row", re.search(r"^shaking  ", said, re.M))
 
 
+def check_ring(run):
+    energy, tool = History(Path(run) / "energy.dat"), History(Path(run) / "tool_ring.dat")
+    x, y, z = np.meshgrid(*[0.05 * (np.arange(-20, 20) + 0.5)] * 3) # the lattice of particles about the centre of a body
+    ball = np.count_nonzero(x**2 + y**2 + z**2 < 0.4**2)
+    ring = np.count_nonzero((np.hypot(x, y) - 0.5) ** 2 + z**2 < 0.15**2)
+    require("there is a ball and a ring", abs(ring * 0.05**3 / (2 * np.pi**2 * 0.5 * 0.15**2) - 1) < 0.1)
+    check("mass over that of the lattice places in a ball and a ring, less 1", energy["mass"][0] / (1000 * 0.05**3 * (ball + ring)) - 1, 1e-12)
+    t, load, momentum = tool["time"], tool["load_z"], energy["momentum_z"]
+    touched = (0.4 - np.sqrt(0.55**2 - 0.5**2)) / 1.0
+    check("begin of contact off that of a smooth ball, s (0.05: a particle)", t[np.argmax(load < 0)] - touched, 0.05)
+    require("the ball is thrown back", momentum[-1] > -0.5 * momentum[0] > 0 and not load[-1] < 0)
+    scale = np.abs(momentum).max()
+    impulse = -np.sum(0.5 * (load[1:] + load[:-1]) * np.diff(t))
+    check("impulse of the held ring off the change of momentum, over the first", (impulse - momentum[-1] + momentum[0]) / scale, 0.02)
+    for axis in "xy":
+        check(f"momentum along {axis}, over the first", energy[f"momentum_{axis}"] / scale, 1e-3)
+    check("overlap, in cells", tool["max_gap_violation"] / 0.1, 0.05)
+
+
 if sys.argv[1] == "extract":
     extract(*sys.argv[2:])
+elif sys.argv[1] == "ring":
+    check_ring(*sys.argv[2:])
 else:
     check_run(*sys.argv[2:])
 finish()

@@ -1,9 +1,9 @@
 #!/bin/bash
 #test: beside
 #test: limit 120
-# The example of doc/developer/extending.md, taken out of that text into a copy of the tree: one new file and one line for a law and for an
-# effect, nothing else; it builds, and a scene that names both gives the known answer. With a field planted there that no effect was
-# called for, the test effects_free must fail.
+# The example of doc/developer/extending.md, taken out of that text into a copy of the tree: one new file and one line for a law, for an effect
+# and for a shape, nothing else; it builds, and scenes that name them give the known answers. With a field planted there that no effect
+# was called for, the test effects_free must fail.
 . "$(dirname "$0")/../harness/env.sh"
 unset MAKEFLAGS MFLAGS MAKELEVEL MAKEOVERRIDES
 export PYTHONPATH=$ROOT/test/regression
@@ -14,16 +14,17 @@ cp -a "$ROOT/src" "$ROOT/tools" "$ROOT/Makefile" tree/
 cp -a "$BUILD_DIR"/{mod,flags,depends.mk,libgimp3d.a} tree/build/"$BUILD"/
 cp -a "$BUILD_DIR/obj/src" tree/build/"$BUILD"/obj/
 
-"$PYTHON" "$ROOT/test/regression/extending.py" extract "$ROOT/doc/developer/extending.md" tree example.nml
+"$PYTHON" "$ROOT/test/regression/extending.py" extract "$ROOT/doc/developer/extending.md" tree
 diff -r "$ROOT/src" tree/src >differences || true
 cat >wanted <<'END'
+Only in tree/src/geometry: torus.f90
 Only in tree/src/physics: kelvin_voigt.f90
 Only in tree/src/physics: shaking.f90
 END
 grep '^Only in' differences | cmp - wanted || fail "other new files: $(cat differences)"
-[ "$(grep -c '^diff ' differences)" -eq 2 ] && [ "$(grep -c '^> ' differences)" -eq 2 ] && ! grep -q '^< ' differences ||
+[ "$(grep -c '^diff ' differences)" -eq 3 ] && [ "$(grep -c '^> ' differences)" -eq 3 ] && ! grep -q '^< ' differences ||
    fail "more than a line in each list: $(cat differences)"
-grep '^> ' differences | grep -v 'use m_\(kelvin_voigt\|shaking\)' && fail 'another line'
+grep '^> ' differences | grep -v 'use m_\(kelvin_voigt\|shaking\|torus\)' && fail 'another line'
 echo "   differs: $(wc -l <wanted) new files, $(grep -c '^> ' differences) lines"
 
 build() {
@@ -37,6 +38,8 @@ status=0
 with_example=$PWD/tree/build/$BUILD/gimp3d
 "$with_example" <example.nml >example.log 2>&1 || fail "the example ends with status $?: $(tail -n 3 example.log)"
 "$PYTHON" "$ROOT/test/regression/extending.py" check out/example example.log
+"$with_example" <ring.nml >ring.log 2>&1 || fail "the ring ends with status $?: $(tail -n 3 ring.log)"
+"$PYTHON" "$ROOT/test/regression/extending.py" ring out/ring
 
 sed -i "s/^\( *\)call table%declare('stress', .*/\1call table%declare('planted', 1, '1', written=.false.)\n&/" \
    tree/src/stepping/model.f90

@@ -5,6 +5,7 @@ program quarter
    use m_kinds, only: wp
    use m_errors, only: error_t
    use m_communicator, only: communicator_t
+   use m_box, only: box_t
    use m_scene, only: scene_t, grid_spec_t, boundary_free, boundary_symmetry, boundary_roller, update_usl, &
                       update_musl, domain_fixed, domain_stretch, domain_corners
    use m_materials, only: material_of
@@ -92,8 +93,7 @@ contains
       scene%materials(1) = material_of('soft', law, 1000.0_wp, 1.0e6_wp, 0.3_wp)
       scene%bodies(1)%name = 'box'
       scene%bodies(1)%material = 1
-      scene%bodies(1)%lower = cell*[low*half, low*half, 0]
-      scene%bodies(1)%upper = cell*[up*half, up*half, high]
+      scene%bodies(1)%shape = box_t(lower=cell*[low*half, low*half, 0], upper=cell*[up*half, up*half, high])
    end function scene_of
 
    !> After some steps: volume, place, velocity, stress of every particle in the column of the place where it began, turned into

@@ -5,6 +5,7 @@ program schemes
    use m_constants, only: pi
    use m_errors, only: error_t
    use m_communicator, only: communicator_t
+   use m_box, only: box_t
    use m_scene, only: scene_t, grid_spec_t, update_usl, update_usf, update_musl
    use m_materials, only: material_of
    use m_model, only: model_t
@@ -93,8 +94,7 @@ contains
       scene%materials(1) = material_of('soft', 'elastic', density, young, 0.0_wp)
       scene%bodies(1)%name = 'bar'
       scene%bodies(1)%material = 1
-      scene%bodies(1)%lower = cell*[4, 3, 3]
-      scene%bodies(1)%upper = cell*[20, 5, 5]
+      scene%bodies(1)%shape = box_t(lower=cell*[4, 3, 3], upper=cell*[20, 5, 5])
    end function bar
 
    !> The first mode of a free bar: v = speed cos(pi x/length).

@@ -19,6 +19,7 @@ program crossing
    use m_constants, only: pi
    use m_errors, only: error_t
    use m_communicator, only: communicator_t
+   use m_box, only: box_t
    use m_scene, only: scene_t, domain_fixed, domain_stretch, domain_corners
    use m_materials, only: material_of
    use m_model, only: model_t
@@ -103,8 +104,7 @@ contains
       scene%materials(1) = material_of('bar', 'elastic', density, young, 0.0_wp)
       scene%bodies(1)%name = 'bar'
       scene%bodies(1)%material = 1
-      scene%bodies(1)%lower = 3.0_wp*cell
-      scene%bodies(1)%upper = scene%bodies(1)%lower + [length, 2.0_wp*cell, 2.0_wp*cell]
+      scene%bodies(1)%shape = box_t(lower=3.0_wp*cell, upper=3.0_wp*cell + [length, 2.0_wp*cell, 2.0_wp*cell])
       scene%bodies(1)%particles_per_cell = per_cell
       scene%bodies(1)%velocity = speed*direction
       if (levels == 1) return

@@ -120,7 +120,8 @@ program vortex
    use m_constants, only: pi
    use m_errors, only: error_t
    use m_communicator, only: communicator_t
-   use m_scene, only: scene_t, boundary_symmetry, boundary_free, domain_fixed, domain_stretch, domain_corners, shape_cylinder
+   use m_cylinder, only: cylinder_t
+   use m_scene, only: scene_t, boundary_symmetry, boundary_free, domain_fixed, domain_stretch, domain_corners
    use m_materials, only: material_of
    use m_model, only: model_t
    use m_advance, only: advance
@@ -202,9 +203,7 @@ contains
       scene%materials(1) = material_of('rubber', 'neo_hookean', density, young, poisson)
       scene%bodies(1)%name = 'disc'
       scene%bodies(1)%material = 1
-      scene%bodies(1)%shape = shape_cylinder
-      scene%bodies(1)%radius = disc
-      scene%bodies(1)%height = cell
+      scene%bodies(1)%shape = cylinder_t(radius=disc, height=cell)
       scene%bodies(1)%particles_per_cell = per_cell
    end function make_scene
 

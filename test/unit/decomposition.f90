@@ -5,7 +5,9 @@ program decomposition
    use m_kinds, only: wp, i8
    use m_errors, only: error_t
    use m_communicator, only: communicator_t
-   use m_scene, only: scene_t, grid_spec_t, body_spec_t, tool_spec_t, tool_sphere
+   use m_box, only: box_t
+   use m_sphere, only: sphere_t
+   use m_scene, only: scene_t, grid_spec_t, body_spec_t, tool_spec_t
    use m_grid_level, only: make_grid_level
    use m_level, only: level_t
    use m_placement, only: work_t, work_of, order_work, choose_owners
@@ -454,8 +456,7 @@ contains
       scene%materials(1) = material_of('soft', 'elastic', 1.0_wp, 1.0_wp, 0.3_wp)
       scene%bodies(1)%name = 'box'
       scene%bodies(1)%material = 1
-      scene%bodies(1)%lower = lower
-      scene%bodies(1)%upper = upper
+      scene%bodies(1)%shape = box_t(lower=lower, upper=upper)
       scene%bodies(1)%velocity = velocity
    end function box_scene
 
@@ -509,8 +510,8 @@ contains
       scene = box_scene([0.0_wp, 0.0_wp, 0.0_wp], [64.0_wp, 64.0_wp, 16.0_wp], [0.0_wp, 0.0_wp, 0.0_wp])
       scene%grid = grid_spec_t(upper=[64.0_wp, 64.0_wp, 32.0_wp], cell_size=1.0_wp, cells=[64, 64, 32])
       scene%bodies(1)%particles_per_cell = 1
-      scene%tools = [tool_spec_t(name='tool', shape=tool_sphere, tip=[16.0_wp, 16.0_wp, 24.0_wp], &
-                                 radius=4.0_wp, times=[0.0_wp], speeds=[1.0_wp])]
+      scene%tools = [tool_spec_t(name='tool', tip=[16.0_wp, 16.0_wp, 24.0_wp], times=[0.0_wp], speeds=[1.0_wp])]
+      scene%tools(1)%shape = sphere_t(radius=4.0_wp)
       call model%build(comm, scene, error)
       call test%check(.not. error%happened(), 'a model with a tool is built')
       call press(model, below=32.0_wp, above=15.0_wp)

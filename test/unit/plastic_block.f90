@@ -4,6 +4,7 @@ program plastic_block
    use m_kinds, only: wp, i8
    use m_errors, only: error_t
    use m_communicator, only: communicator_t
+   use m_box, only: box_t
    use m_scene, only: scene_t, material_spec_t
    use m_materials, only: material_of
    use m_model, only: model_t
@@ -59,8 +60,8 @@ contains
       scene%materials(3) = copper('neo_hookean')
       scene%materials(4) = copper('j2')
       do n = 1, 4
-         scene%bodies(n)%lower = [1.0_wp, 1.0_wp, 2.0_wp*n - 1.0_wp]*cell
-         scene%bodies(n)%upper = [4.0_wp, 3.0_wp, 2.0_wp*n + 1.0_wp]*cell
+         scene%bodies(n)%shape = box_t(lower=[1.0_wp, 1.0_wp, 2.0_wp*n - 1.0_wp]*cell, &
+                                       upper=[4.0_wp, 3.0_wp, 2.0_wp*n + 1.0_wp]*cell)
       end do
       call model%build(comm, scene, error)
       call test%check(.not. error%happened(), 'a model of four laws is built')
@@ -97,8 +98,7 @@ contains
       scene = grid_of(1)
       scene%time%affine = .false.
       scene%materials(1) = copper('j2')
-      scene%bodies(1)%lower = middle - 2.0_wp*cell
-      scene%bodies(1)%upper = middle + 2.0_wp*cell
+      scene%bodies(1)%shape = box_t(lower=middle - 2.0_wp*cell, upper=middle + 2.0_wp*cell)
       call model%build(comm, scene, error)
       if (error%happened()) error stop 'the scene is not built'
       select type (law => model%materials%slots(1)%law)

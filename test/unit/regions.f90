@@ -3,7 +3,10 @@ program regions
    use m_kinds, only: wp, i8
    use m_constants, only: block_size
    use m_communicator, only: communicator_t
-   use m_scene, only: grid_spec_t, body_spec_t, shape_box, shape_sphere, shape_cylinder
+   use m_box, only: box_t
+   use m_cylinder, only: cylinder_t
+   use m_sphere, only: sphere_t
+   use m_scene, only: grid_spec_t, body_spec_t
    use m_grid_level, only: grid_level_t, make_grid_level
    use m_region, only: region_t, make_region
    use m_block, only: block_t
@@ -19,7 +22,6 @@ program regions
    type(communicator_t) :: comm
    type(assertions_t) :: test
    type(chance_t) :: chance
-   integer, parameter :: shapes(3) = [shape_box, shape_sphere, shape_cylinder]
    integer :: n, shape, per_edge
    call comm%start()
    call test%start(comm, 'regions')
@@ -241,19 +243,20 @@ contains
       type(body_spec_t) :: body
       real(wp), allocatable :: volume(:)
       integer(i8), allocatable :: id(:)
-      real(wp) :: spacing
+      real(wp) :: spacing, lower(3), centre(3)
       integer :: l, split, wrong(4), n
       spec = grid_spec_t(lower=[0.0_wp, -0.3_wp, 0.1_wp], upper=[2.0_wp, 1.7_wp, 2.1_wp], cell_size=cell, cells=[20, 20, 20])
       body%name = 'body'
       body%material = 1
-      body%shape = shapes(shape)
-      body%lower = spec%lower + chance%several(3, 0.1_wp, 0.6_wp)
-      body%upper = spec%lower + chance%several(3, 1.2_wp, 1.9_wp)
-      if (chance%between(0.0_wp, 1.0_wp) < 0.4_wp) body%lower = spec%lower + 0.4_wp ! on the lattice of the grid
-      body%center = spec%lower + chance%several(3, 0.9_wp, 1.1_wp)
-      body%radius = chance%between(0.3_wp, 0.7_wp)
-      body%height = chance%between(0.3_wp, 0.7_wp)
-      body%axis = [0.6_wp, 0.0_wp, 0.8_wp]
+      centre = spec%lower + chance%several(3, 0.9_wp, 1.1_wp)
+      lower = spec%lower + chance%several(3, 0.1_wp, 0.6_wp)
+      if (chance%between(0.0_wp, 1.0_wp) < 0.4_wp) lower = spec%lower + 0.4_wp ! on the lattice of the grid
+      select case (shape)
+      case (1); body%shape = box_t(lower=lower, upper=spec%lower + chance%several(3, 1.2_wp, 1.9_wp))
+      case (2); body%shape = sphere_t(center=centre, radius=chance%between(0.3_wp, 0.7_wp))
+      case (3); body%shape = cylinder_t(center=centre, radius=chance%between(0.3_wp, 0.7_wp), &
+                                        height=chance%between(0.3_wp, 0.7_wp), axis=[0.6_wp, 0.0_wp, 0.8_wp])
+      end select
       body%particles_per_cell = per_cell
       do l = 1, levels_wanted
          levels(l)%number = l

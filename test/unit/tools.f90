@@ -4,22 +4,30 @@ program tools
    use m_kinds, only: wp
    use m_constants, only: pi
    use m_communicator, only: communicator_t
-   use m_scene, only: tool_spec_t, tool_sphere, tool_cone, tool_flat, tool_berkovich, tool_cylinder, tool_wedge
-   use m_vectors, only: cross
+   use m_scene, only: tool_spec_t
+   use m_vectors, only: cross, part_across
+   use m_sphere, only: sphere_t
+   use m_cone, only: cone_t
+   use m_flat, only: flat_t
+   use m_berkovich, only: berkovich_t
+   use m_roller, only: roller_t
+   use m_wedge, only: wedge_t
    use m_tool, only: tool_t, make_tool
    use m_assertions, only: assertions_t
    use m_chance, only: chance_t, keep_worst, say
    implicit none
    character(len=9), parameter :: names(6) = ['sphere   ', 'cone     ', 'flat     ', 'berkovich', 'cylinder ', 'wedge    ']
-   integer, parameter :: shapes(6) = [tool_sphere, tool_cone, tool_flat, tool_berkovich, tool_cylinder, tool_wedge]
+   integer, parameter :: sphere = 1, cone = 2, flat = 3, berkovich = 4, cylinder = 5, wedge = 6 !< in this order
    real(wp), parameter :: reach = 6.0_wp !< of what is searched of the infinite tools
    type(communicator_t) :: comm
    type(assertions_t) :: test
    type(chance_t) :: chance
    integer :: shape_number, round
+   integer :: kind                       !< of the last tool that was made
+   real(wp) :: radius, half_angle, edge(3) !< of it
    call comm%start()
    call test%start(comm, 'tools')
-   do shape_number = 1, size(shapes)
+   do shape_number = 1, size(names)
       call distances(shape_number)
       call convexity(shape_number)
    end do
@@ -37,14 +45,22 @@ contains
       integer, intent(in) :: shape_number
       type(tool_t) :: tool
       type(tool_spec_t) :: spec
-      spec%shape = shapes(shape_number)
-      spec%radius = chance%between(0.5_wp, 1.5_wp)
-      spec%half_angle = chance%between(10.0_wp, 80.0_wp)*pi/180.0_wp
+      kind = shape_number
+      radius = chance%between(0.5_wp, 1.5_wp)
+      half_angle = chance%between(10.0_wp, 80.0_wp)*pi/180.0_wp
       spec%tip = chance%several(3, -2.0_wp, 2.0_wp)
       spec%axis = chance%several(3, -1.0_wp, 1.0_wp)
       if (chance%between(0.0_wp, 1.0_wp) < 0.3_wp) spec%axis = [0.0_wp, 0.0_wp, -1.0_wp]
       spec%axis = spec%axis/norm2(spec%axis)
-      spec%edge = chance%several(3, -1.0_wp, 1.0_wp)
+      edge = chance%several(3, -1.0_wp, 1.0_wp)
+      select case (kind)
+      case (sphere); spec%shape = sphere_t(radius=radius)
+      case (cone); spec%shape = cone_t(half_angle=half_angle)
+      case (flat); spec%shape = flat_t(radius=radius)
+      case (berkovich); spec%shape = berkovich_t(half_angle=half_angle, edge=edge)
+      case (cylinder); spec%shape = roller_t(radius=radius, edge=edge)
+      case (wedge); spec%shape = wedge_t(half_angle=half_angle, edge=edge)
+      end select
       spec%times = [0.0_wp]
       spec%speeds = [1.0_wp]
       tool = make_tool(spec)
@@ -67,8 +83,7 @@ contains
       type(tool_t), intent(in) :: tool
       real(wp), intent(out) :: u(3), v(3)
       associate (axis => tool%spec%axis)
-         u = tool%spec%edge - dot_product(tool%spec%edge, axis)*axis
-         u = u/norm2(u)
+         u = part_across(edge, axis)
          v = [axis(2)*u(3) - axis(3)*u(2), axis(3)*u(1) - axis(1)*u(3), axis(1)*u(2) - axis(2)*u(1)]
       end associate
    end subroutine across_edge
@@ -78,63 +93,63 @@ contains
    function surface(tool, s, angle) result(x)
       type(tool_t), intent(in) :: tool
       real(wp), intent(in) :: s, angle
-      real(wp) :: x(3), u(3), v(3), height, radius, turn
-      select case (tool%spec%shape)
-      case (tool_sphere)
-         height = tool%spec%radius*(1.0_wp - cos(pi*s))
-         radius = tool%spec%radius*sin(pi*s)
-      case (tool_cone)
-         height = reach*s*cos(tool%spec%half_angle)
-         radius = reach*s*sin(tool%spec%half_angle)
+      real(wp) :: x(3), u(3), v(3), height, off_axis, turn
+      select case (kind)
+      case (sphere)
+         height = radius*(1.0_wp - cos(pi*s))
+         off_axis = radius*sin(pi*s)
+      case (cone)
+         height = reach*s*cos(half_angle)
+         off_axis = reach*s*sin(half_angle)
       case default ! half of the parameter for the face, half for the side
-         radius = tool%spec%radius*min(1.0_wp, 2.0_wp*s)
+         off_axis = radius*min(1.0_wp, 2.0_wp*s)
          height = reach*max(0.0_wp, 2.0_wp*s - 1.0_wp)
       end select
       call across(tool%spec%axis, u, v)
-      select case (tool%spec%shape)
-      case (tool_berkovich) ! as far from the axis as the face is in that direction, whose middle lies in the direction of the edge
+      select case (kind)
+      case (berkovich) ! as far from the axis as the face is in that direction, whose middle lies in the direction of the edge
          call across_edge(tool, u, v)
          height = reach*s
-         radius = height*tan(tool%spec%half_angle)/cos(modulo(angle + pi/3.0_wp, 2.0_wp*pi/3.0_wp) - pi/3.0_wp)
-      case (tool_cylinder)
+         off_axis = height*tan(half_angle)/cos(modulo(angle + pi/3.0_wp, 2.0_wp*pi/3.0_wp) - pi/3.0_wp)
+      case (cylinder)
          call across_edge(tool, u, v)
          turn = 2.0_wp*pi*s
-         x = tool%spec%tip + (tool%travel - tool%spec%radius*(1.0_wp - cos(turn)))*tool%spec%axis &
-             + tool%spec%radius*sin(turn)*v + (angle - pi)*reach*u
+         x = tool%spec%tip + (tool%travel - radius*(1.0_wp - cos(turn)))*tool%spec%axis &
+             + radius*sin(turn)*v + (angle - pi)*reach*u
          return
-      case (tool_wedge)
+      case (wedge)
          call across_edge(tool, u, v)
-         x = tool%spec%tip + (tool%travel - reach*abs(2.0_wp*s - 1.0_wp)*cos(tool%spec%half_angle))*tool%spec%axis &
-             + reach*(2.0_wp*s - 1.0_wp)*sin(tool%spec%half_angle)*v + (angle - pi)*reach*u
+         x = tool%spec%tip + (tool%travel - reach*abs(2.0_wp*s - 1.0_wp)*cos(half_angle))*tool%spec%axis &
+             + reach*(2.0_wp*s - 1.0_wp)*sin(half_angle)*v + (angle - pi)*reach*u
          return
       end select
-      x = tool%spec%tip + (tool%travel - height)*tool%spec%axis + radius*(cos(angle)*u + sin(angle)*v)
+      x = tool%spec%tip + (tool%travel - height)*tool%spec%axis + off_axis*(cos(angle)*u + sin(angle)*v)
    end function surface
 
    !> Whether a place is inside, from what the shapes are.
    logical function inside(tool, x)
       type(tool_t), intent(in) :: tool
       real(wp), intent(in) :: x(3)
-      real(wp) :: tip(3), height, radius, u(3), v(3), off(2)
+      real(wp) :: tip(3), height, off_axis, u(3), v(3), off(2)
       call across_edge(tool, u, v)
       tip = tool%spec%tip + tool%travel*tool%spec%axis
       height = dot_product(tip - x, tool%spec%axis)
-      radius = norm2(tip - x - height*tool%spec%axis)
-      select case (tool%spec%shape)
-      case (tool_sphere)
-         inside = norm2(x - tip + tool%spec%radius*tool%spec%axis) < tool%spec%radius
-      case (tool_cone)
-         inside = height > 0.0_wp .and. radius < height*tan(tool%spec%half_angle)
-      case (tool_berkovich)
+      off_axis = norm2(tip - x - height*tool%spec%axis)
+      select case (kind)
+      case (sphere)
+         inside = norm2(x - tip + radius*tool%spec%axis) < radius
+      case (cone)
+         inside = height > 0.0_wp .and. off_axis < height*tan(half_angle)
+      case (berkovich)
          off = [dot_product(x - tip, u), dot_product(x - tip, v)]
          inside = max(off(1), -0.5_wp*off(1) + sqrt(0.75_wp)*off(2), -0.5_wp*off(1) - sqrt(0.75_wp)*off(2)) &
-                  < height*tan(tool%spec%half_angle)
-      case (tool_cylinder)
-         inside = (height - tool%spec%radius)**2 + dot_product(x - tip, v)**2 < tool%spec%radius**2
-      case (tool_wedge)
-         inside = abs(dot_product(x - tip, v)) < height*tan(tool%spec%half_angle)
+                  < height*tan(half_angle)
+      case (cylinder)
+         inside = (height - radius)**2 + dot_product(x - tip, v)**2 < radius**2
+      case (wedge)
+         inside = abs(dot_product(x - tip, v)) < height*tan(half_angle)
       case default
-         inside = height > 0.0_wp .and. radius < tool%spec%radius
+         inside = height > 0.0_wp .and. off_axis < radius
       end select
    end function inside
 
@@ -186,7 +201,7 @@ contains
          do i = -2, 2
             do j = -2, 2
                try_s = s + 0.5_wp*i*width_s
-               if (tool%spec%shape /= tool_cylinder) try_s = min(max(try_s, 0.0_wp), 1.0_wp) ! a roller goes round
+               if (kind /= cylinder) try_s = min(max(try_s, 0.0_wp), 1.0_wp) ! a roller goes round
                try_angle = angle + 0.5_wp*j*width_angle
                distance = norm2(x - surface(tool, try_s, try_angle))
                if (distance >= nearest) cycle
@@ -286,13 +301,13 @@ contains
       type(tool_t) :: tool
       real(wp) :: gap, normal(3)
       integer :: k
-      do k = 1, size(shapes)
+      do k = 1, size(names)
          tool = upright_tool(k)
          call tool%gap_and_normal([0.0_wp, 0.0_wp, -0.3_wp], gap, normal)
          call test%check_close([gap, normal], [0.3_wp, 0.0_wp, 0.0_wp, -1.0_wp], 1.0e-14_wp, trim(names(k))//': below the tip')
          call tool%gap_and_normal([0.0_wp, 0.0_wp, 0.0_wp], gap, normal)
          call test%check_close([gap, normal], [0.0_wp, 0.0_wp, 0.0_wp, -1.0_wp], 1.0e-14_wp, trim(names(k))//': at the tip')
-         call tool%gap_and_normal([0.0_wp, 0.0_wp, tool%spec%radius], gap, normal)
+         call tool%gap_and_normal([0.0_wp, 0.0_wp, radius], gap, normal)
          call test%check(gap < 0.0_wp, trim(names(k))//': on the axis inside')
          call test%check_close(norm2(normal), 1.0_wp, 1.0e-14_wp, trim(names(k))//': on the axis inside there is a normal')
       end do
@@ -304,20 +319,21 @@ contains
       real(wp), parameter :: width = 0.02_wp
       real(wp) :: gap, normal(3), place(3), bent
       integer :: k
-      do k = 1, size(shapes)
+      do k = 1, size(names)
          tool = upright_tool(k)
-         place = 0.3_wp*(tool%shape%edge + cross(tool%spec%axis, tool%shape%edge)) ! away from ridges
+         place = part_across(edge, tool%spec%axis)
+         place = 0.3_wp*(place + cross(tool%spec%axis, place)) ! away from ridges
          call tool%gap_and_normal(place, gap, normal)
-         if (shapes(k) /= tool_flat) place = place - gap*normal ! on the surface
-         if (shapes(k) /= tool_flat) call tool%gap_and_normal(place, gap, normal)
+         if (k /= flat) place = place - gap*normal ! on the surface
+         if (k /= flat) call tool%gap_and_normal(place, gap, normal)
          bent = tool%sagitta(place, normal, width)
-         select case (shapes(k))
-         case (tool_sphere)
-            call test%check_close(bent, sqrt(tool%spec%radius**2 + 0.25_wp*width**2) - tool%spec%radius, 1.0e-14_wp, &
+         select case (k)
+         case (sphere)
+            call test%check_close(bent, sqrt(radius**2 + 0.25_wp*width**2) - radius, 1.0e-14_wp, &
                                   'sphere: bends')
-         case (tool_cylinder)
-            call test%check_close(bent, width**2/(16.0_wp*tool%spec%radius), 1.0e-3_wp*bent, 'cylinder: bends')
-         case (tool_cone)
+         case (cylinder)
+            call test%check_close(bent, width**2/(16.0_wp*radius), 1.0e-3_wp*bent, 'cylinder: bends')
+         case (cone)
             call test%check(bent > 0.0_wp .and. bent < width**2/8.0_wp/norm2(place(:2)), 'cone: bends')
          case default
             call test%check_close(bent, 0.0_wp, 1.0e-14_wp, trim(names(k))//': a face does not bend')
@@ -335,6 +351,7 @@ contains
       n = 1 + int(chance%between(0.0_wp, 5.0_wp))
       spec%times = [(real(k, wp) + chance%between(0.0_wp, 0.9_wp), k=1, n)]
       spec%speeds = chance%several(n, -2.0_wp, 2.0_wp)
+      spec%shape = sphere_t(radius=1.0_wp)
       tool = make_tool(spec)
       call test%check_close(tool%speed, tool%speed_at(0.0_wp), 0.0_wp, 'a tool starts with its speed')
       do k = 1, n

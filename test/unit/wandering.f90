@@ -6,7 +6,9 @@ module m_wandering
    use m_constants, only: block_size
    use m_errors, only: error_t
    use m_communicator, only: communicator_t
-   use m_scene, only: scene_t, grid_spec_t, body_spec_t, tool_spec_t, probe_spec_t, shape_box, shape_sphere
+   use m_box, only: box_t
+   use m_sphere, only: sphere_t
+   use m_scene, only: scene_t, grid_spec_t, body_spec_t, tool_spec_t, probe_spec_t
    use m_materials, only: material_of
    use m_model, only: model_t
    use m_effect, only: effect_t, hooks_t
@@ -67,17 +69,15 @@ contains
       allocate (scene%materials(2), scene%bodies(3), scene%tools(0), scene%probes(0))
       scene%materials(1) = material_of('soft', 'elastic', 1000.0_wp, 1.0e6_wp, 0.3_wp)
       scene%materials(2) = material_of('rubber', 'neo_hookean', 1000.0_wp, 1.0e6_wp, 0.3_wp)
-      do b = 1, 3
+      scene%bodies%material = [2, 1, 2]
+      do b = 1, 2
          scene%bodies(b)%name = 'body'
-         scene%bodies(b)%material = 1 + mod(b, 2)
-         scene%bodies(b)%shape = shape_box
-         scene%bodies(b)%lower = scene%grid%lower + 0.1_wp*merge(2, 12, b == 1)
-         scene%bodies(b)%upper = scene%bodies(b)%lower + 0.1_wp*[7, 6, 5]
+         scene%bodies(b)%shape = box_t(lower=scene%grid%lower + 0.1_wp*merge(2, 12, b == 1), &
+                                       upper=scene%grid%lower + 0.1_wp*(merge(2, 12, b == 1) + [7, 6, 5]))
          scene%bodies(b)%particles_per_cell = merge(8, 1, b == 1)
       end do
-      scene%bodies(3)%shape = shape_sphere
-      scene%bodies(3)%center = scene%grid%lower + [2.6_wp, 1.0_wp, 1.5_wp]
-      scene%bodies(3)%radius = 0.4_wp
+      scene%bodies(3)%name = 'body'
+      scene%bodies(3)%shape = sphere_t(center=scene%grid%lower + [2.6_wp, 1.0_wp, 1.5_wp], radius=0.4_wp)
       scene%bodies(3)%particles_per_cell = 27
    end function wandering_scene
 

@@ -7,6 +7,7 @@ program domains
    use m_text, only: to_text
    use m_communicator, only: communicator_t
    use m_materials, only: material_of
+   use m_box, only: box_t
    use m_scene, only: scene_t, grid_spec_t, domain_fixed, domain_stretch, domain_corners
    use m_model, only: model_t
    use m_advance, only: advance
@@ -54,8 +55,7 @@ contains
       scene%materials(1) = material_of('soft', 'elastic', density, young, 0.0_wp)
       scene%bodies(1)%name = 'box'
       scene%bodies(1)%material = 1
-      scene%bodies(1)%lower = cell*from
-      scene%bodies(1)%upper = cell*to
+      scene%bodies(1)%shape = box_t(lower=cell*from, upper=cell*to)
       scene%bodies(1)%particles_per_cell = particles_per_cell
    end function box
 

@@ -8,6 +8,7 @@ program effects
    use m_communicator, only: communicator_t
    use m_timers, only: phases
    use m_offer, only: catalogue_t, offered
+   use m_box, only: box_t
    use m_scene, only: scene_t, grid_spec_t, boundary_roller, update_usl, update_usf, update_musl
    use m_materials, only: material_of
    use m_effect, only: effect_t, effect_slot_t
@@ -68,8 +69,7 @@ contains
       scene%materials(1) = material_of('soft', 'elastic', density, young, 0.3_wp)
       scene%bodies(1)%name = 'box'
       scene%bodies(1)%material = 1
-      scene%bodies(1)%lower = cell*[5, 4, 12]
-      scene%bodies(1)%upper = cell*[11, 9, 16]
+      scene%bodies(1)%shape = box_t(lower=cell*[5, 4, 12], upper=cell*[11, 9, 16])
       scene%bodies(1)%velocity = start_velocity
    end function flying
 
@@ -303,8 +303,8 @@ contains
       scene%materials(1) = material_of('soft', 'elastic', density, young, 0.0_wp)
       scene%bodies(1)%name = 'bar'
       scene%bodies(1)%material = 1
-      scene%bodies(1)%lower = cell*[3, 3, merge(0, 4, on_roller)]
-      scene%bodies(1)%upper = scene%bodies(1)%lower + cell*[2, 2, high]
+      scene%bodies(1)%shape = box_t(lower=cell*[3, 3, merge(0, 4, on_roller)], &
+                                    upper=cell*[5, 5, merge(0, 4, on_roller) + high])
    end function bar
 
    !> A bar that rings in its first mode: local damping takes all of its energy, and the balance knows where it went.

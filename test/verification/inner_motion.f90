@@ -6,6 +6,7 @@ program inner_motion_test
    use m_kinds, only: wp
    use m_errors, only: error_t
    use m_communicator, only: communicator_t
+   use m_box, only: box_t
    use m_scene, only: scene_t, grid_spec_t, domain_fixed, domain_stretch, domain_corners
    use m_materials, only: material_of
    use m_region, only: make_region
@@ -48,8 +49,7 @@ contains
       scene%materials(1) = material_of('soft', 'elastic', density, 1.0e5_wp, 0.0_wp)
       scene%bodies(1)%name = 'block'
       scene%bodies(1)%material = 1
-      scene%bodies(1)%lower = cell*low
-      scene%bodies(1)%upper = cell*high
+      scene%bodies(1)%shape = box_t(lower=cell*low, upper=cell*high)
       scene%bodies(1)%particles_per_cell = particles_per_cell
       scene%bodies(1)%velocity = speed
       scene%bodies(1)%angular_velocity = spin

@@ -17,6 +17,7 @@ module m_manufactured
    use m_constants, only: pi
    use m_errors, only: error_t
    use m_communicator, only: communicator_t
+   use m_box, only: box_t
    use m_scene, only: scene_t, boundary_symmetry, update_usl, update_usf, domain_fixed
    use m_field_table, only: field_table_t, layout_t
    use m_particle_store, only: particle_store_t
@@ -311,7 +312,7 @@ contains
       scene%materials(1) = material_of('rubber', 'neo_hookean', reference_density, young, poisson)
       scene%bodies(1)%name = 'cube'
       scene%bodies(1)%material = 1
-      scene%bodies(1)%upper = 1.0_wp
+      scene%bodies(1)%shape = box_t(upper=1.0_wp)
       scene%bodies(1)%particles_per_cell = setting%particles_per_cell
       scene%time%subcycle = setting%subcycle
       if (setting%levels == 1) return

@@ -6,6 +6,7 @@ module m_nested
    use m_constants, only: pi, block_size
    use m_errors, only: error_t
    use m_communicator, only: communicator_t
+   use m_box, only: box_t
    use m_scene, only: scene_t, grid_spec_t, body_spec_t, level_spec_t, boundary_free, boundary_symmetry
    use m_materials, only: material_of
    use m_block, only: block_t
@@ -123,8 +124,7 @@ contains
       type(body_spec_t) :: body
       body%name = 'box'
       body%material = 1
-      body%lower = cell*lower
-      body%upper = cell*upper
+      body%shape = box_t(lower=cell*lower, upper=cell*upper)
       body%particles_per_cell = per_cell
       scene%bodies = [scene%bodies, body]
    end subroutine add_box

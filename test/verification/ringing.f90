@@ -5,6 +5,7 @@ module m_ringing
    use m_constants, only: pi
    use m_errors, only: error_t
    use m_communicator, only: communicator_t
+   use m_box, only: box_t
    use m_scene, only: scene_t, update_usl, domain_fixed
    use m_materials, only: material_of
    use m_model, only: model_t
@@ -88,8 +89,7 @@ contains
       scene%materials(1) = material_of('rubber', 'neo_hookean', density, young, setting%poisson)
       scene%bodies(1)%name = 'block'
       scene%bodies(1)%material = 1
-      scene%bodies(1)%lower = (4.0_wp + offset)*cell
-      scene%bodies(1)%upper = scene%bodies(1)%lower + block_cells*cell
+      scene%bodies(1)%shape = box_t(lower=(4.0_wp + offset)*cell, upper=(4.0_wp + offset + block_cells)*cell)
       scene%bodies(1)%particles_per_cell = setting%particles_per_cell
       if (setting%travelling) scene%bodies(1)%velocity = travel*wave_speed(setting)*[1.0_wp, 0.7_wp, 0.4_wp]
    end function make_scene

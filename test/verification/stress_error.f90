@@ -8,6 +8,7 @@ program stress_error
    use m_kinds, only: wp
    use m_errors, only: error_t
    use m_communicator, only: communicator_t
+   use m_box, only: box_t
    use m_scene, only: scene_t, domain_fixed, domain_stretch, domain_corners
    use m_materials, only: material_of
    use m_model, only: model_t
@@ -79,8 +80,8 @@ contains
       scene%materials(1) = material_of('rubber', 'elastic', 1000.0_wp, 1.0e6_wp, 0.3_wp)
       scene%bodies(1)%name = 'box'
       scene%bodies(1)%material = 1
-      scene%bodies(1)%lower = [0.29_wp, 0.31_wp, 0.33_wp]
-      scene%bodies(1)%upper = scene%bodies(1)%lower + [1.0_wp, 1.25_wp, 1.125_wp]
+      scene%bodies(1)%shape = box_t(lower=[0.29_wp, 0.31_wp, 0.33_wp], &
+                                    upper=[0.29_wp, 0.31_wp, 0.33_wp] + [1.0_wp, 1.25_wp, 1.125_wp])
       scene%levels(1)%lower = 0.25_wp
       scene%levels(1)%upper = [1.0_wp, 1.75_wp, 1.75_wp]
       call model%build(comm, scene, error)

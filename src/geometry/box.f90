@@ -1,0 +1,93 @@
+!> A box along the grid, by two corners.
+module m_box
+   use m_kinds, only: wp
+   use m_group_reader, only: group_reader_t
+   use m_number_text, only: reals_text
+   use m_value_range, only: any_value
+   use m_shape, only: convex_t
+   implicit none
+   private
+   public :: box_t
+
+   type, extends(convex_t) :: box_t
+      real(wp) :: lower(3) = 0.0_wp !< m
+      real(wp) :: upper(3) = 0.0_wp !< m
+   contains
+      procedure :: variables
+      procedure :: distance_and_normal
+      procedure :: bounding_box
+      procedure :: inside
+      procedure :: lattice_origin
+      procedure :: is_lattice
+      procedure :: thinnest
+      procedure :: place_name
+   end type box_t
+
+contains
+
+   subroutine variables(self, group)
+      class(box_t), intent(inout) :: self
+      type(group_reader_t), intent(inout) :: group
+      call group%get('lower', self%lower, any_value('m'), required=.true.)
+      call group%get('upper', self%upper, any_value('m'), required=.true.)
+      if (any(self%upper <= self%lower)) &
+         call group%refuse('upper', 'must be above lower='//reals_text(self%lower)//' in every direction')
+   end subroutine variables
+
+   pure subroutine distance_and_normal(self, place, distance, normal)
+      class(box_t), intent(in) :: self
+      real(wp), intent(in) :: place(3)
+      real(wp), intent(out) :: distance, normal(3)
+      real(wp) :: from_centre(3), excess(3)
+      from_centre = place - 0.5_wp*(self%lower + self%upper)
+      excess = abs(from_centre) - 0.5_wp*(self%upper - self%lower)
+      distance = norm2(max(excess, 0.0_wp)) + min(maxval(excess), 0.0_wp)
+      if (distance > 0.0_wp) then
+         normal = max(excess, 0.0_wp)/distance
+      else
+         normal = 0.0_wp
+         normal(maxloc(excess, dim=1)) = 1.0_wp
+      end if
+      normal = sign(normal, from_centre)
+   end subroutine distance_and_normal
+
+   pure subroutine bounding_box(self, lower, upper)
+      class(box_t), intent(in) :: self
+      real(wp), intent(out) :: lower(3), upper(3)
+      lower = self%lower
+      upper = self%upper
+   end subroutine bounding_box
+
+   pure logical function inside(self, place)
+      class(box_t), intent(in) :: self
+      real(wp), intent(in) :: place(3)
+      inside = all(place > self%lower) .and. all(place < self%upper)
+   end function inside
+
+   pure function lattice_origin(self) result(origin)
+      class(box_t), intent(in) :: self
+      real(wp) :: origin(3)
+      origin = self%lower
+   end function lattice_origin
+
+   pure logical function is_lattice(self)
+      class(box_t), intent(in) :: self
+      is_lattice = .true.
+   end function is_lattice
+
+   pure subroutine thinnest(self, thickness, variable)
+      class(box_t), intent(in) :: self
+      real(wp), intent(out) :: thickness
+      character(len=:), allocatable, intent(out) :: variable
+      thickness = minval(self%upper - self%lower)
+      variable = 'upper'
+   end subroutine thinnest
+
+   pure function place_name(self, down) result(name)
+      class(box_t), intent(in) :: self
+      logical, intent(in) :: down
+      character(len=:), allocatable :: name
+      name = merge('lower', 'upper', down)
+   end function place_name
+
+end module m_box

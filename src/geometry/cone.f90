@@ -1,0 +1,55 @@
+!> A cone that is open upwards, its apex in the origin.
+module m_cone
+   use m_kinds, only: wp
+   use m_group_reader, only: group_reader_t
+   use m_shape, only: convex_t
+   use m_shape_variables, only: get_half_angle
+   use m_vectors, only: split_along
+   implicit none
+   private
+   public :: cone_t
+
+   type, extends(convex_t) :: cone_t
+      real(wp) :: half_angle = 0.0_wp               !< between axis and surface, rad
+      real(wp), private :: cosine = 1.0_wp, sine = 0.0_wp !< of it
+   contains
+      procedure :: variables
+      procedure :: prepare
+      procedure :: distance_and_normal
+   end type cone_t
+
+contains
+
+   subroutine variables(self, group)
+      class(cone_t), intent(inout) :: self
+      type(group_reader_t), intent(inout) :: group
+      call get_half_angle(group, self%half_angle)
+   end subroutine variables
+
+   pure subroutine prepare(self, axis)
+      class(cone_t), intent(inout) :: self
+      real(wp), intent(in) :: axis(3)
+      self%axis = axis
+      self%cosine = cos(self%half_angle)
+      self%sine = sin(self%half_angle)
+   end subroutine prepare
+
+   !> Below the apex' normal cone the apex itself is nearest.
+   pure subroutine distance_and_normal(self, place, distance, normal)
+      class(cone_t), intent(in) :: self
+      real(wp), intent(in) :: place(3)
+      real(wp), intent(out) :: distance, normal(3)
+      real(wp) :: height, radius, radial(3), along
+      call split_along(self%axis, place, height, radius, radial)
+      along = height*self%cosine + radius*self%sine ! along the generator from the apex
+      if (along >= 0.0_wp) then
+         normal = self%cosine*radial + self%sine*self%axis
+         distance = radius*self%cosine - height*self%sine
+         if (radius <= 0.0_wp) normal = self%axis
+      else
+         distance = norm2([height, radius])
+         normal = (radius*radial - height*self%axis)/distance
+      end if
+   end subroutine distance_and_normal
+
+end module m_cone

@@ -1,0 +1,138 @@
+!> What a shape must offer, of a body or of a tool. One shape is one file that extends shape_t, and one line in shapes.f90.
+!>
+!> The signed distance is that to the surface, negative inside. It may grow by no more than the way between two places; outside
+!> it is exact. The shape of a body stands where the body does. That of a tool has its foremost point (the tip) in the
+!> origin, and points along its axis.
+module m_shape
+   use m_kinds, only: wp
+   use m_offer, only: offer_t
+   implicit none
+   private
+   public :: shape_t, convex_t
+
+   type, abstract, extends(offer_t) :: shape_t
+      logical :: of_tool = .false. !< the tool says where it is
+      real(wp) :: axis(3) = [0.0_wp, 0.0_wp, 1.0_wp] !< unit vector; of a tool the direction in which it points
+   contains
+      procedure(distance_interface), deferred :: distance_and_normal
+      procedure :: prepare
+      procedure :: is_convex
+      procedure :: bounding_box
+      procedure :: distance
+      procedure :: inside
+      procedure :: volume
+      procedure :: centre
+      procedure :: lattice_origin
+      procedure :: is_lattice
+      procedure :: thinnest
+      procedure :: place_name
+   end type shape_t
+
+   !> A shape whose distance is a convex function of the place: searches are then faster. Any other is right too.
+   type, abstract, extends(shape_t) :: convex_t
+   contains
+      procedure :: is_convex => is_convex_here
+   end type convex_t
+
+   abstract interface
+      !> Signed distance (m) of a place (m) from the surface, and the outward unit normal of the surface at its nearest point.
+      pure subroutine distance_interface(self, place, distance, normal)
+         import :: shape_t, wp
+         class(shape_t), intent(in) :: self
+         real(wp), intent(in) :: place(3)
+         real(wp), intent(out) :: distance, normal(3)
+      end subroutine distance_interface
+   end interface
+
+contains
+
+   !> Take the axis of the tool, and have at hand what the distance needs of it.
+   pure subroutine prepare(self, axis)
+      class(shape_t), intent(inout) :: self
+      real(wp), intent(in) :: axis(3) !< unit vector
+      self%axis = axis
+   end subroutine prepare
+
+   !> True where the distance is known to be a convex function of the place.
+   pure logical function is_convex(self)
+      class(shape_t), intent(in) :: self
+      is_convex = .false.
+   end function is_convex
+
+   pure logical function is_convex_here(self) result(is_convex)
+      class(convex_t), intent(in) :: self
+      is_convex = .true.
+   end function is_convex_here
+
+   !> Smallest box along the grid around the shape, m. Tools need none.
+   pure subroutine bounding_box(self, lower, upper)
+      class(shape_t), intent(in) :: self
+      real(wp), intent(out) :: lower(3), upper(3)
+      lower = -huge(lower)
+      upper = huge(upper)
+   end subroutine bounding_box
+
+   !> Signed distance of a place from the surface, m.
+   pure real(wp) function distance(self, place)
+      class(shape_t), intent(in) :: self
+      real(wp), intent(in) :: place(3)
+      real(wp) :: normal(3)
+      call self%distance_and_normal(place, distance, normal)
+   end function distance
+
+   !> True when a place lies inside.
+   pure logical function inside(self, place)
+      class(shape_t), intent(in) :: self
+      real(wp), intent(in) :: place(3)
+      inside = self%distance(place) < 0.0_wp
+   end function inside
+
+   !> m3; or that of the box around it, where the shape does not say.
+   pure real(wp) function volume(self)
+      class(shape_t), intent(in) :: self
+      real(wp) :: lower(3), upper(3)
+      call self%bounding_box(lower, upper)
+      volume = product(upper - lower)
+   end function volume
+
+   !> Centre of a body (m), about which it spins.
+   pure function centre(self)
+      class(shape_t), intent(in) :: self
+      real(wp) :: centre(3), lower(3), upper(3)
+      call self%bounding_box(lower, upper)
+      centre = 0.5_wp*(lower + upper)
+   end function centre
+
+   !> A place (m) where corners of particles meet: from here the lattice of a body's particles is laid.
+   pure function lattice_origin(self) result(origin)
+      class(shape_t), intent(in) :: self
+      real(wp) :: origin(3)
+      origin = self%centre()
+   end function lattice_origin
+
+   !> True when particles fill the shape exactly: its edges must be whole numbers of them, and no symmetry plane may cut it.
+   pure logical function is_lattice(self)
+      class(shape_t), intent(in) :: self
+      is_lattice = .false.
+   end function is_lattice
+
+   !> How thick a body is where it is thinnest (m), and the variable that says it.
+   pure subroutine thinnest(self, thickness, variable)
+      class(shape_t), intent(in) :: self
+      real(wp), intent(out) :: thickness
+      character(len=:), allocatable, intent(out) :: variable
+      real(wp) :: lower(3), upper(3)
+      call self%bounding_box(lower, upper)
+      thickness = minval(upper - lower)
+      variable = 'shape'
+   end subroutine thinnest
+
+   !> The variable that says where a body lies, or how far it reaches down.
+   pure function place_name(self, down) result(name)
+      class(shape_t), intent(in) :: self
+      logical, intent(in) :: down
+      character(len=:), allocatable :: name
+      name = 'center'
+   end function place_name
+
+end module m_shape

@@ -1,0 +1,34 @@
+!> A wedge that is open upwards.
+module m_wedge
+   use m_kinds, only: wp
+   use m_group_reader, only: group_reader_t
+   use m_pyramid, only: pyramid_t
+   use m_shape_variables, only: get_half_angle, get_edge
+   implicit none
+   private
+   public :: wedge_t
+
+   !> Two faces, whose ridge lies along the edge.
+   type, extends(pyramid_t) :: wedge_t
+   contains
+      procedure :: variables
+      procedure :: outwards
+   end type wedge_t
+
+contains
+
+   subroutine variables(self, group)
+      class(wedge_t), intent(inout) :: self
+      type(group_reader_t), intent(inout) :: group
+      call get_half_angle(group, self%half_angle)
+      call get_edge(group, self%axis, self%edge)
+   end subroutine variables
+
+   pure function outwards(self, edge, across) result(ways)
+      class(wedge_t), intent(in) :: self
+      real(wp), intent(in) :: edge(3), across(3)
+      real(wp), allocatable :: ways(:, :)
+      ways = reshape([across, -across], [3, 2])
+   end function outwards
+
+end module m_wedge
