@@ -258,8 +258,7 @@ contains
       integer(i8) :: inside
       integer :: b, p
       associate (level => model%levels(size(model%levels)))
-         low = max(level%region%lower, level%grid%lower)
-         high = min(level%region%upper, level%grid%upper)
+         call level%region%bounding_box(low, high)
          centre = 0.5_wp*(low + high)
          if (size(scene%tools) > 0) centre = scene%tools(1)%tip
          width = 0.5_wp*(high - low)

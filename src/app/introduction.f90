@@ -91,19 +91,14 @@ contains
       step = time_step
       do l = 1, n
          associate (level => model%levels(l), grid => model%levels(l)%grid)
-            lower = grid%lower
-            upper = grid%upper
-            if (l > 1) then
-               lower = grid%lower + level%region%low*grid%cell
-               upper = grid%lower + level%region%high*grid%cell
-               if (model%method%subcycle) step = 0.5_wp*step
-            end if
-            own(l) = cells_in_box(level)
-            if (l < n) own(l) = own(l) - cells_in_box(model%levels(l + 1))/8
+            call level%region%bounding_box(lower, upper)
+            if (l > 1 .and. model%method%subcycle) step = 0.5_wp*step
+            own(l) = level%region%cells()
+            if (l < n) own(l) = own(l) - model%levels(l + 1)%region%cells()/8
             blocks = model%communicator%sum_count(int(size(level%blocks), i8))
             particles = model%communicator%sum_count(level%particle_count())
             call console%line('level '//to_text(l)//'    '//place_text(lower)//' to '//place_text(upper)//', '// &
-                                   to_text(cells_in_box(level))//' cells of '//si(grid%cell, 'm')//', '//to_text(blocks)// &
+                                   to_text(level%region%cells())//' cells of '//si(grid%cell, 'm')//', '//to_text(blocks)// &
                                    ' blocks, '//to_text(particles)//' particles, steps of '//si(step, 's'))
          end associate
       end do
@@ -112,16 +107,6 @@ contains
       call console%line('cells      '//to_text(cells)//' on all levels, '//to_text(100.0_wp*cells/finest, 3)//' % of the '// &
                              to_text(finest)//' of a grid as fine as level '//to_text(n)//' everywhere')
    end subroutine introduce_levels
-
-   !> Cells in the box of a level, those that a finer one covers too.
-   pure integer(i8) function cells_in_box(level) result(cells)
-      type(level_t), intent(in) :: level
-      if (level%number == 1) then
-         cells = product(int(level%grid%cells, i8))
-      else
-         cells = product(int(level%region%high - level%region%low, i8))
-      end if
-   end function cells_in_box
 
    function place_text(place) result(text)
       real(wp), intent(in) :: place(3) !< m

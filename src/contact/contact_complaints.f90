@@ -37,8 +37,7 @@ contains
       type(level_t), intent(in) :: finest
       character(len=:), allocatable :: text
       real(wp) :: low(3), high(3)
-      low = max(finest%region%lower, finest%grid%lower)
-      high = min(finest%region%upper, finest%grid%upper)
+      call finest%region%bounding_box(low, high)
       text = 'contact is allowed inside the finest level, ('//to_text(low(1))//', '//to_text(low(2))//', '//to_text(low(3))// &
              ') to ('//to_text(high(1))//', '//to_text(high(2))//', '//to_text(high(3))//') m: try a larger &level, '// &
              'or one that follows'

@@ -155,7 +155,8 @@ contains
       type(store_t) :: store
       type(error_t) :: fault
       type(block_table_t) :: blocks
-      integer(i8) :: extent(2), regions(6, size(model%levels)), ranks(1)
+      integer(i8) :: extent(2), ranks(1)
+      integer(i8), allocatable :: regions(:)
       call self%file%find_extent('/blocks/table', extent, fault)
       if (extent(1) /= table_width .or. extent(2) > 2_i8**31 - 1) extent = 0
       allocate (blocks%table(table_width, extent(2)), blocks%bounds(bounds_width, extent(2)))
@@ -164,7 +165,10 @@ contains
       call store%longs('/blocks/table', blocks%table, fault)
       call store%reals('/blocks/bounds', blocks%bounds, fault)
       call store%longs('/state/ranks', ranks, fault)
-      call store%longs('/state/regions', regions, fault)
+      extent = 0
+      if (size(model%levels) > 1) call self%file%find_extent('/state/regions', extent, fault)
+      allocate (regions(extent(2)))
+      if (size(model%levels) > 1) call store%longs('/state/regions', regions, fault)
       call self%file%find_extent('/particles/own', extent, fault)
       blocks%particles = extent(2)
       if (.not. fault%happened()) call restore_blocks(model, regions, ranks(1), blocks, fault)
@@ -182,7 +186,7 @@ contains
       type(run_facts_t), intent(inout) :: facts
       type(error_t), intent(inout) :: error
       integer(i8) :: counts(5), one(1)
-      integer(i8), allocatable :: regions(:, :)
+      integer(i8), allocatable :: regions(:)
       real(wp) :: clock(4)
       real(wp), allocatable :: works(:, :)
       integer :: l
@@ -205,7 +209,7 @@ contains
       model%lost = clock(4)
       call describe_balance(store, balance, error)
       call describe_guard(store, model, facts, error)
-      allocate (works(3, size(model%levels)), regions(6, size(model%levels)))
+      allocate (works(3, size(model%levels)))
       works(1, :) = model%effect_step%external_work
       works(2, :) = model%effect_step%damped
       works(3, :) = model%effect_step%particle_work
@@ -213,10 +217,11 @@ contains
       model%effect_step%external_work = works(1, :)
       model%effect_step%damped = works(2, :)
       model%effect_step%particle_work = works(3, :)
-      do l = 1, size(model%levels)
-         regions(:, l) = [model%levels(l)%region%low, model%levels(l)%region%high]
+      allocate (regions(0))
+      do l = 2, size(model%levels)
+         regions = [regions, model%levels(l)%region%packed()]
       end do
-      if (store%writes) call store%longs('/state/regions', regions, error)
+      if (store%writes .and. size(regions) > 0) call store%longs('/state/regions', regions, error)
       if (size(facts%probes) > 0) call store%longs('/state/probes', facts%probes, error)
       if (model%contact%active()) call describe_contact(store, model, error)
    end subroutine describe

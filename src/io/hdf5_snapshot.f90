@@ -133,22 +133,19 @@ contains
       type(communicator_t), intent(in) :: communicator
       type(snapshot_t), intent(in) :: snapshot
       type(error_t), intent(inout) :: error
-      real(wp), allocatable, target :: corners(:, :), cells(:)
+      real(wp), allocatable, target :: lower(:, :), upper(:, :), cells(:)
       type(file_layout_t) :: rows
       integer(i8) :: n
       integer :: l
       n = size(snapshot%levels)
       rows = one_run(0_i8, merge(n, 0_i8, communicator%is_root()))
-      allocate (corners(3, n), cells(n))
+      allocate (lower(3, n), upper(3, n), cells(n))
       do l = 1, int(n)
-         corners(:, l) = snapshot%levels(l)%lower
+         call snapshot%levels(l)%region%bounding_box(lower(:, l), upper(:, l))
          cells(l) = snapshot%levels(l)%cell
       end do
-      call file%put_rows(top//'/FieldData/level_lower', rows_of_real, [3_i8, n], rows, c_loc(corners), error)
-      do l = 1, int(n)
-         corners(:, l) = snapshot%levels(l)%upper
-      end do
-      call file%put_rows(top//'/FieldData/level_upper', rows_of_real, [3_i8, n], rows, c_loc(corners), error)
+      call file%put_rows(top//'/FieldData/level_lower', rows_of_real, [3_i8, n], rows, c_loc(lower), error)
+      call file%put_rows(top//'/FieldData/level_upper', rows_of_real, [3_i8, n], rows, c_loc(upper), error)
       call file%put_rows(top//'/FieldData/level_cell', rows_of_real, [1_i8, n], rows, c_loc(cells), error)
       call file%put_text(top//'/FieldData/level_lower', 'unit', 'm', error)
       call file%put_text(top//'/FieldData/level_upper', 'unit', 'm', error)

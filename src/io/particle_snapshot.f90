@@ -6,7 +6,7 @@ module m_particle_snapshot
    use m_level, only: level_t
    use m_decomposition, only: blocks_before
    use m_field_table, only: field_t
-   use m_snapshot, only: snapshot_t, snapshot_field_t, component_name_length
+   use m_snapshot, only: snapshot_t, snapshot_level_t, snapshot_field_t, component_name_length
    implicit none
    private
    public :: take_snapshot
@@ -89,7 +89,7 @@ contains
       end do
    end subroutine place_runs
 
-   !> Boxes, cells and particles of the levels where there are several. `counts`: particles of the blocks of all levels.
+   !> Regions, cells and particles of the levels where there are several. `counts`: particles of the blocks of all levels.
    pure subroutine describe_levels(levels, counts, snapshot)
       type(level_t), intent(in) :: levels(:)
       integer, intent(in) :: counts(:)
@@ -99,16 +99,8 @@ contains
       if (size(levels) == 1) return
       allocate (snapshot%levels(size(levels)))
       do l = 1, size(levels)
-         associate (grid => levels(l)%grid, region => levels(l)%region, level => snapshot%levels(l))
-            level%cell = grid%cell
-            level%lower = grid%lower
-            level%upper = grid%upper
-            if (l > 1) then
-               level%lower = grid%lower + region%low*grid%cell
-               level%upper = grid%lower + region%high*grid%cell
-            end if
-            level%particles = sum(int(counts(blocks_before(levels, l) + 1:blocks_before(levels, l + 1)), i8))
-         end associate
+         snapshot%levels(l) = snapshot_level_t(levels(l)%region, levels(l)%grid%cell, &
+                                               sum(int(counts(blocks_before(levels, l) + 1:blocks_before(levels, l + 1)), i8)))
       end do
    end subroutine describe_levels
 

@@ -5,6 +5,7 @@ module m_snapshot
    use m_errors, only: error_t, fail
    use m_communicator, only: communicator_t
    use m_sorting, only: sorted_order
+   use m_region, only: region_t
    use m_text, only: to_text
    implicit none
    private
@@ -37,7 +38,7 @@ module m_snapshot
 
    !> A grid level of a scene with several.
    type, public :: snapshot_level_t
-      real(wp) :: lower(3) = 0.0_wp, upper(3) = 0.0_wp !< its box, m
+      type(region_t) :: region
       real(wp) :: cell = 0.0_wp       !< m
       integer(i8) :: particles = 0_i8 !< of all ranks
    end type snapshot_level_t

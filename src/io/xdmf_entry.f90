@@ -9,12 +9,10 @@ module m_xdmf_entry
 
    character(len=1), parameter :: newline = achar(10)
 
-   !> The twelve edges of a box, by its corners (0 to 7, x runs fastest).
-   character(len=*), parameter :: edges = '0 1 2 3 4 5 6 7 0 2 1 3 4 6 5 7 0 4 1 5 2 6 3 7'
-
 contains
 
-   !> The boxes of the levels as their edges, one grid a level, with its number and cell size (m).
+   !> The regions of the levels as the lines that their surfaces are bent along, twelve for a box: one grid a level, with its
+   !> number and cell size (m). A line of text is short, so that it can be read again (xdmf_index).
    function levels_entry(snapshot) result(text)
       type(snapshot_t), intent(in) :: snapshot
       character(len=:), allocatable :: text
@@ -29,37 +27,40 @@ contains
    function outline(level, number) result(text)
       type(snapshot_level_t), intent(in) :: level
       integer, intent(in) :: number
-      character(len=:), allocatable :: text
-      real(wp) :: sides(3, 0:1)
-      integer :: i, j, k
-      sides(:, 0) = level%lower
-      sides(:, 1) = level%upper
-      text = '     <Grid Name="level '//to_text(number)//'" GridType="Uniform">'//newline// &
-             '     <Topology TopologyType="Polyline" NodesPerElement="2" NumberOfElements="12">'//newline// &
-             '      <DataItem Format="XML" NumberType="Int" Dimensions="12 2">'//edges//'</DataItem>'//newline// &
-             '     </Topology>'//newline// &
-             '     <Geometry GeometryType="XYZ">'//newline// &
-             '      <DataItem Format="XML" NumberType="Float" Precision="8" Dimensions="8 3">'//newline
-      do k = 0, 1
-         do j = 0, 1
-            do i = 0, 1
-               text = text//exact_text(sides(1, i))//' '//exact_text(sides(2, j))//' '//exact_text(sides(3, k))//newline
-            end do
+      character(len=:), allocatable :: text, lines, pairs, places
+      real(wp), allocatable :: ends(:, :, :)
+      integer :: e, n
+      ends = level%region%outline()
+      lines = to_text(size(ends, 3))
+      pairs = ''
+      places = ''
+      do n = 1, size(ends, 3)
+         pairs = pairs//to_text(2*n - 2)//' '//to_text(2*n - 1)//newline
+         do e = 1, 2
+            places = places//exact_text(ends(1, e, n))//' '//exact_text(ends(2, e, n))//' '//exact_text(ends(3, e, n))//newline
          end do
       end do
-      text = text//'      </DataItem>'//newline//'     </Geometry>'//newline// &
-             attribute('level', 'Scalar', twelve(to_text(number), 'NumberType="Int"'), 'Cell')// &
-             attribute('cell_size', 'Scalar', twelve(exact_text(level%cell), 'NumberType="Float" Precision="8"'), 'Cell')// &
+      text = '     <Grid Name="level '//to_text(number)//'" GridType="Uniform">'//newline// &
+             '     <Topology TopologyType="Polyline" NodesPerElement="2" NumberOfElements="'//lines//'">'//newline// &
+             '      <DataItem Format="XML" NumberType="Int" Dimensions="'//lines//' 2">'//newline//pairs// &
+             '      </DataItem>'//newline//'     </Topology>'//newline// &
+             '     <Geometry GeometryType="XYZ">'//newline// &
+             '      <DataItem Format="XML" NumberType="Float" Precision="8" Dimensions="'//to_text(2*size(ends, 3))//' 3">'// &
+             newline//places//'      </DataItem>'//newline//'     </Geometry>'//newline// &
+             attribute('level', 'Scalar', repeated(size(ends, 3), to_text(number), 'NumberType="Int"'), 'Cell')// &
+             attribute('cell_size', 'Scalar', &
+                       repeated(size(ends, 3), exact_text(level%cell), 'NumberType="Float" Precision="8"'), 'Cell')// &
              '     </Grid>'
    end function outline
 
-   !> The same value for all edges.
-   pure function twelve(value, number_type) result(item)
+   !> The same value for all lines.
+   pure function repeated(times, value, number_type) result(item)
+      integer, intent(in) :: times
       character(len=*), intent(in) :: value, number_type
       character(len=:), allocatable :: item
-      item = '      <DataItem Format="XML" '//number_type//' Dimensions="12">'//repeat(value//' ', 11)//value// &
-             '</DataItem>'//newline
-   end function twelve
+      item = '      <DataItem Format="XML" '//number_type//' Dimensions="'//to_text(times)//'">'//newline// &
+             repeat(value//newline, times)//'      </DataItem>'//newline
+   end function repeated
 
    !> The grid of one snapshot: vertices, coordinates, id and fields, all as references into its HDF5 file.
    function particles_entry(snapshot) result(text)

@@ -43,7 +43,7 @@ contains
    pure logical function has_constrained(region, place)
       type(region_t), intent(in) :: region
       integer, intent(in) :: place(3) !< of the block
-      has_constrained = .not. (region%is_inner(block_size*place - 1) .and. region%is_inner(block_size*(place + 1)))
+      has_constrained = region%any_outer(block_size*place - 1, block_size*(place + 1))
    end function has_constrained
 
    !> The constrained nodes in the tile of a block. Of the blocks whose tiles hold a constrained node, the one that it belongs to

@@ -5,12 +5,13 @@ module m_placing
    use m_kinds, only: wp
    use m_communicator, only: communicator_t
    use m_grid_level, only: grid_level_t
+   use m_region, only: region_t, make_region
    use m_level, only: level_t
    use m_materials, only: materials_t
    use m_scene, only: criterion_stress
    implicit none
    private
-   public :: followed_box, judged_box, smallest_width
+   public :: judge_region, smallest_width
 
    integer, parameter :: smallest_width = 4 !< of a region, in cells of the coarser level
    integer, parameter :: smallest_gap = 2   !< between an edge and the coarser level's, in its cells
@@ -20,37 +21,26 @@ module m_placing
 
 contains
 
-   !> The sides of a box that follows, in nodes of its level. Sides on sides of the grid stay there, the others move.
-   pure subroutine followed_box(grid, low, high, shift, new_low, new_high)
-      type(grid_level_t), intent(in) :: grid
-      integer, intent(in) :: low(3), high(3)          !< at the start
-      integer, intent(in) :: shift(3)                 !< even
-      integer, intent(out) :: new_low(3), new_high(3)
-      new_low = merge(0, min(max(low + shift, 0), grid%cells), low == 0)
-      new_high = merge(grid%cells, min(max(high + shift, 0), grid%cells), high == grid%cells)
-   end subroutine followed_box
-
-   !> Collective: the sides, in nodes of the level `fine`, of the smallest box around the cells of the coarser level in which von
-   !> Mises stress (or strain) changes most, as many as the budget allows. `found` is false where nothing changes, and where the
-   !> budget does not allow the smallest box there.
-   subroutine judged_box(communicator, levels, fine, materials, criterion, max_cells, found, low, high)
+   !> Collective: the region of the level `fine` that is the smallest box around the cells of the coarser level in which von Mises
+   !> stress (or strain) changes most, as many as the budget allows. `found` is false where nothing changes, and where the budget
+   !> does not allow the smallest box there.
+   subroutine judge_region(communicator, levels, fine, materials, criterion, max_cells, found, region)
       type(communicator_t), intent(in) :: communicator
       type(level_t), intent(in) :: levels(:)
       integer, intent(in) :: fine                 !< number of the level that is placed
       type(materials_t), intent(in) :: materials
       integer, intent(in) :: criterion, max_cells !< cells of the placed level
       logical, intent(out) :: found
-      integer, intent(out) :: low(3), high(3)
+      type(region_t), intent(out) :: region
       real(wp), allocatable :: value(:, :, :), change(:, :, :)
-      integer :: first(3, classes), last(3, classes), a(3), z(3), i, j, k, r, &
-                 tried_low(3), tried_high(3)
+      integer :: first(3, classes), last(3, classes), a(3), z(3), i, j, k, r
+      type(region_t) :: tried
+      logical :: allowed
       real(wp) :: largest
       call cell_peaks(communicator, levels, levels(fine - 1)%grid, materials, criterion, value)
       call changes(value, change)
       largest = maxval(change)
       found = largest > 0.0_wp
-      low = 0
-      high = 0
       if (.not. found) return
       first = huge(1)
       last = -1
@@ -69,35 +59,34 @@ contains
       do r = 1, classes
          a = min(a, first(:, r))
          z = max(z, last(:, r))
-         call box_around(levels, fine, a, z, tried_low, tried_high)
-         if (product(real(tried_high - tried_low, wp)) > max_cells) then
+         call box_around(levels, fine, a, z, max_cells, tried, allowed)
+         if (.not. allowed) then
             if (r > 1) exit
             a = maxloc(change) - 1 ! the first of the largest alone
-            call box_around(levels, fine, a, a, tried_low, tried_high)
-            found = .not. product(real(tried_high - tried_low, wp)) > max_cells
-            low = tried_low
-            high = tried_high
+            call box_around(levels, fine, a, a, max_cells, region, found)
             exit
          end if
-         low = tried_low
-         high = tried_high
+         region = tried
       end do
-   end subroutine judged_box
+   end subroutine judge_region
 
-   !> The box of the placed level around cells a to z of the coarser one: with a margin, wide enough, inside the coarser region.
-   pure subroutine box_around(levels, fine, a, z, low, high)
+   !> The box of the placed level around cells a to z of the coarser one: with a margin, wide enough, inside the box around the
+   !> coarser region. It is allowed within the budget, inside that region.
+   pure subroutine box_around(levels, fine, a, z, max_cells, region, allowed)
       type(level_t), intent(in) :: levels(:)
-      integer, intent(in) :: fine, a(3), z(3)
-      integer, intent(out) :: low(3), high(3)
-      integer :: axis, lowest, highest, missing
+      integer, intent(in) :: fine, a(3), z(3), max_cells
+      type(region_t), intent(out) :: region
+      logical, intent(out) :: allowed
+      integer :: low(3), high(3), above_low(3), above_high(3), axis, lowest, highest, missing
+      call levels(fine - 1)%region%node_box(above_low, above_high)
       low = a - margin
       high = z + 1 + margin
       do axis = 1, 3
          associate (above => levels(fine - 1))
             lowest = 0
             highest = above%grid%cells(axis)
-            if (above%region%lower(axis) > above%grid%lower(axis)) lowest = above%region%low(axis) + smallest_gap
-            if (above%region%upper(axis) < above%grid%upper(axis)) highest = above%region%high(axis) - smallest_gap
+            if (above_low(axis) > lowest) lowest = above_low(axis) + smallest_gap
+            if (above_high(axis) < highest) highest = above_high(axis) - smallest_gap
             missing = max(0, smallest_width - (high(axis) - low(axis)))
             low(axis) = low(axis) - missing/2
             high(axis) = high(axis) + missing - missing/2
@@ -109,8 +98,9 @@ contains
             if (highest == above%grid%cells(axis) .and. high(axis) > highest - smallest_gap) high(axis) = highest
          end associate
       end do
-      low = 2*low
-      high = 2*high
+      region = make_region(levels(fine)%grid, 2*low, 2*high)
+      allowed = region%cells() <= max_cells .and. &
+                .not. levels(fine - 1)%region%any_outer(low - smallest_gap + 1, high + smallest_gap - 1)
    end subroutine box_around
 
    !> Collective: the largest value in each cell of a grid; -1 where there is no material. The same bits on any number of ranks.

@@ -1,38 +1,57 @@
-!> The box that a nested level refines (theory.md, Levels).
+!> What a nested level refines: a set of cells of the level above, of any form (theory.md, Levels).
 !>
-!> Its sides lie on nodes of the level above. A side on a side of the grid is open: there is no edge, the level goes on beyond it.
+!> A cell on a side of the grid goes on beyond it: there is no edge. Where the cells fill the box around them the sides of that box
+!> answer every question; else how many cells a box holds, which takes eight look-ups whatever its size.
 module m_region
-   use m_kinds, only: wp
+   use m_kinds, only: wp, i8
    use m_grid_level, only: grid_level_t
    implicit none
    private
-   public :: region_t, make_region
+   public :: region_t, make_region, unpack_region
 
-   real(wp), parameter :: entry_margin = 0.25_wp !< what comes so near to a region, in its cells, reaches in: a lattice that ends at
-                                                 !< an edge is not to change level with the first movement, or by rounding
+   real(wp), parameter :: entry_margin = 0.25_wp !< what comes so near to a region, in its cells, reaches in: a
+                                                 !< lattice that ends at an edge is not to change level with the
+                                                 !< first movement, or by rounding
 
    type :: region_t
-      real(wp) :: lower(3) = -huge(1.0_wp) !< m; far away where a side is open
+      private
+      type(grid_level_t) :: grid           !< the level's
+      integer :: low(3) = 0, high(3) = 0   !< sides of the box around the cells, in nodes of that grid
+      real(wp) :: lower(3) = -huge(1.0_wp) !< the same, m; far away where the box reaches a side of the grid
       real(wp) :: upper(3) = huge(1.0_wp)  !< m
-      real(wp) :: near = 0.0_wp            !< what comes nearer reaches in, m
-      integer :: first(3) = -huge(1)       !< nodes of the level's grid that are strictly inside: first to last
+      integer :: first(3) = -huge(1)       !< nodes that are strictly inside that box: first to last
       integer :: last(3) = huge(1)
-      integer :: low(3) = 0, high(3) = 0   !< its sides in nodes of the level's grid, open or not
+      real(wp) :: near = 0.0_wp            !< what comes nearer reaches in, m
+      integer, allocatable :: below(:, :, :) !< where the box has gaps: cells of the region among its first i, j, k cells
    contains
       procedure :: overlaps
       procedure :: holds
       procedure :: is_inner
+      procedure :: any_outer
       procedure :: clear_of_edge
       procedure :: holds_box
+      procedure :: clip
+      procedure :: same_as
+      procedure :: shifted
+      procedure :: cells
+      procedure :: node_box
+      procedure :: bounding_box
+      procedure :: outline
+      procedure :: packed
    end type region_t
+
+   interface make_region
+      module procedure region_of_box, region_of_cells
+   end interface make_region
 
 contains
 
    !> The region between two nodes of a level's grid.
-   pure type(region_t) function make_region(grid, low, high) result(region)
+   pure type(region_t) function region_of_box(grid, low, high) result(region)
       type(grid_level_t), intent(in) :: grid
       integer, intent(in) :: low(3), high(3) !< even: nodes of the level above
       integer :: axis
+      region%grid = grid
       region%near = entry_margin*grid%cell
       region%low = low
       region%high = high
@@ -46,20 +65,56 @@ contains
             region%last(axis) = high(axis) - 1
          end if
       end do
-   end function make_region
+   end function region_of_box
+
+   !> The region of the chosen ones among the cells of the level above that begin at a node of a level's grid.
+   pure type(region_t) function region_of_cells(grid, low, chosen) result(region)
+      type(grid_level_t), intent(in) :: grid
+      integer, intent(in) :: low(3) !< even
+      logical, intent(in) :: chosen(:, :, :)
+      integer :: a(3), z(3), i, j, k
+      a = [findloc(any(any(chosen, 3), 2), .true., 1), findloc(any(any(chosen, 3), 1), .true., 1), &
+           findloc(any(any(chosen, 2), 1), .true., 1)]
+      z = [findloc(any(any(chosen, 3), 2), .true., 1, back=.true.), findloc(any(any(chosen, 3), 1), .true., 1, back=.true.), &
+           findloc(any(any(chosen, 2), 1), .true., 1, back=.true.)]
+      if (.not. any(chosen)) a = 1
+      region = region_of_box(grid, low + 2*(a - 1), low + 2*z)
+      if (any(chosen) .and. all(chosen(a(1):z(1), a(2):z(2), a(3):z(3)))) return
+      z = z - a + 1
+      allocate (region%below(0:z(1), 0:z(2), 0:z(3)), source=0)
+      associate (n => region%below)
+         do k = 1, z(3)
+            do j = 1, z(2)
+               do i = 1, z(1)
+                  n(i, j, k) = merge(1, 0, chosen(a(1) + i - 1, a(2) + j - 1, a(3) + k - 1)) + n(i - 1, j - 1, k - 1) &
+                               + (n(i - 1, j, k) - n(i - 1, j - 1, k)) + (n(i, j - 1, k) - n(i, j - 1, k - 1)) &
+                               + (n(i, j, k - 1) - n(i - 1, j, k - 1))
+               end do
+            end do
+         end do
+      end associate
+   end function region_of_cells
 
    !> True when a box reaches into the region, or comes near it.
    pure logical function overlaps(self, low, high)
       class(region_t), intent(in) :: self
       real(wp), intent(in) :: low(3), high(3) !< m
+      integer :: first(3), last(3)
       overlaps = all(high > self%lower - self%near .and. low < self%upper + self%near)
+      if (.not. (overlaps .and. allocated(self%below))) return
+      call cells_near(self, low, high, self%near, first, last)
+      overlaps = count_of(self, first, last) > 0
    end function overlaps
 
-   !> True when a place lies inside.
+   !> True when a place lies inside, not on an edge.
    pure logical function holds(self, place)
       class(region_t), intent(in) :: self
       real(wp), intent(in) :: place(3) !< m
+      integer :: first(3), last(3)
       holds = all(place > self%lower .and. place < self%upper)
+      if (.not. (holds .and. allocated(self%below))) return
+      call cells_near(self, nearest(place, -1.0_wp), nearest(place, 1.0_wp), 0.0_wp, first, last) ! all cells that touch it
+      holds = all_of(self, first, last)
    end function holds
 
    !> True when a node (indices in the level's grid) is an unknown of the level; all others are constrained nodes of the level
@@ -67,21 +122,262 @@ contains
    pure logical function is_inner(self, node)
       class(region_t), intent(in) :: self
       integer, intent(in) :: node(3)
-      is_inner = all(node >= self%first .and. node <= self%last)
+      is_inner = .not. any_outer(self, node, node)
    end function is_inner
+
+   !> True when some node among those from first to last, along each axis, is no unknown of the level.
+   pure logical function any_outer(self, first, last)
+      class(region_t), intent(in) :: self
+      integer, intent(in) :: first(3), last(3)
+      any_outer = .not. all(first >= self%first .and. last <= self%last)
+      if (any_outer .or. .not. allocated(self%below)) return
+      any_outer = .not. all_of(self, in_grid(self, (first - 1)/2), in_grid(self, last/2)) ! all cells that touch them
+   end function any_outer
 
    !> True when no place of a box is less than `width` away from an edge.
    pure logical function clear_of_edge(self, low, high, width)
       class(region_t), intent(in) :: self
-      real(wp), intent(in) :: low(3), high(3), width !< m
-      clear_of_edge = any(high <= self%lower - width .or. low >= self%upper + width) .or. self%holds_box(low, high, width)
+      real(wp), intent(in) :: low(3), high(3), width !< m; a width above 0
+      integer :: first(3), last(3)
+      clear_of_edge = any(high <= self%lower - width .or. low >= self%upper + width)
+      if (clear_of_edge) return
+      clear_of_edge = holds_box(self, low, high, width)
+      if (clear_of_edge .or. .not. allocated(self%below)) return
+      call cells_near(self, low, high, width, first, last)
+      clear_of_edge = count_of(self, first, last) == 0
    end function clear_of_edge
 
    !> True when a box lies inside, at least `width` away from all edges.
    pure logical function holds_box(self, low, high, width)
       class(region_t), intent(in) :: self
-      real(wp), intent(in) :: low(3), high(3), width !< m
+      real(wp), intent(in) :: low(3), high(3), width !< m; a width above 0
+      integer :: first(3), last(3)
       holds_box = all(low >= self%lower + width .and. high <= self%upper - width)
+      if (.not. (holds_box .and. allocated(self%below))) return
+      call cells_near(self, low, high, width, first, last)
+      holds_box = all_of(self, first, last)
    end function holds_box
+
+   !> Cut a box to what is less than `margin` away from the box around the region.
+   pure subroutine clip(self, margin, low, high)
+      class(region_t), intent(in) :: self
+      real(wp), intent(in) :: margin                !< m
+      real(wp), intent(inout) :: low(3), high(3) !< m
+      low = max(low, self%lower - margin)
+      high = min(high, self%upper + margin)
+   end subroutine clip
+
+   !> True when two regions of one grid have the same cells.
+   pure logical function same_as(self, other)
+      class(region_t), intent(in) :: self
+      type(region_t), intent(in) :: other
+      same_as = all(self%low == other%low .and. self%high == other%high) .and. &
+                (allocated(self%below) .eqv. allocated(other%below))
+      if (same_as .and. allocated(self%below)) same_as = all(self%below == other%below)
+   end function same_as
+
+   !> The same region at another place, as far as it is in the grid. What goes on beyond a side of the grid does so before it moves.
+   pure type(region_t) function shifted(self, shift) result(region)
+      class(region_t), intent(in) :: self
+      integer, intent(in) :: shift(3) !< in nodes of the level's grid; even
+      logical, allocatable :: chosen(:, :, :)
+      integer :: low(3), high(3), from(3), i, j, k
+      low = merge(0, min(max(self%low + shift, 0), self%grid%cells), self%low == 0)
+      high = merge(self%grid%cells, min(max(self%high + shift, 0), self%grid%cells), self%high == self%grid%cells)
+      if (.not. allocated(self%below)) then
+         region = region_of_box(self%grid, low, high)
+         return
+      end if
+      allocate (chosen((high(1) - low(1))/2, (high(2) - low(2))/2, (high(3) - low(3))/2))
+      do k = 1, size(chosen, 3)
+         do j = 1, size(chosen, 2)
+            do i = 1, size(chosen, 1)
+               from = in_grid(self, (low - shift)/2 + [i, j, k] - 1)
+               chosen(i, j, k) = all_of(self, from, from)
+            end do
+         end do
+      end do
+      region = region_of_cells(self%grid, low, chosen)
+   end function shifted
+
+   !> How many cells of the level it has.
+   pure integer(i8) function cells(self)
+      class(region_t), intent(in) :: self
+      cells = product(int(self%high - self%low, i8))
+      if (allocated(self%below)) cells = 8_i8*count_of(self, self%low/2, self%high/2 - 1)
+   end function cells
+
+   !> The sides of the box around it, in nodes of the level's grid.
+   pure subroutine node_box(self, low, high)
+      class(region_t), intent(in) :: self
+      integer, intent(out) :: low(3), high(3)
+      low = self%low
+      high = self%high
+   end subroutine node_box
+
+   !> The corners of the box around it, m.
+   pure subroutine bounding_box(self, lower, upper)
+      class(region_t), intent(in) :: self
+      real(wp), intent(out) :: lower(3), upper(3)
+      lower = place_of(self, self%low)
+      upper = place_of(self, self%high)
+   end subroutine bounding_box
+
+   !> The straight lines that its surface is bent along, by their ends, m: (3, 2, lines).
+   pure function outline(self) result(ends)
+      class(region_t), intent(in) :: self
+      real(wp), allocatable :: ends(:, :, :)
+      integer :: step(3), cells(3), at(3), from, axis, u, v, i, j, k, n, pass
+      step = self%high - self%low
+      if (allocated(self%below)) step = 2
+      cells = (self%high - self%low)/step
+      do pass = 1, 2 ! count, then list
+         n = 0
+         do axis = 1, 3
+            u = modulo(axis, 3) + 1
+            v = modulo(axis + 1, 3) + 1
+            do k = 0, cells(v)
+               do j = 0, cells(u)
+                  from = -1
+                  at([u, v]) = [j, k]
+                  do i = 0, cells(axis)
+                     at(axis) = i
+                     if (bent(at, axis, u, v)) then
+                        if (from < 0) from = i
+                        cycle
+                     end if
+                     if (from < 0) cycle
+                     n = n + 1
+                     if (pass == 2) ends(:, 2, n) = place_of(self, self%low + step*at)
+                     at(axis) = from
+                     if (pass == 2) ends(:, 1, n) = place_of(self, self%low + step*at)
+                     from = -1
+                  end do
+               end do
+            end do
+         end do
+         if (pass == 1) allocate (ends(3, 2, n))
+      end do
+   contains
+      !> True when the surface is bent along the edge, in direction `axis` from a corner, that four cells share.
+      pure logical function bent(at, axis, u, v)
+         integer, intent(in) :: at(3), axis, u, v
+         logical :: here(4)
+         integer :: c, cell(3)
+         do c = 1, 4
+            cell = at
+            cell(u) = cell(u) - merge(1, 0, c == 1 .or. c == 3)
+            cell(v) = cell(v) - merge(1, 0, c <= 2)
+            here(c) = all(cell >= 0 .and. cell < cells)
+            if (here(c) .and. allocated(self%below)) here(c) = all_of(self, self%low/2 + cell, self%low/2 + cell)
+         end do
+         bent = modulo(count(here), 2) == 1 .or. (count(here) == 2 .and. (here(1) .eqv. here(4)))
+      end function bent
+   end function outline
+
+   !> As numbers, from which unpack_region makes it: its box, how many numbers follow, and where the box has gaps a 1 or a 0 for
+   !> each of its cells, x fastest.
+   pure function packed(self) result(numbers)
+      class(region_t), intent(in) :: self
+      integer(i8), allocatable :: numbers(:)
+      integer :: n(3), i, j, k
+      n = 0
+      if (allocated(self%below)) n = (self%high - self%low)/2
+      associate (a => self%low/2)
+         numbers = [int([self%low, self%high, product(n)], i8), &
+                    [(((merge(1_i8, 0_i8, all_of(self, a + [i, j, k], a + [i, j, k])), &
+                        i=0, n(1) - 1), j=0, n(2) - 1), k=0, n(3) - 1)]]
+      end associate
+   end function packed
+
+   !> The region of a level that some numbers among others stand for. `next` goes from its first number to that behind it; `good` is
+   !> false where they are no region of this grid.
+   pure subroutine unpack_region(grid, numbers, next, region, good)
+      type(grid_level_t), intent(in) :: grid
+      integer(i8), intent(in) :: numbers(:)
+      integer, intent(inout) :: next
+      type(region_t), intent(out) :: region
+      logical, intent(out) :: good
+      integer :: low(3), high(3), behind
+      good = .false.
+      if (next + 6 > size(numbers)) return
+      associate (a => numbers(next:next + 2), z => numbers(next + 3:next + 5), listed => numbers(next + 6))
+         if (any(a < 0 .or. a >= z .or. z > grid%cells .or. modulo(a, 2_i8) /= 0 .or. modulo(z, 2_i8) /= 0)) return
+         if (listed /= 0 .and. (listed /= product((z - a)/2) .or. listed > size(numbers) - next - 6)) return
+         low = int(a)
+         high = int(z)
+         behind = next + 7 + int(listed)
+      end associate
+      region = region_of_box(grid, low, high)
+      if (behind > next + 7) region = region_of_cells(grid, low, reshape(numbers(next + 7:behind - 1) == 1_i8, (high - low)/2))
+      next = behind
+      good = region%cells() > 0
+   end subroutine unpack_region
+
+   !> The place of a node, m.
+   pure function place_of(self, node) result(place)
+      class(region_t), intent(in) :: self
+      integer, intent(in) :: node(3)
+      real(wp) :: place(3)
+      place = merge(self%grid%upper, self%grid%lower + node*self%grid%cell, node == self%grid%cells)
+   end function place_of
+
+   !> The cells of the level above, from first to last along each axis, that are less than `width` away from a box. Those on a side
+   !> of the grid stand for what is beyond it.
+   pure subroutine cells_near(self, low, high, width, first, last)
+      class(region_t), intent(in) :: self
+      real(wp), intent(in) :: low(3), high(3), width !< m
+      integer, intent(out) :: first(3), last(3)
+      real(wp) :: across(3)
+      integer :: axis, c, most
+      across = real(self%grid%cells/2, wp)
+      first = int(min(max(0.5_wp*(low - width - self%grid%lower)*self%grid%per_cell, 0.0_wp), across)) ! but for rounding
+      last = int(min(max(0.5_wp*(high + width - self%grid%lower)*self%grid%per_cell, 0.0_wp), across))
+      do axis = 1, 3
+         most = self%grid%cells(axis)/2 - 1
+         do c = max(first(axis) - 1, 0), most - 1
+            if (low(axis) < side(axis, c + 1) + width) exit
+         end do
+         first(axis) = c
+         do c = min(last(axis) + 1, most), 1, -1
+            if (high(axis) > side(axis, c) - width) exit
+         end do
+         last(axis) = c
+      end do
+   contains
+      !> Place of the lower side of a cell, m.
+      pure real(wp) function side(axis, c)
+         integer, intent(in) :: axis, c
+         side = self%grid%lower(axis) + 2*c*self%grid%cell
+      end function side
+   end subroutine cells_near
+
+   !> The nearest cell of the level above that is in the grid.
+   pure function in_grid(self, cell) result(nearest_cell)
+      class(region_t), intent(in) :: self
+      integer, intent(in) :: cell(3)
+      integer :: nearest_cell(3)
+      nearest_cell = min(max(cell, 0), self%grid%cells/2 - 1)
+   end function in_grid
+
+   !> True when all cells of the level above from first to last along each axis, in the grid, belong to the region.
+   pure logical function all_of(self, first, last)
+      class(region_t), intent(in) :: self
+      integer, intent(in) :: first(3), last(3)
+      all_of = count_of(self, first, last) == product(last - first + 1)
+   end function all_of
+
+   !> How many of them do, where the box around the region has gaps.
+   pure integer function count_of(self, first, last) result(n)
+      class(region_t), intent(in) :: self
+      integer, intent(in) :: first(3), last(3)
+      integer :: a(3), z(3)
+      a = min(max(first - self%low/2, 0), (self%high - self%low)/2)
+      z = min(max(last + 1 - self%low/2, 0), (self%high - self%low)/2)
+      associate (m => self%below)
+         n = (m(z(1), z(2), z(3)) - m(a(1), z(2), z(3))) - (m(z(1), a(2), z(3)) - m(a(1), a(2), z(3))) &
+             - (m(z(1), z(2), a(3)) - m(a(1), z(2), a(3))) + (m(z(1), a(2), a(3)) - m(a(1), a(2), a(3)))
+      end associate
+   end function count_of
 
 end module m_region

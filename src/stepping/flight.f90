@@ -134,7 +134,7 @@ contains
       logical, intent(inout) :: entered(:)
       real(wp), intent(out) :: particles
       integer, intent(out) :: home
-      real(wp) :: low(3), high(3)
+      real(wp) :: low(3), high(3), low_there(3), high_there(3)
       integer :: l
       associate (grid => model%levels(1)%grid) ! at its sides what flies is held, or the run ends
          low = min(max(flyer%low + way, grid%lower), grid%upper - (flyer%high - flyer%low))
@@ -147,7 +147,10 @@ contains
          if (l < size(model%levels)) then
             if (model%levels(l + 1)%region%holds_box(low, high, 2.0_wp*model%levels(l + 1)%grid%cell)) cycle
          end if
-         call model%mark_around(l, max(low, model%levels(l)%region%lower), min(high, model%levels(l)%region%upper), entered)
+         low_there = low
+         high_there = high
+         call model%levels(l)%region%clip(0.0_wp, low_there, high_there)
+         call model%mark_around(l, low_there, high_there, entered)
       end do
       particles = flyer%particles*8.0_wp**(home - flyer%level)
    end subroutine look

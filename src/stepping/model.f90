@@ -17,7 +17,7 @@ module m_model
    use m_body, only: fill_block, count_in_block, expected_count
    use m_placement, only: work_t, work_of, order_work, choose_owners
    use m_decomposition, only: set_owners, all_owners, settle_blocks, blocks_before
-   use m_region, only: make_region
+   use m_region, only: region_t, make_region
    use m_composite, only: composite_t
    use m_edge, only: has_constrained
    use m_node_exchange, only: node_exchange_t
@@ -57,7 +57,7 @@ module m_model
       type(bounds_t) :: bounds
       real(wp) :: unseen = 1.0_wp                     !< what the step leaves of the velocity that nodes do not see
       type(level_spec_t), allocatable :: level_specs(:) !< what the scene says of levels 2 and on
-      integer, allocatable :: first_low(:, :), first_high(:, :) !< sides of their boxes at the start, in nodes: (3, levels)
+      type(region_t), allocatable :: first_regions(:)   !< of all levels, at the start
       integer(i8) :: moves = 0                        !< times that boxes of levels have moved
       real(wp) :: time = 0.0_wp                       !< s
       real(wp) :: last_step = 0.0_wp                  !< of the coarsest level, s
@@ -225,21 +225,20 @@ contains
       integer :: l, n
       n = 1
       if (has_levels(scene)) n = 1 + size(scene%levels)
-      allocate (self%first_low(3, n), self%first_high(3, n), source=0)
       if (n > 1) self%level_specs = scene%levels
       allocate (self%levels(n), self%effect_step(n), self%exchange(n), self%migration(n), self%composite(n))
       allocate (self%level_steps(n), source=0_i8)
       do l = 1, n
          self%levels(l)%number = l
          self%levels(l)%grid = make_grid_level(scene%grid, l)
+         self%levels(l)%region = make_region(self%levels(l)%grid, [0, 0, 0], self%levels(l)%grid%cells)
          if (l == 1) cycle
          associate (grid => self%levels(l)%grid, spec => scene%levels(l - 1))
             self%levels(l)%region = make_region(grid, 2*nint(0.5_wp*(spec%lower - grid%lower)*grid%per_cell), &
                                                 2*nint(0.5_wp*(spec%upper - grid%lower)*grid%per_cell))
-            self%first_low(:, l) = self%levels(l)%region%low
-            self%first_high(:, l) = self%levels(l)%region%high
          end associate
       end do
+      self%first_regions = self%levels%region
    end subroutine make_levels
 
    !> Bins of the particles of a block that has just been filled, and the bounds of their places.
@@ -441,7 +440,7 @@ contains
       integer, intent(in) :: l
       real(wp), intent(in) :: lowest(3), highest(3) !< m
       logical, intent(inout) :: wanted(:) !< by number
-      real(wp) :: low(3), high(3), reach
+      real(wp) :: low(3), high(3), low_there(3), high_there(3), reach
       reach = merge(largest_move, 0.0_wp, size(self%levels) > 1)*self%levels(1)%grid%cell
       low = lowest - reach
       high = highest + reach
@@ -449,8 +448,12 @@ contains
       associate (level => self%levels(l))
          if (l < size(self%levels)) then
             associate (finer => self%levels(l + 1)%region)
-               if (finer%overlaps(low - level%grid%cell, high + level%grid%cell)) &
-                  call mark_box(l + 1, max(low, finer%lower - level%grid%cell), min(high, finer%upper + level%grid%cell))
+               if (finer%overlaps(low - level%grid%cell, high + level%grid%cell)) then
+                  low_there = low
+                  high_there = high
+                  call finer%clip(level%grid%cell, low_there, high_there)
+                  call mark_box(l + 1, low_there, high_there)
+               end if
             end associate
          end if
          if (l > 1) then

@@ -5,13 +5,13 @@ module m_move_regions
    use m_errors, only: error_t, fail
    use m_text, only: to_text
    use m_scene, only: criterion_none
-   use m_region, only: make_region
+   use m_region, only: region_t
    use m_model, only: model_t
    use m_residence, only: change_pair
-   use m_placing, only: followed_box, judged_box, smallest_width
+   use m_placing, only: judge_region, smallest_width
    implicit none
    private
-   public :: move_regions
+   public :: move_regions, settle_particles
 
    integer, parameter :: judged_every = 50 !< steps of the coarsest level between two looks at a criterion
 
@@ -22,25 +22,33 @@ contains
    subroutine move_regions(model, error)
       type(model_t), intent(inout) :: model
       type(error_t), intent(inout) :: error
+      type(region_t) :: region
       integer :: l, low(3), high(3)
       logical :: moved
       moved = .false.
       do l = 2, size(model%levels)
-         call new_box(model, l, low, high)
-         associate (region => model%levels(l)%region)
-            if (all(low == region%low) .and. all(high == region%high)) cycle
-            if (any(high - low < 2*smallest_width)) then
-               call fail(error, exit_numerical, 'time '//to_text(model%time)//' s: level '//to_text(l)// &
-                         ' has followed its tool until its box has less than '//to_text(smallest_width)// &
-                         ' cells of the next coarser level in a direction; try a larger box or grid')
-               return
-            end if
-            region = make_region(model%levels(l)%grid, low, high)
-            moved = .true.
-         end associate
+         region = region_now(model, l)
+         if (region%same_as(model%levels(l)%region)) cycle
+         call region%node_box(low, high)
+         if (any(high - low < 2*smallest_width)) then
+            call fail(error, exit_numerical, 'time '//to_text(model%time)//' s: level '//to_text(l)// &
+                      ' has followed its tool until its box has less than '//to_text(smallest_width)// &
+                      ' cells of the next coarser level in a direction; try a larger box or grid')
+            return
+         end if
+         model%levels(l)%region = region
+         moved = .true.
       end do
       if (.not. moved) return
       model%moves = model%moves + 1
+      call settle_particles(model, error)
+   end subroutine move_regions
+
+   !> Collective: after regions have been set anew, particles go to the levels where they live.
+   subroutine settle_particles(model, error)
+      type(model_t), intent(inout) :: model
+      type(error_t), intent(inout) :: error
+      integer :: l
       call model%prepare_blocks(edges_moved=.true.)
       do l = size(model%levels) - 1, 1, -1 ! out, from the finest
          call change_pair(model, l, error)
@@ -53,7 +61,7 @@ contains
          call model%prepare_blocks()
       end do
       call forget_edge_stress(model)
-   end subroutine move_regions
+   end subroutine settle_particles
 
    !> New edges: nothing is ahead of its time there (theory.md, eq. labels).
    subroutine forget_edge_stress(model)
@@ -70,26 +78,24 @@ contains
       end do
    end subroutine forget_edge_stress
 
-   !> The sides that a level's box should have now, in nodes of its grid.
-   subroutine new_box(model, l, low, high)
+   !> The region that a level should have now.
+   type(region_t) function region_now(model, l) result(region)
       type(model_t), intent(in) :: model
       integer, intent(in) :: l
-      integer, intent(out) :: low(3), high(3)
+      type(region_t) :: judged
       logical :: found
-      associate (level => model%levels(l), spec => model%level_specs(l - 1))
-         low = level%region%low
-         high = level%region%high
+      region = model%levels(l)%region
+      associate (spec => model%level_specs(l - 1))
          if (spec%follow > 0) then
             associate (tool => model%contact%tools(spec%follow))
-               call followed_box(level%grid, model%first_low(:, l), model%first_high(:, l), &
-                                 2**(l - 1)*nint(tool%travel*tool%spec%axis*model%levels(1)%grid%per_cell), low, high)
+               region = model%first_regions(l)%shifted( &
+                        2**(l - 1)*nint(tool%travel*tool%spec%axis*model%levels(1)%grid%per_cell))
             end associate
          else if (spec%criterion /= criterion_none .and. mod(model%step, int(judged_every, i8)) == 0) then
-            call judged_box(model%communicator, model%levels, l, model%materials, spec%criterion, spec%max_cells, found, low, high)
-            if (.not. found) low = level%region%low
-            if (.not. found) high = level%region%high
+            call judge_region(model%communicator, model%levels, l, model%materials, spec%criterion, spec%max_cells, found, judged)
+            if (found) region = judged
          end if
       end associate
-   end subroutine new_box
+   end function region_now
 
 end module m_move_regions

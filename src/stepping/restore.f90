@@ -8,7 +8,7 @@ module m_restore
    use m_cell_list, only: bins
    use m_placement, only: work_of, choose_owners
    use m_decomposition, only: set_owners, all_owners, blocks_before
-   use m_region, only: make_region
+   use m_region, only: unpack_region
    use m_model, only: model_t
    implicit none
    private
@@ -80,18 +80,15 @@ contains
    !> whole table.
    subroutine restore_blocks(model, regions, ranks, blocks, error)
       type(model_t), intent(inout) :: model
-      integer(i8), intent(in) :: regions(:, :) !< sides of the levels' boxes in nodes, low and high: (6, levels)
-      integer(i8), intent(in) :: ranks         !< that the table is of
+      integer(i8), intent(in) :: regions(:) !< of levels 2 and on, packed, one after the other
+      integer(i8), intent(in) :: ranks      !< that the table is of
       type(block_table_t), intent(inout) :: blocks
       type(error_t), intent(inout) :: error
       integer, allocatable :: counts(:), owner(:)
       integer :: b, l, n
       call check_table(model, ranks, blocks, error)
-      call check_regions(model, regions, error)
+      call restore_regions(model, regions, error)
       if (error%happened()) return
-      do l = 2, size(model%levels)
-         model%levels(l)%region = make_region(model%levels(l)%grid, int(regions(1:3, l)), int(regions(4:6, l)))
-      end do
       allocate (counts(blocks_before(model%levels, size(model%levels) + 1)), source=-1)
       allocate (owner(size(counts)), source=-1)
       do n = 1, size(blocks%table, 2)
@@ -168,17 +165,19 @@ contains
       if (.not. good) call fail(error, exit_files, 'its blocks are not those of its scene')
    end subroutine check_table
 
-   subroutine check_regions(model, regions, error)
-      type(model_t), intent(in) :: model
-      integer(i8), intent(in) :: regions(:, :)
+   subroutine restore_regions(model, regions, error)
+      type(model_t), intent(inout) :: model
+      integer(i8), intent(in) :: regions(:)
       type(error_t), intent(inout) :: error
-      integer :: l
+      integer :: l, next
+      logical :: good
+      next = 1
+      good = .true.
       do l = 2, size(model%levels)
-         if (all(regions(1:3, l) >= 0) .and. all(regions(4:6, l) <= model%levels(l)%grid%cells) .and. &
-             all(regions(1:3, l) < regions(4:6, l)) .and. all(modulo(regions(:, l), 2_i8) == 0)) cycle
-         call fail(error, exit_files, 'its levels are not those of its scene')
+         if (good) call unpack_region(model%levels(l)%grid, regions, next, model%levels(l)%region, good)
       end do
-   end subroutine check_regions
+      if (.not. good .or. next <= size(regions)) call fail(error, exit_files, 'its levels are not those of its scene')
+   end subroutine restore_regions
 
    !> Collective: what has been read of the particles can be computed with: bins, bodies, places.
    subroutine check_particles(model, error)

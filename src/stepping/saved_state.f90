@@ -4,7 +4,7 @@ module m_saved_state
    use mpi_f08
    use m_kinds, only: wp, i4, i8
    use m_decomposition, only: set_owners, all_owners
-   use m_region, only: make_region
+   use m_region, only: region_t
    use m_tool, only: tool_t
    use m_contact, only: tool_state_t
    use m_effect_step, only: kinds_booked
@@ -16,7 +16,7 @@ module m_saved_state
 
    !> What is booked on one level.
    type :: saved_level_t
-      integer :: low(3) = 0, high(3) = 0            !< sides of its box, in nodes
+      type(region_t) :: region
       real(wp) :: external_work = 0.0_wp, damped = 0.0_wp, particle_work = 0.0_wp !< by effects, J
       real(wp), allocatable :: booked(:, :)         !< by kinds and block, since the last fold, J
    end type saved_level_t
@@ -87,8 +87,7 @@ contains
       if (.not. allocated(self%levels)) allocate (self%levels(size(model%levels)))
       do l = 1, size(model%levels)
          associate (saved => self%levels(l), step => model%effect_step(l), places => product(model%levels(l)%grid%blocks))
-            saved%low = model%levels(l)%region%low
-            saved%high = model%levels(l)%region%high
+            saved%region = model%levels(l)%region
             saved%external_work = step%external_work
             saved%damped = step%damped
             saved%particle_work = step%particle_work
@@ -178,7 +177,7 @@ contains
             model%levels(l)%blocks(b)%emigrant_count = 0
          end do
          associate (saved => self%levels(l))
-            if (l > 1) model%levels(l)%region = make_region(model%levels(l)%grid, saved%low, saved%high)
+            model%levels(l)%region = saved%region
             model%effect_step(l)%external_work = saved%external_work
             model%effect_step(l)%damped = saved%damped
             model%effect_step(l)%particle_work = saved%particle_work

@@ -97,7 +97,7 @@ def check_words(run, log):
     rows = history(f"{run}/cost.dat")[1]
     need(rows.shape[1] == 13 and columns[7] == '"level 1 mean of the ranks [s]"', f"{run}: columns {columns}")
     names = [facts[f"phase_{n}"] for n in range(1, len(rows) + 1)]
-    for row in ("to nodes", "nodes", "to particles", "stress"):
+    for row in ("P2G", "nodes", "G2P", "stress"):
         row = rows[names.index(row)]
         need(row[7::2].min() > 0 and abs(row[7::2].sum() / row[2] - 1) < 1e-12, f"{run}: a row by levels {row}")
         need_equal(row[8::2], row[7::2] * 1e9 / numpy.array(steps) * int(facts["ranks"]), f"{run}: per particle-step", 1e-12)

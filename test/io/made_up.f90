@@ -4,6 +4,8 @@ module m_made_up
    use m_kinds, only: wp, i8
    use m_communicator, only: communicator_t
    use m_snapshot, only: snapshot_t, snapshot_level_t
+   use m_grid_level, only: grid_level_t
+   use m_region, only: make_region
    implicit none
    private
    public :: made_up_snapshot, add_levels
@@ -84,11 +86,15 @@ contains
    !> Three levels, whose boxes move: a third of the particles on the coarsest (so that it ends within a run), none on the second.
    subroutine add_levels(snapshot)
       type(snapshot_t), intent(inout) :: snapshot
+      type(grid_level_t) :: grid
       integer :: l
       allocate (snapshot%levels(3))
       do l = 1, 3
-         snapshot%levels(l) = snapshot_level_t([0.1_wp, 0.2_wp, 0.3_wp]*l + snapshot%step*(l - 1), &
-                                               [10.0_wp, 11.0_wp, 12.0_wp] + snapshot%step*(l - 1), 2.0_wp**(1 - l)/3.0_wp, 0_i8)
+         grid%lower = [0.1_wp, 0.2_wp, 0.3_wp]*l + snapshot%step*(l - 1)
+         grid%upper = [10.0_wp, 11.0_wp, 12.0_wp] + snapshot%step*(l - 1)
+         grid%cell = 2.0_wp**(1 - l)/3.0_wp
+         grid%cells = 2
+         snapshot%levels(l) = snapshot_level_t(make_region(grid, [0, 0, 0], [2, 2, 2]), grid%cell, 0_i8)
       end do
       snapshot%levels(1)%particles = snapshot%n_total/3
       snapshot%levels(3)%particles = snapshot%n_total - snapshot%n_total/3

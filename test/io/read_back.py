@@ -431,7 +431,7 @@ def plants(top):
     for kind in ("truncated", "torn", ('T="level 3"', 'T="level 2"'), ("STRANDID=3", "STRANDID=1"), ("J=", "J=1"),
                  ("E-001", "E-002")):
         yield f"{kind} Tecplot, levels", zones, kind, lambda d: check_tecplot_levels(f"{d}/{zones}", 10)
-    for kind in ("truncated", "missing", ("0 1 2 3", "0 1 0 1"), (">3 3", ">2 3"), ("\n20.", "\n20.1"),
+    for kind in ("truncated", "missing", ("\n2 3\n", "\n0 1\n"), ("\n3\n3\n", "\n2\n3\n"), ("\n20.", "\n20.1"),
                  ('Value="1.2', 'Value="1.3')):
         yield f"{kind} outlines", outlines, kind, lambda d: check_outlines(f"{d}/{outlines}")
     for kind in ("truncated", "torn", "missing", ("E-001", "E-002"), ("quarter", "half")):

@@ -9,6 +9,7 @@ program regions
    use m_scene, only: grid_spec_t, body_spec_t
    use m_grid_level, only: grid_level_t, make_grid_level
    use m_region, only: region_t, make_region
+   use m_region_forms, only: check_forms, check_outlines
    use m_block, only: block_t
    use m_level, only: level_t
    use m_body, only: fill_block, count_in_block
@@ -29,6 +30,8 @@ program regions
       call one_region()
    end do
    call open_sides()
+   call check_forms(test, chance)
+   call check_outlines(test)
    do n = 1, 50
       call eight('corners', affine=.true.)
       call eight('stretch', affine=.true.)
