@@ -17,14 +17,13 @@ module m_contact
    use m_candidates, only: candidate_t, candidates_t, drift_of, touches, point_velocity, fastest, recovery
    use m_friction, only: friction_t
    use m_contact_system, only: contact_system_t, nodal_forces_t
-   use m_contact_rows, only: assemble, touched_nodes
+   use m_contact_rows, only: assemble
    use m_petsc_solver, only: petsc_solver_t
-   use m_partners, only: partners_t, owners_of
    implicit none
    private
    public :: contact_t, tool_state_t
 
-   !> What one tool felt in the last step, over all ranks.
+   !> What one tool felt in the last step, over all ranks, and since the start.
    type :: tool_state_t
       real(wp) :: load(3) = 0.0_wp      !< on the tool, N, for the modelled part of the body
       real(wp) :: area = 0.0_wp         !< faces of the particles that touch the tool, m2
@@ -36,16 +35,26 @@ module m_contact
       real(wp) :: impulse(3) = 0.0_wp   !< given to the bodies since the program began, N s
    end type tool_state_t
 
+   !> What the candidates of a step do to one tool: of this rank, then added up over all, number by number.
+   type :: reaction_t
+      sequence
+      real(wp) :: load(3) = 0.0_wp         !< on the tool, N
+      real(wp) :: area = 0.0_wp            !< m2
+      real(wp) :: heat = 0.0_wp            !< J
+      real(wp) :: particle_work = 0.0_wp   !< J
+      real(wp) :: constraint_work = 0.0_wp !< J
+      real(wp) :: candidates = 0.0_wp      !< how many
+   end type reaction_t
+
    type :: contact_t
       type(tool_t), allocatable :: tools(:)
       type(tool_state_t), allocatable :: states(:)
       type(contact_spec_t) :: spec
       logical :: strains_apart = .false.    !< the stress has a solve of its own ('usf', 'musl')
-      logical :: takes_part = .false.       !< this rank does in the step's problem
+      logical :: has_problem = .false.      !< some rank has candidates in this step
       logical :: followed = .false.         !< the work of the tools is known by the particles' motion too
       type(contact_system_t) :: system
       type(petsc_solver_t) :: solver
-      type(partners_t) :: partners          !< the ranks that solve
       type(candidates_t) :: candidates
       type(friction_t) :: friction
       integer(i8) :: solves = 0, iterations = 0, unsolved = 0
@@ -58,8 +67,7 @@ module m_contact
       real(wp) :: worst_residual = 0.0_wp   !< relative
       real(wp) :: worst_overlap = 0.0_wp    !< m
       real(wp) :: worst_bridge = 0.0_wp     !< largest force that acts across a gap, times the gap: over largest force and cell
-      real(wp), allocatable :: felt(:, :)   !< (parts_felt, tools) of a step on this rank: load, N; area, m2; heat, J; candidates;
-                                            !< work by the particles' motion, J; work of the constraint, J
+      type(reaction_t), allocatable :: reactions(:) !< (tools): of a step, on this rank
    contains
       procedure :: build
       procedure :: declare
@@ -67,7 +75,6 @@ module m_contact
       procedure :: push
       procedure :: follow
       procedure :: conclude
-      procedure :: part
       procedure :: release
       procedure, private :: solve
       procedure, private :: sweep
@@ -76,17 +83,15 @@ module m_contact
       procedure :: judge
       procedure, private :: check_solution
       procedure :: move_nodes
-      procedure :: call_partners
+      procedure :: make_room
       procedure, private :: feel
-      procedure, private :: efforts
-      procedure, private :: take_efforts
    end type contact_t
 
    real(wp), parameter :: far_above = 100.0_wp    !< times the tolerance: a residual that is a fault in so many steps running:
    integer, parameter :: most_unsolved = 10
    integer, parameter :: most_sweeps = 50         !< over normal forces and friction in a step
    integer, parameter :: products = 20            !< of the problem of friction, for each iteration that the other is allowed
-   integer, parameter :: parts_felt = 8, parts_of_effort = 10
+   integer, parameter :: reaction_reals = storage_size(reaction_t())/storage_size(1.0_wp)
 
 contains
 
@@ -96,7 +101,7 @@ contains
       type(tool_spec_t), intent(in) :: tools(:)
       type(contact_spec_t), intent(in) :: spec
       integer :: t
-      allocate (self%tools(size(tools)), self%states(size(tools)), self%felt(parts_felt, size(tools)), self%candidates%list(64))
+      allocate (self%tools(size(tools)), self%states(size(tools)), self%reactions(size(tools)), self%candidates%list(64))
       do t = 1, size(tools)
          self%tools(t) = make_tool(tools(t))
       end do
@@ -126,13 +131,13 @@ contains
    end function active
 
    !> Collective: add the contact forces of one step to the solved nodes. On entry `nodes` holds what they would do
-   !> without contact; tools stand where they are at `time`, until `conclude`. Ranks whose nodes no force can reach return at once.
+   !> without contact; tools stand where they are at `time`, until `conclude`.
    subroutine push(self, communicator, level, materials, neighbours, time, time_step, error)
       class(contact_t), intent(inout) :: self
       type(communicator_t), intent(in) :: communicator
       type(level_t), intent(inout) :: level
       type(materials_t), intent(in) :: materials
-      integer, intent(in) :: neighbours(:)    !< ranks, rising
+      integer, intent(in) :: neighbours(:)    !< ranks with which this one shares nodes, rising
       real(wp), intent(in) :: time, time_step !< s
       type(error_t), intent(inout) :: error
       real(wp), allocatable :: forces(:)
@@ -142,10 +147,9 @@ contains
          call self%tools(t)%begin_step(time, time_step)
       end do
       call self%candidates%find(self%tools, level, materials, time_step, self%states%overlap)
-      call self%call_partners(communicator, level, self%takes_part)
-      if (self%takes_part) then
-         call assemble(self%system, self%partners%communicator, self%partners%numbered(neighbours), self%tools, self%candidates, &
-                       level, self%spec%compliance, time_step)
+      call self%make_room(communicator)
+      if (self%has_problem) then
+         call assemble(self%system, communicator, neighbours, self%tools, self%candidates, level, self%spec%compliance, time_step)
          call self%solve(level, time_step, error)
          call check_nodes(self%candidates, self%tools, level, error)
          allocate (forces(self%system%rows))
@@ -160,42 +164,18 @@ contains
       call self%feel(level, time_step)
    end subroutine push
 
-   !> Collective: whether this rank takes part in the step's problem. It does where contact can push nodes of its tiles, and from
-   !> then on until `part`: partners cost more to find than an empty share of the problem.
-   subroutine call_partners(self, communicator, level, solves)
+   !> Collective: whether there is a problem to be solved; the solver gets room for it.
+   subroutine make_room(self, communicator)
       class(contact_t), intent(inout) :: self
       type(communicator_t), intent(in) :: communicator
-      type(level_t), intent(in) :: level
-      logical, intent(out) :: solves
-      integer :: bounds(3, 2, size(self%tools)), lacks_room, r
-      logical :: needed(0:communicator%ranks - 1)
-      integer, allocatable :: most(:)
-      call touched_nodes(self%candidates, level, bounds)
-      lacks_room = merge(1, 0, self%candidates%count > max(0, self%solver%capacity))
-      most = [lacks_room, bounds]
-      call MPI_Allreduce(MPI_IN_PLACE, most, size(most), MPI_INTEGER, MPI_MAX, communicator%comm)
-      bounds = reshape(most(2:), shape(bounds))
-      solves = .false.
-      if (all(bounds(:, 2, :) == -huge(bounds))) return
-      needed = owners_of(level, communicator%ranks, -bounds(:, 1, :), bounds(:, 2, :))
-      if (allocated(self%partners%member)) needed = needed .or. self%partners%member
-      if (any(needed .and. .not. [(self%partners%has(r), r=0, communicator%ranks - 1)])) then
-         call self%solver%initialise(communicator%comm%MPI_VAL)
-         call self%part()
-         call self%partners%form(communicator, needed)
-      end if
-      solves = self%partners%has(communicator%rank)
-      if (.not. solves) return
-      if (most(1) > 0 .or. self%solver%capacity < 0) &
-         call self%solver%fit(self%partners%communicator%comm%MPI_VAL, 64*((9*self%candidates%count/8)/64 + 1))
-   end subroutine call_partners
-
-   !> Collective: those who solve are called anew in the next step with contact.
-   subroutine part(self)
-      class(contact_t), intent(inout) :: self
-      call self%solver%dismiss()
-      call self%partners%dissolve()
-   end subroutine part
+      integer :: most(2)
+      associate (count => self%candidates%count)
+         most = [count, merge(1, 0, count > self%solver%capacity)]
+         call MPI_Allreduce(MPI_IN_PLACE, most, size(most), MPI_INTEGER, MPI_MAX, communicator%comm)
+         self%has_problem = most(1) > 0
+         if (self%has_problem .and. most(2) > 0) call self%solver%fit(communicator%comm%MPI_VAL, 64*((9*count/8)/64 + 1))
+      end associate
+   end subroutine make_room
 
    !> Forces of the candidates: no tension, no pressure across a gap, no way into the tool; friction where a tool has any.
    subroutine solve(self, level, time_step, error)
@@ -418,18 +398,18 @@ contains
       type(level_t), intent(in) :: level
       real(wp), intent(in) :: time_step
       integer :: c
-      self%felt = 0.0_wp
+      self%reactions = reaction_t()
       do c = 1, self%candidates%count
-         associate (it => self%candidates%list(c), felt => self%felt(:, self%candidates%list(c)%tool))
-            felt(1:3) = felt(1:3) - it%force*it%normal
-            if (it%touches) felt(4) = felt(4) + it%area
-            felt(6) = felt(6) + 1.0_wp
-            felt(8) = felt(8) + time_step*it%force*it%opening
+         associate (it => self%candidates%list(c), sums => self%reactions(self%candidates%list(c)%tool))
+            sums%load = sums%load - it%force*it%normal
+            if (it%touches) sums%area = sums%area + it%area
+            sums%candidates = sums%candidates + 1.0_wp
+            sums%constraint_work = sums%constraint_work + time_step*it%force*it%opening
             if (self%strains_apart) it%velocity = point_velocity(level, it)
             if (it%rubbing == 0) cycle
-            felt(1:3) = felt(1:3) - matmul(it%tangent, it%drag)
-            felt(5) = felt(5) - time_step*dot_product(matmul(it%tangent, it%drag), &
-                                                      point_velocity(level, it) - self%tools(it%tool)%velocity())
+            sums%load = sums%load - matmul(it%tangent, it%drag)
+            sums%heat = sums%heat - time_step*dot_product(matmul(it%tangent, it%drag), &
+                                                          point_velocity(level, it) - self%tools(it%tool)%velocity())
          end associate
       end do
    end subroutine feel
@@ -451,7 +431,9 @@ contains
             if (it%rubbing > 0) force = force + matmul(it%tangent, it%drag)
             way = column(it%particle, way_to:way_to + 2) - it%from + drift_of(it)*it%normal &
                   + time_step*matmul(reshape(gradient(it%particle, :), [3, 3]), it%arm)
-            self%felt(7, it%tool) = self%felt(7, it%tool) + dot_product(force, way)
+            associate (work => self%reactions(it%tool)%particle_work)
+               work = work + dot_product(force, way)
+            end associate
          end associate
       end do
    end subroutine follow
@@ -464,33 +446,30 @@ contains
       type(level_t), intent(in) :: level
       real(wp), intent(in) :: time, time_step !< s
       type(error_t), intent(inout) :: error
-      real(wp) :: sums(parts_felt, size(self%tools)), deepest(size(self%tools)), told(parts_of_effort)
-      real(wp), allocatable :: both(:)
+      real(wp) :: deepest(size(self%tools))
+      integer(i8) :: candidates
       integer :: t
       deepest = self%states%overlap
-      told = 0.0_wp
-      if (self%partners%has(communicator%rank) .and. self%partners%communicator%is_root()) told = self%efforts()
-      both = [self%felt, told]
-      call MPI_Allreduce(MPI_IN_PLACE, both, size(both), MPI_DOUBLE_PRECISION, MPI_SUM, communicator%comm)
+      call MPI_Allreduce(MPI_IN_PLACE, self%reactions, reaction_reals*size(self%reactions), MPI_DOUBLE_PRECISION, MPI_SUM, &
+                         communicator%comm)
       call MPI_Allreduce(MPI_IN_PLACE, deepest, size(deepest), MPI_DOUBLE_PRECISION, MPI_MAX, communicator%comm)
-      sums = reshape(both(:size(sums)), shape(sums))
       do t = 1, size(self%tools)
-         associate (state => self%states(t))
-            state%load = sums(1:3, t)
-            state%area = sums(4, t)
+         associate (state => self%states(t), sums => self%reactions(t))
+            state%load = sums%load
+            state%area = sums%area
             state%overlap = deepest(t)
-            state%heat = state%heat + sums(5, t)
-            state%particle_work = state%particle_work + sums(7, t)
-            state%constraint_work = state%constraint_work + sums(8, t)
+            state%heat = state%heat + sums%heat
+            state%particle_work = state%particle_work + sums%particle_work
+            state%constraint_work = state%constraint_work + sums%constraint_work
             call self%tools(t)%react(state%load, time_step)
             state%work = state%work - time_step*dot_product(state%load, self%tools(t)%velocity())
             state%impulse = state%impulse - time_step*state%load
          end associate
       end do
       self%worst_overlap = max(self%worst_overlap, maxval(deepest))
-      self%largest = max(self%largest, nint(sum(sums(6, :)), i8))
-      self%handled = self%handled + nint(sum(sums(6, :)), i8)
-      if (any(sums(6, :) > 0.0_wp)) call self%take_efforts(both(size(sums) + 1:))
+      candidates = nint(sum(self%reactions%candidates), i8)
+      self%largest = max(self%largest, candidates)
+      self%handled = self%handled + candidates
       do t = 1, size(self%tools)
          call self%tools(t)%end_step(time, time_step)
          if (.not. abs(self%tools(t)%speed)*time_step <= fastest*level%grid%cell) &
@@ -501,36 +480,10 @@ contains
       end do
    end subroutine conclude
 
-   !> How many problems there were and what they took, as one of those who solve knows it, for those who did not.
-   pure function efforts(self)
-      class(contact_t), intent(in) :: self
-      real(wp) :: efforts(parts_of_effort)
-      efforts(:7) = real([self%solves, self%iterations, self%unsolved, self%unsolved_in_row, self%system%products, &
-                          self%friction%sweeps, self%friction%iterations], wp)
-      efforts(8:) = [self%step_residual, self%worst_residual, self%friction%steepest]
-   end function efforts
-
-   !> Take what `efforts` says.
-   pure subroutine take_efforts(self, efforts)
-      class(contact_t), intent(inout) :: self
-      real(wp), intent(in) :: efforts(parts_of_effort)
-      self%solves = nint(efforts(1), i8)
-      self%iterations = nint(efforts(2), i8)
-      self%unsolved = nint(efforts(3), i8)
-      self%unsolved_in_row = nint(efforts(4), i8)
-      self%system%products = nint(efforts(5), i8)
-      self%friction%sweeps = nint(efforts(6), i8)
-      self%friction%iterations = nint(efforts(7), i8)
-      self%step_residual = efforts(8)
-      self%worst_residual = efforts(9)
-      self%friction%steepest = efforts(10)
-   end subroutine take_efforts
-
    !> Collective: free what PETSc holds.
    subroutine release(self)
       class(contact_t), intent(inout) :: self
       call self%solver%release()
-      call self%partners%dissolve()
    end subroutine release
 
 end module m_contact

@@ -11,39 +11,11 @@ module m_contact_rows
    use m_contact_system, only: contact_system_t
    implicit none
    private
-   public :: assemble, touched_nodes
+   public :: assemble
 
    real(wp), parameter :: give = 10.0_wp !< compliance of sticking points, in that of the normal forces; only changes give
 
 contains
-
-   !> For each tool the box of the nodes that candidates of this rank touch, as largest places, negative and as they are, for a
-   !> reduction by maxima; -huge where there are none.
-   pure subroutine touched_nodes(candidates, level, bounds)
-      type(candidates_t), intent(in) :: candidates
-      type(level_t), intent(in) :: level
-      integer, intent(out) :: bounds(:, :, :) !< (3, 2, tools)
-      integer :: axis, c, low(3), n, t
-      bounds = -huge(bounds)
-      do c = 1, candidates%count
-         associate (it => candidates%list(c))
-            low = first_node(level, it)
-            bounds(:, 1, it%tool) = max(bounds(:, 1, it%tool), -low)
-            bounds(:, 2, it%tool) = max(bounds(:, 2, it%tool), low + it%face%last)
-         end associate
-      end do
-      do t = 1, size(bounds, 3)
-         do axis = 1, 3
-            associate (most => bounds(axis, :, t))
-               if (most(2) > -huge(most)) then
-                  associate (places => [(inside(level%grid, axis, n), n=-most(1), most(2))])
-                     most = [maxval(-places), maxval(places)]
-                  end associate
-               end if
-            end associate
-         end do
-      end do
-   end subroutine touched_nodes
 
    !> Place in the grid (from -1 on) of a candidate's lowest node.
    pure function first_node(level, c) result(place)
@@ -56,8 +28,8 @@ contains
    !> Collective among neighbours: the operator of a step's candidates: a row for each normal force, then two for each friction.
    subroutine assemble(system, communicator, neighbours, tools, candidates, level, softness, time_step)
       type(contact_system_t), intent(inout) :: system
-      type(communicator_t), intent(in) :: communicator !< of the ranks that solve
-      integer, intent(in) :: neighbours(:)             !< of them, rising
+      type(communicator_t), intent(in) :: communicator
+      integer, intent(in) :: neighbours(:)             !< ranks with which this one shares nodes, rising
       type(tool_t), intent(in) :: tools(:)
       type(candidates_t), intent(in) :: candidates
       type(level_t), intent(in) :: level

@@ -25,9 +25,9 @@ module m_petsc_solver
       Tao :: tao
       KSP :: ksp
    contains
-      procedure, public :: initialise
+      procedure, private :: initialise
       procedure, public :: fit
-      procedure, public :: dismiss
+      procedure, private :: dismiss
       procedure, public :: solve
       procedure, public :: release
    end type petsc_solver_t
@@ -46,7 +46,7 @@ module m_petsc_solver
 
 contains
 
-   !> Collective: initialise PETSc, once, for ranks of whom all or some will solve.
+   !> Collective: initialise PETSc, once.
    subroutine initialise(self, comm)
       class(petsc_solver_t), intent(inout) :: self
       integer, intent(in) :: comm !< the handle of their communicator
@@ -59,7 +59,7 @@ contains
       self%started = .true.
    end subroutine initialise
 
-   !> Collective among those who solve: objects for `unknowns` on this rank.
+   !> Collective: objects for `unknowns` on this rank.
    subroutine fit(self, comm, unknowns)
       class(petsc_solver_t), intent(inout) :: self
       integer, intent(in) :: comm     !< the handle of their communicator
@@ -309,7 +309,7 @@ contains
       ierr = 0
    end subroutine keep_hessian
 
-   !> Collective among those who solve: free the objects.
+   !> Collective: free the objects.
    subroutine dismiss(self)
       class(petsc_solver_t), intent(inout) :: self
       PetscErrorCode :: ierr
@@ -327,7 +327,7 @@ contains
       self%capacity = -1
    end subroutine dismiss
 
-   !> Collective among all: free everything; PETSc is finalised if this solver had started it.
+   !> Collective: free everything; PETSc is finalised if this solver had started it.
    subroutine release(self)
       class(petsc_solver_t), intent(inout) :: self
       PetscErrorCode :: ierr

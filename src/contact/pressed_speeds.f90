@@ -25,7 +25,7 @@ contains
       type(communicator_t), intent(in) :: communicator
       type(level_t), intent(inout) :: level
       type(materials_t), intent(in) :: materials
-      integer, intent(in) :: neighbours(:)    !< ranks, rising
+      integer, intent(in) :: neighbours(:)    !< ranks with which this one shares nodes, rising
       real(wp), intent(in) :: time, time_step !< s
       real(wp) :: overlap(size(contact%tools))
       integer :: c, t
@@ -33,8 +33,8 @@ contains
          if (.not. contact%tools(t)%is_pushed()) call contact%tools(t)%begin_step(time, time_step) ! loads push once a step
       end do
       call contact%candidates%find(contact%tools, level, materials, time_step, overlap, again=.true.)
-      call contact%call_partners(communicator, level, contact%takes_part)
-      if (.not. contact%takes_part) return
+      call contact%make_room(communicator)
+      if (.not. contact%has_problem) return
       do c = 1, contact%candidates%count
          associate (it => contact%candidates%list(c))
             it%velocity = contact%tools(it%tool)%velocity()
@@ -43,11 +43,11 @@ contains
             it%slides = norm2(it%last_drag) > sticks*contact%tools(it%tool)%spec%friction*it%force
          end associate
       end do
-      call assemble(contact%system, contact%partners%communicator, contact%partners%numbered(neighbours), contact%tools, &
-                    contact%candidates, level, contact%spec%compliance, time_step)
+      call assemble(contact%system, communicator, neighbours, contact%tools, contact%candidates, level, contact%spec%compliance, &
+                    time_step)
    end subroutine find_pressed
 
-   !> Collective among those who solve: the smallest change of the nodes' velocities with which pressed points have theirs.
+   !> Collective: the smallest change of the nodes' velocities with which pressed points have theirs.
    subroutine keep_pressed_speeds(contact, level, time_step)
       type(contact_t), intent(inout) :: contact
       type(level_t), intent(inout) :: level
@@ -56,7 +56,7 @@ contains
       logical, allocatable :: held(:)
       real(wp) :: residual, give_way(size(contact%tools)), missing(3)
       integer :: c, last, t
-      if (.not. contact%takes_part) return
+      if (.not. contact%has_problem) return
       associate (system => contact%system, n => contact%candidates%count)
          allocate (lacks(system%rows), x(system%rows), source=0.0_wp)
          allocate (held(system%rows), source=.false.)

@@ -278,7 +278,7 @@ contains
       call describe_solver(store, model, error)
    end subroutine describe_contact
 
-   !> Collective: unknowns that the contact solver of each rank has room for, below 0 on ranks that do not solve. Its sums run over
+   !> Collective: unknowns that the contact solver of each rank has room for, below 0 before it is first needed. Its sums run over
    !> all of that room, so that their last bits depend on it. On another number of ranks it finds its own.
    subroutine describe_solver(store, model, error)
       type(store_t), intent(inout) :: store
@@ -295,12 +295,8 @@ contains
       call store%input%find_extent('/state/solver', extent, error)
       if (extent(2) /= size(capacity)) return
       call store%longs('/state/solver', capacity, error)
-      if (error%happened() .or. all(capacity < 0) .or. any(capacity > most_unknowns)) return
-      associate (contact => model%contact, own => int(capacity(model%communicator%rank + 1)))
-         call contact%solver%initialise(model%communicator%comm%MPI_VAL)
-         call contact%partners%form(model%communicator, capacity >= 0)
-         if (own >= 0) call contact%solver%fit(contact%partners%communicator%comm%MPI_VAL, own)
-      end associate
+      if (error%happened() .or. any(capacity < 0 .or. capacity > most_unknowns)) return
+      call model%contact%solver%fit(model%communicator%comm%MPI_VAL, int(capacity(model%communicator%rank + 1)))
    end subroutine describe_solver
 
    subroutine describe_guard(store, model, facts, error)

@@ -22,7 +22,6 @@ module m_placement
       logical, allocatable :: exists(:)     !< (blocks)
       integer, allocatable :: weight(:, :)  !< (levels, and contact where it is shared out; blocks): in one step of the level
       real(wp), allocatable :: times(:)     !< how often that is done in a step of the coarsest level
-      integer, allocatable :: waited_for(:) !< (blocks): by ranks that own a block next to it, while others go on
    end type work_t
 
    integer, parameter :: block_cost = 64 !< of a block's node tile, in particles
@@ -31,8 +30,6 @@ module m_placement
                                               !< uneven the bins are, and how often the particles are sorted
    integer, parameter :: point_cost = 48 !< of a contact point, in particles: in E2, what its rank takes longer for contact than the
                                          !< other
-   real(wp), parameter :: wait_share = 0.25_wp !< of a wait for a block that each of its edges stands for: some four are cut at once
-   real(wp), parameter :: longest_wait = 1.0e7_wp !< as the weight of an edge: METIS adds them up in 32 bits
    real(wp), parameter :: shared_cost = 0.1_wp !< of a node shared with another rank, in particles
    real(wp), parameter :: move_cost = 6.0_wp    !< of a particle that leaves or enters a rank, in its steps
    real(wp), parameter :: well_shared = 1.01_wp !< a step over one of evenly shared work that need not be shorter
@@ -42,9 +39,8 @@ module m_placement
 
 contains
 
-   !> The work of the blocks from what they hold. Contact is on the finest level. Ranks that solve its problem wait for each other,
-   !> and the points are shared out as a constraint of their own; where one block has most of them, they are its own work, for ranks
-   !> away from it go on meanwhile (m_partners).
+   !> The work of the blocks from what they hold. Contact is on the finest level. Ranks wait for each other there, and the points are
+   !> shared out as a constraint of their own, but where one block has most of them: then no placement shortens the wait.
    pure function work_of(levels, particles, steps, points, order) result(work)
       type(level_t), intent(in) :: levels(:)     !< only their grids matter
       integer, intent(in) :: particles(:)        !< of each block of each level, by number; -1 where there is no block
@@ -53,15 +49,14 @@ contains
       integer, intent(in), optional :: order(:)  !< from order_work, of each block; nothing where not given
       type(work_t) :: work
       integer :: first, l, last, constraints
-      logical :: apart
+      logical :: shared
       constraints = size(levels)
-      apart = .false.
-      if (present(points)) apart = any(points > 0) .and. 2*maxval(points) <= sum(points)
-      if (apart) constraints = constraints + 1
+      shared = .false.
+      if (present(points)) shared = any(points > 0) .and. 2*maxval(points) <= sum(points)
+      if (shared) constraints = constraints + 1
       work%exists = particles >= 0
       allocate (work%weight(constraints, size(particles)), source=0)
       allocate (work%times(constraints), source=1.0_wp)
-      allocate (work%waited_for(size(particles)), source=0)
       do l = 1, size(levels)
          first = blocks_before(levels, l) + 1
          last = blocks_before(levels, l + 1)
@@ -70,12 +65,9 @@ contains
          where (.not. work%exists(first:last)) work%weight(l, first:last) = 0
          if (present(steps)) work%times(l) = steps(l)
       end do
+      if (.not. shared) return
+      work%weight(constraints, :) = merge(point_cost*points, 0, work%exists)
       work%times(constraints) = work%times(size(levels))
-      if (.not. present(points)) return
-      associate (of_points => work%weight(constraints, :))
-         of_points = of_points + merge(point_cost*points, 0, work%exists)
-      end associate
-      if (.not. apart) work%waited_for = merge(point_cost*points, 0, work%exists)
    end function work_of
 
    !> What it costs in a step that a block's particles lie in many bins and out of order, as if it had so many particles more
@@ -201,24 +193,21 @@ contains
       type(work_t), intent(in) :: work
       integer, intent(in) :: there(:) !< their numbers
       integer, intent(in) :: ranks
-      integer :: n, vertex(size(work%exists)), waits(size(there))
+      integer :: n, vertex(size(work%exists))
       vertex = 0
       vertex(there) = [(n, n=1, size(there))]
       graph%weight = work%weight(:, there)
       graph%times = work%times
       graph%edge_cost = shared_cost*2.0_wp/ranks
-      waits = nint(min(wait_share*work%waited_for(there)/graph%edge_cost, longest_wait))
-      call make_graph(levels, vertex, there, waits, graph%offsets, graph%adjacent, graph%edge_weights)
+      call make_graph(levels, vertex, there, graph%offsets, graph%adjacent, graph%edge_weights)
    end function graph_of
 
    !> The graph of the blocks that exist, by their vertices, which count as their numbers do: edges to neighbours, parents and
-   !> children, weighted by the nodes that two blocks share, and between neighbours by what ranks of one wait for the other
-   !> (METIS manual, CSR; vertices from 0).
-   subroutine make_graph(levels, vertex, there, waits, offsets, adjacent, edge_weights)
+   !> children, weighted by the nodes that two blocks share (METIS manual, CSR; vertices from 0).
+   subroutine make_graph(levels, vertex, there, offsets, adjacent, edge_weights)
       type(level_t), intent(in) :: levels(:)
       integer, intent(in) :: vertex(:) !< of each block, from 1; 0 where there is none
       integer, intent(in) :: there(:)  !< numbers of the blocks that exist
-      integer, intent(in) :: waits(:)  !< for each of them
       integer, allocatable, intent(out) :: offsets(:), adjacent(:), edge_weights(:)
       integer :: edges, l, n, v, d(3), position(3)
       allocate (offsets(size(there) + 1), adjacent(35*size(there)), edge_weights(35*size(there)))
@@ -255,7 +244,6 @@ contains
          edges = edges + 1
          adjacent(edges) = other - 1
          edge_weights(edges) = weight
-         if (to_level == l) edge_weights(edges) = weight + waits(v) + waits(other)
       end subroutine connect
    end subroutine make_graph
 

@@ -509,7 +509,6 @@ contains
       integer, allocatable :: now(:), owner(:)
       if (self%communicator%ranks == 1) return
       call self%timers%enter(phase_balance)
-      call self%contact%part()
       work = self%count_work()
       now = all_owners(self%levels)
       owner = now
