@@ -14,7 +14,7 @@ module m_node_step
    use m_boundary, only: fold_symmetry, apply_boundary, has_boundary, motion_parity
    implicit none
    private
-   public :: clock_t, to_nodes, sum_part, solve, solve_block, sum_cells, set_order, p2g_ahead, look_after_messages, is_idle
+   public :: clock_t, to_nodes, sum_part, solve, solve_block, sum_cells, set_order, p2g_ahead, is_idle
 
    !> Where a step of one level stands.
    type :: clock_t
@@ -45,11 +45,10 @@ contains
             call model%composite(l + 1)%add_to_parents(level)
          end if
          call model%timers%enter(phase_exchange)
-         call model%exchange(l)%start(model%communicator, level%nodes)
+         call model%exchange(l)%start(level%nodes)
          do b = 1, size(level%blocks)
             if (.not. finest .or. level%blocks(b)%shared) cycle
             call gather(model, l, b, time)
-            call look_after_messages(model, l)
          end do
          call model%effect_step(l)%keep_masses(level)
          if (size(model%levels) == 1) return
@@ -62,15 +61,6 @@ contains
       call clear_covered(model%levels(l), model%levels(l + 1))
    end subroutine to_nodes
 
-   !> Between the work of two blocks.
-   subroutine look_after_messages(model, l)
-      type(model_t), intent(inout) :: model
-      integer, intent(in) :: l
-      if (size(model%exchange(l)%ranks) == 0) return ! nothing is on its way
-      call model%timers%enter(phase_exchange)
-      call model%exchange(l)%progress()
-   end subroutine look_after_messages
-
    !> Where effects want means over the cells, which blocks share: the sums over blocks and ranks, in place of the nodes. The
    !> velocity gradients of all blocks wait for them.
    subroutine sum_cells(model, l)
@@ -82,7 +72,7 @@ contains
          do b = 1, size(level%blocks) ! parents without particles hold what was restricted up to their nodes
             if (level%blocks(b)%particles%count == 0) call clear(level%nodes(:, :, :, :, b), level%extent(:, :, b))
          end do
-         call model%exchange(l)%start(model%communicator, level%nodes)
+         call model%exchange(l)%start(level%nodes)
          call model%exchange(l)%wait(level%nodes)
          call sum_tiles(level%blocks, level%interior_first, level%nodes, level%extent)
       end associate

@@ -23,7 +23,7 @@ module m_particle_step
    use m_deform, only: advance_volume, advance_half_sizes, advance_half_edges, finite_stress
    use m_locate, only: locate_particles
    use m_energy, only: take_sums
-   use m_node_step, only: clock_t, sum_part, solve_block, look_after_messages, sum_cells, set_order, p2g_ahead, is_idle
+   use m_node_step, only: clock_t, sum_part, solve_block, sum_cells, set_order, p2g_ahead, is_idle
    use m_speed_bounds, only: include_speeds
    implicit none
    private
@@ -74,7 +74,6 @@ contains
                call locate(model, l, b, error)
                call prepare_next_p2g(model, l, b, clock, with_stress, error)
             end if
-            if (part == 1 .and. .not. solved) call look_after_messages(model, l)
          end do
       end do
       if (.not. shares_cells) return
