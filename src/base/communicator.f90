@@ -21,7 +21,6 @@ module m_communicator
       type(MPI_Comm) :: comm = MPI_COMM_NULL
       integer :: rank = 0
       integer :: ranks = 1
-      type(MPI_Comm) :: machine = MPI_COMM_NULL !< those of them that share this rank's memory; null: nobody is asked
    contains
       procedure :: start
       procedure :: finish
@@ -50,13 +49,11 @@ contains
       call MPI_Comm_dup(MPI_COMM_WORLD, self%comm)
       call MPI_Comm_rank(self%comm, self%rank)
       call MPI_Comm_size(self%comm, self%ranks)
-      call MPI_Comm_split_type(self%comm, MPI_COMM_TYPE_SHARED, self%rank, MPI_INFO_NULL, self%machine)
    end subroutine start
 
    !> Free the communicator and finalise MPI.
    subroutine finish(self)
       class(communicator_t), intent(inout) :: self
-      call MPI_Comm_free(self%machine)
       call MPI_Comm_free(self%comm)
       call MPI_Finalize()
    end subroutine finish

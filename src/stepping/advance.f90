@@ -226,7 +226,7 @@ contains
       integer, intent(in) :: l
       call model%timers%enter(phase_exchange)
       associate (level => model%levels(l))
-         call model%exchange(l)%start(model%communicator, level%restricted)
+         call model%exchange(l)%start(level%restricted)
          call model%exchange(l)%wait(level%restricted)
          call model%timers%enter(model%levels_row)
          call sum_tiles(level%blocks, level%interior_first, level%restricted, wanted=model%composite(l + 1)%receives)

@@ -80,7 +80,7 @@ contains
                call fold_symmetry(level%grid, block%place, level%nodes(:, :, :, :, b), stress_parity)
             end associate
          end do
-         call model%exchange(l)%start(model%communicator, level%nodes)
+         call model%exchange(l)%start(level%nodes)
          call model%exchange(l)%wait(level%nodes)
          call sum_tiles(level%blocks, level%interior_first, level%nodes)
          do b = 1, size(level%blocks)

@@ -390,7 +390,6 @@ contains
       do l = 1, size(self%levels)
          call settle_blocks(self%levels(l), self%communicator%rank)
          call self%exchange(l)%build(self%communicator, self%levels(l))
-         call self%exchange(l)%open(self%communicator, self%levels(l))
       end do
       do l = 2, size(self%levels)
          call self%composite(l)%build(self%communicator, self%levels(l - 1), self%levels(l))

@@ -3,7 +3,7 @@
 !> against runs.
 !> usage: ranks P [P ...] < scene
 program ranks
-   use m_kinds, only: i8
+   use m_kinds, only: wp, i8
    use m_errors, only: error_t
    use m_communicator, only: communicator_t
    use m_scene, only: scene_t
@@ -17,7 +17,7 @@ program ranks
    use m_body, only: count_in_block
    use m_placement, only: work_of, order_work, choose_owners
    use m_decomposition, only: set_owners, settle_blocks, blocks_before
-   use m_node_exchange, only: node_exchange_t
+   use m_halo_runs, only: runs_t, find_neighbours, find_shared
    use m_composite, only: composite_t
    use mpi_f08, only: MPI_COMM_SELF
    implicit none
@@ -97,9 +97,10 @@ contains
    subroutine place(number)
       integer, intent(in) :: number
       type(communicator_t) :: one
-      type(node_exchange_t) :: exchange
+      integer, allocatable :: around(:)
+      type(runs_t) :: sent
       type(composite_t) :: composite
-      integer :: blocks, blocks_most, l, neighbours, rank, sums
+      integer :: blocks, blocks_most, l, n, neighbours, rank, sums
       integer(i8) :: bytes, bytes_all, bytes_most, messages, messages_all, messages_most, steps, work, work_all, work_most
       one = communicator
       one%ranks = number
@@ -114,7 +115,7 @@ contains
          do l = 1, size(levels)
             if (allocated(levels(l)%blocks)) deallocate (levels(l)%blocks)
             call settle_blocks(levels(l), rank)
-            call exchange%build(one, levels(l))
+            around = find_neighbours(levels(l), number)
             steps = steps_of_levels(l)
             sums = 1 ! node sums of a step: one more where a finer level takes two steps, and one where their labels differ
             if (l < size(levels) .and. scene%time%subcycle) sums = merge(3, 2, levels(l)%layout%labels_gradients())
@@ -122,9 +123,12 @@ contains
                work = work + steps*sum(int(max(0, counts(before + levels(l)%blocks%index)), i8))
             end associate
             blocks = blocks + size(levels(l)%blocks)
-            neighbours = max(neighbours, size(exchange%ranks))
-            messages = messages + steps*sums*size(exchange%ranks)
-            bytes = bytes + steps*sums*exchange%bytes_each
+            neighbours = max(neighbours, size(around))
+            messages = messages + steps*sums*size(around)
+            do n = 1, size(around)
+               call find_shared(levels(l), rank, around(n), sent)
+               bytes = bytes + steps*sums*sent%values*(storage_size(1.0_wp)/8)
+            end do
          end do
          do l = 2, size(levels)
             call composite%build(one, levels(l - 1), levels(l))
@@ -140,7 +144,6 @@ contains
          bytes_most = max(bytes_most, bytes)
          bytes_all = bytes_all + bytes
       end do
-      call exchange%release()
       call composite%release()
       print '(*(i0,1x))', number, blocks_most, sum(int(counts, i8), counts > 0)/number, work_all/number, work_most, neighbours, &
          messages_most, messages_all, bytes_most, bytes_all

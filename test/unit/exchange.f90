@@ -1,8 +1,7 @@
 !test: ranks 1 2 4
 !> Sums over blocks and ranks: the same bits as on one rank, the same bits in all tiles that hold a node, the same where tiles are
 !> summed only as far as particles reach and inner blocks go on before messages are sent, and what a plain sum over all particles
-!> gives; and what a slow rank takes from one that has gone on. All of this where ranks share a machine's memory, where none does,
-!> and where pairs do.
+!> gives; and what a slow rank takes from one that has gone on.
 program exchange
    use mpi_f08
    use m_kinds, only: wp, i8
@@ -11,7 +10,7 @@ program exchange
    use m_node_values, only: node_values, tile_last
    use m_communicator, only: communicator_t
    use m_model, only: model_t
-   use m_node_exchange, only: sum_tiles, given_by_ranks
+   use m_node_exchange, only: sum_tiles
    use m_p2g_boxes, only: clear, p2g_boxes
    use m_migration, only: frame_of
    use m_assertions, only: assertions_t
@@ -23,33 +22,23 @@ program exchange
    type(assertions_t) :: test
    type(model_t), allocatable :: model, single, reached
    type(error_t) :: error
-   integer, parameter :: one_machine = 1, machines_of_one = 2, machines_of_two = 3
-   integer :: machines, messages, step
+   integer :: messages, step
    integer :: inner_seen = 0 !< inner blocks of ranks that have others too, over the steps
    real(wp) :: smallest_part = 1.0_wp
    call comm%start()
    call test%start(comm, 'exchange')
-   do machines = one_machine, machines_of_two
-      call try()
-   end do
+   call try()
    call test%finish()
 
 contains
 
    !> Twelve steps of a wandering block.
    subroutine try()
-      type(communicator_t) :: ranks
-      integer(i8) :: given(0:comm%ranks - 1)
-      ranks = comm
-      if (machines == machines_of_one) ranks%machine = MPI_COMM_NULL
-      if (machines == machines_of_two) call MPI_Comm_split(comm%comm, comm%rank/2, comm%rank, ranks%machine)
       allocate (model, single, reached)
-      call build_wandering(model, ranks, error)
+      call build_wandering(model, comm, error)
       call build_wandering(single, alone(), error)
-      call build_wandering(reached, ranks, error)
+      call build_wandering(reached, comm, error)
       messages = 0
-      inner_seen = 0
-      smallest_part = 1.0_wp
       do step = 1, 12
          call wander(model, step)
          call wander(single, step)
@@ -57,9 +46,6 @@ contains
          call sums(model)
          call sums(single)
          call reached_sums()
-         given = given_by_ranks(model%levels(1), comm%ranks)
-         call test%check(model%exchange(1)%bytes_each == given(comm%rank)*storage_size(1.0_wp)/8, &
-                         'every rank knows how much each gives')
          messages = messages + size(model%exchange(1)%ranks)
          call test%check_equal(different_bits(), 0, 'the bits of one rank')
          call test%check_equal(disagreements(), 0, 'tiles that hold a node agree to the bit')
@@ -77,7 +63,6 @@ contains
       call reached%release()
       call model%release()
       deallocate (model, single, reached)
-      if (machines == machines_of_two) call MPI_Comm_free(ranks%machine)
    end subroutine try
 
    !> Exchanges in a row, before which ranks fill their tiles with one number; before they take, every other rank sleeps, in turn.
@@ -92,7 +77,7 @@ contains
          do turn = 1, 5
             level%nodes(:, :, :, :, :own) = 100*turn + comm%rank
             level%nodes(:, :, :, :, own + 1:) = nothing
-            call model%exchange(1)%start(model%communicator, level%nodes)
+            call model%exchange(1)%start(level%nodes)
             begun = real(MPI_Wtime(), wp)
             do while (MPI_Wtime() < begun + merge(pause, 0.0_wp, modulo(comm%rank + turn, 2) == 0))
             end do
@@ -120,7 +105,7 @@ contains
             call p2g_boxes(level%blocks(b)%cells, level%blocks(b)%particles%column, level%layout, &
                               frame_of(level, level%blocks(b)), level%nodes(:, :, :, :, b))
          end do
-         call model%exchange(1)%start(model%communicator, level%nodes)
+         call model%exchange(1)%start(level%nodes)
          call model%exchange(1)%wait(level%nodes)
          call sum_tiles(level%blocks, level%interior_first, level%nodes)
       end associate
@@ -147,7 +132,7 @@ contains
          level%nodes(:, :, :, :, first) = -1.0e30_wp
          level%extent(1, :, first) = 0
          level%extent(2, :, first) = merge(-1, tile_last, modulo(step, 2) == 0)
-         call reached%exchange(1)%start(reached%communicator, level%nodes)
+         call reached%exchange(1)%start(level%nodes)
          call reached%exchange(1)%wait(level%nodes)
          call sum_tiles(level%blocks, second, level%nodes, level%extent)
          level%nodes(:, :, :, :, first) = inner
