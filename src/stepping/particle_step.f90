@@ -70,6 +70,7 @@ contains
             if (shares_cells) cycle
             if (with_stress) call update_stress(model, l, b, clock%step, error)
             if (with_stress) call follow_loads(model, l, b, motion, clock%time)
+            call settle(model, l, b, motion)
             if (model%levels(l)%layout%next_position == 0) then
                call locate(model, l, b, error)
                call look_ahead(model, l, b, clock, with_stress, error)
@@ -82,6 +83,7 @@ contains
       do b = 1, size(model%levels(l)%blocks)
          call update_stress(model, l, b, clock%step, error)
          call follow_loads(model, l, b, motion, clock%time)
+         call settle(model, l, b, motion)
          call locate(model, l, b, error)
          call look_ahead(model, l, b, clock, with_stress, error)
       end do
@@ -195,6 +197,15 @@ contains
             call model%contact%follow(model%levels(l), b, gradient, motion%position, motion%time_step)
       end subroutine follow_with
    end subroutine follow_loads
+
+   !> Particles that tools press go to their faces, while they still have the numbers that contact knows.
+   subroutine settle(model, l, b, motion)
+      type(model_t), intent(inout) :: model
+      integer, intent(in) :: l, b
+      type(motion_t), intent(in) :: motion
+      if (model%contact%active() .and. l == size(model%levels)) &
+         call model%contact%candidates%settle(model%levels(l), b, motion%position)
+   end subroutine settle
 
    !> At the edge of a level: how far the gradients that particles keep are to be ahead of the motion (theory.md, eq. lead), into
    !> the work array, while particles are where the step began; which particles, into the level's list of those at edges.
@@ -382,7 +393,6 @@ contains
             block%highest = -huge(1.0_wp)
             return
          end if
-         if (model%contact%active() .and. l == size(model%levels)) call model%contact%candidates%settle(level, b)
          if (model%method%domain /= domain_fixed) call split(model, l, b, error)
          call locate_particles(block%particles%count, block%particles%column(:, x:x + 2), frame_of(level, block), &
                                block%cells%bin, block%leavers, block%leaver_count, moved, block%lowest, block%highest)
