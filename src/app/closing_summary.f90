@@ -5,7 +5,7 @@ module m_closing_summary
    use m_communicator, only: communicator_t
    use m_text, only: to_text, si, duration
    use m_timers, only: phase_contact
-   use m_scene, only: scene_t, domain_fixed, boundary_free
+   use m_scene, only: scene_t, domain_fixed, domain_corners, boundary_free, update_usf
    use m_decomposition, only: all_owners
    use m_model, only: model_t
    use m_energy, only: balance_t, sums_t, measure
@@ -39,7 +39,6 @@ module m_closing_summary
    end type facts_t
 
    real(wp), parameter :: notable = 0.05_wp         !< of the largest energy or work: what is apart or missing is said
-   real(wp), parameter :: notable_of_tools = 0.08_wp !< the same for their works: a sphere that is buried has 0.05
 
 contains
 
@@ -220,7 +219,7 @@ contains
       if (size(scene%tools) == 0) return
       call facts%note('work_apart_of_tools_J', to_text(balance%worst_of_tools))
       call facts%say(apart_text('tools: work', balance%worst_of_tools, balance%largest))
-      if (balance%worst_of_tools > notable_of_tools*balance%largest) call facts%say('WARNING: tools do work that the particles &
+      if (balance%worst_of_tools > notable*balance%largest) call facts%say('WARNING: tools do work that the particles &
             &they press do not get, or the reverse: loads are as wrong; '//remedy(scene))
    end subroutine say_work_done
 
@@ -239,7 +238,8 @@ contains
       character(len=:), allocatable :: text
       text = 'try smaller cells there'
       if (any(scene%bodies%particles_per_cell == 1)) text = text//', particles_per_cell=8'
-      if (scene%time%domain == domain_fixed) text = text//', domain=''corners'''
+      if (scene%time%domain /= domain_corners .and. (scene%time%domain == domain_fixed .or. size(scene%tools) > 0)) &
+         text = text//', domain=''corners'''
    end function remedy
 
    !> Energy that has come from nowhere, or gone, to an extent that matters.
@@ -253,6 +253,7 @@ contains
              si(balance%worst, 'J')//percent(balance%worst, balance%largest)//' of the largest'
       if (balance%excess() > 0.0_wp) then
          text = text//'; '//remedy(scene)//', a smaller safety'
+         if (scene%time%stress_update == update_usf) text = text//', stress_update=''usl'''
       else
          text = text//', in transfer or contact, where material tears, or in the energy that a law of small strain has at &
                 &large strain; '//remedy(scene)

@@ -117,16 +117,17 @@ contains
       self%before(size(self%before)) = self%count
    end subroutine find
 
-   !> After the motion of a block's particles: those that are pressed go along the normal to where their own face is the one that
-   !> the tool has pressed (theory.md, eq. carried-gap), by at most so much in a step as an overlap is taken back. Velocity, stress
-   !> and shape stay as they are.
-   pure subroutine settle(self, level, b)
+   !> After the motion of a block's particles: those that are pressed go along the normal to where their own face is the one that the
+   !> tool has pressed (theory.md, eq. carried-gap), by at most so much in a step as an overlap is taken back. Velocity, stress and
+   !> shape stay as they are.
+   pure subroutine settle(self, level, b, x)
       class(candidates_t), intent(in) :: self
       type(level_t), intent(inout) :: level
       integer, intent(in) :: b
+      integer, intent(in) :: x !< first column of the centres at the end of the step
       integer :: n
       do n = self%before(b) + 1, self%before(b + 1)
-         associate (c => self%list(n), x => level%layout%position)
+         associate (c => self%list(n))
             level%blocks(b)%particles%column(c%particle, x:x + 2) = level%blocks(b)%particles%column(c%particle, x:x + 2) &
                                                                     + drift_of(c)*c%normal
          end associate

@@ -419,7 +419,7 @@ contains
    end subroutine push_tools
 
    !> Collective among neighbours: what the active rows' forces (N) give to nodes, a part for each neighbour rank and this one, by
-   !> rising rank, so that all ranks that know a node add up its force in one order. Once after each `connect`: it takes its lists.
+   !> rising rank, so that all ranks that know a node add up its force in one order.
    subroutine nodal_forces(self, forces, parts)
       class(contact_system_t), intent(inout) :: self
       real(wp), intent(in), contiguous :: forces(:) !< (active rows), N
@@ -438,7 +438,7 @@ contains
       parts(own)%force = self%force(:, :self%nodes)
       do r = 1, size(self%shared)
          associate (shared => self%shared(r), part => parts(merge(r, r + 1, r < own)))
-            call move_alloc(shared%theirs, part%node)
+            part%node = shared%theirs
             n = size(part%node)
             allocate (part%force(width, n))
             call MPI_Irecv(part%force, width*n, MPI_DOUBLE_PRECISION, shared%rank, 5, self%communicator%comm, requests(2*r - 1))

@@ -10,7 +10,7 @@ module m_transfer
    use m_level, only: level_t
    use m_block, only: block_t
    use m_migration, only: migration_t, take_out
-   use m_split, only: split_in_eight, must_split, extents, id_bits, most_generations
+   use m_split, only: split_in_eight, must_split, extents, longest_half_edge, id_bits, most_generations
    implicit none
    private
    public :: find_changes, change_levels
@@ -70,7 +70,8 @@ contains
             end if
             changes = fine%region%overlaps(x - e - lag, x + e + lag) .neqv. on_fine
             if (on_fine .and. .not. changes) &
-               changes = must_split(fine%grid, fine%region, fine%number, nint(column(p, at%refinement)), x, maxval(e))
+               changes = must_split(fine%grid, fine%region, fine%number, nint(column(p, at%refinement)), x, &
+                                    longest_half_edge(column(p, :), at))
             if (.not. changes) cycle
             n = n + 1
             found(n) = p
@@ -145,7 +146,8 @@ contains
          associate (at => fine%layout)
             if (.not. fine%region%overlaps(x - e - lag, x + e + lag)) then
                call coarse_migration%send_to_level(communicator, coarse, values, id, body)
-            else if (must_split(fine%grid, fine%region, fine%number, nint(values(at%refinement)), x, maxval(e))) then
+            else if (must_split(fine%grid, fine%region, fine%number, nint(values(at%refinement)), x, &
+                                longest_half_edge(values, at))) then
                generation = nint(values(at%generation))
                if (generation + 3 > most_generations) then
                   call fail(error, exit_numerical, 'particle '//to_text(id)//' of body '//to_text(int(body))//' at ('// &

@@ -11,7 +11,7 @@ module m_split
    implicit none
    private
    public :: stuff_t, split_long, split_in_eight, must_split, is_whole, largest_tension, half_edges, fitted_edges, &
-             extents, octant_of, child_id, longest
+             extents, longest_half_edge, octant_of, child_id, longest
 
    integer, parameter, public :: id_bits = 50          !< ids of particles that were never split are below 2^id_bits
    integer, parameter, public :: most_generations = 12 !< splits that an id has room for; it stays below 2^62
@@ -199,6 +199,13 @@ contains
          e = values(layout%half_size)
       end if
    end function extents
+
+   !> Of a particle's domain, m. Its box may be longer where it is sheared.
+   pure real(wp) function longest_half_edge(values, layout) result(length)
+      real(wp), intent(in) :: values(:) !< the particle's columns
+      type(layout_t), intent(in) :: layout
+      length = maxval(norm2(half_edges(values, layout), dim=1))
+   end function longest_half_edge
 
    !> The columns of the eight parts of a particle: halved along all its edges. With the velocity gradient each has the velocity
    !> of its own centre. The bits of its id that tell the parts apart are those of `generation` to `generation` + 2.

@@ -37,7 +37,6 @@ contains
             call level%keep_order(b)
             return
          end if
-         if (model%contact%active() .and. l == size(model%levels)) call model%contact%candidates%settle(level, b)
          if (model%method%domain /= domain_fixed) call split(model, l, b, error)
          call locate_particles(block%particles%count, block%particles%column(:, x:x + 2), frame_of(level, block), &
                                block%cells%bin, block%emigrants, block%emigrant_count, moved, block%lowest, block%highest)

@@ -21,7 +21,8 @@ module m_domain_range
       integer(i8), allocatable, private :: extent(:, :) !< (3, bodies): places of their lattices
       integer(i8), private :: looked = 0                !< step of the last look
       character(len=:), allocatable :: said             !< the first sentence
-      logical, private :: told(4) = .false.             !< of tension, of gaps, of overlap, of loads on a stress that lags
+      logical, private :: told(5) = .false.             !< of tension, of gaps, of overlap, of loads on a stress that lags,
+                                                       !< of cubes that are drawn out
    contains
       procedure :: start
       procedure :: look
@@ -33,6 +34,8 @@ module m_domain_range
    real(wp), parameter :: hardly_stretched = 1.15_wp    !< up to this stretch; beyond, where shear and turning count too:
    real(wp), parameter :: apart_strained = 0.5_wp       !< cells
    real(wp), parameter :: most_pressed = 0.2_wp         !< strain to which cubes may be pressed; then they overlap
+   real(wp), parameter :: most_drawn = 0.25_wp          !< strain to which cubes may be drawn out; then they leave gaps,
+   real(wp), parameter :: most_drawn_mean = 0.1_wp      !< and with strain rates that are means of cells
    real(wp), parameter :: hardly_plastic = 0.005_wp     !< up to this plastic strain the stress tells the stretch
 
 contains
@@ -55,8 +58,9 @@ contains
       logical, intent(in) :: now
       character(len=:), allocatable, intent(out) :: news
       type(error_t), intent(inout) :: error
-      real(wp) :: worst(3)
+      real(wp) :: worst(4)
       integer :: b
+      logical :: means !< an effect makes strain rates means of cells
       news = ''
       if (.not. (now .or. model%step - self%looked >= look_every)) return
       self%looked = model%step
@@ -65,8 +69,9 @@ contains
          call look_at_block(self, model, b, worst, error)
       end do
       call model%communicator%agree(error)
-      call MPI_Allreduce(MPI_IN_PLACE, worst, 3, MPI_DOUBLE_PRECISION, MPI_MAX, model%communicator%comm)
+      call MPI_Allreduce(MPI_IN_PLACE, worst, size(worst), MPI_DOUBLE_PRECISION, MPI_MAX, model%communicator%comm)
       if (error%happened()) return
+      means = size(model%effect_step(1)%on_cells) > 0
       if (model%method%stress_update /= update_usl .and. size(model%effect_step(1)%add_forces) > 0 &
           .and. .not. self%told(4)) then
          self%told(4) = .true.
@@ -84,17 +89,22 @@ contains
          self%told(3) = .true.
          news = 'range      particles are pressed by '//to_text(100.0_wp*worst(3), 2)//' %: fixed domains overlap, '// &
                 'loads and stresses may be off by some per cent; take domain=''stretch'' or ''corners'''
+      else if (worst(4) > merge(most_drawn_mean, most_drawn, means) .and. .not. self%told(5)) then
+         self%told(5) = .true.
+         news = 'range      particles are drawn out by '//to_text(100.0_wp*worst(4), 2)//' %: fixed domains leave gaps'// &
+                trim(merge(', which &anti_locking widens', '                            ', means))//'; lengths and '// &
+                'stresses may be off by some per cent, and soon by much; take domain=''stretch'' or ''corners'''
       end if
       if (self%said == '') self%said = news
    end subroutine look
 
-   !> The largest tension of particles that are all of a cell, over the modulus; of fixed domains the longest stretched edge, in
-   !> cells, and the largest share that is pressed away of one; a fault where neighbours have come apart.
+   !> The largest tension of particles that are all of a cell, over the modulus; of fixed domains the longest stretched edge, in cells,
+   !> the largest share that is pressed away of one and that it is drawn out by; a fault where neighbours have come apart.
    subroutine look_at_block(self, model, b, worst, error)
       type(domain_range_t), intent(in) :: self
       type(model_t), intent(in) :: model
       integer, intent(in) :: b
-      real(wp), intent(inout) :: worst(3)
+      real(wp), intent(inout) :: worst(4)
       type(error_t), intent(inout) :: error
       integer :: listed(model%levels(1)%blocks(b)%particles%count), axis, n, p
       real(wp) :: values(model%levels(1)%table%columns), tension, stretch, direction(3)
@@ -119,6 +129,7 @@ contains
                if (.not. stretch < huge(stretch)) exit ! nothing tells it
                if (tension > 0.0_wp) worst(2) = max(worst(2), stretch*2.0_wp*values(level%layout%half_size)*level%grid%per_cell)
                worst(3) = max(worst(3), 1.0_wp - stretch)
+               if (tension > 0.0_wp) worst(4) = max(worst(4), stretch - 1.0_wp)
             end do
          end do
       end associate

@@ -77,13 +77,15 @@ contains
                return
             end if
             call g2p_block(model, l, b, motion_of(model, l, clock%step), clock%time, error)
+            if (model%method%stress_update /= update_usl) call go_to_faces(model, l, b)
          case (velocity_gradient)
             if (stays_at_rest(model, l, b)) return
             call g2p_block(model, l, b, still(model, l), clock%time, error)
          case (stress)
             call stress_block(model, l, b, clock%step, error)
-            if (model%method%stress_update == update_usl) &
-               call follow_loads(model, l, b, motion_of(model, l, clock%step), clock%time)
+            if (model%method%stress_update /= update_usl) cycle
+            call follow_loads(model, l, b, motion_of(model, l, clock%step), clock%time)
+            call go_to_faces(model, l, b)
          case (cells)
             call cells_block(model, l, b, error)
             if (model%method%stress_update == update_usl .and. .not. error%happened()) call look_ahead(model, l, b, clock%ends)
@@ -100,6 +102,16 @@ contains
       call model%timers%enter(phase_nodes)
       call model%effect_step(l)%measure(model%levels(l), b, time_step)
    end subroutine measure_work
+
+   !> Particles that tools press go to their faces, while they still have the numbers that contact knows.
+   subroutine go_to_faces(model, l, b)
+      type(model_t), intent(inout) :: model
+      integer, intent(in) :: l, b
+      associate (at => model%levels(l)%layout)
+         if (model%contact%active() .and. l == size(model%levels)) call model%contact%candidates%settle( &
+            model%levels(l), b, merge(at%next_position, at%position, at%next_position > 0))
+      end associate
+   end subroutine go_to_faces
 
    !> While the particles of a block, which have the stress of the end of the step, are in the cache: what histories will ask of
    !> them, and P2G of the next step. What comes to the block later gives after them.

@@ -9,17 +9,18 @@ sys.path[:0] = [str(Path(__file__).resolve().parents[1]/"verification")]
 from run_scene import run, History
 
 SCENE = """&scene title='pressed', end_time=0.2 /
-&grid lower=0,0,0, upper=0.6,0.6,0.7, cell_size=0.1, boundary='symmetry','free','symmetry','free','roller','free' /
+&grid lower={left},0,0, upper=0.6,0.6,0.7, cell_size=0.1, boundary='{middle}','free','symmetry','free','roller','free' /
 &time safety=0.3, stress_update='{update}', transfer='{transfer}', domain='stretch' /
 &material name='stuff', model='{law}', density=1000, young=1e6, poisson={poisson}{more} /
-&body material='stuff', shape='box', lower=0,0,0, upper=0.35,0.35,0.35, particles_per_cell=8 /
+&body material='stuff', shape='box', lower={begin},0,0, upper=0.35,0.35,0.35, particles_per_cell=8 /
 &tool name='punch', shape='{shape}', radius=0.5, friction={friction}, tip=0,0,0.351, axis=0,0,-1, {drive} /
 &output directory='{out}', formats='none', history_every=0.002 /
 """
 SPEEDS = "times=0,0.02,0.14,0.16, speeds=0,0.5,0.5,-0.5"
 LOADS = "times=0,0.1, loads=0,1.2e4, mass=200"
-FLAT = dict(law="neo_hookean", poisson=0, more="", shape="flat", friction=0, drive=SPEEDS)
-RUBBED = FLAT | dict(poisson=0.3, friction=0.3)
+FLAT = dict(law="neo_hookean", poisson=0, more="", shape="flat", friction=0, drive=SPEEDS, left=0, begin=0, middle="symmetry")
+# both halves, so that the face that the tool presses lies across two blocks, and on two ranks across these
+RUBBED = FLAT | dict(poisson=0.3, friction=0.3, left=-0.6, begin=-0.35, middle="free")
 # name, scene, transfer, largest error of the balance of the largest energy or work, strain energy off that of usl
 CASES = [("flat", FLAT, "plain", 0.02, 0.01), ("rubbed", RUBBED, "affine", 0.02, 0.015),
          ("loaded", FLAT | dict(drive=LOADS), "plain", 0.05, 0.01)]

@@ -5,8 +5,9 @@ usage: random_truth.py WORK PROGRAM COUNT [--first SEED] [--only TWIN] [--show S
 
 Of every scene (scenes.py makes it from its seed): energy never from nothing, little lost without a cause, external work as booked and by
 the motion of the particles, mass, momentum of free bodies, the exact end of a rod. And a second run of it, which must say the same: its
-mirror image, the whole of a quarter, or two ranks. A scene that is refused (status 2) or ends with a numerical fault (status 3 and one
-sentence) is counted and printed, and is no failure. Scenes that fail stand in WORK/failed; `--show SEED` prints one.
+mirror image, the whole of a quarter, or two ranks. What a run itself warns of, with the size, is printed and is no failure within limits, but for
+energy from nothing. A scene that is refused (status 2) or ends with a numerical fault (status 3 and one sentence) is counted and printed,
+and is no failure. Scenes that fail stand in WORK/failed; `--show SEED` prints one.
 """
 import argparse
 import collections
@@ -32,13 +33,18 @@ LIMIT = 60*(5 if os.environ.get("BUILD") == "debug" else 1)  # s
 # Bars, as shares of the largest energy or work of the run unless something else is said
 GAIN = 0.05        # energy from nothing
 LOSS = 0.10        # energy lost without a cause that the scene has asked for
-WORK_BOUNCE = 0.08 # the same of tools that loads push, which touch and bounce: what the program itself calls notable of tools
 WORK = 0.05        # external work, of the largest external work where that is not small beside the energy
+SAID = {"work": 0.25, "loss": 0.5, "gain": 0.2} # the same where the summary warns of it; of energy from nothing only 'usf', which has
+                   # an error of first order in the time step, of either sign
 MOMENTUM = 1e-9    # of free bodies, of the largest momentum of mass and energy
 MASS = 1e-12       # relative
 ROD = 0.02         # end of a rod, of its way; and 0.0005 of its length
 SAME = 1e-6        # between twins, without contact
 SAME_CONTACT = 1e-3 # with contact, which is solved to a tolerance
+SAME_FACES = 0.02   # whole and quarter with domain='corners' and a tool at the planes: there the faces are narrowed in the quarter and not in
+                    # the whole (theory.md, eq. face-mean), and the two are not the same sum
+SAME_ON_NODES = 1e-5 # of cubes whose free faces begin on planes of nodes: by a rounding the node beyond has a hair of mass or none, in the
+                    # one step in which the face leaves the plane
 RATE_FORM = 0.4     # of the strain of a rod: 'elastic' has the energy of small strain (theory.md, Energy)
 
 # For the test of this test: what is done to a history before it is looked at
@@ -94,7 +100,7 @@ def invariants(scene, run, planted):
     work, damped = rows["external_work"], rows["damped"]
     largest = np.max([np.abs(work).max(), np.abs(damped).max(), energy.max()])
     if not largest > 0:
-        return [], {}
+        return [], [], {}
     excess = (energy - energy[0] - work + damped)/largest
     figures = {"gain": excess.max(), "loss": -excess.min()}
     scale = max(np.abs(work).max(), np.abs(rows["particle_work"]).max())
@@ -103,8 +109,6 @@ def invariants(scene, run, planted):
     bars = {"gain": GAIN, "loss": LOSS, "work": WORK, "mass": MASS}
     if scene.flip < 1 or scene.transfer == "plain" or any("loads" in tool for tool in scene.tools): # PIC; tools that bounce
         del bars["loss"]
-    if any("loads" in tool for tool in scene.tools):
-        bars["work"] = WORK_BOUNCE
     if scene.family == "free":
         momentum = np.stack([rows[f"momentum_{a}"] for a in "xyz"], axis=1)
         push = np.outer(rows["time"] - rows["time"][0], scene.gravity or [0, 0, 0])*rows["mass"][0]
@@ -114,7 +118,7 @@ def invariants(scene, run, planted):
         end = run.history("probe_end", planted)
         length = scene.bodies[0]["upper"][2]
         # the probe follows the lower half of a particle that is split: where in the undeformed rod that may be
-        half = 0.5*EDGE[scene.per_cell]*CELL
+        half = 0.5*EDGE[scene.per_cell]*CELL/(2 if scene.levels else 1) # the level reaches beyond the end
         splits = (0, 1, 2) if run.splits else (0,)
         places = [end["z"][0] - half*(1 - 0.5**m) for m in splits]
         figures["rod"] = min(abs((end["z"][-1] - place)/(place/length*scene.exact_end) - 1) for place in places)
@@ -124,25 +128,44 @@ def invariants(scene, run, planted):
         bars["rod"] = ROD + 5e-4*length/abs(scene.exact_end)
     if run.out_of_range: # the program says itself that ends and works may be off; not that energy comes from nothing
         bars = {name: bar for name, bar in bars.items() if name not in ("rod", "work", "loss")}
-    wrong = [f"{name} {figures[name]:.3g}, at most {bar:.3g}" for name, bar in bars.items() if not figures[name] <= bar]
-    return wrong, figures
+    wrong, said = [], []
+    for name, bar in bars.items():
+        if figures[name] <= bar:
+            continue
+        text = f"{name} {figures[name]:.3g}, at most {bar:.3g}"
+        (said if is_said(name, scene, run) and figures[name] <= SAID[name] else wrong).append(text)
+    return wrong, said, figures
 
 
-def compare(scene, run, twin, factor, mirrored, planted):
+def is_said(name, scene, run):
+    """True where the run itself warns of a figure."""
+    words = {"work": "do work that the particles they", "loss": "energy lost", "gain": "energy from nowhere"}
+    if name not in words or (name == "gain" and scene.update != "usf"):
+        return False
+    return any(words[name] in line for line in run.warned)
+
+
+def same(scene, kind):
+    """How far apart two runs of a scene may be."""
+    if not scene.tools:
+        return SAME_ON_NODES if kind == "mirrored" and scene.domain == "fixed" and scene.family == "block" and scene.quarter else SAME
+    return SAME_FACES if kind == "whole" and scene.domain == "corners" else SAME_CONTACT
+
+
+def apart(run, twin, factor=1, mirrored=False, planted=None):
     """The same scene seen otherwise: the furthest that a sum at any time is from what it must be, relative."""
     one, other = run.history("energy"), twin.history("energy", planted if planted == "twin" else None)
     if one.rows != other.rows:
-        return [f"{one.rows} rows and {other.rows}"], 0.0
+        return np.inf
     names = ["kinetic", "strain", "plastic", "damped", "external_work", "particle_work"]
     largest = max(np.finfo(float).tiny, *(np.abs(one[name]).max() for name in names[:5]))
-    apart = max(np.abs(factor*one[name] - other[name]).max()/(factor*largest) for name in names)
+    far = max(np.abs(factor*one[name] - other[name]).max()/(factor*largest) for name in names)
     if factor == 1:
         scale = np.sqrt(2*one["mass"][0]*largest)
         for a in "xyz":
             sign = -1 if mirrored and a == "x" else 1
-            apart = max(apart, np.abs(sign*one[f"momentum_{a}"] - other[f"momentum_{a}"]).max()/scale)
-    bar = SAME_CONTACT if scene.tools else SAME
-    return ([f"{apart:.3g} apart, at most {bar:.3g}"] if not apart <= bar else []), apart
+            far = max(far, np.abs(sign*one[f"momentum_{a}"] - other[f"momentum_{a}"]).max()/scale)
+    return far
 
 
 def try_seed(seed, program, work, environment, only, planted):
@@ -155,7 +178,8 @@ def try_seed(seed, program, work, environment, only, planted):
         notes.append(f"{run.status}: {run.sentence}")
     if run.status == 0 and not wrong:
         notes += run.warned + run.out_of_range
-        wrong, figures = invariants(scene, run, planted)
+        wrong, said, figures = invariants(scene, run, planted)
+        notes += [f"says itself: {text}" for text in said]
         kinds = ["mirrored", "2 ranks"] + (["whole", "whole"] if scene.quarter else [])
         kind = only or kinds[seed % len(kinds)]
         if kind == "whole" and not scene.quarter:
@@ -165,8 +189,9 @@ def try_seed(seed, program, work, environment, only, planted):
         if other.status != 0 or other.faults:
             wrong.append(f"{kind}: status {other.status}: {other.sentence} {other.faults}")
         else:
-            apart, figures[kind] = compare(scene, run, other, 4 if kind == "whole" else 1, kind == "mirrored", planted)
-            wrong += [f"{kind}: {text}" for text in apart]
+            far = figures[kind] = apart(run, other, 4 if kind == "whole" else 1, kind == "mirrored", planted)
+            if not far <= same(scene, kind):
+                wrong.append(f"{kind}: {far:.3g} apart, at most {same(scene, kind):.3g}")
         shutil.rmtree(other.out, ignore_errors=True)
     shutil.rmtree(out, ignore_errors=True)
     return seed, scene, run.status, wrong, figures, notes
