@@ -16,7 +16,8 @@ module m_scene_checks
 
    real(wp), parameter :: whole = 1.0e-9_wp     !< a length is so near, relatively, to a whole number of cells
    real(wp), parameter :: touching = 1.0e-6_wp  !< what overlaps by less than this share of a cell only touches
-   real(wp), parameter :: resolved = 2.0e-2_wp  !< so does, where a shape is not convex, what overlaps by less than this share of a cell
+   real(wp), parameter :: resolved = 2.0e-2_wp !< so does, where a shape is not convex, what overlaps by less than this share of a
+                                               !< cell
    real(wp), parameter :: most_cells = 2.0e9_wp
    integer, parameter :: most_tries = 100000    !< cell sizes looked at to find those that divide the grid
    integer, parameter :: shown_digits = 10

@@ -117,9 +117,9 @@ contains
       self%before(size(self%before)) = self%count
    end subroutine find
 
-   !> After the motion of a block's particles: those that are pressed go along the normal to where their own face is the one that the
-   !> tool has pressed (theory.md, eq. carried-gap), by at most so much in a step as an overlap is taken back. Velocity, stress and
-   !> shape stay as they are.
+   !> After the motion of a block's particles: those that are pressed go along the normal to where their own face is the one that
+   !> the tool has pressed (theory.md, eq. carried-gap), by at most so much in a step as an overlap is taken back. Velocity, stress
+   !> and shape stay as they are.
    pure subroutine settle(self, level, b, x)
       class(candidates_t), intent(in) :: self
       type(level_t), intent(inout) :: level
@@ -266,9 +266,9 @@ contains
                                       -sign(0.5_wp*(block%highest - block%lowest), normal))
    end function can_touch
 
-   !> True where the gap at a place outside a tool and its normal tell that the gap is above a limit some way off. At a convex tool the
-   !> gap is nowhere smaller than it is foretold so; at any other it shrinks by no more than the way. Most bins of a block and most
-   !> particles of a bin need not be asked then.
+   !> True where the gap at a place outside a tool and its normal tell that the gap is above a limit some way off. At a convex tool
+   !> the gap is nowhere smaller than it is foretold so; at any other it shrinks by no more than the way. Most bins of a block and
+   !> most particles of a bin need not be asked then.
    pure logical function surely_beyond(convex, limit, gap, normal, way)
       logical, intent(in) :: convex
       real(wp), intent(in) :: limit, gap, normal(3), way(3) !< m

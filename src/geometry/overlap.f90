@@ -20,8 +20,8 @@ module m_overlap
 
 contains
 
-   !> Whether two shapes share more than a layer of thickness `thin`, or, where one of them is not convex, surely where they share more
-   !> than one of thickness `coarse`.
+   !> Whether two shapes share more than a layer of thickness `thin`, or, where one of them is not convex, surely where they share
+   !> more than one of thickness `coarse`.
    logical function overlap(one, other, place, thin, coarse)
       class(shape_t), intent(in), target :: one, other
       real(wp), intent(in) :: place(3)     !< of the origin of the other one, m
@@ -91,9 +91,9 @@ contains
       end do
    end function lowest
 
-   !> Whether the larger of the two signed distances is below `enough` somewhere in a box. It changes by no more than the way between two
-   !> points, so its value in the middle of a box bounds it in all of it: where that does not decide, the box is halved. Where no value
-   !> can be below -`least`, it is not.
+   !> Whether the larger of the two signed distances is below `enough` somewhere in a box. It changes by no more than the way
+   !> between two points, so its value in the middle of a box bounds it in all of it: where that does not decide, the box is halved.
+   !> Where no value can be below -`least`, it is not.
    recursive logical function reaches(pair, lower, upper, enough, least) result(found)
       type(pair_t), intent(in) :: pair
       real(wp), intent(in) :: lower(3), upper(3), enough, least

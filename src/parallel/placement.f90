@@ -39,8 +39,8 @@ module m_placement
 
 contains
 
-   !> The work of the blocks from what they hold. Contact is on the finest level. Ranks wait for each other there, and the points are
-   !> shared out as a constraint of their own, but where one block has most of them: then no placement shortens the wait.
+   !> The work of the blocks from what they hold. Contact is on the finest level. Ranks wait for each other there, and the points
+   !> are shared out as a constraint of their own, but where one block has most of them: then no placement shortens the wait.
    pure function work_of(levels, particles, steps, points, order) result(work)
       type(level_t), intent(in) :: levels(:)     !< only their grids matter
       integer, intent(in) :: particles(:)        !< of each block of each level, by number; -1 where there is no block

@@ -1,5 +1,5 @@
-!> Which particles of a block lie in which of its 8 x 8 x 8 cells, those of the dual grid, centred on its nodes: linked lists, and in
-!> which order particles are gone through.
+!> Which particles of a block lie in which of its 8 x 8 x 8 cells, those of the dual grid, centred on its nodes: linked lists, and
+!> in which order particles are gone through.
 module m_cell_list
    use m_kinds, only: i4, i8
    use m_constants, only: block_size

@@ -1,4 +1,5 @@
-!> Particles whose domains have become too long are split in two (doc/developer/theory.md, eq. split). Ids of halves: see doc/developer/design.md.
+!> Particles whose domains have become too long are split in two (doc/developer/theory.md, eq. split). Ids of halves: see
+!> doc/developer/design.md.
 module m_split
    use m_kinds, only: wp, i8
    use m_constants, only: short_of

@@ -98,8 +98,8 @@ contains
       if (self%said == '') self%said = news
    end subroutine look
 
-   !> The largest tension of particles that are all of a cell, over the modulus; of fixed domains the longest stretched edge, in cells,
-   !> the largest share that is pressed away of one and that it is drawn out by; a fault where neighbours have come apart.
+   !> The largest tension of particles that are all of a cell, over the modulus; of fixed domains the longest stretched edge, in
+   !> cells, the largest share that is pressed away of one and that it is drawn out by; a fault where neighbours have come apart.
    subroutine look_at_block(self, model, b, worst, error)
       type(domain_range_t), intent(in) :: self
       type(model_t), intent(in) :: model

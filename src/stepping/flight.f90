@@ -1,5 +1,5 @@
-!> Where bodies in flight will be: the blocks that they enter and the particles that they split into (doc/developer/theory.md, Forecast). Each
-!> is taken to keep its shape and the velocity that its scene gives it.
+!> Where bodies in flight will be: the blocks that they enter and the particles that they split into (doc/developer/theory.md,
+!> Forecast). Each is taken to keep its shape and the velocity that its scene gives it.
 module m_flight
    use mpi_f08
    use m_kinds, only: wp

@@ -36,7 +36,7 @@ contains
             call model%composite(l + 1)%add_to_parents(level)
          end if
          call model%timers%enter(phase_exchange)
-         call model%exchange(l)%start(model%communicator, level%nodes)
+         call model%exchange(l)%start(level%nodes)
          level%sums_wait = .true.
          do b = 1, size(level%blocks)
             if (finest .and. .not. level%blocks(b)%shared) call begin_tile(model, l, b, time)
@@ -189,7 +189,7 @@ contains
          do b = 1, size(level%blocks) ! parents without particles hold what was restricted to their nodes
             if (level%blocks(b)%particles%count == 0) call clear(level%nodes(:, :, :, :, b), level%extent(:, :, b))
          end do
-         call model%exchange(l)%start(model%communicator, level%nodes)
+         call model%exchange(l)%start(level%nodes)
          call model%exchange(l)%wait(level%nodes)
          call sum_tiles(level%blocks, level%interior_first, level%nodes, level%extent)
       end associate

@@ -1,5 +1,5 @@
-!> A copy in memory of all that a step changes: a model that has met a fault goes back to it. What doc/developer/files.md says of a checkpoint
-!> holds here too, but the particles stay with the rank that had them, and nothing is written.
+!> A copy in memory of all that a step changes: a model that has met a fault goes back to it. What doc/developer/files.md says of a
+!> checkpoint holds here too, but the particles stay with the rank that had them, and nothing is written.
 module m_saved_state
    use mpi_f08
    use m_kinds, only: wp, i4, i8

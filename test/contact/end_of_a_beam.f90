@@ -5,7 +5,9 @@ program end_of_a_beam
    use m_kinds, only: wp, i8
    use m_errors, only: error_t
    use m_communicator, only: communicator_t
-   use m_scene, only: scene_t, grid_spec_t, tool_spec_t, tool_sphere
+   use m_box, only: box_t
+   use m_sphere, only: sphere_t
+   use m_scene, only: scene_t, grid_spec_t, tool_spec_t
    use m_materials, only: material_of
    use m_model, only: model_t
    use m_advance, only: advance
@@ -73,8 +75,8 @@ contains
       scene%materials(1) = material_of('aluminium', 'elastic', 2710.0_wp, 70.0e9_wp, 0.33_wp)
       scene%bodies(1)%name = 'beam'
       scene%bodies(1)%material = 1
-      scene%bodies(1)%upper = [64*h, 8*h, 8*h]
-      scene%tools = [tool_spec_t(name='ball', shape=tool_sphere, radius=6*h, tip=[4*h, 4*h, 8*h], axis=[0.0_wp, 0.0_wp, -1.0_wp], &
+      scene%bodies(1)%shape = box_t(upper=[64*h, 8*h, 8*h])
+      scene%tools = [tool_spec_t(name='ball', shape=sphere_t(radius=6*h), tip=[4*h, 4*h, 8*h], axis=[0.0_wp, 0.0_wp, -1.0_wp], &
                                  times=[0.0_wp], speeds=[500.0_wp])]
    end subroutine make_scene
 

@@ -29,8 +29,8 @@ contains
       dice = min(high, low + int(chance%between(0.0_wp, real(high - low + 1, wp))))
    end function dice
 
-   !> Regions of any form, in the grid and at its sides: every answer against plain loops over the cells of the level above, those at
-   !> the sides of the grid without end. Half of the places lie on planes between cells.
+   !> Regions of any form, in the grid and at its sides: every answer against plain loops over the cells of the level above, those
+   !> at the sides of the grid without end. Half of the places lie on planes between cells.
    subroutine any_form(test, chance, form, regions)
       type(assertions_t), intent(inout) :: test
       type(chance_t), intent(inout) :: chance
