@@ -96,7 +96,7 @@ contains
       type(block_t), intent(in) :: blocks(:)
       integer, intent(in) :: adders(:) !< whose sums are made: those of either part of `interior_first`, or of both
       real(wp), intent(inout) :: tiles(node_values, 0:tile_last, 0:tile_last, 0:tile_last, *) !< by slots
-      integer, intent(in), optional :: extent(2, 3, *) !< by slots: only what tiles extent is added, and changed
+      integer, intent(in), optional :: extent(2, 3, *) !< by slots: only what tiles reach is added, and changed
       logical, intent(in), optional :: wanted(:)      !< by own blocks: only nodes that one of these has
       type(holder_t) :: holder(8)
       integer :: a, n, held
@@ -125,7 +125,7 @@ contains
    end subroutine sum_tiles
 
    !> The tiles that hold the nodes that a block shares with all its neighbours between it and one direction, and with no other: by
-   !> rising block index, without those that do not extent any.
+   !> rising block index, without those that do not reach any.
    pure subroutine find_holders(neighbour, direction, extent, holder, held)
       integer, intent(in) :: neighbour(27) !< slots around the block, 0 where there is none
       integer, intent(in) :: direction(3)

@@ -54,6 +54,11 @@ contains
       allocate (longer(capacity), source=0_i4)
       if (allocated(self%bin)) longer(:size(self%bin)) = self%bin
       call move_alloc(longer, self%bin)
+      if (allocated(self%next)) then
+         allocate (longer(capacity), source=0_i4)
+         longer(:size(self%next)) = self%next
+         call move_alloc(longer, self%next)
+      end if
       if (.not. present(choosing)) return
       if (.not. choosing) return
       if (allocated(self%order)) deallocate (self%order)
@@ -67,10 +72,6 @@ contains
       integer :: p
       if (self%linked == count) return
       if (.not. allocated(self%first)) allocate (self%first(bins), self%next(size(self%bin)))
-      if (size(self%next) < size(self%bin)) then
-         deallocate (self%next)
-         allocate (self%next(size(self%bin)))
-      end if
       self%first = 0
       do p = count, 1, -1
          self%next(p) = self%first(self%bin(p))
@@ -90,10 +91,6 @@ contains
          self%high = max(self%high, place)
       end associate
       if (self%linked /= p - 1) return
-      if (size(self%next) < p) then
-         self%linked = -1
-         return
-      end if
       self%linked = p
       self%next(p) = 0
       last = self%first(self%bin(p))

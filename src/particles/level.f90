@@ -100,6 +100,7 @@ contains
       integer :: extent(2, 3)
       associate (block => self%blocks(b))
          if (block%cells%counted < 0) call block%cells%update_statistics(block%particles%count)
+         call block%cells%go_through(1, block%particles%count)
          extent = range_of(block, whole)
       end associate
       associate (old => self%extent(:, :, b))

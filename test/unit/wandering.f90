@@ -158,6 +158,7 @@ contains
       do b = 1, size(model%levels(1)%blocks)
          associate (block => model%levels(1)%blocks(b))
             if (block%particles%count > block%cells%counted) came = came + 1
+            call block%cells%go_through(1, block%particles%count)
          end associate
       end do
    end subroutine wander
