@@ -77,8 +77,12 @@ contains
       scene%bodies(1)%material = 1
       scene%bodies(1)%shape = box_t(upper=[64*h, 8*h, 8*h])
       allocate (scene%tools(1))
-      scene%tools(1) = tool_spec_t(name='ball', shape=sphere_t(radius=6*h), tip=[4*h, 4*h, 8*h], axis=[0.0_wp, 0.0_wp, -1.0_wp], &
-                                 times=[0.0_wp], speeds=[500.0_wp])
+      scene%tools(1)%name = 'ball'
+      allocate (scene%tools(1)%shape, source=sphere_t(radius=6*h))
+      scene%tools(1)%tip = [4*h, 4*h, 8*h]
+      scene%tools(1)%axis = [0.0_wp, 0.0_wp, -1.0_wp]
+      scene%tools(1)%times = [0.0_wp]
+      scene%tools(1)%speeds = [500.0_wp]
    end subroutine make_scene
 
 end program end_of_a_beam

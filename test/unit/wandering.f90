@@ -207,7 +207,7 @@ contains
       wrong = 0
       do b = 1, size(model%levels(1)%blocks)
          associate (block => model%levels(1)%blocks(b), n => model%levels(1)%blocks(b)%particles%count)
-            if (.not. afresh .and. block%cells%linked /= n) wrong = wrong + 1
+            if (.not. afresh .and. block%cells%linked /= n .and. block%cells%counted > 0) wrong = wrong + 1
             call block%cells%link(n)
             allocate (seen(n), source=.false.)
             do bin = 1, size(block%cells%first)
