@@ -13,7 +13,6 @@ module m_candidates
    use m_split, only: longest, fitted_edges
    use m_materials, only: materials_t
    use m_grid_level, only: grid_level_t
-   use m_locate, only: find_bounds
    use m_stencil, only: bin_place
    use m_face_weights, only: face_weights_t, find_face, cube_span, weigh, flattening
    implicit none
@@ -91,7 +90,6 @@ contains
       real(wp), intent(out) :: overlap(:) !< (tools): deepest place of a contact point inside, m
       logical, intent(in), optional :: again !< the last step's pressures, friction and gaps stay: candidates are found again for it
       logical :: turns
-      real(wp) :: thick !< no particle of a block is thicker, m
       integer :: b, t
       self%count = 0
       self%rubbing = 0
@@ -105,11 +103,10 @@ contains
       do b = 1, size(level%blocks)
          self%before(b) = self%count
          if (level%blocks(b)%particles%count == 0) cycle
-         thick = 0.0_wp
          do t = 1, size(tools)
-            if (.not. can_touch(tools(t), level, level%blocks(b))) cycle
-            if (.not. thick > 0.0_wp) thick = thickest(level, level%blocks(b))
-            call self%search(tools(t), level, materials, time_step, b, t, thick, overlap(t))
+            if (.not. near_tool(tools(t), level, level%blocks(b))) cycle
+            call level%blocks(b)%cells%link(level%blocks(b)%particles%count)
+            call self%search(tools(t), level, materials, time_step, b, t, overlap(t))
          end do
          if (turns .and. level%blocks(b)%pressed) call self%turn_page(size(tools), level%blocks(b)%particles%count, &
                                                                     level%blocks(b)%particles%column, level%blocks(b)%pressed)
@@ -144,67 +141,61 @@ contains
       end associate
    end function drift_of
 
-   !> Consider the particles of a block that may be near enough to a tool: those of rows of bins and of bins that are surely too far
-   !> away are not looked at, for no node of the block is fast enough to carry them to the tool in this step.
-   subroutine search(self, tool, level, materials, time_step, b, t, thick, overlap)
+   !> Consider the particles of a block that may be near enough to a tool: those of bins that are surely too far away are not looked
+   !> at, for no node of the block is fast enough to carry them to the tool in this step.
+   subroutine search(self, tool, level, materials, time_step, b, t, overlap)
       class(candidates_t), intent(inout) :: self
       type(tool_t), intent(in) :: tool
       type(level_t), intent(in) :: level
       type(materials_t), intent(in) :: materials
       real(wp), intent(in) :: time_step
       integer, intent(in) :: b, t !< numbers of the block and the tool
-      real(wp), intent(in) :: thick !< no particle of the block is thicker, m
       real(wp), intent(inout) :: overlap
-      real(wp) :: reach      !< no candidate's contact point is further from the tool, m
-      real(wp) :: far        !< no candidate's centre is, as long as a fixed domain's contact point is no edge away from it, m
-      real(wp) :: gap(bins), normal(3, bins), middle(3, bins) !< the middle of a bin that is near, m; the tool from there
-      logical :: holds(bins), is_near(bins)  !< a bin has particles; and some may be near enough
-      real(wp) :: centre(3), gap_centre, normal_centre(3), half_diagonal, half_row, row
-      integer :: bin, first, p
-      logical :: convex
+      real(wp) :: reach !< no candidate's contact point is further from the tool, m
+      integer :: n
       reach = min(fastest*level%grid%cell, &
-                  margin*thick + time_step*(fastest_node(level%nodes(:, :, :, :, b)) + norm2(tool%velocity())))
-      far = merge(tool%spec%penetration_factor, 1.0_wp, deform(level))*thick + reach
-      half_diagonal = 0.5_wp*sqrt(3.0_wp)*level%grid%cell
-      half_row = 0.5_wp*(block_size - 1)*level%grid%cell
-      associate (block => level%blocks(b))
-         centre = block%origin + half_row
-         call tool%gap_and_normal(centre, gap_centre, normal_centre)
-         convex = tool%spec%shape%is_convex()
-         row = merge(abs(normal_centre(1)), 1.0_wp, convex)*half_row ! no gap of a row is smaller by more than in its middle
-         do first = 1, bins, block_size ! of a row along x
-            middle(:, first) = block%origin + bin_place(first)*level%grid%cell
-            is_near(first:first + block_size - 1) = &
-               .not. surely_beyond(convex, far + half_diagonal + row, gap_centre, normal_centre, &
-                                   middle(:, first) + [half_row, 0.0_wp, 0.0_wp] - centre)
-         end do
-         if (.not. any(is_near)) return
-         holds = .false.
-         do p = 1, block%particles%count
-            holds(block%cells%bin(p)) = .true.
-         end do
-         do bin = 1, bins
-            is_near(bin) = is_near(bin) .and. holds(bin)
-            if (.not. is_near(bin)) cycle
-            middle(:, bin) = block%origin + bin_place(bin)*level%grid%cell
-            is_near(bin) = .not. surely_beyond(convex, far + half_diagonal, gap_centre, normal_centre, &
-                                               middle(:, bin) - centre)
-            if (.not. is_near(bin)) cycle
-            call tool%gap_and_normal(middle(:, bin), gap(bin), normal(:, bin))
-            is_near(bin) = .not. gap(bin) > far + half_diagonal ! also where it is not a number
-         end do
-         if (.not. any(is_near)) return
-         do p = 1, block%particles%count
-            bin = block%cells%bin(p)
-            if (.not. is_near(bin)) cycle
-            associate (x => level%layout%position)
-               if (surely_beyond(convex, far, gap(bin), normal(:, bin), &
-                                 block%particles%column(p, x:x + 2) - middle(:, bin))) cycle
-            end associate
-            call self%consider(tool, level, materials, time_step, [b, p, bin, t], reach, overlap)
+                  margin*thickest(level) + time_step*(fastest_node(level%nodes(:, :, :, :, b)) + norm2(tool%velocity())))
+      associate (cells => level%blocks(b)%cells, near => particles_near(tool, level, level%blocks(b), thickest(level) + reach))
+         do n = 1, size(near)
+            call self%consider(tool, level, materials, time_step, [b, near(n), int(cells%bin(near(n))), t], reach, overlap)
          end do
       end associate
    end subroutine search
+
+   !> True when a particle of a block may get to a tool in a step, by the distance of the block's middle.
+   pure logical function near_tool(tool, level, block)
+      type(tool_t), intent(in) :: tool
+      type(level_t), intent(in) :: level
+      type(block_t), intent(in) :: block
+      real(wp) :: gap, normal(3)
+      call tool%gap_and_normal(block%origin + 0.5_wp*(block_size - 1)*level%grid%cell, gap, normal)
+      near_tool = gap <= (0.5_wp*block_size*sqrt(3.0_wp) + fastest)*level%grid%cell + thickest(level)
+   end function near_tool
+
+   !> The particles of those bins of a block that a tool's distance from their middle does not rule out.
+   pure function particles_near(tool, level, block, farthest) result(near)
+      type(tool_t), intent(in) :: tool
+      type(level_t), intent(in) :: level
+      type(block_t), intent(in) :: block !< whose lists of cells are up to date
+      real(wp), intent(in) :: farthest !< of the centres of particles that count, m
+      integer, allocatable :: near(:)
+      real(wp) :: gap, normal(3)
+      integer :: cell, n, p
+      allocate (near(block%particles%count))
+      n = 0
+      do cell = 1, bins
+         p = block%cells%first(cell)
+         if (p == 0) cycle
+         call tool%gap_and_normal(block%origin + bin_place(cell)*level%grid%cell, gap, normal)
+         if (gap > farthest + 0.5_wp*sqrt(3.0_wp)*level%grid%cell) cycle ! not where it is not a number
+         do while (p > 0)
+            n = n + 1
+            near(n) = p
+            p = block%cells%next(p)
+         end do
+      end do
+      near = near(:n)
+   end function particles_near
 
    !> True when domains have edges of their own; else they are cubes.
    pure logical function deform(level)
@@ -251,34 +242,6 @@ contains
       if (self%traction > 0) column(:count, self%traction:self%traction + 2) = 0.0_wp
    end subroutine turn_page
 
-   !> False when all particles of a block are surely too far from a tool to touch it in this step: by the box of their centres, and
-   !> the thickest domains that there can be.
-   pure logical function can_touch(tool, level, block)
-      type(tool_t), intent(in) :: tool
-      type(level_t), intent(in) :: level
-      type(block_t), intent(in) :: block
-      real(wp) :: centre(3), gap, normal(3), widest
-      widest = level%grid%cell ! weights allow no wider domain
-      if (deform(level)) widest = longest_thickness*level%grid%cell
-      centre = 0.5_wp*(block%lowest + block%highest)
-      call tool%gap_and_normal(centre, gap, normal)
-      can_touch = .not. surely_beyond(tool%spec%shape%is_convex(), widest + fastest*level%grid%cell, gap, normal, &
-                                      -sign(0.5_wp*(block%highest - block%lowest), normal))
-   end function can_touch
-
-   !> True where the gap at a place outside a tool and its normal tell that the gap is above a limit some way off. At a convex tool
-   !> the gap is nowhere smaller than it is foretold so; at any other it shrinks by no more than the way. Most bins of a block and
-   !> most particles of a bin need not be asked then.
-   pure logical function surely_beyond(convex, limit, gap, normal, way)
-      logical, intent(in) :: convex
-      real(wp), intent(in) :: limit, gap, normal(3), way(3) !< m
-      if (convex) then
-         surely_beyond = gap > 0.0_wp .and. gap + dot_product(normal, way) > limit
-      else
-         surely_beyond = gap - norm2(way) > limit
-      end if
-   end function surely_beyond
-
    !> Number of particles of a block that a tool pressed in the last step.
    pure integer function pressed(self, block)
       class(candidates_t), intent(in) :: self
@@ -287,17 +250,12 @@ contains
       if (block%particles%count > 0) pressed = count(block%particles%column(:block%particles%count, self%pressure) > 0.0_wp)
    end function pressed
 
-   !> No particle of a block is thicker than this in any direction, m: with domains that deform, the length at which they are split.
-   pure real(wp) function thickest(level, block)
+   !> No particle is thicker than this in any direction, m: than a cell, for weights allow no wider domain, or, where domains deform,
+   !> than the length at which they are split.
+   pure real(wp) function thickest(level)
       type(level_t), intent(in) :: level
-      type(block_t), intent(in) :: block
-      real(wp) :: smallest, largest
-      if (deform(level)) then
-         thickest = longest_thickness*level%grid%cell
-      else
-         call find_bounds(block%particles%count, block%particles%column(:, level%layout%half_size), smallest, largest)
-         thickest = 2.0_wp*largest
-      end if
+      thickest = level%grid%cell
+      if (deform(level)) thickest = longest_thickness*level%grid%cell
    end function thickest
 
    !> Look at a particle of a bin: whether its contact point is near enough to a tool to get there in a step.
@@ -418,11 +376,9 @@ contains
       integer, intent(in) :: b
       integer, intent(out) :: particle, tool
       real(wp) :: gap, normal(3)
-      particle = 0
-      if (level%blocks(b)%particles%count == 0) return
-      if (.not. near_tool(tools, level, level%blocks(b)%place)) return
       associate (column => level%blocks(b)%particles%column, x => level%layout%position)
          do tool = 1, size(tools)
+            if (.not. near_tool(tools(tool), level, level%blocks(b))) cycle
             do particle = 1, level%blocks(b)%particles%count
                call tools(tool)%gap_and_normal(column(particle, x:x + 2), gap, normal)
                if (gap < tools(tool)%spec%penetration_factor*level%thickness(column(particle, :), normal)) return
@@ -455,22 +411,6 @@ contains
       more(:self%count) = self%list
       call move_alloc(more, self%list)
    end subroutine make_room
-
-   !> True when a bin of the block at a place can hold a candidate. The same on every rank.
-   pure logical function near_tool(tools, level, place)
-      type(tool_t), intent(in) :: tools(:)
-      type(level_t), intent(in) :: level
-      integer, intent(in) :: place(3)
-      real(wp) :: centre(3), gap, normal(3), reach
-      integer :: t
-      near_tool = .false.
-      centre = level%grid%block_origin(place) + 0.5_wp*(block_size - 1)*level%grid%cell
-      reach = (0.5_wp*block_size*sqrt(3.0_wp) + 1.5_wp)*level%grid%cell
-      do t = 1, size(tools)
-         call tools(t)%gap_and_normal(centre, gap, normal)
-         if (gap < reach) near_tool = .true.
-      end do
-   end function near_tool
 
    !> The nodes of a contact point and their weights. The traction acts on the face of the particle, not in its volume: a uniform
    !> pressure then makes a uniform stress, wherever the surface stands in its cell (theory.md, eqs contact-nodes, face-mean). A
