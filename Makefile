@@ -17,7 +17,7 @@ vectors := $(if $(filter x86_64,$(shell uname -m)),-mprefer-vector-width=512)
 FLAGS_opt ?= -std=f2008 -O3 -march=native -fopenmp-simd -fno-tree-loop-distribute-patterns $(vectors) -g
 FLAGS_profile ?= $(FLAGS_opt) -fno-omit-frame-pointer -fno-optimize-sibling-calls
 FLAGS_debug ?= -std=f2008 -g -Og -fcheck=all,no-array-temps -fsanitize=address,undefined -ffpe-trap=invalid,zero,overflow -fbacktrace \
-               -Wall -Wextra -Wno-c-binding-type
+               -Wall -Wextra -Wno-c-binding-type -Wno-unused-dummy-argument
 # For `make fuzz`: every branch leaves its mark; afl-fuzz brings the assembler that writes it.
 AFL ?= /usr/lib/afl
 FLAGS_fuzz ?= -std=f2008 -g -O1 -fcheck=all,no-array-temps -B$(AFL)

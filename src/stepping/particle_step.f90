@@ -393,6 +393,7 @@ contains
          if (block%leaver_count > 0) call check_leavers(model, l, b, error)
          if (model%follows_speeds) call include_speeds(model%bounds, model%materials, level%layout, block)
          block%at_rest = block%leaver_count == 0 .and. .not. moved .and. rests(block%particles, level%layout)
+         if (block%at_rest) block%at_rest = model%materials%are_at_rest(block%particles, level%layout)
       end associate
       if (.not. error%happened()) call see_off(model, l, b)
    end subroutine locate
