@@ -44,9 +44,11 @@ def indented_body(case, tool):
 
 
 def half_space_theory(case, tool):
-    """Name and load(depth) (N, m) of the elastic half-space under this tool, frictionless; None for other tools."""
+    """Name and load(depth) (N, m) of the elastic half-space under this tool, frictionless; None for other tools and laws."""
     body, _ = indented_body(case, tool)
     material = next(m for m in case["material"] if m["name"] == body["material"])
+    if "young" not in material:
+        return None  # not an isotropic law
     modulus = material["young"][0] / (1 - material["poisson"][0] ** 2)
     shape = tool["shape"][0]
     if shape == "sphere":

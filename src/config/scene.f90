@@ -40,8 +40,6 @@ module m_scene
    type, public :: material_spec_t
       character(len=:), allocatable :: name
       real(wp) :: density = 0.0_wp       !< kg/m3
-      real(wp) :: young = 0.0_wp         !< Pa
-      real(wp) :: poisson = 0.0_wp
       class(offer_t), allocatable :: law !< the model, with its own variables
    end type material_spec_t
 

@@ -322,8 +322,6 @@ contains
       if (allocated(material%law)) model = offered(models, material%law%name)
       call group%get_choice('model', model, offered_names(models), required=.true.)
       call group%get('density', material%density, above(0.0_wp, 'kg/m3'), required=.true.)
-      call group%get('young', material%young, above(0.0_wp, 'Pa'), required=.true.)
-      call group%get('poisson', material%poisson, above(-1.0_wp, '', below=0.5_wp), required=.true.)
       if (model > 0) then
          if (.not. allocated(material%law)) allocate (material%law, source=models(model)%it)
          call material%law%variables(group)

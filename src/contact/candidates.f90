@@ -250,8 +250,8 @@ contains
       if (block%particles%count > 0) pressed = count(block%particles%column(:block%particles%count, self%pressure) > 0.0_wp)
    end function pressed
 
-   !> No particle is thicker than this in any direction, m: than a cell, for weights allow no wider domain, or, where domains deform,
-   !> than the length at which they are split.
+   !> No particle is thicker than this in any direction, m: than a cell, for weights allow no wider domain, or, where domains
+   !> deform, than the length at which they are split.
    pure real(wp) function thickest(level)
       type(level_t), intent(in) :: level
       thickest = level%grid%cell

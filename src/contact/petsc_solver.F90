@@ -81,18 +81,19 @@ contains
       PetscCallA(MatShellSetOperation(self%hessian, MATOP_MULT, multiply, ierr))
       PetscCallA(MatSetOption(self%hessian, MAT_SYMMETRIC, PETSC_TRUE, ierr))
       PetscCallA(TaoCreate(comm, self%tao, ierr))
+      PetscCallA(TaoSetOptionsPrefix(self%tao, 'contact_', ierr)) ! what is said here is said to no other solver
       PetscCallA(TaoSetType(self%tao, TAOGPCG, ierr))
       PetscCallA(TaoSetSolution(self%tao, self%change, ierr))
       PetscCallA(TaoSetVariableBounds(self%tao, self%lower, self%upper, ierr))
       PetscCallA(TaoSetObjectiveAndGradient(self%tao, PETSC_NULL_VEC, objective_and_gradient, 0, ierr))
       PetscCallA(TaoSetHessian(self%tao, self%hessian, self%hessian, keep_hessian, 0, ierr))
-      PetscCallA(PetscOptionsSetValue(PETSC_NULL_OPTIONS, '-tao_subset_type', 'matrixfree', ierr))
-      PetscCallA(PetscOptionsSetValue(PETSC_NULL_OPTIONS, '-pc_type', 'none', ierr))
+      PetscCallA(PetscOptionsSetValue(PETSC_NULL_OPTIONS, '-contact_tao_subset_type', 'matrixfree', ierr))
+      PetscCallA(PetscOptionsSetValue(PETSC_NULL_OPTIONS, '-contact_pc_type', 'none', ierr))
       ! conjugate gradients without a trust region, which this Tao does not use: its lengths would take three sums over the ranks
       ! a product more
-      PetscCallA(PetscOptionsSetValue(PETSC_NULL_OPTIONS, '-ksp_type', 'cg', ierr))
+      PetscCallA(PetscOptionsSetValue(PETSC_NULL_OPTIONS, '-contact_ksp_type', 'cg', ierr))
       ! without a preconditioner the natural norm is that of the residual, and at hand: one sum over the ranks a product less
-      PetscCallA(PetscOptionsSetValue(PETSC_NULL_OPTIONS, '-ksp_norm_type', 'natural', ierr))
+      PetscCallA(PetscOptionsSetValue(PETSC_NULL_OPTIONS, '-contact_ksp_norm_type', 'natural', ierr))
       PetscCallA(TaoSetFromOptions(self%tao, ierr))
       PetscCallA(MatCreateShell(comm, n, n, PETSC_DETERMINE, PETSC_DETERMINE, 0, self%free_hessian, ierr))
       PetscCallA(MatShellSetOperation(self%free_hessian, MATOP_MULT, multiply_free, ierr))

@@ -47,24 +47,25 @@ contains
    end function choose_particle
 
    !> Collective: position (m), stress (Pa; xx yy zz yz xz xy) and equivalent plastic strain of the probed particle; the last is 0
-   !> when no law of the scene has plastic flow, all are 0 when nothing is left of the particle.
+   !> when its law has no plastic flow, all are 0 when nothing is left of the particle.
    subroutine read_probe(model, probe, position, stress, plastic_strain)
       type(model_t), intent(in) :: model
       type(probe_t), intent(in) :: probe
       real(wp), intent(out) :: position(3), stress(6), plastic_strain
       real(wp) :: found(10)
       integer(i8) :: id
-      integer :: b, flowed, l, p
+      integer :: b, l, p
       found = 0.0_wp
       id = heir(model, probe%id)
-      flowed = model%levels(1)%table%column('plastic_strain')
       do l = 1, size(model%levels)
          do b = 1, size(model%levels(l)%blocks)
             associate (particles => model%levels(l)%blocks(b)%particles, at => model%levels(l)%layout)
                p = findloc(particles%id(:particles%count), id, dim=1)
                if (p == 0) cycle
                found(:9) = [particles%column(p, at%position:at%position + 2), particles%column(p, at%stress:at%stress + 5)]
-               if (flowed > 0) found(10) = particles%column(p, flowed)
+               associate (law => model%materials%slots(model%materials%of_body(particles%body(p)))%law)
+                  found(10) = law%equivalent_plastic_strain(particles%column(p, :))
+               end associate
             end associate
          end do
       end do

@@ -90,7 +90,7 @@ contains
       integer(i4), allocatable, intent(inout) :: gone(:)
       real(wp) :: values(9, level%table%columns), reach(3)
       type(shares_t) :: shares
-      integer :: c, generation
+      integer :: c, generation, weight
       integer(i4) :: body
       associate (block => level%blocks(b), at => level%layout)
          body = block%particles%body(eight(1))
@@ -101,10 +101,9 @@ contains
          do c = 1, size(values, 2)
             if (shares%extensive(c)) then
                values(9, c) = sum(values(:8, c))
-            else if (any(c == [at%position, at%position + 1, at%position + 2, at%velocity, at%velocity + 1, at%velocity + 2])) then
-               values(9, c) = sum(values(:8, at%mass)*values(:8, c))/sum(values(:8, at%mass))
             else
-               values(9, c) = sum(values(:8, at%volume)*values(:8, c))/sum(values(:8, at%volume))
+               weight = merge(at%mass, at%volume, shares%by_mass(c))
+               values(9, c) = sum(values(:8, weight)*values(:8, c))/sum(values(:8, weight))
             end if
          end do
          call join_faces(values, shares, at%position)

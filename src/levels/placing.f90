@@ -7,6 +7,7 @@ module m_placing
    use m_grid_level, only: grid_level_t
    use m_region, only: region_t, make_region
    use m_level, only: level_t
+   use m_material, only: material_t
    use m_materials, only: materials_t
    use m_scene, only: criterion_stress
    implicit none
@@ -121,8 +122,8 @@ contains
                do p = 1, particles%count
                   cell = min(max(int((particles%column(p, x:x + 2) - grid%lower)*grid%per_cell), 0), grid%cells - 1)
                   associate (peak => value(cell(1), cell(2), cell(3)))
-                     peak = max(peak, quantity(levels(l), particles%column(p, :), materials%of_body(particles%body(p)), materials, &
-                                               criterion))
+                     peak = max(peak, quantity(levels(l), particles%column(p, :), criterion, &
+                                               materials%slots(materials%of_body(particles%body(p)))%law))
                   end associate
                end do
             end associate
@@ -131,20 +132,17 @@ contains
       call MPI_Allreduce(MPI_IN_PLACE, value, size(value), MPI_DOUBLE_PRECISION, MPI_MAX, communicator%comm)
    end subroutine cell_peaks
 
-   !> Von Mises stress (Pa), or equivalent strain: von Mises stress over 3 G, and plastic strain where the law has it.
-   pure real(wp) function quantity(level, values, material, materials, criterion)
+   !> Von Mises stress (Pa), or equivalent strain: the elastic one of that stress, and the plastic one.
+   pure real(wp) function quantity(level, values, criterion, law)
       type(level_t), intent(in) :: level
       real(wp), intent(in) :: values(:)
-      integer, intent(in) :: material, criterion
-      type(materials_t), intent(in) :: materials
+      integer, intent(in) :: criterion
+      class(material_t), intent(in) :: law
       real(wp) :: s(6)
-      integer :: flowed
       s = values(level%layout%stress:level%layout%stress + 5)
       quantity = sqrt(0.5_wp*((s(1) - s(2))**2 + (s(2) - s(3))**2 + (s(3) - s(1))**2) + 3.0_wp*sum(s(4:6)**2))
       if (criterion == criterion_stress) return
-      quantity = quantity/(3.0_wp*materials%slots(material)%law%shear)
-      flowed = level%table%column('plastic_strain')
-      if (flowed > 0) quantity = quantity + values(flowed)
+      quantity = quantity/law%von_mises_modulus() + law%equivalent_plastic_strain(values)
    end function quantity
 
    !> Largest difference of a cell to the six around it that hold material.

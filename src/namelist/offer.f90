@@ -53,7 +53,6 @@ contains
    !> True of a law that is made for large strains: domains of particles follow the material where the scene does not say.
    pure logical function for_large_strains(self)
       class(offer_t), intent(in) :: self
-      associate (unused => self%line); end associate
       for_large_strains = .false.
    end function for_large_strains
 
@@ -61,14 +60,12 @@ contains
    pure function brings(self) result(name)
       class(offer_t), intent(in) :: self
       character(len=:), allocatable :: name
-      associate (unused => self%line); end associate
       name = ''
    end function brings
 
    !> True of an effect whose group says that it is not to be there.
    pure logical function declined(self)
       class(offer_t), intent(in) :: self
-      associate (unused => self%line); end associate
       declined = .false.
    end function declined
 

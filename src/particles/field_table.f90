@@ -13,13 +13,15 @@ module m_field_table
       integer :: components = 0
       integer :: first = 0
       logical :: written = .false. !< stands in snapshots
-      logical :: extensive = .false. !< the halves of a split particle get half of it each; else both get the same
+      logical :: extensive = .false. !< the halves of a split particle get half of it each, and merged ones its sum; else both get the
+                                     !< same, and merged ones the mean by volume,
+      logical :: by_mass = .false.   !< or by mass
       integer :: arm_to = 0          !< of an arm to a carried face: first column of the face's area, which goes with it
    end type field_t
 
    !> How the columns of a particle are shared when it is split, and put together when parts merge.
    type :: shares_t
-      logical, allocatable :: extensive(:) !< by column
+      logical, allocatable :: extensive(:), by_mass(:) !< by column
       integer, allocatable :: faces(:, :)  !< (2, faces): first columns of area and arm of the faces that particles carry
    end type shares_t
 
@@ -57,22 +59,21 @@ module m_field_table
 contains
 
    !> Add a field; declaring the same name again changes nothing (two effects may want the same field).
-   pure subroutine declare(self, name, components, unit, written, extensive, arm_to)
+   pure subroutine declare(self, name, components, unit, written, extensive, by_mass, arm_to)
       class(field_table_t), intent(inout) :: self
       character(len=*), intent(in) :: name, unit
       integer, intent(in) :: components
       logical, intent(in) :: written
-      logical, intent(in), optional :: extensive !< false where it is not given
+      logical, intent(in), optional :: extensive, by_mass !< false where they are not given
       integer, intent(in), optional :: arm_to    !< the field is the arm to a face: first column of its area
-      logical :: shared
-      integer :: area
+      type(field_t) :: field
       if (.not. allocated(self%fields)) allocate (self%fields(0))
       if (self%column(name) > 0) return
-      shared = .false.
-      if (present(extensive)) shared = extensive
-      area = 0
-      if (present(arm_to)) area = arm_to
-      self%fields = [self%fields, field_t(name, unit, components, self%columns + 1, written, shared, area)]
+      field = field_t(name, unit, components, self%columns + 1, written)
+      if (present(extensive)) field%extensive = extensive
+      if (present(by_mass)) field%by_mass = by_mass
+      if (present(arm_to)) field%arm_to = arm_to
+      self%fields = [self%fields, field]
       self%columns = self%columns + components
    end subroutine declare
 
@@ -103,10 +104,11 @@ contains
    pure type(shares_t) function shares(self)
       class(field_table_t), intent(in) :: self
       integer :: f
-      allocate (shares%extensive(self%columns), shares%faces(2, 0))
+      allocate (shares%extensive(self%columns), shares%by_mass(self%columns), shares%faces(2, 0))
       do f = 1, size(self%fields)
          associate (field => self%fields(f))
             shares%extensive(field%first:field%first + field%components - 1) = field%extensive
+            shares%by_mass(field%first:field%first + field%components - 1) = field%by_mass
             if (field%arm_to > 0) shares%faces = reshape([shares%faces, field%arm_to, field%first], [2, size(shares%faces, 2) + 1])
          end associate
       end do

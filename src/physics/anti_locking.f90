@@ -43,7 +43,6 @@ contains
    subroutine declare(self, table)
       class(anti_locking_t), intent(inout) :: self
       type(field_table_t), intent(inout) :: table
-      associate (unused => self%kind); end associate
       call table%declare('pressure_shift', 1, 'Pa', written=.false.)
       if (table%column('velocity_gradient') == 0 .or. table%column('edge_stress') > 0) &
          call table%declare('kept_gradient', 9, '1/s', written=.false.)
@@ -52,7 +51,6 @@ contains
    !> Material at rest may share a cell with material that moves.
    pure type(hooks_t) function hooks(self)
       class(anti_locking_t), intent(in) :: self
-      associate (unused => self%kind); end associate
       hooks = hooks_t(on_cells=.true., acts_at_rest=.true.)
    end function hooks
 
@@ -65,7 +63,6 @@ contains
       type(frame_t), intent(in) :: frame
       real(wp), intent(in), contiguous :: sums(:, 0:, 0:, 0:)
       real(wp), intent(inout), contiguous :: gradient(:, :)
-      associate (unused => self%kind); end associate
       call take_means(particles%count, cells%bin, layout, frame, sums, particles%column, gradient)
    end subroutine on_cells
 

@@ -15,7 +15,7 @@ module m_bulk_viscosity
 
    type, extends(effect_t) :: bulk_viscosity_t
       real(wp) :: linear = 0.06_wp, quadratic = 1.2_wp
-      real(wp), allocatable :: stiffest(:)   !< of each body's material, Pa
+      real(wp), allocatable :: p_wave_modulus(:) !< of each body's material, Pa
       integer :: pressure = 0, heat = 0      !< columns
    contains
       procedure :: variables
@@ -38,7 +38,6 @@ contains
 
    pure type(hooks_t) function hooks(self)
       class(bulk_viscosity_t), intent(in) :: self
-      associate (unused => self%linear); end associate
       hooks = hooks_t(on_stress=.true.)
    end function hooks
 
@@ -56,10 +55,9 @@ contains
       type(grid_level_t), intent(in) :: grid
       type(materials_t), intent(in) :: materials
       integer :: b
-      associate (unused => grid%cell); end associate
-      allocate (self%stiffest(size(materials%of_body)))
-      do b = 1, size(self%stiffest)
-         self%stiffest(b) = materials%slots(materials%of_body(b))%law%stiffest()
+      allocate (self%p_wave_modulus(size(materials%of_body)))
+      do b = 1, size(self%p_wave_modulus)
+         self%p_wave_modulus(b) = materials%slots(materials%of_body(b))%law%p_wave_modulus()
       end do
    end subroutine prepare
 
@@ -85,7 +83,7 @@ contains
       first = 1
       do while (first <= particles%count)
          last = particles%run_end(first)
-         call advance(self, self%stiffest(particles%body(first)), first, last, cell, time_step, gradient, &
+         call advance(self, self%p_wave_modulus(particles%body(first)), first, last, cell, time_step, gradient, &
                       particles%column(:, layout%mass), particles%column(:, layout%volume), particles%column(:, self%pressure), &
                       particles%column(:, self%heat))
          first = last + 1
@@ -93,9 +91,9 @@ contains
    end subroutine on_stress
 
    !> Particles first..last, all of one material.
-   pure subroutine advance(self, stiffest, first, last, cell, time_step, gradient, mass, volume, pressure, heat)
+   pure subroutine advance(self, p_wave_modulus, first, last, cell, time_step, gradient, mass, volume, pressure, heat)
       class(bulk_viscosity_t), intent(in) :: self
-      real(wp), intent(in) :: stiffest, cell, time_step
+      real(wp), intent(in) :: p_wave_modulus, cell, time_step
       integer, intent(in) :: first, last
       real(wp), intent(in), contiguous :: gradient(:, :), mass(:), volume(:)
       real(wp), intent(inout), contiguous :: pressure(:), heat(:)
@@ -107,7 +105,7 @@ contains
          heat(p) = heat(p) + time_step*pressure(p)*rate*volume(p)
          rate = max(0.0_wp, rate)
          density = mass(p)/volume(p)
-         pressure(p) = cell*rate*(density*self%quadratic**2*cell*rate + self%linear*sqrt(density*stiffest))
+         pressure(p) = cell*rate*(density*self%quadratic**2*cell*rate + self%linear*sqrt(density*p_wave_modulus))
       end do
    end subroutine advance
 

@@ -56,7 +56,6 @@ contains
 
    pure type(hooks_t) function hooks(self)
       class(damping_t), intent(in) :: self
-      associate (unused => self%kind); end associate
       hooks = hooks_t(on_nodes=.true., dissipates=.true.)
    end function hooks
 
@@ -68,7 +67,6 @@ contains
       type(level_t), intent(in) :: levels(:)
       integer, intent(in) :: tools
       type(error_t), intent(inout) :: error
-      associate (unused => communicator%rank, unused_too => size(levels)); end associate
       if (self%kind == kind_local .and. tools > 0 .and. self%coefficient > 0.0_wp) &
          call fail(error, exit_input, self%group_text()// &
                    ' kind=''local'': not with a &tool, whose load it would falsify; allowed: viscous')
@@ -103,7 +101,6 @@ contains
       real(wp), intent(inout), contiguous :: tile(:, 0:, 0:, 0:)
       real(wp) :: before(3), change(3)
       integer :: i, j, k
-      associate (unused => time); end associate
       do k = 0, ubound(tile, 4)
          do j = 0, ubound(tile, 3)
             do i = 0, ubound(tile, 2)

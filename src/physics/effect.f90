@@ -67,7 +67,7 @@ module m_effect
       end function hooks_interface
    end interface
 
-   ! The default of every other procedure is to do nothing. `associate` there is for the compiler, which warns of what is not used.
+   ! The default of every other procedure is to do nothing.
 
 contains
 
@@ -76,7 +76,6 @@ contains
    subroutine declare(self, table)
       class(effect_t), intent(inout) :: self
       type(field_table_t), intent(inout) :: table
-      associate (unused => self%repeats, unchanged => table%columns); end associate
    end subroutine declare
 
    !> What the effect wants to know of grid and materials; called once, before bodies are filled.
@@ -84,7 +83,6 @@ contains
       class(effect_t), intent(inout) :: self
       type(grid_level_t), intent(in) :: grid
       type(materials_t), intent(in) :: materials
-      associate (unused => self%repeats, g => grid%cell, m => size(materials%slots)); end associate
    end subroutine prepare
 
    !> First values of its fields in a block that has just been filled; they are zero before.
@@ -94,7 +92,6 @@ contains
       type(field_table_t), intent(in) :: table
       type(layout_t), intent(in) :: layout
       type(grid_level_t), intent(in) :: grid
-      associate (unused => self%repeats, p => particles%count, t => table%columns, l => layout%mass, g => grid%cell); end associate
    end subroutine initialise
 
    !> Collective: refuse a model that the effect cannot act on as its group says, when all bodies are filled.
@@ -104,21 +101,18 @@ contains
       type(level_t), intent(in) :: levels(:)
       integer, intent(in) :: tools !< how many the scene has
       type(error_t), intent(inout) :: error
-      associate (unused => self%repeats, c => communicator%rank, l => size(levels), t => tools, e => error%status); end associate
    end subroutine verify
 
    !> How much faster the fastest wave of the grid becomes through the effect, at least 1: the time step is shorter by this.
    pure real(wp) function wave_factor(self, mach)
       class(effect_t), intent(in) :: self
       real(wp), intent(in) :: mach !< speed of the fastest particle over that of the fastest wave
-      associate (unused => self%repeats, m => mach); end associate
       wave_factor = 1.0_wp
    end function wave_factor
 
    !> Time step (s) that the effect allows whatever the waves do.
    pure real(wp) function longest_step(self)
       class(effect_t), intent(in) :: self
-      associate (unused => self%repeats); end associate
       longest_step = huge(1.0_wp)
    end function longest_step
 
@@ -127,7 +121,6 @@ contains
    pure real(wp) function rests_at(self, crossings)
       class(effect_t), intent(in) :: self
       real(wp), intent(in) :: crossings !< cells of the finest level that the fastest wave crosses in a second, 1/s
-      associate (unused => self%repeats, c => crossings); end associate
       rests_at = 0.0_wp
    end function rests_at
 
@@ -136,7 +129,6 @@ contains
       class(effect_t), intent(in) :: self
       real(wp), intent(in), contiguous :: column(:, :)
       integer, intent(in) :: first, last
-      associate (unused => self%repeats, c => size(column), a => first, b => last); end associate
       dissipated = 0.0_wp
    end function dissipated
 
@@ -145,7 +137,6 @@ contains
       class(effect_t), intent(in) :: self
       type(particle_store_t), intent(in) :: particles
       integer, allocatable :: which(:)
-      associate (unused => self%repeats, p => particles%count); end associate
       allocate (which(0))
    end function pushed
 
@@ -162,8 +153,6 @@ contains
       real(wp), intent(in) :: time                       !< s, of the beginning of the step
       real(wp), intent(in) :: time_step                  !< s
       real(wp) :: work(2) !< with the mean of the forces at the step's beginning and end; of it, by half the force at its end
-      associate (unused => self%repeats, p => particles%count, l => layout%mass, n => size(gradient), &
-                 i => size(which), f => size(from), w => way_to, s => time, d => time_step); end associate
       work = 0.0_wp
    end function particle_work
 
@@ -175,7 +164,6 @@ contains
       type(layout_t), intent(in) :: layout
       integer, intent(in) :: first, last
       real(wp), intent(in) :: lead !< from the time of the velocities to that of the positions, s: half a step
-      associate (unused => self%repeats, c => size(column), l => layout%mass, a => first, b => last, t => lead); end associate
       energy = 0.0_wp
    end function potential
 
@@ -187,8 +175,6 @@ contains
       type(layout_t), intent(in) :: layout
       real(wp), intent(in) :: time
       real(wp), intent(inout) :: body_force(:, :) !< (:, 3)
-      associate (unused => self%repeats, p => particles%count, t => table%columns, l => layout%mass, s => time, &
-                 b => size(body_force)); end associate
    end subroutine acceleration
 
    !> Add forces (N, places 5 to 7 of a node) to the tile of what a block's own particles give, before the sum over blocks; a
@@ -201,8 +187,6 @@ contains
       type(grid_level_t), intent(in) :: grid
       real(wp), intent(in) :: time !< s, of the beginning of the step
       real(wp), intent(inout), contiguous :: tile(:, 0:, 0:, 0:)
-      associate (unused => self%repeats, b => block%index, t => table%columns, l => layout%mass, g => grid%cell, s => time, &
-                 n => size(tile)); end associate
    end subroutine add_forces
 
    !> Change the velocity at the end of the step (2 to 4) and the acceleration (5 to 7) of the solved nodes of a block, before
@@ -213,7 +197,6 @@ contains
       real(wp), intent(in) :: time      !< s, of the beginning of the step
       real(wp), intent(in) :: time_step !< s
       real(wp), intent(inout), contiguous :: tile(:, 0:, 0:, 0:)
-      associate (unused => self%repeats, s => time, d => time_step, n => size(tile)); end associate
    end subroutine on_nodes
 
    !> As on_gradient, and before it, with what the particles of all blocks give to the cells of the grid; costs an exchange a step.
@@ -227,8 +210,6 @@ contains
       type(frame_t), intent(in) :: frame
       real(wp), intent(in), contiguous :: sums(:, 0:, 0:, 0:) !< at the cell's lowest node: volume, m3; times tr L, m3/s; times p, J
       real(wp), intent(inout), contiguous :: gradient(:, :) !< (:, 9), 1/s
-      associate (unused => self%repeats, c => cells%count, p => particles%count, l => layout%mass, f => frame%cell, &
-                 s => size(sums), n => size(gradient)); end associate
    end subroutine on_cells
 
    !> Change the velocity gradients (1/s, d v_i/d x_j at 3 (j-1) + i) that strain the particles of a block. Affine transfer keeps
@@ -240,8 +221,6 @@ contains
       type(layout_t), intent(in) :: layout
       real(wp), intent(in) :: time_step !< s
       real(wp), intent(inout), contiguous :: gradient(:, :) !< (:, 9)
-      associate (unused => self%repeats, c => cells%count, p => particles%count, l => layout%mass, d => time_step, &
-                 n => size(gradient)); end associate
    end subroutine on_gradient
 
    !> Change stress or own fields of the particles of a block, whose stress and volume have just been advanced by `gradient`.
@@ -252,8 +231,6 @@ contains
       real(wp), intent(in), contiguous :: gradient(:, :) !< (:, 9), 1/s
       real(wp), intent(in) :: cell      !< size of the cells of the particles' level, m
       real(wp), intent(in) :: time_step !< s
-      associate (unused => self%repeats, p => particles%count, l => layout%mass, d => time_step, n => size(gradient), &
-                 c => cell); end associate
    end subroutine on_stress
 
 end module m_effect

@@ -2,12 +2,12 @@
 module m_elastic
    use m_kinds, only: wp
    use m_field_table, only: layout_t
-   use m_material, only: material_t
+   use m_isotropic, only: isotropic_t
    implicit none
    private
    public :: elastic_t
 
-   type, extends(material_t) :: elastic_t
+   type, extends(isotropic_t) :: elastic_t
    contains
       procedure :: update
       procedure :: strain_energy

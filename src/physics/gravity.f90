@@ -29,7 +29,6 @@ contains
 
    pure type(hooks_t) function hooks(self)
       class(gravity_t), intent(in) :: self
-      associate (unused => self%field); end associate
       hooks = hooks_t(on_nodes=.true., follows_particles=.true.)
    end function hooks
 
@@ -39,7 +38,6 @@ contains
       real(wp), intent(in) :: time, time_step
       real(wp), intent(inout), contiguous :: tile(:, 0:, 0:, 0:)
       integer :: i, j, k
-      associate (unused => time); end associate
       do k = 0, ubound(tile, 4)
          do j = 0, ubound(tile, 3)
             do i = 0, ubound(tile, 2)

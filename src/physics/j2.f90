@@ -29,6 +29,7 @@ contains
       class(j2_t), intent(inout) :: self
       type(group_reader_t), intent(inout) :: group
       logical :: by_table
+      call self%elastic_variables(group)
       by_table = group%is_given('hardening_strain') .or. group%is_given('hardening_stress') .or. allocated(self%hardening_strain)
       call group%get_list('hardening_strain', self%hardening_strain, at_least(0.0_wp, ''), required=by_table, used=by_table)
       call group%get_list('hardening_stress', self%hardening_stress, above(0.0_wp, 'Pa'), required=by_table, used=by_table)
@@ -82,7 +83,6 @@ contains
       real(wp) :: strength(lanes), beyond(lanes), begin, end, slope, largest
       logical :: is_last
       integer :: i, k, n
-      associate (unused => layout%stress, unneeded => time_step); end associate
       n = last - first + 1
       strength(:n) = self%yield_stress
       k = 0

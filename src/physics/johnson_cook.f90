@@ -39,6 +39,7 @@ contains
    subroutine variables(self, group)
       class(johnson_cook_t), intent(inout) :: self
       type(group_reader_t), intent(inout) :: group
+      call self%elastic_variables(group)
       call group%get('yield_stress', self%yield_stress, above(0.0_wp, 'Pa'), required=.true.)
       call group%get('hardening_modulus', self%hardening_modulus, at_least(0.0_wp, 'Pa'), required=.true.)
       call group%get('hardening_exponent', self%hardening_exponent, above(0.0_wp, ''), required=.true.)
@@ -54,11 +55,12 @@ contains
    end subroutine variables
 
    !> Those of plastic flow, and the temperature.
-   pure subroutine declare(self, table)
+   pure subroutine declare(self, table, has_tools)
       class(johnson_cook_t), intent(inout) :: self
       type(field_table_t), intent(inout) :: table
-      call declare_plastic(self, table)
-      call table%declare('temperature', 1, 'K', written=.true.)
+      logical, intent(in) :: has_tools
+      call declare_plastic(self, table, has_tools)
+      call table%declare('temperature', 1, 'K', written=.true., by_mass=.true.)
       self%temperature = table%column('temperature')
    end subroutine declare
 

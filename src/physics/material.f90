@@ -1,8 +1,7 @@
-!> What a material law must offer. One law is one file that extends material_t, and one line in materials.f90.
+!> What a material law must offer. One law is one file that extends material_t, or isotropic_t, and one line in materials.f90.
 module m_material
    use m_kinds, only: wp
    use m_field_table, only: field_table_t, layout_t
-   use m_group_reader, only: group_reader_t
    use m_offer, only: offer_t
    implicit none
    private
@@ -10,20 +9,34 @@ module m_material
 
    type, abstract, extends(offer_t) :: material_t
       real(wp) :: density = 0.0_wp !< of the undeformed material, kg/m3
-      real(wp) :: lame = 0.0_wp    !< first Lame constant, Pa
-      real(wp) :: shear = 0.0_wp   !< shear modulus, Pa
    contains
-      procedure :: variables
       procedure :: declare
       procedure :: initial
-      procedure :: stiffest
+      procedure :: is_at_rest
       procedure :: plastic_energy
+      procedure :: equivalent_plastic_strain
+      procedure :: von_mises_modulus
+      procedure(modulus_interface), deferred :: p_wave_modulus
+      procedure(stress_interface), deferred :: complementary_energy
       procedure(update_interface), deferred :: update
       procedure(energy_interface), deferred :: strain_energy
       procedure(stretch_interface), deferred :: stretch
    end type material_t
 
    abstract interface
+      !> Largest modulus of a plane wave relative to the current volume, Pa: c = sqrt(p_wave_modulus V/m).
+      pure real(wp) function modulus_interface(self)
+         import :: material_t, wp
+         class(material_t), intent(in) :: self
+      end function modulus_interface
+
+      !> Elastic energy per volume that a stress takes, sigma : C^-1 : sigma / 2, J/m3.
+      pure real(wp) function stress_interface(self, stress)
+         import :: material_t, wp
+         class(material_t), intent(in) :: self
+         real(wp), intent(in) :: stress(6) !< xx yy zz yz xz xy, Pa
+      end function stress_interface
+
       !> Advance the stress of particles first..last (all of this material) by dt times their velocity gradient.
       !> gradient(:, 9), 1/s: d v_i / d x_j at 3 (j-1) + i. The volume has not been advanced yet.
       pure subroutine update_interface(self, column, layout, gradient, time_step, first, last)
@@ -57,18 +70,12 @@ module m_material
 
 contains
 
-   !> Read or write the variables of the law beyond density, young and poisson; most have none.
-   subroutine variables(self, group)
-      class(material_t), intent(inout) :: self
-      type(group_reader_t), intent(inout) :: group
-      associate (unused => self%density, unchanged => group); end associate
-   end subroutine variables
-
-   !> Add the fields that the law needs beyond stress, and remember their columns; most need none.
-   pure subroutine declare(self, table)
+   !> Add the fields that the law needs beyond stress, and remember their columns; most need none. The particles of all bodies of a scene
+   !> carry them.
+   pure subroutine declare(self, table, has_tools)
       class(material_t), intent(inout) :: self
       type(field_table_t), intent(inout) :: table
-      associate (unchanged => self%density, unused => table%columns); end associate
+      logical, intent(in) :: has_tools !< the scene has: `stretch` is asked for
    end subroutine declare
 
    !> First values of the law's own fields for the new particles first..last; those that start at zero need none.
@@ -77,22 +84,37 @@ contains
       real(wp), intent(inout), contiguous :: column(:, :)
       type(layout_t), intent(in) :: layout
       integer, intent(in) :: first, last
-      associate (unused => self%density, unchanged => column, here => layout%stress, from => first, to => last); end associate
    end subroutine initial
+
+   !> True when particles first..last (all of this material) stay as they are, to the bit, as long as they do not move; they bear no
+   !> stress. A law with fields that go on by themselves says until when.
+   pure logical function is_at_rest(self, column, layout, first, last)
+      class(material_t), intent(in) :: self
+      real(wp), intent(in), contiguous :: column(:, :)
+      type(layout_t), intent(in) :: layout
+      integer, intent(in) :: first, last
+      is_at_rest = .true.
+   end function is_at_rest
 
    !> Plastic work of particles first..last since the start (all of this material), J; a law without plastic flow has none.
    pure real(wp) function plastic_energy(self, column, first, last)
       class(material_t), intent(in) :: self
       real(wp), intent(in), contiguous :: column(:, :)
       integer, intent(in) :: first, last
-      associate (unused => self%density, unread => column, from => first, to => last); end associate
       plastic_energy = 0.0_wp
    end function plastic_energy
 
-   !> Largest modulus of a plane wave relative to the current volume, Pa: c = sqrt(stiffest V/m).
-   pure real(wp) function stiffest(self)
+   !> Of a particle; a law without plastic flow has none.
+   pure real(wp) function equivalent_plastic_strain(self, values) result(strain)
       class(material_t), intent(in) :: self
-      stiffest = self%lame + 2.0_wp*self%shear
-   end function stiffest
+      real(wp), intent(in) :: values(:) !< the particle's columns
+      strain = 0.0_wp
+   end function equivalent_plastic_strain
+
+   !> Von Mises stress over equivalent elastic strain, Pa; here that of shear in the plane of y and z.
+   pure real(wp) function von_mises_modulus(self) result(modulus)
+      class(material_t), intent(in) :: self
+      modulus = 0.5_wp/self%complementary_energy([0.0_wp, 0.0_wp, 0.0_wp, sqrt(1.0_wp/3.0_wp), 0.0_wp, 0.0_wp])
+   end function von_mises_modulus
 
 end module m_material

@@ -3,7 +3,10 @@ module m_materials
    use m_kinds, only: wp
    use m_offer, only: catalogue_t, offer, offered
    use m_scene, only: scene_t, material_spec_t
+   use m_isotropic, only: isotropic_t
    use m_material, only: material_t
+   use m_field_table, only: layout_t
+   use m_particle_store, only: particle_store_t
    implicit none
    private
    public :: materials_t, known_materials, make_materials, material_of
@@ -17,6 +20,8 @@ module m_materials
    type :: materials_t
       type(material_slot_t), allocatable :: slots(:)
       integer, allocatable :: of_body(:)
+   contains
+      procedure :: are_at_rest
    end type materials_t
 
 contains
@@ -36,6 +41,23 @@ contains
       end subroutine add
    end subroutine known_materials
 
+   !> True when no law changes one of the particles by itself, as long as they do not move; they bear no stress.
+   pure logical function are_at_rest(self, particles, layout)
+      class(materials_t), intent(in) :: self
+      type(particle_store_t), intent(in) :: particles
+      type(layout_t), intent(in) :: layout
+      integer :: first, last
+      are_at_rest = .true.
+      last = 0
+      do while (are_at_rest .and. last < particles%count)
+         first = last + 1
+         last = particles%run_end(first)
+         associate (law => self%slots(self%of_body(particles%body(first)))%law)
+            are_at_rest = law%is_at_rest(particles%column, layout, first, last)
+         end associate
+      end do
+   end function are_at_rest
+
    !> The materials of a scene.
    function make_materials(scene) result(materials)
       type(scene_t), intent(in) :: scene
@@ -48,7 +70,7 @@ contains
       materials%of_body = scene%bodies%material
    end function make_materials
 
-   !> The law of a material group, with the constants that all laws have.
+   !> The law of a material group, with the density that all laws have.
    subroutine make_material(spec, law)
       type(material_spec_t), intent(in) :: spec
       class(material_t), allocatable, intent(out) :: law
@@ -57,11 +79,9 @@ contains
          allocate (law, source=known)
       end select
       law%density = spec%density
-      law%lame = spec%young*spec%poisson/((1.0_wp + spec%poisson)*(1.0_wp - 2.0_wp*spec%poisson))
-      law%shear = spec%young/(2.0_wp*(1.0_wp + spec%poisson))
    end subroutine make_material
 
-   !> A material group for programs that make a scene themselves. Variables of the law's own keep their defaults.
+   !> A material group of an isotropic law for programs that make a scene themselves. Variables of the law's own keep their defaults.
    function material_of(name, model, density, young, poisson) result(spec)
       character(len=*), intent(in) :: name, model !< `model` as in a scene
       real(wp), intent(in) :: density             !< kg/m3
@@ -72,9 +92,11 @@ contains
       call known_materials(catalogue)
       spec%name = name
       spec%density = density
-      spec%young = young
-      spec%poisson = poisson
       allocate (spec%law, source=catalogue%models(offered(catalogue%models, model))%it)
+      select type (law => spec%law)
+      class is (isotropic_t)
+         call law%set_moduli(young, poisson)
+      end select
    end function material_of
 
 end module m_materials

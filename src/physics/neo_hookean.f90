@@ -2,12 +2,12 @@
 module m_neo_hookean
    use m_kinds, only: wp
    use m_field_table, only: layout_t, field_table_t
-   use m_material, only: material_t
+   use m_isotropic, only: isotropic_t
    implicit none
    private
    public :: neo_hookean_t
 
-   type, extends(material_t) :: neo_hookean_t
+   type, extends(isotropic_t) :: neo_hookean_t
    contains
       procedure :: declare
       procedure :: initial
@@ -21,15 +21,14 @@ contains
 
    pure logical function for_large_strains(self)
       class(neo_hookean_t), intent(in) :: self
-      associate (unused => self%line); end associate
       for_large_strains = .true.
    end function for_large_strains
 
    !> The deformation gradient.
-   pure subroutine declare(self, table)
+   pure subroutine declare(self, table, has_tools)
       class(neo_hookean_t), intent(inout) :: self
       type(field_table_t), intent(inout) :: table
-      associate (unused => self%density); end associate
+      logical, intent(in) :: has_tools
       call table%declare('deformation_gradient', 9, '1', written=.false.)
    end subroutine declare
 
@@ -39,7 +38,6 @@ contains
       real(wp), intent(inout), contiguous :: column(:, :)
       type(layout_t), intent(in) :: layout
       integer, intent(in) :: first, last
-      associate (unused => self%density); end associate
       column(first:last, layout%deformation:layout%deformation + 8:4) = 1.0_wp
    end subroutine initial
 
@@ -104,7 +102,6 @@ contains
       real(wp), intent(in) :: values(:)
       type(layout_t), intent(in) :: layout
       real(wp), intent(in) :: direction(3)
-      associate (unused => self%density); end associate
       stretch = norm2(matmul(direction, reshape(values(layout%deformation:layout%deformation + 8), [3, 3])))
    end function stretch
 

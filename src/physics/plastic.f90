@@ -26,6 +26,7 @@ module m_plastic
       procedure :: initial => initial_plastic
       procedure :: update
       procedure :: plastic_energy
+      procedure :: equivalent_plastic_strain
       procedure :: stretch
       procedure :: for_large_strains
       procedure :: brings
@@ -50,7 +51,6 @@ contains
 
    pure logical function for_large_strains(self)
       class(plastic_t), intent(in) :: self
-      associate (unused => self%line); end associate
       for_large_strains = .true.
    end function for_large_strains
 
@@ -58,20 +58,20 @@ contains
    pure function brings(self) result(name)
       class(plastic_t), intent(in) :: self
       character(len=:), allocatable :: name
-      associate (unused => self%line); end associate
       name = 'anti_locking'
    end function brings
 
    !> Equivalent plastic strain and plastic work. The stress says nothing of the thickness of a particle that has flowed: where
    !> there are tools, which must know it, the left Cauchy-Green tensor is carried too.
-   pure subroutine declare_plastic(self, table)
+   pure subroutine declare_plastic(self, table, has_tools)
       class(plastic_t), intent(inout) :: self
       type(field_table_t), intent(inout) :: table
+      logical, intent(in) :: has_tools
       call table%declare('plastic_strain', 1, '1', written=.true.)
       call table%declare('plastic_work', 1, 'J', written=.false., extensive=.true.)
       self%strain = table%column('plastic_strain')
       self%work = table%column('plastic_work')
-      if (table%column('contact_pressure') == 0) return
+      if (.not. has_tools) return
       call table%declare('left_cauchy_green', 6, '1', written=.false.)
       self%shape = table%column('left_cauchy_green')
    end subroutine declare_plastic
@@ -82,7 +82,6 @@ contains
       real(wp), intent(inout), contiguous :: column(:, :)
       type(layout_t), intent(in) :: layout
       integer, intent(in) :: first, last
-      associate (unused => layout%stress); end associate
       if (self%shape > 0) column(first:last, self%shape:self%shape + 2) = 1.0_wp
    end subroutine initial_plastic
 
@@ -184,6 +183,12 @@ contains
       plastic_energy = sum(column(first:last, self%work))
    end function plastic_energy
 
+   pure real(wp) function equivalent_plastic_strain(self, values) result(strain)
+      class(plastic_t), intent(in) :: self
+      real(wp), intent(in) :: values(:)
+      strain = values(self%strain)
+   end function equivalent_plastic_strain
+
    !> sqrt(n . b . n), as of a neo-Hookean particle: elastic and plastic stretch together. Only of a law declared where there are
    !> tools (`shape` above 0).
    pure real(wp) function stretch(self, values, layout, direction)
@@ -191,7 +196,7 @@ contains
       real(wp), intent(in) :: values(:)
       type(layout_t), intent(in) :: layout
       real(wp), intent(in) :: direction(3)
-      associate (n => direction, b => values(self%shape:self%shape + 5), unused => layout%stress)
+      associate (n => direction, b => values(self%shape:self%shape + 5))
          stretch = sqrt(sum(b(1:3)*n**2) + 2.0_wp*(b(4)*n(2)*n(3) + b(5)*n(1)*n(3) + b(6)*n(1)*n(2)))
       end associate
    end function stretch

@@ -65,7 +65,6 @@ contains
 
    pure type(hooks_t) function hooks(self)
       class(pressure_t), intent(in) :: self
-      associate (unused => self%area); end associate
       hooks = hooks_t(add_forces=.true., on_stress=.true., follows_particles=.true.)
    end function hooks
 
@@ -93,7 +92,6 @@ contains
       type(grid_level_t), intent(in) :: grid
       real(wp) :: position(3), half, from(3), to(3), outward
       integer :: axis, p
-      associate (unused => table%columns, unused_too => grid%cell); end associate
       axis = minloc(self%upper - self%lower, dim=1)
       do p = 1, particles%count
          position = particles%column(p, layout%position:layout%position + 2)
@@ -122,7 +120,6 @@ contains
       real(wp) :: found, patch
       integer :: axis, b, l
       axis = self%area + minloc(self%upper - self%lower, dim=1) - 1
-      associate (unused => tools); end associate
       found = 0.0_wp
       do l = 1, size(levels)
          do b = 1, size(levels(l)%blocks)
@@ -151,7 +148,6 @@ contains
       real(wp) :: now, force(3), middle(3), place(3), span(3, 3)
       type(face_weights_t) :: face
       integer :: i, j, k, p
-      associate (unused => table%columns); end associate
       now = value_at(self%times, self%values, time)
       if (abs(now) <= 0.0_wp) return
       associate (column => block%particles%column, turns => layout%domain > 0)
@@ -204,7 +200,6 @@ contains
       real(wp), intent(in) :: time, time_step
       real(wp) :: work(2), swept, way(3)
       integer :: i
-      associate (unused => layout%mass); end associate
       swept = 0.0_wp
       associate (column => particles%column)
          do i = 1, size(which)
@@ -228,7 +223,6 @@ contains
       real(wp), intent(in) :: cell, time_step
       real(wp) :: f(3, 3), cofactor(3, 3)
       integer :: i, p
-      associate (unused => layout%mass, unused_too => cell); end associate
       associate (column => particles%column)
          do p = 1, particles%count
             if (.not. any(abs(column(p, self%area:self%area + 2)) > 0.0_wp)) cycle

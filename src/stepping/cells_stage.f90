@@ -46,6 +46,7 @@ contains
          if (block%emigrant_count > 0) call check_emigrants(model, l, b, error)
          call include_speeds(model%bounds, model%materials, level%layout, block)
          block%at_rest = block%emigrant_count == 0 .and. .not. moved .and. rests(block%particles, level%layout)
+         if (block%at_rest) block%at_rest = model%materials%are_at_rest(block%particles, level%layout)
          if (error%happened()) return
          if (block%emigrant_count > 0) then
             call model%timers%enter(phase_migration)

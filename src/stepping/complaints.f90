@@ -205,7 +205,7 @@ contains
          real(wp), intent(out) :: sound, speed
          associate (particles => model%levels(l)%blocks(b)%particles, at => model%levels(l)%layout, materials => model%materials)
             speed = norm2(particles%column(p, at%velocity:at%velocity + 2))
-            sound = sqrt(materials%slots(materials%of_body(particles%body(p)))%law%stiffest()* &
+            sound = sqrt(materials%slots(materials%of_body(particles%body(p)))%law%p_wave_modulus()* &
                          particles%column(p, at%volume)/particles%column(p, at%mass))
          end associate
       end subroutine speeds_of

@@ -10,7 +10,7 @@ module m_indicators
    use m_stress_average, only: give_stress, take_stress
    implicit none
    private
-   public :: stress_error_t, estimate_stress_error, complementary
+   public :: stress_error_t, estimate_stress_error
 
    real(wp), parameter :: edge_width = 2.0_wp !< cells from an edge between levels within which particles are left out
 
@@ -103,12 +103,12 @@ contains
             associate (law => model%materials%slots(model%materials%of_body(block%particles%body(p)))%law, &
                        volume => block%particles%column(p, at%volume), column => block%particles%column)
                own = column(p, at%stress:at%stress + 5)
-               energy = complementary(law, own)
+               energy = law%complementary_energy(own)
                if (next_to_edge(model, l, column(p, at%position:at%position + 2))) then
                   error%left_out = error%left_out + volume*energy
                   cycle
                end if
-               difference = complementary(law, recovered(:, p) - own)
+               difference = law%complementary_energy(recovered(:, p) - own)
                error%energy = error%energy + volume*energy
                error%squares = error%squares + volume*difference
                error%stress = max(error%stress, as_pull(law, energy))
@@ -122,19 +122,11 @@ contains
       end associate
    end subroutine compare
 
-   !> sigma : C^-1 : sigma / 2 of a stress (Pa), J/m3: with the elastic constants of the material, whatever its law.
-   pure real(wp) function complementary(law, s) result(energy)
-      class(material_t), intent(in) :: law
-      real(wp), intent(in) :: s(6) !< xx yy zz yz xz xy
-      energy = (sum(s(1:3)**2) + 2.0_wp*sum(s(4:6)**2) - law%lame/(3.0_wp*law%lame + 2.0_wp*law%shear)*sum(s(1:3))**2) &
-               /(4.0_wp*law%shear)
-   end function complementary
-
-   !> The stress (Pa) that has this energy (J/m3) in a bar pulled along its axis.
+   !> The stress (Pa) that has this energy (J/m3) in a bar along x that is pulled.
    pure real(wp) function as_pull(law, energy)
       class(material_t), intent(in) :: law
       real(wp), intent(in) :: energy
-      as_pull = sqrt(2.0_wp*energy*law%shear*(3.0_wp*law%lame + 2.0_wp*law%shear)/(law%lame + law%shear))
+      as_pull = sqrt(energy/law%complementary_energy([1.0_wp, 0.0_wp, 0.0_wp, 0.0_wp, 0.0_wp, 0.0_wp]))
    end function as_pull
 
    !> True near an edge between levels, where the nodes of a level hear of one side only.

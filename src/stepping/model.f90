@@ -113,7 +113,7 @@ contains
       self%materials = make_materials(scene)
       associate (materials => self%materials)
          self%stuff = [(stuff_t(materials%slots(materials%of_body(e))%law%density, &
-                                materials%slots(materials%of_body(e))%law%stiffest()), e=1, size(materials%of_body))]
+                                materials%slots(materials%of_body(e))%law%p_wave_modulus()), e=1, size(materials%of_body))]
       end associate
       if ((self%method%domain /= domain_fixed .or. has_levels(scene)) .and. first_id(size(scene%bodies) + 1) > 2_i8**id_bits) then
          call fail(error, exit_input, "with levels, or domains other than 'fixed', a scene has at most "// &
@@ -261,8 +261,8 @@ contains
       class(model_t), intent(inout) :: self
       integer :: l, m
       associate (table => self%levels(1)%table)
-         call table%declare('position', 3, 'm', written=.true.)
-         call table%declare('velocity', 3, 'm/s', written=.true.)
+         call table%declare('position', 3, 'm', written=.true., by_mass=.true.)
+         call table%declare('velocity', 3, 'm/s', written=.true., by_mass=.true.)
          call table%declare('mass', 1, 'kg', written=.true., extensive=.true.)
          call table%declare('volume', 1, 'm3', written=.true., extensive=.true.)
          select case (self%method%domain)
@@ -278,9 +278,9 @@ contains
          call table%declare('stress', 6, 'Pa', written=.true.)
          if (self%method%affine) call table%declare('velocity_gradient', 9, '1/s', written=.false.)
          if (self%method%stress_update == update_musl) call table%declare('next_position', 3, 'm', written=.false.)
-         if (self%contact%active()) call self%contact%declare(table) ! before the laws: some carry more where there are tools
+         if (self%contact%active()) call self%contact%declare(table)
          do m = 1, size(self%materials%slots)
-            call self%materials%slots(m)%law%declare(table)
+            call self%materials%slots(m)%law%declare(table, self%contact%active())
          end do
          do m = 1, size(self%effects)
             self%effects(m)%columns = table%columns

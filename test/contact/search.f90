@@ -12,6 +12,7 @@ program search
    use m_flat, only: flat_t
    use m_ring, only: ring_t
    use m_materials, only: materials_t, make_materials, material_of
+   use m_isotropic, only: isotropic_t
    use m_tool, only: tool_t, make_tool
    use m_level, only: level_t
    use m_constants, only: block_size
@@ -148,9 +149,10 @@ contains
             case (cubes)
                values(p, at%half_size) = half(1)
                strain = chance%between(-0.5_wp, 0.65_wp) ! logarithmic; up to 1.9 times as thick
-               associate (law => materials%slots(1)%law)
+               select type (law => materials%slots(1)%law)
+               class is (isotropic_t)
                   values(p, at%stress:at%stress + 2) = strain*(3.0_wp*law%lame + 2.0_wp*law%shear)
-               end associate
+               end select
             case (stretching)
                half = 0.29_wp*cell*chance%several(3, 0.3_wp, 1.0_wp)
                values(p, at%half_size:at%half_size + 2) = half

@@ -69,19 +69,16 @@ contains
    subroutine no_variables(self, group)
       class(vortex_t), intent(inout) :: self
       type(group_reader_t), intent(inout) :: group
-      associate (unused => self%amplitude, unchanged => group); end associate
    end subroutine no_variables
 
    pure type(hooks_t) function hooks(self)
       class(vortex_t), intent(in) :: self
-      associate (unused => self%amplitude); end associate
       hooks = hooks_t(acceleration=.true.)
    end function hooks
 
    subroutine declare(self, table)
       class(vortex_t), intent(inout) :: self
       type(field_table_t), intent(inout) :: table
-      associate (unused => self%amplitude); end associate
       call table%declare('initial_position', 3, 'm', written=.false.)
    end subroutine declare
 
@@ -94,7 +91,6 @@ contains
       real(wp), intent(inout) :: body_force(:, :)
       real(wp) :: x0(2), radius, h(0:2), g(0:2), strain(0:1), radial, around, angle
       integer :: p, first
-      associate (unused => layout%position); end associate
       first = table%column('initial_position')
       g = self%amplitude*[0.5_wp*(1.0_wp - cos(2.0_wp*pi*time/period)), pi/period*sin(2.0_wp*pi*time/period), &
                           2.0_wp*(pi/period)**2*cos(2.0_wp*pi*time/period)]

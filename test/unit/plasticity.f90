@@ -4,6 +4,7 @@ program plasticity
    use m_kinds, only: wp
    use m_communicator, only: communicator_t
    use m_field_table, only: field_table_t, layout_t
+   use m_isotropic, only: isotropic_t
    use m_material, only: material_t
    use m_elastic, only: elastic_t
    use m_plastic, only: plastic_t
@@ -44,7 +45,7 @@ contains
 
    !> A law with n particles of 1 m3 ready to be strained.
    subroutine ready(law, n)
-      class(material_t), intent(inout) :: law
+      class(isotropic_t), intent(inout) :: law
       integer, intent(in) :: n
       type(field_table_t) :: table
       law%density = density
@@ -53,8 +54,7 @@ contains
       call table%declare('mass', 1, 'kg', .true.)
       call table%declare('volume', 1, 'm3', .true.)
       call table%declare('stress', 6, 'Pa', .true.)
-      call table%declare('contact_pressure', 1, 'Pa', .true.)
-      call law%declare(table)
+      call law%declare(table, has_tools=.true.)
       layout = table%layout()
       if (allocated(column)) deallocate (column, gradient)
       allocate (column(n, table%columns), gradient(n, 9), source=0.0_wp)
@@ -521,7 +521,7 @@ contains
                             'j2: thickness follows the deformation')
       call test%check(column(1, law%strain) > 0.05_wp, 'j2: thickness of a particle that has flowed')
       law = linear(1.0e9_wp)
-      call law%declare(table)
+      call law%declare(table, has_tools=.false.)
       call test%check_equal(table%columns, 2, 'j2: two columns in a scene without tools')
    end subroutine thickness
 

@@ -88,7 +88,7 @@ contains
       law%shear = solution%shear
       law%lame = solution%bulk - 2.0_wp*solution%shear/3.0_wp
       call table%declare('stress', 6, 'Pa', written=.false.)
-      call law%declare(table)
+      call law%declare(table, has_tools=.false.)
       layout = table%layout()
       allocate (column(1, table%columns), source=0.0_wp)
       column(1, layout%deformation:layout%deformation + 8:4) = stretch

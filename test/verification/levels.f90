@@ -84,7 +84,6 @@ contains
       real(wp), intent(in) :: x(3)
       integer, intent(in) :: level
       real(wp), intent(out) :: v(3), l(3, 3), s(6)
-      associate (unused => x, unneeded => level); end associate
       v = [7.0_wp, 6.1_wp, 3.7_wp]
       l = 0.0_wp
       s = 0.0_wp
@@ -128,7 +127,6 @@ contains
       real(wp), intent(in) :: x(3)
       integer, intent(in) :: level
       real(wp), intent(out) :: v(3), l(3, 3), s(6)
-      associate (unused => x, unneeded => level); end associate
       v = 0.0_wp
       l = 0.0_wp
       s = [1.0e4_wp, -0.4e4_wp, 0.7e4_wp, 0.0_wp, 0.0_wp, 0.0_wp]
@@ -173,7 +171,6 @@ contains
       real(wp), intent(in) :: x(3)
       integer, intent(in) :: level
       real(wp), intent(out) :: v(3), l(3, 3), s(6)
-      associate (unused => x, unneeded => level); end associate
       v = 0.0_wp
       l = 0.0_wp
       s = 1.0e4_wp*[1.0_wp, -0.4_wp, 0.7_wp, 0.3_wp, 0.8_wp, -0.6_wp]
@@ -233,7 +230,6 @@ contains
       real(wp), intent(out) :: v(3), l(3, 3), s(6)
       real(wp), parameter :: w(3) = [4.0_wp, -9.0_wp, 12.0_wp], middle(3) = [5.0_wp, 5.0_wp, 5.5_wp]*cell
       real(wp) :: r(3)
-      associate (unneeded => level); end associate
       r = x - middle
       v = [7.0_wp, 6.1_wp, 3.7_wp] + [w(2)*r(3) - w(3)*r(2), w(3)*r(1) - w(1)*r(3), w(1)*r(2) - w(2)*r(1)]
       l = reshape([0.0_wp, w(3), -w(2), -w(3), 0.0_wp, w(1), w(2), -w(1), 0.0_wp], [3, 3])
@@ -365,7 +361,6 @@ contains
       integer, intent(in) :: level
       real(wp), intent(out) :: v(3), l(3, 3), s(6)
       real(wp), parameter :: k = pi/(10.0_wp*cell), speed = 0.01_wp*wave
-      associate (unused => level); end associate
       v = [0.5_wp*wave + speed*cos(k*(x(1) - 6.0_wp*cell)), 0.0_wp, 0.0_wp]
       l = 0.0_wp
       l(1, 1) = -speed*k*sin(k*(x(1) - 6.0_wp*cell))
@@ -426,7 +421,6 @@ contains
       real(wp), intent(in) :: x(3)
       integer, intent(in) :: level
       real(wp), intent(out) :: v(3), l(3, 3), s(6)
-      associate (unused => level); end associate
       v = [-2.0_wp*sin(3.0_wp*x(1)), -1.0_wp*sin(4.0_wp*x(2)), 0.5_wp + 2.0_wp*x(3)]
       l = 0.0_wp
       l(1, 1) = -6.0_wp*cos(3.0_wp*x(1))

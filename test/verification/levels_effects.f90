@@ -67,7 +67,6 @@ contains
       real(wp), intent(in) :: x(3)
       integer, intent(in) :: level
       real(wp), intent(out) :: v(3), l(3, 3), s(6)
-      associate (unused => x, unneeded => level); end associate
       v = begin_velocity
       l = 0.0_wp
       s = 0.0_wp
@@ -131,7 +130,6 @@ contains
       integer, intent(in) :: level
       real(wp), intent(out) :: v(3), l(3, 3), s(6)
       real(wp), parameter :: k = pi/(24.0_wp*cell), speed = 0.005_wp*bar_wave
-      associate (unused => level); end associate
       v = [speed*cos(k*(x(1) - 4.0_wp*cell)), 0.0_wp, 0.0_wp]
       l = 0.0_wp
       l(1, 1) = -speed*k*sin(k*(x(1) - 4.0_wp*cell))
@@ -211,7 +209,6 @@ contains
       real(wp), intent(out) :: v(3), l(3, 3), s(6)
       real(wp), parameter :: w(3) = [4.0_wp, -9.0_wp, 12.0_wp], middle(3) = [7.5_wp, 7.0_wp, 6.5_wp]*cell
       real(wp) :: r(3)
-      associate (unneeded => level); end associate
       r = x - middle
       v = [4.0_wp, 3.1_wp, 2.7_wp] + [w(2)*r(3) - w(3)*r(2), w(3)*r(1) - w(1)*r(3), w(1)*r(2) - w(2)*r(1)]
       l = reshape([0.0_wp, w(3), -w(2), -w(3), 0.0_wp, w(1), w(2), -w(1), 0.0_wp], [3, 3])

@@ -337,7 +337,6 @@ contains
       integer, intent(in) :: level
       real(wp), intent(out) :: v(3), l(3, 3), s(6)
       real(wp) :: k
-      associate (unused => level); end associate
       k = pi/(bar_cells*cell)
       v = [strain*bar_wave*cos(k*(x(1) - 4.0_wp*cell)), 0.0_wp, 0.0_wp]
       l = 0.0_wp
@@ -352,7 +351,6 @@ contains
       real(wp), intent(out) :: v(3), l(3, 3), s(6)
       real(wp), parameter :: k = 0.5_wp*pi/(6.0_wp*cell), factor(3) = [1.0_wp, 1.0_wp, -0.3_wp]
       integer :: axis
-      associate (unused => level); end associate
       v = strain*wave*factor*sin(k*x)
       l = 0.0_wp
       do axis = 1, 3
@@ -364,12 +362,10 @@ contains
    subroutine no_variables(self, group)
       class(kick_t), intent(inout) :: self
       type(group_reader_t), intent(inout) :: group
-      associate (unused => self%repeats, unchanged => group); end associate
    end subroutine no_variables
 
    pure type(hooks_t) function kick_hooks(self) result(hooks)
       class(kick_t), intent(in) :: self
-      associate (unused => self%cell); end associate
       hooks = hooks_t(add_forces=.true.)
    end function kick_hooks
 
@@ -382,7 +378,6 @@ contains
       real(wp), intent(in) :: time
       real(wp), intent(inout), contiguous :: tile(:, 0:, 0:, 0:)
       integer :: at(3)
-      associate (unused => table%columns, unneeded => layout%mass, t => time); end associate
       if (abs(grid%cell - self%cell) > 0.1_wp*self%cell) return
       if (any(self%node/block_size /= block%place)) return
       at = self%node - block_size*block%place + 1

@@ -56,12 +56,10 @@ contains
    subroutine no_variables(self, group)
       class(unnamed_t), intent(inout) :: self
       type(group_reader_t), intent(inout) :: group
-      associate (unused => self%repeats, unchanged => group); end associate
    end subroutine no_variables
 
    pure type(hooks_t) function body_force_hooks(self) result(hooks)
       class(body_force_t), intent(in) :: self
-      associate (unused => self%field); end associate
       hooks = hooks_t(acceleration=.true.)
    end function body_force_hooks
 
@@ -73,7 +71,6 @@ contains
       real(wp), intent(in) :: time
       real(wp), intent(inout) :: body_force(:, :)
       integer :: axis
-      associate (unused => table%columns, unneeded => layout%mass, t => time); end associate
       do axis = 1, 3
          body_force(:particles%count, axis) = body_force(:particles%count, axis) + self%field(axis)
       end do
@@ -81,7 +78,6 @@ contains
 
    pure type(hooks_t) function tile_force_hooks(self) result(hooks)
       class(tile_force_t), intent(in) :: self
-      associate (unused => self%field); end associate
       hooks = hooks_t(add_forces=.true.)
    end function tile_force_hooks
 
@@ -94,7 +90,6 @@ contains
       real(wp), intent(in) :: time
       real(wp), intent(inout), contiguous :: tile(:, 0:, 0:, 0:)
       integer :: axis
-      associate (b => block%index, t => table%columns, l => layout%mass, g => grid%cell, s => time); end associate
       do axis = 1, 3
          tile(4 + axis, :, :, :) = tile(4 + axis, :, :, :) + tile(1, :, :, :)*self%field(axis)
       end do
@@ -102,7 +97,6 @@ contains
 
    pure type(hooks_t) function rigid_hooks(self) result(hooks)
       class(rigid_t), intent(in) :: self
-      associate (unused => self%repeats); end associate
       hooks = hooks_t(on_gradient=.true.)
    end function rigid_hooks
 
@@ -113,13 +107,11 @@ contains
       type(layout_t), intent(in) :: layout
       real(wp), intent(in) :: time_step
       real(wp), intent(inout), contiguous :: gradient(:, :)
-      associate (unused => self%repeats, c => cells%count, l => layout%mass, d => time_step); end associate
       gradient(:particles%count, :) = 0.0_wp
    end subroutine make_rigid
 
    pure type(hooks_t) function counter_hooks(self) result(hooks)
       class(counter_t), intent(in) :: self
-      associate (unused => self%column); end associate
       hooks = hooks_t(on_stress=.true.)
    end function counter_hooks
 
@@ -136,7 +128,6 @@ contains
       type(field_table_t), intent(in) :: table
       type(layout_t), intent(in) :: layout
       type(grid_level_t), intent(in) :: grid
-      associate (t => table%columns, l => layout%mass, g => grid%cell); end associate
       particles%column(:particles%count, self%column) = 5.0_wp
    end subroutine begin_count
 
@@ -146,7 +137,6 @@ contains
       type(layout_t), intent(in) :: layout
       real(wp), intent(in), contiguous :: gradient(:, :)
       real(wp), intent(in) :: cell, time_step
-      associate (unused => size(gradient), l => layout%mass, d => time_step, c => cell); end associate
       particles%column(:particles%count, self%column) = particles%column(:particles%count, self%column) + 1.0_wp
    end subroutine count_step
 
