@@ -11,6 +11,8 @@ module m_candidates
    use m_block, only: block_t
    use m_cell_list, only: bins
    use m_split, only: longest, fitted_edges
+   use m_field_table, only: layout_t
+   use m_material, only: material_t
    use m_materials, only: materials_t
    use m_grid_level, only: grid_level_t
    use m_stencil, only: bin_place
@@ -274,13 +276,16 @@ contains
       p = number(2)
       associate (block => level%blocks(number(1)), column => level%blocks(number(1))%particles%column, at => level%layout)
          call tool%gap_and_normal(column(p, at%position:at%position + 2), gap, normal)
-         if (deform(level)) then
+         m = materials%of_body(block%particles%body(p))
+         if (at%half_sizes) then
+            edge = (column(p, at%volume))**(1.0_wp/3.0_wp)
+            thickness = box_thickness(materials%slots(m)%law, column(p, :), at, normal)
+         else if (deform(level)) then
             edge = (column(p, at%volume))**(1.0_wp/3.0_wp)
             thickness = level%thickness(column(p, :), normal)
          else
             edge = 2.0_wp*column(p, at%half_size)
             if (gap > edge + reach) return
-            m = materials%of_body(block%particles%body(p))
             thickness = edge*materials%slots(m)%law%stretch(column(p, :), at, normal)
          end if
          gap = gap - tool%spec%penetration_factor*thickness
@@ -290,6 +295,23 @@ contains
          call self%take(tool, level, time_step, number, gap, carried, drift, normal, edge, thickness)
       end associate
    end subroutine consider
+
+   !> Thickness (m) of a box that stretches along its axes, across a normal: its edges do not know of shear, which the material's own
+   !> stretch does; along an axis it is the edge (theory.md, eq. box-thickness).
+   pure real(wp) function box_thickness(law, values, at, normal) result(thickness)
+      class(material_t), intent(in) :: law
+      real(wp), intent(in) :: values(:) !< the particle's columns
+      type(layout_t), intent(in) :: at
+      real(wp), intent(in) :: normal(3)
+      real(wp) :: axis(3), undeformed(3)
+      integer :: k
+      do k = 1, 3
+         axis = 0.0_wp
+         axis(k) = 1.0_wp
+         undeformed(k) = values(at%half_size + k - 1)/law%stretch(values, at, axis)
+      end do
+      thickness = 2.0_wp*norm2(undeformed*normal)*law%stretch(values, at, normal)
+   end function box_thickness
 
    !> The gap of a point that a tool has pressed goes on from where the nodes have left it, for only so do the forces that hold it
    !> do no work of their own (theory.md, eq. carried-gap). It is that of the particle's place and shape again where the point has

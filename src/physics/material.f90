@@ -70,8 +70,8 @@ module m_material
 
 contains
 
-   !> Add the fields that the law needs beyond stress, and remember their columns; most need none. The particles of all bodies of a scene
-   !> carry them.
+   !> Add the fields that the law needs beyond stress, and remember their columns; most need none. The particles of all bodies of a
+   !> scene carry them.
    pure subroutine declare(self, table, has_tools)
       class(material_t), intent(inout) :: self
       type(field_table_t), intent(inout) :: table

@@ -81,7 +81,8 @@ contains
       law%density = spec%density
    end subroutine make_material
 
-   !> A material group of an isotropic law for programs that make a scene themselves. Variables of the law's own keep their defaults.
+   !> A material group of an isotropic law for programs that make a scene themselves. Variables of the law's own keep their
+   !> defaults.
    function material_of(name, model, density, young, poisson) result(spec)
       character(len=*), intent(in) :: name, model !< `model` as in a scene
       real(wp), intent(in) :: density             !< kg/m3

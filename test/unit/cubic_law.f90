@@ -1,5 +1,6 @@
 !test: ranks 1 2
-!> A law that is not isotropic, has no Young's modulus, and goes on while nothing moves: what the model asks of a law is asked of the law.
+!> A law that is not isotropic, has no Young's modulus, and goes on while nothing moves: what the model asks of a law is asked of
+!> the law.
 module m_cubic
    use m_kinds, only: wp
    use m_field_table, only: field_table_t, layout_t
