@@ -52,7 +52,7 @@ for page in pages:
             say(page, f"[...]({target}): no such heading")
 
 # The notebook and the changelog may name what is gone, and a worked example what is to be made.
-to_be_made = {"src/physics/kelvin_voigt.f90", "src/physics/shaking.f90"}
+to_be_made = {"src/physics/kelvin_voigt.f90", "src/physics/shaking.f90", "src/geometry/torus.f90"}
 texts = [path for folder in ("src", "test", "post", "input", "tools") for path in sorted(root.glob(f"{folder}/**/*"))
          if path.suffix in (".f90", ".F90", ".py", ".sh", ".nml", ".toml") and "documents" not in path.name]
 for path in [root / "Makefile"] + pages + texts:
