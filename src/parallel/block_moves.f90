@@ -1,6 +1,6 @@
 !> What a partition of the blocks leaves to be gained, and what it costs to get there. METIS balances each constraint in itself and
 !> up to a tolerance, and numbers its parts as it likes; a step takes as long as the slowest rank of each constraint. Where blocks
-!> are few, moves and swaps of single blocks shorten it by some per cent; where blocks have a rank already, they are often all that
+!> are few, moves of single blocks shorten it by some per cent; where blocks have a rank already, they are often all that
 !> is needed.
 module m_block_moves
    use m_kinds, only: wp, i8
@@ -9,7 +9,6 @@ module m_block_moves
    private
    public :: block_graph_t, shorten_step, step_length, busiest, evenly_shared, stay_at_home
 
-   integer, parameter :: most_swaps = 10000       !< that are looked at between two ranks; above, blocks are so small that moves do
    real(wp), parameter :: worth_while = 1.0e-4_wp !< of a step
 
    !> Blocks as METIS takes them, and the step they make.
@@ -22,16 +21,15 @@ module m_block_moves
       real(wp) :: move_cost = 0.0_wp       !< of each weight that goes to another rank, in every step that the partition is for
    end type block_graph_t
 
-   !> A block that goes to another rank, and one that comes for it.
+   !> A block that goes to another rank.
    type :: change_t
       real(wp) :: gain = 0.0_wp
       integer :: block = 0, to = -1
-      integer :: back = 0 !< 0: none
    end type change_t
 
 contains
 
-   !> Hand single blocks of the slowest ranks to ranks next to them, or swap them for theirs, until no step becomes shorter by that:
+   !> Hand single blocks of the slowest ranks to ranks next to them, until no step becomes shorter by that:
    !> sum over constraints of times * slowest rank, plus edge_cost * cut. Each change must also be worth its move_cost to its two
    !> ranks: what the slowest of many has too much, the next has almost.
    pure subroutine shorten_step(graph, ranks, part)
@@ -40,7 +38,7 @@ contains
       integer, intent(inout) :: part(:) !< (blocks): rank of each, from 0
       real(wp) :: load(size(graph%times), 0:ranks - 1), least
       type(change_t) :: best
-      integer :: c, e, from, i, s, slow(size(graph%times))
+      integer :: c, e, i, s, slow(size(graph%times))
       integer, allocatable :: mine(:)
       logical :: near(0:ranks - 1)
       load = load_of(graph, ranks, part)
@@ -62,9 +60,7 @@ contains
             end do
          end do
          if (best%block == 0) exit
-         from = part(best%block)
          call give(best%block, best%to, graph%weight(:, best%block), load, part)
-         if (best%back > 0) call give(best%back, from, graph%weight(:, best%back), load, part)
       end do
    end subroutine shorten_step
 
@@ -176,79 +172,45 @@ contains
       blocks = pack([(i, i=1, size(part))], part == rank)
    end function blocks_of
 
-   !> Look at what rank r can hand to rank s, for something or for nothing; keep what gains most.
+   !> Look at the single blocks that rank r can hand to rank s; keep what gains most.
    pure subroutine look_between(graph, part, load, r, s, mine, best)
       type(block_graph_t), intent(in) :: graph
       integer, intent(in) :: part(:), r, s, mine(:)
       real(wp), intent(in) :: load(:, 0:)
       type(change_t), intent(inout) :: best
-      real(wp), dimension(size(load, 1)) :: others, given
-      real(wp) :: gain, now
-      integer :: i, j, k
-      integer, allocatable :: theirs(:), pull(:)
-      theirs = blocks_of(s, part)
+      real(wp), dimension(size(load, 1)) :: others, before, after, work
+      real(wp) :: gain
+      integer :: cut, i, k
+      if (size(mine) == 1) return
       others = 0.0_wp
       do k = 0, size(load, 2) - 1
          if (k /= r .and. k /= s) others = max(others, load(:, k))
       end do
-      now = step_of([real(wp) :: (0.0_wp, k=1, size(others))])
-      allocate (pull(size(theirs)))
-      do j = 1, size(theirs)
-         pull(j) = pull_of(theirs(j), s, r)
-      end do
+      before = max(load(:, r), load(:, s))
       do i = 1, size(mine)
-         k = pull_of(mine(i), r, s)
-         given = graph%weight(:, mine(i))
-         gain = now - step_of(given) - graph%edge_cost*k
-         if (gain > best%gain .and. size(mine) > 1) then
-            if (pays(given, k, sum(given))) best = change_t(gain, mine(i), s)
-         end if
-         if (size(mine) > most_swaps/size(theirs)) cycle
-         do j = 1, size(theirs)
-            gain = now - step_of(given - graph%weight(:, theirs(j))) - graph%edge_cost*(k + pull(j))
-            if (gain > best%gain) gain = gain - graph%edge_cost*2*edge_between(mine(i), theirs(j))
-            if (gain <= best%gain) cycle
-            if (pays(given - graph%weight(:, theirs(j)), k + pull(j), sum(given) + sum(graph%weight(:, theirs(j))))) &
-               best = change_t(gain, mine(i), s, theirs(j))
-         end do
+         work = graph%weight(:, mine(i))
+         cut = pull_of(graph, part, mine(i), r, s)
+         after = max(load(:, r) - work, load(:, s) + work)
+         gain = sum(graph%times*(max(others, before) - max(others, after))) - graph%edge_cost*cut
+         if (gain <= best%gain) cycle
+         ! and the two ranks gain more than it costs to move
+         if (graph%move_cost > 0.0_wp .and. &
+             sum(graph%times*(before - after)) <= graph%edge_cost*cut + graph%move_cost*sum(work)) cycle
+         best = change_t(gain, mine(i), s)
       end do
-   contains
-      !> Length of a step when so much work has gone from r to s.
-      pure real(wp) function step_of(work)
-         real(wp), intent(in) :: work(:)
-         step_of = sum(graph%times*max(others, load(:, r) - work, load(:, s) + work))
-      end function step_of
-
-      !> True when the two ranks gain more by so much work that has gone from r to s than it costs to move what moves.
-      pure logical function pays(work, cut, moved)
-         real(wp), intent(in) :: work(:), moved
-         integer, intent(in) :: cut !< what it grows by
-         pays = graph%move_cost <= 0.0_wp
-         if (.not. pays) pays = sum(graph%times*(max(load(:, r), load(:, s)) - max(load(:, r) - work, load(:, s) + work))) &
-                                > graph%edge_cost*cut + graph%move_cost*moved
-      end function pays
-
-      !> What the cut grows by when a block goes from its rank to another.
-      pure integer function pull_of(block, home, abroad)
-         integer, intent(in) :: block, home, abroad
-         integer :: e, rank
-         pull_of = 0
-         do e = graph%offsets(block) + 1, graph%offsets(block + 1)
-            rank = part(graph%adjacent(e) + 1)
-            if (rank == home) pull_of = pull_of + graph%edge_weights(e)
-            if (rank == abroad) pull_of = pull_of - graph%edge_weights(e)
-         end do
-      end function pull_of
-
-      !> Weight of the edge between two blocks, 0 where there is none.
-      pure integer function edge_between(one, other)
-         integer, intent(in) :: one, other
-         integer :: e
-         edge_between = 0
-         do e = graph%offsets(one) + 1, graph%offsets(one + 1)
-            if (graph%adjacent(e) + 1 == other) edge_between = graph%edge_weights(e)
-         end do
-      end function edge_between
    end subroutine look_between
+
+   !> What the cut grows by when a block goes from its rank to another.
+   pure integer function pull_of(graph, part, block, home, abroad)
+      type(block_graph_t), intent(in) :: graph
+      integer, intent(in) :: part(:), block, home, abroad
+      integer :: e, rank
+      pull_of = 0
+      do e = graph%offsets(block) + 1, graph%offsets(block + 1)
+         rank = part(graph%adjacent(e) + 1)
+         if (rank == home) pull_of = pull_of + graph%edge_weights(e)
+         if (rank == abroad) pull_of = pull_of - graph%edge_weights(e)
+      end do
+   end function pull_of
 
 end module m_block_moves
