@@ -87,7 +87,7 @@ contains
       if (model%contact%active()) then                                 ! 4
          call model%timers%enter(phase_contact)
          if (l == size(model%levels)) then
-            call model%contact%push(model%communicator, model%levels(l), model%materials, model%exchange(l)%ranks, clock%time, &
+            call model%contact%apply(model%communicator, model%levels(l), model%materials, model%exchange(l)%ranks, clock%time, &
                                     clock%step, error)
          else
             call forbid_contact(model%contact%tools, model%levels(l), model%levels(size(model%levels)), error)
@@ -108,7 +108,7 @@ contains
       end if
       call model%timers%enter(phase_control)
       if (model%contact%active() .and. l == size(model%levels)) &
-         call model%contact%conclude(model%communicator, model%levels(l), clock%time + clock%step, clock%step, error)
+         call model%contact%finish_step(model%communicator, model%levels(l), clock%time + clock%step, clock%step, error)
       call move_particles(model, l, clock, error)
    end subroutine advance_level
 
