@@ -64,7 +64,7 @@ contains
             call set_mobility(system, level, list(c), c, time_step, done)
          end do
       end associate
-      call system%connect(neighbours)
+      call system%nodes%connect(communicator, neighbours)
       call system%set_scale(compliance)
       call system%pair_scales(candidates%count + 1)
       call system%group_rows()

@@ -42,7 +42,6 @@ module m_contact_system
       procedure :: activate
       procedure :: add_row
       procedure :: number_nodes
-      procedure :: connect
       procedure :: group_rows
       procedure :: multiply
       procedure :: set_free
@@ -164,13 +163,6 @@ contains
          allocate (self%force(width, room), self%mobility(width, room), source=0.0_wp)
       end associate
    end subroutine number_nodes
-
-   !> Learn which nodes the neighbour ranks' rows touch too. Collective among neighbours.
-   subroutine connect(self, neighbours)
-      class(contact_system_t), intent(inout) :: self
-      integer, intent(in) :: neighbours(:)
-      call self%nodes%connect(self%communicator, neighbours)
-   end subroutine connect
 
    !> Put the rows of a cell together; needs numbers and scales.
    subroutine group_rows(self)

@@ -37,7 +37,7 @@ program node_numbers
    order = [3, 1, 4, 2, 3, 1, 1, 4]
    call fill(order)
    call test%check(all_come_back(), 'places come back where rows share a cell')
-   call system%connect([integer ::])
+   call system%nodes%connect(comm, [integer ::])
    call system%activate(1, size(order))
    force = [(2.0_wp**p, p=1, size(order))]
    call system%nodal_forces(force, parts)
@@ -52,7 +52,7 @@ program node_numbers
    call test%check_close(sums, given, 1.0e-9_wp, 'first moments of the forces')
 
    ! what comes of it at the points, by plain sums over the nodes that two of them share
-   call system%connect([integer ::])
+   call system%nodes%connect(comm, [integer ::])
    call system%multiply(force, speed)
    do p = 1, size(order)
       along = 0.0_wp
