@@ -199,7 +199,7 @@ contains
             b(c) = huge(1.0_wp) ! for all ranks to see
             x(c) = 0.0_wp
             call fail(error, exit_numerical, candidate_text(it, self%tools, level, self%time)// &
-                      ' has a speed or force that is not a number; try a smaller safety', may_heal=.true.)
+                      ' has a speed or force that is not a number; try a smaller safety', recoverable=.true.)
          end associate
       end do
    end subroutine pose
@@ -294,7 +294,7 @@ contains
          call fail(error, exit_numerical, &
                    candidate_text(self%candidates%list(maxloc(off, dim=1)), self%tools, level, self%time)// &
                    ': the contact problem was not solved, relative residual '//to_text(self%step_residual, 3)//' after '// &
-                   self%effort//', at most '//limit//'; try a larger max_iterations or a smaller safety', may_heal=.true.)
+                   self%effort//', at most '//limit//'; try a larger max_iterations or a smaller safety', recoverable=.true.)
       call self%system%communicator%agree(error)
    end subroutine check_solution
 
@@ -375,7 +375,7 @@ contains
             call fail(error, exit_numerical, 'time '//to_text(time)//' s: the tool '//self%tools(t)%spec%name// &
                       ' moves by more than '//to_text(fastest)//' cells in a step; try '// &
                       trim(merge('a larger mass or smaller loads ', 'a smaller step or slower speeds', &
-                                 self%tools(t)%is_pushed())), may_heal=.true.)
+                                 self%tools(t)%is_pushed())), recoverable=.true.)
       end do
    end subroutine finish_step
 

@@ -315,7 +315,7 @@ contains
             call advance_half_sizes(particles%count, level%gradient, time_step, &
                                     particles%column(:, at%half_size:at%half_size + 2), smallest)
             if (.not. smallest > 0.0_wp) call fail(error, exit_numerical, particle_text(model, l, b, thinnest(particles, at))// &
-               ' has a domain that became thinner than nothing; try a smaller safety', may_heal=.true.)
+               ' has a domain that became thinner than nothing; try a smaller safety', recoverable=.true.)
          end if
       end associate
    end subroutine advance_domains
@@ -341,7 +341,7 @@ contains
       end associate
       if (worn_out > 0) call fail(error, exit_numerical, particle_text(model, l, b, worn_out)//' has been split '// &
          to_text(most_generations)//' times and its domain is too long again: the motion is without bound; try a smaller safety', &
-         may_heal=.true.)
+         recoverable=.true.)
       if (splits == 0) return
       model%splits = model%splits + splits
       call model%levels(l)%size_work()
