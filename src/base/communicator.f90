@@ -73,7 +73,7 @@ contains
       call MPI_Allreduce(MPI_IN_PLACE, first, 1, MPI_INTEGER, MPI_MIN, self%comm)
       if (first == self%ranks) return
       call MPI_Bcast(error%status, 1, MPI_INTEGER, first, self%comm)
-      call MPI_Bcast(error%may_heal, 1, MPI_LOGICAL, first, self%comm)
+      call MPI_Bcast(error%recoverable, 1, MPI_LOGICAL, first, self%comm)
       call self%broadcast_text(error%message, first)
    end subroutine agree
 

@@ -9,7 +9,7 @@ module m_errors
    type :: error_t
       integer :: status = exit_finished         !< one of the exit statuses of m_constants
       character(len=:), allocatable :: message  !< one sentence; not allocated when nothing failed
-      logical :: may_heal = .false.             !< smaller time steps may do what this one could not
+      logical :: recoverable = .false.             !< smaller time steps may do what this one could not
    contains
       procedure :: happened
    end type error_t
@@ -23,16 +23,16 @@ contains
    end function happened
 
    !> Set an error, unless an earlier one stands (the first cause is the one to report).
-   pure subroutine fail(error, status, message, may_heal)
+   pure subroutine fail(error, status, message, recoverable)
       type(error_t), intent(inout) :: error
       integer, intent(in) :: status !< exit status, from m_constants
       character(len=*), intent(in) :: message
-      logical, intent(in), optional :: may_heal !< with smaller time steps
+      logical, intent(in), optional :: recoverable !< with smaller time steps
       if (error%happened()) return
       error%status = status
       error%message = message
-      error%may_heal = .false.
-      if (present(may_heal)) error%may_heal = may_heal
+      error%recoverable = .false.
+      if (present(recoverable)) error%recoverable = recoverable
    end subroutine fail
 
 end module m_errors

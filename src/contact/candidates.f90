@@ -3,8 +3,8 @@
 module m_candidates
    use m_kinds, only: wp
    use m_constants, only: block_size
-   use m_node_values, only: node_values, v_x, v_z
-   use m_scene, only: boundary_symmetry, safety_allowed
+   use m_node_values, only: node_values
+   use m_scene, only: safety_allowed
    use m_vectors, only: tangents
    use m_tool, only: tool_t
    use m_level, only: level_t
@@ -14,44 +14,18 @@ module m_candidates
    use m_field_table, only: layout_t
    use m_material, only: material_t
    use m_materials, only: materials_t
-   use m_grid_level, only: grid_level_t
    use m_stencil, only: bin_place
-   use m_face_weights, only: face_weights_t, find_face, cube_span, weigh, flattening
+   use m_face_weights, only: find_face, cube_span, flattening
+   use m_contact_point, only: candidate_t, no_candidate, drift_of, set_face, point_velocity, overlap_rate, margin
    implicit none
    private
-   public :: candidate_t, candidates_t, drift_of, first_inside, touches, point_velocity, fastest, recovery
-
-   !> A particle that would end the step inside a tool, or within a margin of it.
-   type :: candidate_t
-      integer :: block = 0, particle = 0, tool = 0
-      type(face_weights_t) :: face        !< where its force acts: nodes and their weights
-      real(wp) :: normal(3) = 0.0_wp !< outward from the tool
-      real(wp) :: facing(3) = 0.0_wp !< the same, mirrored where the contact point has been folded back at a symmetry plane
-      real(wp) :: mirror(3) = 1.0_wp !< -1 for the components in which the two differ
-      real(wp) :: gap = 0.0_wp   !< of its contact point now, m
-      logical :: carried = .false. !< the gap is the one that the nodes have carried on from the last step (eq. carried-gap)
-      real(wp) :: drift = 0.0_wp !< that less the gap by the particle's place and shape, m
-      real(wp) :: speed = 0.0_wp !< of its contact point along the normal as the nodes have it without contact, m/s
-      real(wp) :: area = 0.0_wp  !< m2
-      real(wp) :: mass = 1.0_wp  !< kg
-      real(wp) :: force = 0.0_wp !< N
-      real(wp) :: opening = 0.0_wp !< speed at which its gap opens with that force, m/s
-      integer :: rubbing = 0     !< place among the candidates with friction; 0 without
-      real(wp) :: tangent(3, 2) = 0.0_wp !< across the normal, as the tool sees them
-      real(wp) :: drag(2) = 0.0_wp       !< friction on the body along the tangents, N
-      real(wp) :: last_drag(3) = 0.0_wp  !< the same in the last step, N
-      real(wp) :: from(3) = 0.0_wp       !< the particle's centre at the beginning of the step, m
-      real(wp) :: arm(3) = 0.0_wp        !< from there to the contact point, m
-      real(wp) :: velocity(3) = 0.0_wp   !< of the contact point as the step leaves the nodes; where the stress asks for it, m/s
-      logical :: slides = .false.  !< nothing is known of that velocity across the normal
-      logical :: touches = .false. !< its face ends the step on the tool (eq. contact-area)
-   end type candidate_t
+   public :: candidates_t, near_tool, fastest
 
    !> Those of this rank.
    type :: candidates_t
       type(candidate_t), allocatable :: list(:)
       integer :: count = 0
-      integer :: rubbing = 0   !< of them with friction
+      integer :: frictional = 0   !< of them with friction
       integer :: pressure = 0  !< column of the contact pressure
       integer :: earlier = 0   !< column of what it was a step before
       integer :: traction = 0  !< first column of the friction; 0 where no tool has any
@@ -66,17 +40,13 @@ module m_candidates
       procedure, private :: consider
       procedure, private :: take
       procedure, private :: carry_on
-      procedure, private :: turn_page
+      procedure, private :: shift_pressure_history
    end type candidates_t
 
    real(wp), parameter :: fastest = maxval(safety_allowed) !< no contact point comes nearer by more cells in a step
-   real(wp), parameter :: margin = 0.05_wp        !< candidates come in this far before they touch, in particle edges
-   real(wp), parameter :: touching = 1.0e-4_wp    !< a smaller gap is none, in particle edges
    real(wp), parameter :: longest_thickness = 2.0_wp*sqrt(3.0_wp)*longest !< of domains that deform, in cells
-   real(wp), parameter :: recovery = 0.01_wp      !< overlap is taken back by at most this much a step, in particle edges
    real(wp), parameter :: widest_gap = 0.25_wp !< nothing is carried on across a gap of so many thicknesses: the face is another's,
                                                !< of a particle that has been split
-   type(candidate_t), parameter :: unknown = candidate_t() !< before anything is said of it
 
 contains
 
@@ -94,7 +64,7 @@ contains
       logical :: turns
       integer :: b, t
       self%count = 0
-      self%rubbing = 0
+      self%frictional = 0
       overlap = 0.0_wp
       turns = .true.
       if (present(again)) turns = .not. again
@@ -110,7 +80,7 @@ contains
             call level%blocks(b)%cells%link(level%blocks(b)%particles%count)
             call self%search(tools(t), level, materials, time_step, b, t, overlap(t))
          end do
-         if (turns .and. level%blocks(b)%pressed) call self%turn_page(size(tools), level%blocks(b)%particles%count, &
+         if (turns .and. level%blocks(b)%pressed) call self%shift_pressure_history(size(tools), level%blocks(b)%particles%count, &
                                                                     level%blocks(b)%particles%column, level%blocks(b)%pressed)
       end do
       self%before(size(self%before)) = self%count
@@ -132,16 +102,6 @@ contains
          end associate
       end do
    end subroutine settle
-
-   !> How far a pressed particle goes along the normal after its motion, m.
-   pure real(wp) function drift_of(c) result(drift)
-      type(candidate_t), intent(in) :: c
-      drift = 0.0_wp
-      if (.not. c%force > 0.0_wp) return
-      associate (most => recovery*sqrt(c%area))
-         drift = min(max(c%drift, -most), most)
-      end associate
-   end function drift_of
 
    !> Consider the particles of a block that may be near enough to a tool: those of bins that are surely too far away are not looked
    !> at, for no node of the block is fast enough to carry them to the tool in this step.
@@ -223,7 +183,7 @@ contains
 
    !> The last pressures of a block's particles become the earlier ones; friction and carried gaps are 0 until they are found again.
    !> Where there was none of them, all is 0 and stays so.
-   pure subroutine turn_page(self, tools, count, column, pressed)
+   pure subroutine shift_pressure_history(self, tools, count, column, pressed)
       class(candidates_t), intent(in) :: self
       integer, intent(in) :: tools, count !< how many tools and particles
       real(wp), intent(inout), contiguous :: column(:, :)
@@ -242,7 +202,7 @@ contains
          end do
       end if
       if (self%traction > 0) column(:count, self%traction:self%traction + 2) = 0.0_wp
-   end subroutine turn_page
+   end subroutine shift_pressure_history
 
    !> Number of particles of a block that a tool pressed in the last step.
    pure integer function pressed(self, block)
@@ -324,7 +284,7 @@ contains
       logical, intent(out) :: carried
       real(wp), intent(out) :: drift    !< what counts less what was, m
       drift = last - gap
-      carried = abs(last) > 0.0_wp .and. gap <= min(max(recovery*thickness, abs(drift)), widest_gap*thickness)
+      carried = abs(last) > 0.0_wp .and. gap <= min(max(overlap_rate*thickness, abs(drift)), widest_gap*thickness)
       if (.not. carried) drift = max(0.0_wp, -gap) ! inside when it is met, after a split say: drawn out, not pushed
       self%drift = max(self%drift, abs(drift))
       gap = gap + drift
@@ -347,7 +307,7 @@ contains
       p = number(2)
       associate (block => level%blocks(number(1)), column => level%blocks(number(1))%particles%column, at => level%layout, &
                  c => self%list(self%count + 1))
-         c = unknown
+         c = no_candidate
          c%block = number(1)
          c%particle = p
          c%tool = number(4)
@@ -375,9 +335,9 @@ contains
          c%mass = column(p, at%mass)
          c%force = expected(column(p, self%pressure), column(p, self%earlier))*c%area
          if (tool%spec%friction > 0.0_wp) then
-            self%rubbing = self%rubbing + 1
-            c%rubbing = self%rubbing
-            c%last_drag = column(p, self%traction:self%traction + 2)*c%area
+            self%frictional = self%frictional + 1
+            c%frictional = self%frictional
+            c%last_tangential_force = column(p, self%traction:self%traction + 2)*c%area
             c%tangent = tangents(c%normal)
          end if
          self%count = self%count + 1
@@ -391,39 +351,6 @@ contains
       if (last > 0.0_wp .and. earlier > 0.0_wp) expected = max(0.0_wp, last + (last - earlier))
    end function expected
 
-   !> The first particle of a block whose contact point lies inside a tool, and the tool; 0 where there is none.
-   pure subroutine first_inside(tools, level, b, particle, tool)
-      type(tool_t), intent(in) :: tools(:)
-      type(level_t), intent(in) :: level
-      integer, intent(in) :: b
-      integer, intent(out) :: particle, tool
-      real(wp) :: gap, normal(3)
-      associate (column => level%blocks(b)%particles%column, x => level%layout%position)
-         do tool = 1, size(tools)
-            if (.not. near_tool(tools(tool), level, level%blocks(b))) cycle
-            do particle = 1, level%blocks(b)%particles%count
-               call tools(tool)%gap_and_normal(column(particle, x:x + 2), gap, normal)
-               if (gap < tools(tool)%spec%penetration_factor*level%thickness(column(particle, :), normal)) return
-            end do
-         end do
-      end associate
-      particle = 0
-   end subroutine first_inside
-
-   !> True when a candidate that ends the step at a gap (m) counts as touching: where the gap is none, and where it is no wider than
-   !> the tool's surface bends over a cell, which the nodes cannot follow (eq. contact-area).
-   pure logical function touches(c, tools, level, gap)
-      type(candidate_t), intent(in) :: c
-      type(tool_t), intent(in) :: tools(:)
-      type(level_t), intent(in) :: level
-      real(wp), intent(in) :: gap
-      touches = gap < touching*sqrt(c%area)
-      if (touches .or. gap > margin*sqrt(c%area)) return
-      associate (column => level%blocks(c%block)%particles%column, x => level%layout%position)
-         touches = gap < tools(c%tool)%sagitta(column(c%particle, x:x + 2), c%normal, level%grid%cell)
-      end associate
-   end function touches
-
    !> Room for one candidate more.
    pure subroutine make_room(self)
       class(candidates_t), intent(inout) :: self
@@ -433,55 +360,5 @@ contains
       more(:self%count) = self%list
       call move_alloc(more, self%list)
    end subroutine make_room
-
-   !> The nodes of a contact point and their weights. The traction acts on the face of the particle, not in its volume: a uniform
-   !> pressure then makes a uniform stress, wherever the surface stands in its cell (theory.md, eqs contact-nodes, face-mean). A
-   !> point beyond a symmetry plane is the mirror image of one inside, with the mirrored normal, and no face reaches beyond the
-   !> plane.
-   pure subroutine set_face(c, grid, block, node, turns, place, span)
-      type(candidate_t), intent(inout) :: c
-      type(grid_level_t), intent(in) :: grid
-      integer, intent(in) :: block(3)    !< place of the block
-      integer, intent(in) :: node(3)     !< in the middle of the particle's bin, from 0
-      logical, intent(in) :: turns       !< the domain's edges do
-      real(wp), intent(in) :: place(3)   !< of the contact point, in cells from the block's first node
-      real(wp), intent(in) :: span(3, 3) !< of the face around it, cells
-      real(wp) :: folded(3), halves(3, 3), beyond, reach
-      integer :: axis, side
-      folded = place
-      halves = span
-      do axis = 1, 3
-         do side = 1, 2
-            if (grid%boundary(side, axis) /= boundary_symmetry) cycle
-            beyond = place(axis) + block_size*block(axis) - merge(0, grid%cells(axis), side == 1)
-            reach = sum(abs(span(axis, :)))
-            if (reach > abs(beyond)) halves(axis, :) = span(axis, :)*abs(beyond)/reach
-            if (merge(beyond >= 0.0_wp, beyond <= 0.0_wp, side == 1)) cycle
-            folded(axis) = place(axis) - 2.0_wp*beyond
-            c%mirror(axis) = -1.0_wp
-         end do
-      end do
-      c%facing = c%mirror*c%normal
-      call weigh(c%face, node, folded, halves, turns)
-   end subroutine set_face
-
-   !> Velocity (m/s) that a contact point gets from the solved nodes, as the tool sees it.
-   pure function point_velocity(level, c) result(velocity)
-      type(level_t), intent(in) :: level
-      type(candidate_t), intent(in) :: c
-      real(wp) :: velocity(3)
-      integer :: i, j, k
-      velocity = 0.0_wp
-      do k = 0, c%face%last
-         do j = 0, c%face%last
-            do i = 0, c%face%last
-               associate (at => c%face%corner + 1 + [i, j, k])
-                  velocity = velocity + c%face%weight(i, j, k)*level%nodes(v_x:v_z, at(1), at(2), at(3), c%block)
-               end associate
-            end do
-         end do
-      end do
-      velocity = c%mirror*velocity
-   end function point_velocity
 
 end module m_candidates

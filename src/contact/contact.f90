@@ -2,49 +2,26 @@
 module m_contact
    use mpi_f08
    use m_kinds, only: wp, i8
-   use m_constants, only: exit_numerical, block_size
+   use m_constants, only: exit_numerical
    use m_errors, only: error_t, fail
    use m_text, only: to_text
-   use m_node_values, only: mass_, v_x, v_z, a_x, a_z
    use m_scene, only: tool_spec_t, contact_spec_t, hopeless_residual
    use m_tool, only: tool_t, make_tool
    use m_communicator, only: communicator_t
    use m_field_table, only: field_table_t
    use m_level, only: level_t
    use m_materials, only: materials_t
-   use m_boundary, only: apply_boundary
    use m_contact_complaints, only: check_nodes, candidate_text
-   use m_candidates, only: candidate_t, candidates_t, drift_of, touches, point_velocity, fastest, recovery
+   use m_candidates, only: candidates_t, fastest
+   use m_contact_point, only: candidate_t, touches, point_velocity, overlap_rate
    use m_friction, only: friction_t
-   use m_contact_system, only: contact_system_t, nodal_forces_t
-   use m_contact_rows, only: assemble
+   use m_tool_reactions, only: reaction_t, tool_state_t, accumulate_reactions, add_particle_work, add_up
+   use m_contact_system, only: contact_system_t
+   use m_contact_rows, only: assemble, move_nodes
    use m_petsc_solver, only: petsc_solver_t
    implicit none
    private
-   public :: contact_t, tool_state_t
-
-   !> What one tool felt in the last step, over all ranks, and since the start.
-   type :: tool_state_t
-      real(wp) :: load(3) = 0.0_wp      !< on the tool, N, for the modelled part of the body
-      real(wp) :: area = 0.0_wp         !< faces of the particles that touch the tool, m2
-      real(wp) :: overlap = 0.0_wp      !< deepest place of a contact point inside the tool at the start of the step, m
-      real(wp) :: work = 0.0_wp         !< done by the tool since the start, J
-      real(wp) :: heat = 0.0_wp         !< made by friction since the start, J
-      real(wp) :: constraint_work = 0.0_wp !< done on the bodies by the condition itself, beyond the tool's own, since the start, J
-      real(wp) :: particle_work = 0.0_wp !< done on the particles by their own motion since the start, J: work less heat
-      real(wp) :: impulse(3) = 0.0_wp   !< given to the bodies since the program began, N s
-   end type tool_state_t
-
-   !> What the candidates of a step do to one tool: of this rank, then added up over all, number by number.
-   type :: reaction_t
-      sequence
-      real(wp) :: load(3) = 0.0_wp         !< on the tool, N
-      real(wp) :: area = 0.0_wp            !< m2
-      real(wp) :: heat = 0.0_wp            !< J
-      real(wp) :: particle_work = 0.0_wp   !< J
-      real(wp) :: constraint_work = 0.0_wp !< J
-      real(wp) :: candidates = 0.0_wp      !< how many
-   end type reaction_t
+   public :: contact_t
 
    type :: contact_t
       type(tool_t), allocatable :: tools(:)
@@ -72,26 +49,25 @@ module m_contact
       procedure :: build
       procedure :: declare
       procedure :: active
-      procedure :: push
+      procedure :: apply
       procedure :: follow
-      procedure :: conclude
+      procedure :: finish_step
       procedure :: release
       procedure, private :: solve
+      procedure, private :: pose
+      procedure, private :: keep_solution
       procedure, private :: sweep
       procedure, private :: solve_normal
       procedure, private :: leave_gap
-      procedure :: judge
+      procedure :: check_convergence
       procedure, private :: check_solution
-      procedure :: move_nodes
       procedure :: make_room
-      procedure, private :: feel
    end type contact_t
 
    real(wp), parameter :: far_above = 100.0_wp    !< times the tolerance: a residual that is a fault in so many steps running:
    integer, parameter :: most_unsolved = 10
    integer, parameter :: most_sweeps = 50         !< over normal forces and friction in a step
    integer, parameter :: products = 20            !< of the problem of friction, for each iteration that the other is allowed
-   integer, parameter :: reaction_reals = storage_size(reaction_t())/storage_size(1.0_wp)
 
 contains
 
@@ -131,8 +107,8 @@ contains
    end function active
 
    !> Collective: add the contact forces of one step to the solved nodes. On entry `nodes` holds what they would do
-   !> without contact; tools stand where they are at `time`, until `conclude`.
-   subroutine push(self, communicator, level, materials, neighbours, time, time_step, error)
+   !> without contact; tools stand where they are at `time`, until `finish_step`.
+   subroutine apply(self, communicator, level, materials, neighbours, time, time_step, error)
       class(contact_t), intent(inout) :: self
       type(communicator_t), intent(in) :: communicator
       type(level_t), intent(inout) :: level
@@ -155,14 +131,19 @@ contains
          allocate (forces(self%system%rows))
          forces(:self%candidates%count) = self%candidates%list(:self%candidates%count)%force
          do c = 1, self%candidates%count
-            associate (it => self%candidates%list(c), last => self%candidates%count + 2*self%candidates%list(c)%rubbing)
-               if (it%rubbing > 0) forces(last - 1:last) = it%drag
+            associate (it => self%candidates%list(c), last => self%candidates%count + 2*self%candidates%list(c)%frictional)
+               if (it%frictional > 0) forces(last - 1:last) = it%tangential_force
             end associate
          end do
-         call self%move_nodes(level, time_step, forces)
+         call move_nodes(self%system, level, time_step, forces)
+         if (self%strains_apart) then
+            do c = 1, self%candidates%count
+               self%candidates%list(c)%velocity = point_velocity(level, self%candidates%list(c))
+            end do
+         end if
       end if
-      call self%feel(level, time_step)
-   end subroutine push
+      call accumulate_reactions(self%reactions, self%candidates, self%tools, level, time_step)
+   end subroutine apply
 
    !> Collective: whether there is a problem to be solved; the solver gets room for it.
    subroutine make_room(self, communicator)
@@ -184,24 +165,10 @@ contains
       real(wp), intent(in) :: time_step
       type(error_t), intent(inout) :: error
       real(wp), dimension(self%candidates%count) :: b, x, w
-      real(wp) :: gap, strongest
-      integer :: c, iterations
+      integer :: iterations
       logical :: settled
       call self%system%activate(1, self%candidates%count)
-      do c = 1, self%candidates%count
-         associate (it => self%candidates%list(c))
-            b(c) = dot_product(it%normal, self%tools(it%tool)%velocity()) - it%speed &
-                   - held_gap(it)/time_step
-            b(c) = b(c)*self%system%scale(c)
-            x(c) = 0.0_wp
-            if (self%system%scale(c) > 0.0_wp) x(c) = it%force/self%system%scale(c)
-            if (abs(b(c)) <= huge(1.0_wp) .and. abs(x(c)) <= huge(1.0_wp)) cycle
-            b(c) = huge(1.0_wp) ! for all ranks to see
-            x(c) = 0.0_wp
-            call fail(error, exit_numerical, candidate_text(it, self%tools, level, self%time)// &
-                      ' has a speed or force that is not a number; try a smaller safety', may_heal=.true.)
-         end associate
-      end do
+      call self%pose(level, time_step, b, x, error)
       settled = .true.
       self%step_residual = 0.0_wp
       if (self%friction%present) then
@@ -213,30 +180,61 @@ contains
       if (.not. (settled .and. self%step_residual <= self%spec%tolerance)) self%unsolved = self%unsolved + 1
       call self%system%multiply(x, w)
       call self%check_solution(level, b, x, w, error)
-      strongest = self%system%communicator%maximum(maxval([0.0_wp, x*self%system%scale(:size(x))]))
-      do c = 1, self%candidates%count
-         associate (it => self%candidates%list(c))
-            it%force = x(c)*self%system%scale(c)
-            gap = 0.0_wp
-            if (self%system%scale(c) > 0.0_wp) gap = max(0.0_wp, (w(c) - b(c))/self%system%scale(c)*time_step)
-            it%touches = max(x(c), w(c)) > 0.0_wp .and. touches(it, self%tools, level, gap) ! no force, no touch
-            if (it%force > 0.0_wp) self%worst_bridge = max(self%worst_bridge, it%force*gap/(strongest*level%grid%cell))
-            level%blocks(it%block)%particles%column(it%particle, self%candidates%pressure) = it%force/it%area
-            if ((it%force > 0.0_wp .or. it%carried) .and. self%system%scale(c) > 0.0_wp) &
-               call self%leave_gap(level, it, time_step, (w(c) - b(c))/self%system%scale(c))
-            if (it%rubbing > 0) then
-               associate (first => self%candidates%traction)
-                  level%blocks(it%block)%particles%column(it%particle, first:first + 2) = matmul(it%tangent, it%drag)/it%area
-               end associate
-            end if
+      call self%keep_solution(level, time_step, b, x, w)
+   end subroutine solve
+
+   !> The problem of the normal forces, scaled: its right-hand side, and the forces to start from.
+   subroutine pose(self, level, time_step, b, x, error)
+      class(contact_t), intent(in) :: self
+      type(level_t), intent(in) :: level
+      real(wp), intent(in) :: time_step
+      real(wp), intent(out) :: b(:), x(:)
+      type(error_t), intent(inout) :: error
+      integer :: c
+      do c = 1, size(b)
+         associate (it => self%candidates%list(c), scale => self%system%scale(c))
+            b(c) = dot_product(it%normal, self%tools(it%tool)%velocity()) - it%speed - held_gap(it)/time_step
+            b(c) = b(c)*scale
+            x(c) = 0.0_wp
+            if (scale > 0.0_wp) x(c) = it%force/scale
+            if (abs(b(c)) <= huge(1.0_wp) .and. abs(x(c)) <= huge(1.0_wp)) cycle
+            b(c) = huge(1.0_wp) ! for all ranks to see
+            x(c) = 0.0_wp
+            call fail(error, exit_numerical, candidate_text(it, self%tools, level, self%time)// &
+                      ' has a speed or force that is not a number; try a smaller safety', recoverable=.true.)
          end associate
       end do
-   end subroutine solve
+   end subroutine pose
+
+   !> What the solution says of the candidates, in their list and in the columns of their particles.
+   subroutine keep_solution(self, level, time_step, b, x, w)
+      class(contact_t), intent(inout) :: self
+      type(level_t), intent(inout) :: level
+      real(wp), intent(in) :: time_step
+      real(wp), intent(in) :: b(:), x(:), w(:) !< right-hand side, solution, product, scaled
+      real(wp) :: gap, strongest
+      integer :: c
+      strongest = self%system%communicator%maximum(maxval([0.0_wp, x*self%system%scale(:size(x))]))
+      do c = 1, size(x)
+         associate (it => self%candidates%list(c), scale => self%system%scale(c), first => self%candidates%traction, &
+                    column => level%blocks(self%candidates%list(c)%block)%particles%column)
+            it%force = x(c)*scale
+            gap = 0.0_wp
+            if (scale > 0.0_wp) gap = max(0.0_wp, (w(c) - b(c))/scale*time_step)
+            it%touches = max(x(c), w(c)) > 0.0_wp .and. touches(it, self%tools, level, gap) ! no force, no touch
+            if (it%force > 0.0_wp) self%worst_bridge = max(self%worst_bridge, it%force*gap/(strongest*level%grid%cell))
+            column(it%particle, self%candidates%pressure) = it%force/it%area
+            if ((it%force > 0.0_wp .or. it%carried) .and. scale > 0.0_wp) &
+               call self%leave_gap(level, it, time_step, (w(c) - b(c))/scale)
+            if (it%frictional > 0) column(it%particle, first:first + 2) = matmul(it%tangent, it%tangential_force)/it%area
+         end associate
+      end do
+   end subroutine keep_solution
 
    !> The gap that the condition holds open: of an overlap no more than is taken back in a step, m.
    pure real(wp) function held_gap(c)
       type(candidate_t), intent(in) :: c
-      held_gap = max(c%gap, -recovery*sqrt(c%area))
+      held_gap = max(c%gap, -overlap_rate*sqrt(c%area))
    end function held_gap
 
    !> Where the nodes leave a point that is pressed, or was: its gap is carried on from there.
@@ -245,7 +243,7 @@ contains
       type(level_t), intent(inout) :: level
       type(candidate_t), intent(inout) :: c
       real(wp), intent(in) :: time_step !< s
-      real(wp), intent(in) :: speed     !< at which the gap that is held opens, with the give of the compliance, m/s
+      real(wp), intent(in) :: speed     !< at which the gap that is held opens, with what the compliance yields, m/s
       c%opening = speed - self%spec%compliance*time_step/c%mass*c%force - held_gap(c)/time_step
       associate (gap => level%blocks(c%block)%particles%column(c%particle, self%candidates%carried + c%tool - 1))
          gap = c%gap + time_step*c%opening
@@ -263,11 +261,11 @@ contains
       real(wp) :: residual
       call self%solver%solve(self%system, b, x, self%spec%tolerance, self%spec%max_iterations, iterations, residual)
       self%iterations = self%iterations + iterations
-      call self%judge(residual, to_text(iterations)//' iterations')
+      call self%check_convergence(residual, to_text(iterations)//' iterations')
    end subroutine solve_normal
 
    !> Count a problem that did not come below the tolerance.
-   subroutine judge(self, residual, effort)
+   subroutine check_convergence(self, residual, effort)
       class(contact_t), intent(inout) :: self
       real(wp), intent(in) :: residual
       character(len=*), intent(in) :: effort
@@ -275,7 +273,7 @@ contains
       if (residual <= self%step_residual) return
       self%step_residual = residual
       if (residual > self%spec%tolerance) self%effort = effort
-   end subroutine judge
+   end subroutine check_convergence
 
    !> Collective: a step's contact forces must solve its problem: a residual without hope is a fault at once, one far above the
    !> tolerance when it lasts. Names where the forces are furthest from the solution.
@@ -298,7 +296,7 @@ contains
          call fail(error, exit_numerical, &
                    candidate_text(self%candidates%list(maxloc(off, dim=1)), self%tools, level, self%time)// &
                    ': the contact problem was not solved, relative residual '//to_text(self%step_residual, 3)//' after '// &
-                   self%effort//', at most '//limit//'; try a larger max_iterations or a smaller safety', may_heal=.true.)
+                   self%effort//', at most '//limit//'; try a larger max_iterations or a smaller safety', recoverable=.true.)
       call self%system%communicator%agree(error)
    end subroutine check_solution
 
@@ -309,7 +307,8 @@ contains
       type(level_t), intent(in) :: level
       real(wp), intent(inout) :: b(:), x(:)
       logical, intent(out) :: settled !< in as many rounds as are allowed
-      real(wp) :: free(size(b)), dragged(size(b)), pushed(2*self%candidates%rubbing), radius(self%candidates%rubbing), residual
+      real(wp) :: free(size(b)), dragged(size(b)), residual
+      real(wp) :: pushed(2*self%candidates%frictional), radius(self%candidates%frictional)
       integer :: c, iterations, n, round, rows
       n = self%candidates%count
       rows = self%system%rows
@@ -323,14 +322,14 @@ contains
             if (.not. self%step_residual <= hopeless_residual .or. (round > 1 .and. iterations == 0)) exit
             self%friction%sweeps = self%friction%sweeps + 1
             do c = 1, n
-               if (list(c)%rubbing == 0) cycle
-               radius(list(c)%rubbing) = 0.0_wp
-               if (scale(n + 2*list(c)%rubbing) > 0.0_wp) radius(list(c)%rubbing) = &
-                  self%tools(list(c)%tool)%spec%friction*x(c)*scale(c)/scale(n + 2*list(c)%rubbing)
+               if (list(c)%frictional == 0) cycle
+               radius(list(c)%frictional) = 0.0_wp
+               if (scale(n + 2*list(c)%frictional) > 0.0_wp) radius(list(c)%frictional) = &
+                  self%tools(list(c)%tool)%spec%friction*x(c)*scale(c)/scale(n + 2*list(c)%frictional)
             end do
             call self%system%respond([1, n], x, [n + 1, rows], pushed)
             call self%friction%solve(self%system, radius, pushed, self%spec%tolerance, products*self%spec%max_iterations, residual)
-            call self%judge(residual, to_text(products*self%spec%max_iterations)//' products for friction')
+            call self%check_convergence(residual, to_text(products*self%spec%max_iterations)//' products for friction')
             if (.not. self%step_residual <= hopeless_residual) exit
          end do
          call self%system%activate(1, n)
@@ -339,83 +338,7 @@ contains
       end associate
    end subroutine sweep
 
-   !> Collective among neighbours: change velocity and acceleration of the nodes that contact forces act on, in every tile here that
-   !> has them, and then of their mirror images.
-   subroutine move_nodes(self, level, time_step, forces)
-      class(contact_t), intent(inout) :: self
-      type(level_t), intent(inout) :: level
-      real(wp), intent(in) :: time_step
-      real(wp), intent(in) :: forces(:) !< (rows of the system), N
-      type(nodal_forces_t), allocatable :: parts(:)
-      logical :: changed(size(level%blocks))
-      integer :: b, n, r
-      call self%system%activate(1, self%system%rows)
-      call self%system%nodal_forces(forces, parts)
-      changed = .false.
-      do r = 1, size(parts)
-         do n = 1, size(parts(r)%node)
-            call push_node(level, self%system%place_of(parts(r)%node(n)), parts(r)%force(:3, n), time_step, changed)
-         end do
-      end do
-      do b = 1, size(level%blocks)
-         if (changed(b)) call apply_boundary(level%grid, level%blocks(b)%place, level%nodes(:, :, :, :, b))
-      end do
-   end subroutine move_nodes
-
-   !> Add a force to a node in all tiles here that have it: its block's, and those of the blocks next to it if it is on their rim.
-   pure subroutine push_node(level, place, force, time_step, changed)
-      type(level_t), intent(inout) :: level
-      integer, intent(in) :: place(3)
-      real(wp), intent(in) :: force(3), time_step
-      logical, intent(inout) :: changed(:)
-      integer :: at(3), block(3), home(3), i, j, k, low(3), high(3), slot
-      home = (place - modulo(place, block_size))/block_size
-      low = home - merge(1, 0, modulo(place, block_size) == 0)
-      high = home + merge(1, 0, modulo(place, block_size) == block_size - 1)
-      do k = low(3), high(3)
-         do j = low(2), high(2)
-            do i = low(1), high(1)
-               block = [i, j, k]
-               if (any(block < 0) .or. any(block >= level%grid%blocks)) cycle
-               slot = level%slot(i, j, k)
-               if (slot == 0 .or. slot > size(level%blocks)) cycle
-               at = place - block_size*block + 1
-               associate (node => level%nodes(:, at(1), at(2), at(3), slot))
-                  if (node(mass_) <= 0.0_wp) cycle
-                  node(a_x:a_z) = node(a_x:a_z) + force/node(mass_)
-                  node(v_x:v_z) = node(v_x:v_z) + time_step*force/node(mass_)
-               end associate
-               changed(slot) = .true.
-            end do
-         end do
-      end do
-   end subroutine push_node
-
-   !> What the tools feel of this rank's candidates, and what friction takes from the motion by how the contact points slip at the
-   !> step's end.
-   subroutine feel(self, level, time_step)
-      class(contact_t), intent(inout) :: self
-      type(level_t), intent(in) :: level
-      real(wp), intent(in) :: time_step
-      integer :: c
-      self%reactions = reaction_t()
-      do c = 1, self%candidates%count
-         associate (it => self%candidates%list(c), sums => self%reactions(self%candidates%list(c)%tool))
-            sums%load = sums%load - it%force*it%normal
-            if (it%touches) sums%area = sums%area + it%area
-            sums%candidates = sums%candidates + 1.0_wp
-            sums%constraint_work = sums%constraint_work + time_step*it%force*it%opening
-            if (self%strains_apart) it%velocity = point_velocity(level, it)
-            if (it%rubbing == 0) cycle
-            sums%load = sums%load - matmul(it%tangent, it%drag)
-            sums%heat = sums%heat - time_step*dot_product(matmul(it%tangent, it%drag), &
-                                                          point_velocity(level, it) - self%tools(it%tool)%velocity())
-         end associate
-      end do
-   end subroutine feel
-
-   !> What the forces of the step do on the particles of a block that the tools press, by the motion that these have just made: that
-   !> of the centre, and dt L arm.
+   !> What the forces of the step do on the particles of a block that the tools press, by the motion that these have just made.
    pure subroutine follow(self, level, b, gradient, way_to, time_step)
       class(contact_t), intent(inout) :: self
       type(level_t), intent(in) :: level
@@ -423,50 +346,28 @@ contains
       real(wp), intent(in), contiguous :: gradient(:, :) !< (:, 9), 1/s: L
       integer, intent(in) :: way_to !< first column of the centres at the end of the step
       real(wp), intent(in) :: time_step
-      real(wp) :: force(3), way(3)
-      integer :: c
-      do c = self%candidates%before(b) + 1, self%candidates%before(b + 1)
-         associate (it => self%candidates%list(c), column => level%blocks(b)%particles%column)
-            force = it%force*it%normal
-            if (it%rubbing > 0) force = force + matmul(it%tangent, it%drag)
-            way = column(it%particle, way_to:way_to + 2) - it%from + drift_of(it)*it%normal &
-                  + time_step*matmul(reshape(gradient(it%particle, :), [3, 3]), it%arm)
-            associate (work => self%reactions(it%tool)%particle_work)
-               work = work + dot_product(force, way)
-            end associate
-         end associate
-      end do
+      associate (first => self%candidates%before(b) + 1, last => self%candidates%before(b + 1))
+         call add_particle_work(self%reactions, self%candidates%list(first:last), level%blocks(b)%particles%column, &
+                                gradient, way_to, time_step)
+      end associate
    end subroutine follow
 
    !> Collective, at the end of a step: loads, areas, overlaps and work of the tools; loads move those that are pushed. On return
    !> tools stand where they are at `time`, that of the end.
-   subroutine conclude(self, communicator, level, time, time_step, error)
+   subroutine finish_step(self, communicator, level, time, time_step, error)
       class(contact_t), intent(inout) :: self
       type(communicator_t), intent(in) :: communicator
       type(level_t), intent(in) :: level
       real(wp), intent(in) :: time, time_step !< s
       type(error_t), intent(inout) :: error
-      real(wp) :: deepest(size(self%tools))
       integer(i8) :: candidates
       integer :: t
-      deepest = self%states%overlap
-      call MPI_Allreduce(MPI_IN_PLACE, self%reactions, reaction_reals*size(self%reactions), MPI_DOUBLE_PRECISION, MPI_SUM, &
-                         communicator%comm)
-      call MPI_Allreduce(MPI_IN_PLACE, deepest, size(deepest), MPI_DOUBLE_PRECISION, MPI_MAX, communicator%comm)
+      call add_up(communicator, self%reactions, self%states%overlap)
       do t = 1, size(self%tools)
-         associate (state => self%states(t), sums => self%reactions(t))
-            state%load = sums%load
-            state%area = sums%area
-            state%overlap = deepest(t)
-            state%heat = state%heat + sums%heat
-            state%particle_work = state%particle_work + sums%particle_work
-            state%constraint_work = state%constraint_work + sums%constraint_work
-            call self%tools(t)%react(state%load, time_step)
-            state%work = state%work - time_step*dot_product(state%load, self%tools(t)%velocity())
-            state%impulse = state%impulse - time_step*state%load
-         end associate
+         call self%tools(t)%react(self%reactions(t)%load, time_step)
+         call self%states(t)%book(self%reactions(t), self%tools(t)%velocity(), time_step)
       end do
-      self%worst_overlap = max(self%worst_overlap, maxval(deepest))
+      self%worst_overlap = max(self%worst_overlap, maxval(self%states%overlap))
       candidates = nint(sum(self%reactions%candidates), i8)
       self%largest = max(self%largest, candidates)
       self%handled = self%handled + candidates
@@ -476,9 +377,9 @@ contains
             call fail(error, exit_numerical, 'time '//to_text(time)//' s: the tool '//self%tools(t)%spec%name// &
                       ' moves by more than '//to_text(fastest)//' cells in a step; try '// &
                       trim(merge('a larger mass or smaller loads ', 'a smaller step or slower speeds', &
-                                 self%tools(t)%is_pushed())), may_heal=.true.)
+                                 self%tools(t)%is_pushed())), recoverable=.true.)
       end do
-   end subroutine conclude
+   end subroutine finish_step
 
    !> Collective: free what PETSc holds.
    subroutine release(self)

@@ -6,7 +6,8 @@ module m_contact_complaints
    use m_text, only: to_text
    use m_tool, only: tool_t
    use m_level, only: level_t
-   use m_candidates, only: candidate_t, candidates_t, first_inside
+   use m_contact_point, only: candidate_t
+   use m_candidates, only: candidates_t, near_tool
    implicit none
    private
    public :: forbid_contact, check_nodes, candidate_text
@@ -31,6 +32,25 @@ contains
                    to_text(place(3))//') m, on level '//to_text(level%number)//'; '//allowed_text(finest))
       end do
    end subroutine forbid_contact
+
+   !> The first particle of a block whose contact point lies inside a tool, and the tool; 0 where there is none.
+   pure subroutine first_inside(tools, level, b, particle, tool)
+      type(tool_t), intent(in) :: tools(:)
+      type(level_t), intent(in) :: level
+      integer, intent(in) :: b
+      integer, intent(out) :: particle, tool
+      real(wp) :: gap, normal(3)
+      associate (column => level%blocks(b)%particles%column, x => level%layout%position)
+         do tool = 1, size(tools)
+            if (.not. near_tool(tools(tool), level, level%blocks(b))) cycle
+            do particle = 1, level%blocks(b)%particles%count
+               call tools(tool)%gap_and_normal(column(particle, x:x + 2), gap, normal)
+               if (gap < tools(tool)%spec%penetration_factor*level%thickness(column(particle, :), normal)) return
+            end do
+         end do
+      end associate
+      particle = 0
+   end subroutine first_inside
 
    !> Where contact is allowed, for a sentence.
    function allowed_text(finest) result(text)

@@ -1,19 +1,22 @@
-!> What the candidates of a step are to the contact system: rows, weights, mobilities of nodes (theory.md, eq. contact-operator).
+!> What the candidates of a step are to the contact system: rows, weights, mobilities of nodes (theory.md, eq. contact-operator);
+!> and what its forces are to the nodes.
 module m_contact_rows
    use m_kinds, only: wp
    use m_constants, only: block_size
-   use m_node_values, only: mass_
+   use m_node_values, only: mass_, v_x, v_z, a_x, a_z
    use m_communicator, only: communicator_t
    use m_tool, only: tool_t
    use m_level, only: level_t
-   use m_boundary, only: held_components, inside
-   use m_candidates, only: candidate_t, candidates_t
+   use m_boundary, only: apply_boundary, held_components, inside
+   use m_contact_point, only: candidate_t
+   use m_candidates, only: candidates_t
+   use m_contact_nodes, only: nodal_forces_t
    use m_contact_system, only: contact_system_t
    implicit none
    private
-   public :: assemble
+   public :: assemble, move_nodes
 
-   real(wp), parameter :: give = 10.0_wp !< compliance of sticking points, in that of the normal forces; only changes give
+   real(wp), parameter :: stick_compliance = 10.0_wp !< compliance of sticking points, in that of the normal forces; only changes count
 
 contains
 
@@ -35,33 +38,33 @@ contains
       type(level_t), intent(in) :: level
       real(wp), intent(in) :: softness                 !< of the normal forces, in the mobilities of particles
       real(wp), intent(in) :: time_step                !< s
-      real(wp) :: compliance(candidates%count + 2*candidates%rubbing)
+      real(wp) :: compliance(candidates%count + 2*candidates%frictional)
       integer :: c, n, place(0:2, 3), t
       logical, allocatable :: done(:)
       associate (list => candidates%list(:candidates%count))
          call system%begin(communicator, level%grid%cells, [(tools(t)%mobility(time_step), t=1, size(tools))])
          do c = 1, size(list)
             place = places_of(level, list(c))
-            call system%add_row(list(c)%face%last, place, list(c)%face%weight, list(c)%facing, list(c)%tool, &
+            call system%add_row(list(c)%face%last, place, list(c)%face%weight, list(c)%reflected_normal, list(c)%tool, &
                                 dot_product(list(c)%normal, tools(list(c)%tool)%spec%axis))
          end do
          compliance(:size(list)) = softness*time_step/list%mass
          do c = 1, size(list)
-            if (list(c)%rubbing == 0) cycle
+            if (list(c)%frictional == 0) cycle
             place = places_of(level, list(c))
             do t = 1, 2
-               call system%add_row(list(c)%face%last, place, list(c)%face%weight, list(c)%mirror*list(c)%tangent(:, t), &
+               call system%add_row(list(c)%face%last, place, list(c)%face%weight, list(c)%reflection*list(c)%tangent(:, t), &
                                    list(c)%tool, dot_product(list(c)%tangent(:, t), tools(list(c)%tool)%spec%axis))
-               compliance(system%rows) = give*compliance(c)
+               compliance(system%rows) = stick_compliance*compliance(c)
             end do
          end do
          call system%number_nodes(size(list))
-         done = [(.false., n=1, system%nodes)]
+         done = [(.false., n=1, system%nodes%count)]
          do c = 1, size(list)
             call set_mobility(system, level, list(c), c, time_step, done)
          end do
       end associate
-      call system%connect(neighbours)
+      call system%nodes%connect(communicator, neighbours)
       call system%set_scale(compliance)
       call system%pair_scales(candidates%count + 1)
       call system%group_rows()
@@ -110,5 +113,57 @@ contains
          end do
       end do
    end subroutine set_mobility
+
+   !> Collective among neighbours: change velocity and acceleration of the nodes that contact forces act on, in every tile here that
+   !> has them, and then of their mirror images.
+   subroutine move_nodes(system, level, time_step, forces)
+      type(contact_system_t), intent(inout) :: system
+      type(level_t), intent(inout) :: level
+      real(wp), intent(in) :: time_step
+      real(wp), intent(in) :: forces(:) !< (rows of the system), N
+      type(nodal_forces_t), allocatable :: parts(:)
+      logical :: changed(size(level%blocks))
+      integer :: b, n, r
+      call system%activate(1, system%rows)
+      call system%nodal_forces(forces, parts)
+      changed = .false.
+      do r = 1, size(parts)
+         do n = 1, size(parts(r)%node)
+            call add_force(level, system%nodes%place_of(parts(r)%node(n)), parts(r)%force(:3, n), time_step, changed)
+         end do
+      end do
+      do b = 1, size(level%blocks)
+         if (changed(b)) call apply_boundary(level%grid, level%blocks(b)%place, level%nodes(:, :, :, :, b))
+      end do
+   end subroutine move_nodes
+
+   !> Add a force to a node in all tiles here that have it: its block's, and those of the blocks next to it if it is on their rim.
+   pure subroutine add_force(level, place, force, time_step, changed)
+      type(level_t), intent(inout) :: level
+      integer, intent(in) :: place(3)
+      real(wp), intent(in) :: force(3), time_step
+      logical, intent(inout) :: changed(:)
+      integer :: at(3), block(3), home(3), i, j, k, low(3), high(3), slot
+      home = (place - modulo(place, block_size))/block_size
+      low = home - merge(1, 0, modulo(place, block_size) == 0)
+      high = home + merge(1, 0, modulo(place, block_size) == block_size - 1)
+      do k = low(3), high(3)
+         do j = low(2), high(2)
+            do i = low(1), high(1)
+               block = [i, j, k]
+               if (any(block < 0) .or. any(block >= level%grid%blocks)) cycle
+               slot = level%slot(i, j, k)
+               if (slot == 0 .or. slot > size(level%blocks)) cycle
+               at = place - block_size*block + 1
+               associate (node => level%nodes(:, at(1), at(2), at(3), slot))
+                  if (node(mass_) <= 0.0_wp) cycle
+                  node(a_x:a_z) = node(a_x:a_z) + force/node(mass_)
+                  node(v_x:v_z) = node(v_x:v_z) + time_step*force/node(mass_)
+               end associate
+               changed(slot) = .true.
+            end do
+         end do
+      end do
+   end subroutine add_force
 
 end module m_contact_rows

@@ -1,6 +1,6 @@
-!> The contact problem of one step: its rows (a contact point and a direction), the nodes they touch, and the operator that turns
-!> contact forces into velocities through those nodes and through tools that give way (theory.md, eq. contact-operator). No rank
-!> holds the whole of it. Products take the active rows only: those of the normal forces, those of friction, or both; or of the
+!> The contact problem of one step: its rows (a contact point and a direction), and the operator that turns contact forces into
+!> velocities through the nodes of the rows and through tools that give way (theory.md, eq. contact-operator). No rank holds the
+!> whole of it. Products take the active rows only: those of the normal forces, those of friction, or both; or of the
 !> former those that are free.
 module m_contact_system
    use mpi_f08
@@ -8,34 +8,19 @@ module m_contact_system
    use m_communicator, only: communicator_t
    use m_petsc_operator, only: petsc_operator_t
    use m_cell_rows, only: cell_rows_t, cell_nodes, width
+   use m_contact_nodes, only: contact_nodes_t, nodal_forces_t
    implicit none
    private
-   public :: contact_system_t, nodal_forces_t
-
-   !> Nodes that this rank's rows touch and that rows of another rank touch too.
-   type :: shared_nodes_t
-      integer :: rank = -1
-      integer, allocatable :: nodes(:)  !< local numbers, in the order of the grid
-      integer(i8), allocatable :: theirs(:) !< nodes in the grid that its rows touch, rising
-      real(wp), allocatable :: given(:, :), taken(:, :) !< (3, :), N
-      type(MPI_Request) :: sends, receives !< of the two
-   end type shared_nodes_t
-
-   !> Forces that the rows of one rank give to nodes.
-   type :: nodal_forces_t
-      integer(i8), allocatable :: node(:)  !< in the grid, rising
-      real(wp), allocatable :: force(:, :) !< (4, :), N; the last is idle
-   end type nodal_forces_t
+   public :: contact_system_t
 
    type, extends(petsc_operator_t) :: contact_system_t
       type(communicator_t) :: communicator
       integer :: rows = 0
       integer :: first = 1, last = 0             !< the active rows: of the normal forces, of friction, or both
       integer :: normal = 0                      !< rows of normal forces; those of friction follow
-      integer :: nodes = 0
+      type(contact_nodes_t) :: nodes             !< of all rows
       logical :: gives_way = .false.             !< some tool does
       integer(i8) :: products = 0                !< times the operator was applied, over the run
-      integer :: extent(3) = 0                   !< nodes of the grid along each axis, from -1 on
       integer, allocatable :: begins(:)          !< (rows + 1): first entry of each row; an entry is one of its nodes
       integer, allocatable :: place(:, :, :) !< (0:2, 3, rows): nodes in the grid along each axis, from -1; of a cell's 0:1 count
       integer, allocatable :: node(:)            !< (entries): local numbers, x fastest
@@ -52,27 +37,22 @@ module m_contact_system
       real(wp), allocatable :: force(:, :)       !< (4, nodes): work, forces and then the velocities that they make
       real(wp), allocatable :: scale(:)          !< (rows): makes the diagonal 1
       real(wp), allocatable :: softness(:)       !< (rows): what the compliance adds to the diagonal
-      integer(i8), allocatable :: grid_node(:)   !< (nodes): number in the grid, from 1, x fastest; rising
-      type(shared_nodes_t), allocatable :: shared(:)
    contains
       procedure :: begin
       procedure :: activate
       procedure :: add_row
       procedure :: number_nodes
-      procedure :: connect
       procedure :: group_rows
       procedure :: multiply
       procedure :: set_free
       procedure :: multiply_free
       procedure :: respond
       procedure :: nodal_forces
-      procedure :: place_of
       procedure :: set_scale
       procedure :: pair_scales
       procedure, private :: make_room
       procedure, private :: spread
       procedure, private :: push_tools
-      procedure, private :: expect
       procedure, private :: share
       procedure, private :: set_in_motion
       procedure, private :: collect
@@ -89,8 +69,7 @@ contains
       real(wp), intent(in) :: tool_mobility(:) !< (tools), the same on all ranks, s/kg
       self%communicator = communicator
       self%rows = 0
-      self%nodes = 0
-      self%extent = cells + 3
+      self%nodes%extent = cells + 3
       self%tool_mobility = tool_mobility
       self%tool_push = 0.0_wp*tool_mobility
       self%gives_way = any(tool_mobility > 0.0_wp)
@@ -162,158 +141,28 @@ contains
       self%last = last
    end subroutine activate
 
-   !> All rows are there: number the nodes that they touch, in the order of the grid.
+   !> All rows are there: number the nodes that they touch.
    subroutine number_nodes(self, normal)
       class(contact_system_t), intent(inout) :: self
       integer, intent(in) :: normal !< rows of normal forces, the first ones
-      integer, allocatable :: x(:), y(:), z(:)                   ! the places along each axis that occur, rising
-      integer, allocatable :: x_rank(:), y_rank(:), z_rank(:)    ! which of them a place is
-      integer, allocatable :: number(:, :, :)
-      integer :: i, j, k, last(self%rows), r, s
-      do r = 1, self%rows
-         last(r) = merge(1, 2, self%begins(r + 1) - self%begins(r) == cell_nodes)
-      end do
-      call list_places(self%place(:, 1, :self%rows), last, x, x_rank)
-      call list_places(self%place(:, 2, :self%rows), last, y, y_rank)
-      call list_places(self%place(:, 3, :self%rows), last, z, z_rank)
-      allocate (number(size(x), size(y), size(z)), source=0)
-      do r = 1, self%rows
-         associate (at => self%place(:, :, r))
-            do k = 1, last(r) + 1
-               do j = 1, last(r) + 1
-                  do i = 1, last(r) + 1
-                     number(x_rank(at(i, 1)), y_rank(at(j, 2)), z_rank(at(k, 3))) = 1
-                  end do
-               end do
-            end do
-         end associate
-      end do
-      self%nodes = count(number > 0)
-      if (allocated(self%grid_node)) deallocate (self%grid_node)
-      allocate (self%grid_node(self%nodes))
-      s = 0
-      do k = 1, size(z)
-         do j = 1, size(y)
-            do i = 1, size(x)
-               if (number(i, j, k) == 0) cycle
-               s = s + 1
-               number(i, j, k) = s
-               self%grid_node(s) = grid_number(self%extent, [x(i), y(j), z(k)])
-            end do
-         end do
-      end do
+      integer :: last(self%rows)
+      self%normal = normal
+      associate (entries => self%begins(2:self%rows + 1) - self%begins(:self%rows))
+         last = merge(1, 2, entries == cell_nodes)
+      end associate
       if (allocated(self%node)) then
          if (size(self%node) < self%begins(self%rows + 1) - 1) deallocate (self%node)
       end if
       if (.not. allocated(self%node)) allocate (self%node(size(self%weight)))
-      s = 0
-      do r = 1, self%rows
-         associate (at => self%place(:, :, r))
-            do k = 1, last(r) + 1
-               do j = 1, last(r) + 1
-                  do i = 1, last(r) + 1
-                     s = s + 1
-                     self%node(s) = number(x_rank(at(i, 1)), y_rank(at(j, 2)), z_rank(at(k, 3)))
-                  end do
-               end do
-            end do
-         end associate
-      end do
-      self%normal = normal
+      call self%nodes%number_all(self%place(:, :, :self%rows), last, self%node)
       if (allocated(self%force)) then
-         if (size(self%force, 2) >= self%nodes) return
+         if (size(self%force, 2) >= self%nodes%count) return
          deallocate (self%force, self%mobility)
       end if
-      allocate (self%force(width, self%nodes + self%nodes/2), &
-                self%mobility(width, self%nodes + self%nodes/2), source=0.0_wp)
+      associate (room => self%nodes%count + self%nodes%count/2)
+         allocate (self%force(width, room), self%mobility(width, room), source=0.0_wp)
+      end associate
    end subroutine number_nodes
-
-   !> The places along an axis that occur, rising, and which of them a place is; 0 where it does not occur.
-   pure subroutine list_places(at, last, places, rank)
-      integer, intent(in) :: at(0:, :) !< (0:2, rows)
-      integer, intent(in) :: last(:)   !< (rows): they count up to here
-      integer, allocatable, intent(out) :: places(:)
-      integer, allocatable, intent(out) :: rank(:) !< from the lowest place to the highest
-      integer :: i, p
-      allocate (rank(minval(at):maxval(at)), source=0)
-      do i = 1, size(last)
-         do p = 0, last(i)
-            rank(at(p, i)) = 1
-         end do
-      end do
-      allocate (places(sum(rank)))
-      i = 0
-      do p = lbound(rank, 1), ubound(rank, 1)
-         if (rank(p) == 0) cycle
-         i = i + 1
-         rank(p) = i
-         places(i) = p
-      end do
-   end subroutine list_places
-
-   !> Number of a node in the grid, from 1, x fastest: there may be more than 2**31.
-   pure integer(i8) function grid_number(extent, place)
-      integer, intent(in) :: extent(3), place(3) !< places from -1 on
-      grid_number = place(1) + 2 + extent(1)*(place(2) + 1 + extent(2)*(place(3) + 1_i8))
-   end function grid_number
-
-   !> Place in the grid, from -1 on, of a node by its number.
-   pure function place_of(self, number) result(place)
-      class(contact_system_t), intent(in) :: self
-      integer(i8), intent(in) :: number
-      integer :: place(3)
-      integer(i8) :: n(3)
-      n = self%extent
-      place = int([mod(number - 1, n(1)), mod((number - 1)/n(1), n(2)), (number - 1)/(n(1)*n(2))] - 1)
-   end function place_of
-
-   !> Learn which nodes the neighbour ranks' rows touch too. Collective among neighbours.
-   subroutine connect(self, neighbours)
-      class(contact_system_t), intent(inout) :: self
-      integer, intent(in) :: neighbours(:)
-      type(MPI_Request) :: requests(size(neighbours))
-      type(MPI_Status) :: status
-      type(MPI_Message) :: message
-      integer(i8), allocatable :: theirs(:)
-      integer :: count, n
-      if (allocated(self%shared)) deallocate (self%shared)
-      allocate (self%shared(size(neighbours)))
-      do n = 1, size(neighbours)
-         call MPI_Isend(self%grid_node, self%nodes, MPI_INTEGER8, neighbours(n), 3, self%communicator%comm, requests(n))
-      end do
-      do n = 1, size(neighbours)
-         call MPI_Mprobe(neighbours(n), 3, self%communicator%comm, message, status)
-         call MPI_Get_count(status, MPI_INTEGER8, count)
-         allocate (theirs(count))
-         call MPI_Mrecv(theirs, count, MPI_INTEGER8, message, MPI_STATUS_IGNORE)
-         self%shared(n)%rank = neighbours(n)
-         self%shared(n)%nodes = common(self%grid_node, theirs)
-         count = size(self%shared(n)%nodes)
-         allocate (self%shared(n)%given(3, count), self%shared(n)%taken(3, count))
-         call move_alloc(theirs, self%shared(n)%theirs)
-      end do
-      call MPI_Waitall(size(neighbours), requests, MPI_STATUSES_IGNORE)
-   end subroutine connect
-
-   !> Places in `ours` of the values that stand in `theirs` too; both rise.
-   pure function common(ours, theirs) result(places)
-      integer(i8), intent(in) :: ours(:), theirs(:)
-      integer, allocatable :: places(:)
-      integer :: found(min(size(ours), size(theirs))), n, a, b
-      n = 0
-      b = 1
-      do a = 1, size(ours)
-         do while (b <= size(theirs))
-            if (theirs(b) >= ours(a)) exit
-            b = b + 1
-         end do
-         if (b > size(theirs)) exit
-         if (theirs(b) /= ours(a)) cycle
-         n = n + 1
-         found(n) = a
-      end do
-      places = found(:n)
-   end function common
 
    !> Put the rows of a cell together; needs numbers and scales.
    subroutine group_rows(self)
@@ -324,8 +173,9 @@ contains
          direction(:, c) = self%scale(c)*self%direction(:, c)
       end do
       associate (n => self%normal)
-         call self%normal_rows%sort(self%nodes, self%begins(:n + 1), self%node, self%weight, direction(:, :n))
-         call self%friction_rows%sort(self%nodes, self%begins(n + 1:self%rows + 1), self%node, self%weight, direction(:, n + 1:))
+         call self%normal_rows%sort(self%nodes%count, self%begins(:n + 1), self%node, self%weight, direction(:, :n))
+         call self%friction_rows%sort(self%nodes%count, self%begins(n + 1:self%rows + 1), self%node, self%weight, &
+                                      direction(:, n + 1:))
       end associate
    end subroutine group_rows
 
@@ -338,7 +188,7 @@ contains
       integer :: n
       n = self%last - self%first + 1
       self%products = self%products + 1
-      call self%expect()
+      call self%nodes%expect()
       call self%spread(from(:n))
       call self%share()
       call self%set_in_motion()
@@ -362,8 +212,8 @@ contains
       real(wp), intent(in), contiguous :: from(:)
       real(wp), intent(out), contiguous :: to(:)
       self%products = self%products + 1
-      call self%expect()
-      self%force(:, :self%nodes) = 0.0_wp
+      call self%nodes%expect()
+      self%force(:, :self%nodes%count) = 0.0_wp
       call self%free_rows%spread(from, self%force)
       if (self%gives_way) call self%push_tools(from(:self%normal))
       call self%share()
@@ -386,7 +236,7 @@ contains
       real(wp), intent(in), contiguous :: from(:)
       real(wp), intent(out), contiguous :: to(:)
       self%products = self%products + 1
-      call self%expect()
+      call self%nodes%expect()
       call self%activate(pushed(1), pushed(2))
       call self%spread(from)
       call self%share()
@@ -399,7 +249,7 @@ contains
    subroutine spread(self, forces)
       class(contact_system_t), intent(inout) :: self
       real(wp), intent(in), contiguous :: forces(:) !< (active rows)
-      self%force(:, :self%nodes) = 0.0_wp
+      self%force(:, :self%nodes%count) = 0.0_wp
       if (self%first <= self%normal) call self%normal_rows%spread(forces, self%force)
       if (self%last > self%normal) call self%friction_rows%spread(forces(self%normal - self%first + 2:), self%force)
       if (self%gives_way) call self%push_tools(forces)
@@ -424,74 +274,28 @@ contains
       class(contact_system_t), intent(inout) :: self
       real(wp), intent(in), contiguous :: forces(:) !< (active rows), N
       type(nodal_forces_t), allocatable, intent(out) :: parts(:)
-      type(MPI_Request) :: requests(2*size(self%shared))
       real(wp) :: scaled(size(forces))
-      integer :: n, own, r
       associate (scale => self%scale(self%first:self%last))
          scaled = 0.0_wp
          where (scale > 0.0_wp) scaled = forces/scale
       end associate
       call self%spread(scaled)
-      own = 1 + count(self%shared%rank < self%communicator%rank)
-      allocate (parts(size(self%shared) + 1))
-      parts(own)%node = self%grid_node(:self%nodes)
-      parts(own)%force = self%force(:, :self%nodes)
-      do r = 1, size(self%shared)
-         associate (shared => self%shared(r), part => parts(merge(r, r + 1, r < own)))
-            part%node = shared%theirs
-            n = size(part%node)
-            allocate (part%force(width, n))
-            call MPI_Irecv(part%force, width*n, MPI_DOUBLE_PRECISION, shared%rank, 5, self%communicator%comm, requests(2*r - 1))
-            call MPI_Isend(parts(own)%force, width*self%nodes, MPI_DOUBLE_PRECISION, shared%rank, 5, self%communicator%comm, &
-                           requests(2*r))
-         end associate
-      end do
-      call MPI_Waitall(size(requests), requests, MPI_STATUSES_IGNORE)
+      call self%nodes%exchange(self%force, parts)
    end subroutine nodal_forces
-
-   !> Receives for what `share` will send, there before messages come.
-   subroutine expect(self)
-      class(contact_system_t), intent(inout) :: self
-      integer :: i
-      do i = 1, size(self%shared)
-         associate (it => self%shared(i))
-            if (size(it%nodes) > 0) call MPI_Irecv(it%taken, size(it%taken), MPI_DOUBLE_PRECISION, it%rank, 4, &
-                                                   self%communicator%comm, it%receives)
-         end associate
-      end do
-   end subroutine expect
 
    !> Collective: to what this rank's rows gave, add the forces of all other ranks' rows on these nodes and on tools that give way.
    subroutine share(self)
       class(contact_system_t), intent(inout) :: self
-      integer :: i, n
-      do i = 1, size(self%shared)
-         associate (it => self%shared(i))
-            if (size(it%nodes) == 0) cycle
-            do n = 1, size(it%nodes)
-               it%given(1:3, n) = self%force(1:3, it%nodes(n))
-            end do
-            call MPI_Isend(it%given, size(it%given), MPI_DOUBLE_PRECISION, it%rank, 4, self%communicator%comm, it%sends)
-         end associate
-      end do
+      call self%nodes%send(self%force)
       if (self%gives_way) call MPI_Allreduce(MPI_IN_PLACE, self%tool_push, size(self%tool_push), MPI_DOUBLE_PRECISION, MPI_SUM, &
                                              self%communicator%comm)
-      do i = 1, size(self%shared)
-         associate (it => self%shared(i))
-            if (size(it%nodes) == 0) cycle
-            call MPI_Wait(it%receives, MPI_STATUS_IGNORE)
-            do n = 1, size(it%nodes)
-               self%force(1:3, it%nodes(n)) = self%force(1:3, it%nodes(n)) + it%taken(1:3, n)
-            end do
-            call MPI_Wait(it%sends, MPI_STATUS_IGNORE)
-         end associate
-      end do
+      call self%nodes%add_received(self%force)
    end subroutine share
 
    !> Forces on nodes and tools become the velocities that they make in a step.
    pure subroutine set_in_motion(self)
       class(contact_system_t), intent(inout) :: self
-      call multiply_each(width*self%nodes, self%mobility, self%force)
+      call multiply_each(width*self%nodes%count, self%mobility, self%force)
       if (self%gives_way) self%tool_push = self%tool_push*self%tool_mobility
    end subroutine set_in_motion
 

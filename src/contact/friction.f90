@@ -6,7 +6,7 @@ module m_friction
    use m_kinds, only: wp, i8
    use m_tool, only: tool_t
    use m_level, only: level_t
-   use m_candidates, only: candidate_t, point_velocity
+   use m_contact_point, only: candidate_t, point_velocity
    use m_contact_system, only: contact_system_t
    implicit none
    private
@@ -41,12 +41,12 @@ contains
       if (allocated(self%force)) deallocate (self%force, self%free)
       allocate (self%force(system%rows - n), self%free(system%rows - n), source=0.0_wp)
       do c = 1, n
-         if (list(c)%rubbing == 0) cycle
+         if (list(c)%frictional == 0) cycle
          velocity = tools(list(c)%tool)%velocity() - point_velocity(level, list(c))
          do k = 1, 2
-            r = 2*list(c)%rubbing - 2 + k
+            r = 2*list(c)%frictional - 2 + k
             if (system%scale(n + r) > 0.0_wp) &
-               self%force(r) = dot_product(list(c)%tangent(:, k), list(c)%last_drag)/system%scale(n + r)
+               self%force(r) = dot_product(list(c)%tangent(:, k), list(c)%last_tangential_force)/system%scale(n + r)
             self%free(r) = dot_product(list(c)%tangent(:, k), velocity)*system%scale(n + r)
          end do
       end do
@@ -121,8 +121,8 @@ contains
       type(candidate_t), intent(inout) :: list(:)
       integer :: c, r
       do c = 1, size(list)
-         r = 2*list(c)%rubbing
-         if (r > 0) list(c)%drag = self%force(r - 1:r)*system%scale(size(list) + r - 1:size(list) + r)
+         r = 2*list(c)%frictional
+         if (r > 0) list(c)%tangential_force = self%force(r - 1:r)*system%scale(size(list) + r - 1:size(list) + r)
       end do
    end subroutine hand_out
 

@@ -7,8 +7,8 @@ module m_pressed_speeds
    use m_communicator, only: communicator_t
    use m_level, only: level_t
    use m_materials, only: materials_t
-   use m_candidates, only: candidate_t, point_velocity
-   use m_contact_rows, only: assemble
+   use m_contact_point, only: point_velocity
+   use m_contact_rows, only: assemble, move_nodes
    use m_contact_system, only: contact_system_t
    use m_contact, only: contact_t
    implicit none
@@ -40,7 +40,7 @@ contains
             it%velocity = contact%tools(it%tool)%velocity()
             it%force = 0.0_wp
             if (it%carried) it%force = level%blocks(it%block)%particles%column(it%particle, contact%candidates%pressure)*it%area
-            it%slides = norm2(it%last_drag) > sticks*contact%tools(it%tool)%spec%friction*it%force
+            it%slides = norm2(it%last_tangential_force) > sticks*contact%tools(it%tool)%spec%friction*it%force
          end associate
       end do
       call assemble(contact%system, communicator, neighbours, contact%tools, contact%candidates, level, contact%spec%compliance, &
@@ -66,8 +66,8 @@ contains
                missing = it%velocity - point_velocity(level, it)
                held(c) = system%scale(c) > 0.0_wp
                lacks(c) = dot_product(it%normal, missing)*system%scale(c)
-               if (it%rubbing == 0 .or. it%slides) cycle
-               last = n + 2*it%rubbing
+               if (it%frictional == 0 .or. it%slides) cycle
+               last = n + 2*it%frictional
                held(last - 1:last) = system%scale(last - 1:last) > 0.0_wp
                do t = 1, 2
                   lacks(last - 2 + t) = dot_product(it%tangent(:, t), missing)*system%scale(last - 2 + t)
@@ -79,8 +79,8 @@ contains
          call system%activate(1, system%rows)
          call solve_held(system, held, lacks, contact%spec%tolerance, contact%spec%max_iterations, x, residual)
          system%tool_mobility = give_way
-         call contact%judge(residual, to_text(contact%spec%max_iterations)//' products for the stress')
-         call contact%move_nodes(level, time_step, x*system%scale(:system%rows))
+         call contact%check_convergence(residual, to_text(contact%spec%max_iterations)//' products for the stress')
+         call move_nodes(system, level, time_step, x*system%scale(:system%rows))
       end associate
    end subroutine keep_pressed_speeds
 

@@ -146,7 +146,7 @@ contains
       if (.not. model%contact%active()) return
       call model%timers%enter(phase_contact)
       if (l == size(model%levels)) then
-         call model%contact%push(model%communicator, model%levels(l), model%materials, model%exchange(l)%ranks, clock%time, &
+         call model%contact%apply(model%communicator, model%levels(l), model%materials, model%exchange(l)%ranks, clock%time, &
                                  clock%step, error)
       else
          call forbid_contact(model%contact%tools, model%levels(l), model%levels(size(model%levels)), error)
@@ -161,7 +161,7 @@ contains
       type(error_t), intent(inout) :: error
       call model%timers%enter(phase_control)
       if (model%contact%active() .and. l == size(model%levels)) &
-         call model%contact%conclude(model%communicator, model%levels(l), clock%time + clock%step, clock%step, error)
+         call model%contact%finish_step(model%communicator, model%levels(l), clock%time + clock%step, clock%step, error)
    end subroutine finish_contact
 
    !> Collective: the nodes that only the stress is made from go with the points that tools press.

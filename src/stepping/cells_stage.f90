@@ -102,7 +102,7 @@ contains
       end associate
       if (worn_out > 0) call fail(error, exit_numerical, particle_text(model, l, b, worn_out)//' has been split '// &
          to_text(most_generations)//' times and its domain is too long again: the motion is without bound; try a smaller safety', &
-         may_heal=.true.)
+         recoverable=.true.)
       if (splits == 0) return
       model%splits = model%splits + splits
       call model%levels(l)%size_work()

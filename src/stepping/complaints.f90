@@ -38,10 +38,10 @@ contains
             end if
             if (.not. all(abs(position) <= huge(1.0_wp))) then
                call fail(error, exit_numerical, particle_text(model, l, b, p)//' has a position that is not a number'//unstable, &
-                         may_heal=.true.)
+                         recoverable=.true.)
             else
                call fail(error, exit_numerical, particle_text(model, l, b, p)//' moved further than the next block, at most '// &
-                         to_text(most_cells_a_step)//' cells a step are allowed'//unstable, may_heal=.true.)
+                         to_text(most_cells_a_step)//' cells a step are allowed'//unstable, recoverable=.true.)
             end if
          end do
       end associate
@@ -59,7 +59,7 @@ contains
          call model%migration(l)%identify(model%levels(l), r, id, body, place)
          call fail(error, exit_numerical, when(model)//'particle '//to_text(id)//' of body '//to_text(body)//' at '// &
                    place_text(place)//' m on level '//to_text(l)//' moved further than a step of the coarsest level allows'// &
-                   unstable, may_heal=.true.)
+                   unstable, recoverable=.true.)
       end do
    end subroutine report_homeless
 
@@ -97,12 +97,12 @@ contains
             if (block%particles%column(p, model%levels(l)%layout%volume) > 0.0_wp) cycle
             call fail(error, exit_numerical, particle_text(model, l, b, p)//' was turned inside out (volume '// &
                       to_text(block%particles%column(p, model%levels(l)%layout%volume))// &
-                      ' m3, must be above 0); try a smaller safety', may_heal=.true.)
+                      ' m3, must be above 0); try a smaller safety', recoverable=.true.)
             return
          end do
       end associate
       call fail(error, exit_numerical, 'step '//to_text(model%step + 1)//', time '//to_text(model%time)// &
-                ' s: a velocity gradient on level '//to_text(l)//' is not a number'//unstable, may_heal=.true.)
+                ' s: a velocity gradient on level '//to_text(l)//' is not a number'//unstable, recoverable=.true.)
    end subroutine report_inversion
 
    !> A particle that the grid carried too far in a step.
@@ -115,7 +115,7 @@ contains
       call fail(error, exit_numerical, particle_text(model, l, b, fastest%particle)//' moved '// &
                 to_text(fastest%speed*time_step*model%levels(l)%grid%per_cell, 3)//' cells in a step, at '// &
                 to_text(fastest%speed, 3)//' m/s; at most '//to_text(most_cells_a_step)//' cells are allowed'//unstable, &
-                   may_heal=.true.)
+                   recoverable=.true.)
    end subroutine report_too_fast
 
    !> A particle with a stress that is infinite or not a number.
@@ -164,7 +164,7 @@ contains
             do p = 1, particles%count
                if (abs(particles%column(p, c)) <= huge(1.0_wp)) cycle
                call fail(error, exit_numerical, particle_text(model, l, b, p)//' has '//field%name//' '// &
-                         to_text(particles%column(p, c))//' '//field%unit//', which must be a number'//unstable, may_heal=.true.)
+                         to_text(particles%column(p, c))//' '//field%unit//', which must be a number'//unstable, recoverable=.true.)
                return
             end do
          end do

@@ -174,7 +174,7 @@ contains
       if (time_step >= self%spec%step_limit*self%first_step) return
       call fail(error, exit_numerical, fastest_text(model)//': that makes the time step '//to_text(time_step, 3)// &
                 ' s, less than '//to_text(self%spec%step_limit)//' of the first one, '//to_text(self%first_step, 3)// &
-                ' s; try a smaller safety, or a smaller &guard step_limit if this is meant', may_heal=.true.)
+                ' s; try a smaller safety, or a smaller &guard step_limit if this is meant', recoverable=.true.)
    end subroutine look_at_step
 
    !> True when all fields are to be looked at after this step.
@@ -216,7 +216,7 @@ contains
       if (self%spec%energy_limit > 0.0_wp .and. .not. balance%excess() <= self%spec%energy_limit*largest) then
          call fail(error, exit_numerical, fastest_text(model)//': '//to_text(balance%excess(), 3)// &
                    ' J of energy came from nowhere, more than '//to_text(self%spec%energy_limit)// &
-                   ' of the largest energy or work, '//to_text(balance%largest, 3)//' J; try a smaller safety', may_heal=.true.)
+                   ' of the largest energy or work, '//to_text(balance%largest, 3)//' J; try a smaller safety', recoverable=.true.)
       end if
    end subroutine look_at_energy
 
@@ -280,7 +280,7 @@ contains
    pure logical function can_go_back(self, error)
       class(guard_t), intent(in) :: self
       type(error_t), intent(in) :: error
-      can_go_back = error%may_heal .and. self%saved%holds .and. self%attempt < self%spec%retries
+      can_go_back = error%recoverable .and. self%saved%holds .and. self%attempt < self%spec%retries
    end function can_go_back
 
    !> Collective: back to the copy, and from there steps half as long as before, past the fault and as far again, with each further

@@ -78,7 +78,7 @@ contains
             call advance_half_sizes(particles%count, level%gradient, time_step, &
                                     particles%column(:, at%half_size:at%half_size + 2), smallest)
             if (.not. smallest > 0.0_wp) call fail(error, exit_numerical, particle_text(model, l, b, thinnest(particles, at))// &
-               ' has a domain that became thinner than nothing; try a smaller safety', may_heal=.true.)
+               ' has a domain that became thinner than nothing; try a smaller safety', recoverable=.true.)
          end if
       end associate
    end subroutine advance_domains

@@ -4,7 +4,8 @@
 program node_numbers
    use m_kinds, only: wp, i8
    use m_communicator, only: communicator_t
-   use m_contact_system, only: contact_system_t, nodal_forces_t
+   use m_contact_system, only: contact_system_t
+   use m_contact_nodes, only: nodal_forces_t
    use m_assertions, only: assertions_t
    implicit none
    integer, parameter :: cells(3) = [2048, 2000, 2048]
@@ -23,9 +24,9 @@ program node_numbers
 
    ! four contact points, one of them in the bin of another
    call fill([1, 2, 3, 4])
-   call test%check(system%nodes == 8 + 27 + 27, 'nodes that rows share have one number')
-   call test%check(all(system%grid_node(2:) > system%grid_node(:system%nodes - 1)), 'numbers rise')
-   call test%check(system%grid_node(system%nodes) > int(huge(1), i8), 'there are numbers above 2**31')
+   call test%check(system%nodes%count == 8 + 27 + 27, 'nodes that rows share have one number')
+   call test%check(all(system%nodes%grid_node(2:) > system%nodes%grid_node(:system%nodes%count - 1)), 'numbers rise')
+   call test%check(system%nodes%grid_node(system%nodes%count) > int(huge(1), i8), 'there are numbers above 2**31')
    call test%check(all_come_back(), 'places come back from their numbers')
 
    ! the order of rows makes no difference to numbers
@@ -36,13 +37,13 @@ program node_numbers
    order = [3, 1, 4, 2, 3, 1, 1, 4]
    call fill(order)
    call test%check(all_come_back(), 'places come back where rows share a cell')
-   call system%connect([integer ::])
+   call system%nodes%connect(comm, [integer ::])
    call system%activate(1, size(order))
    force = [(2.0_wp**p, p=1, size(order))]
    call system%nodal_forces(force, parts)
    sums = 0.0_wp
    do n = 1, size(parts(1)%node)
-      sums = sums + parts(1)%force(3, n)*system%place_of(parts(1)%node(n))
+      sums = sums + parts(1)%force(3, n)*system%nodes%place_of(parts(1)%node(n))
    end do
    given = 0.0_wp
    do n = 1, size(order)
@@ -51,7 +52,7 @@ program node_numbers
    call test%check_close(sums, given, 1.0e-9_wp, 'first moments of the forces')
 
    ! what comes of it at the points, by plain sums over the nodes that two of them share
-   call system%connect([integer ::])
+   call system%nodes%connect(comm, [integer ::])
    call system%multiply(force, speed)
    do p = 1, size(order)
       along = 0.0_wp
@@ -72,7 +73,7 @@ program node_numbers
 
    ! no rows
    call fill([integer ::])
-   call test%check(system%nodes == 0 .and. size(system%grid_node) == 0, 'no nodes')
+   call test%check(system%nodes%count == 0 .and. size(system%nodes%grid_node) == 0, 'no nodes')
    call test%finish()
 
 contains
@@ -87,7 +88,7 @@ contains
          call system%add_row(last(points(p)), place, weight_of(last(points(p)), p), [0.0_wp, 0.0_wp, 1.0_wp], 1, 0.0_wp)
       end do
       call system%number_nodes(size(points))
-      system%mobility(:3, :system%nodes) = mobility
+      system%mobility(:3, :system%nodes%count) = mobility
       call system%set_scale(spread(0.0_wp, 1, size(points)))
       call system%group_rows()
    end subroutine fill
@@ -155,7 +156,8 @@ contains
                   do i = 1, l + 1
                      s = s + 1
                      all_come_back = all_come_back .and. &
-                                     all(system%place_of(system%grid_node(system%node(s))) == [at(i, 1), at(j, 2), at(k, 3)])
+                                     all(system%nodes%place_of(system%nodes%grid_node(system%node(s))) == &
+                                         [at(i, 1), at(j, 2), at(k, 3)])
                   end do
                end do
             end do

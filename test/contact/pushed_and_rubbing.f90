@@ -287,7 +287,7 @@ contains
       off = 0.0_wp
       associate (candidates => model%contact%candidates)
          do c = 1, candidates%count
-            call keep_worst(off, norm2(candidates%list(c)%drag) - mu*candidates%list(c)%force)
+            call keep_worst(off, norm2(candidates%list(c)%tangential_force) - mu*candidates%list(c)%force)
          end do
       end associate
    end function worst_point

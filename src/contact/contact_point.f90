@@ -1,0 +1,123 @@
+!> A contact point: the face of a particle that a tool may press in a step, the nodes that its force acts on, and what the step
+!> makes of it (theory.md, eqs contact-gap, contact-area, carried-gap).
+module m_contact_point
+   use m_kinds, only: wp
+   use m_constants, only: block_size
+   use m_node_values, only: v_x, v_z
+   use m_scene, only: boundary_symmetry
+   use m_tool, only: tool_t
+   use m_level, only: level_t
+   use m_grid_level, only: grid_level_t
+   use m_face_weights, only: face_weights_t, weigh
+   implicit none
+   private
+   public :: candidate_t, no_candidate, drift_of, touches, set_face, point_velocity, overlap_rate, margin
+
+   !> A particle that would end the step inside a tool, or within a margin of it.
+   type :: candidate_t
+      integer :: block = 0, particle = 0, tool = 0
+      type(face_weights_t) :: face        !< where its force acts: nodes and their weights
+      real(wp) :: normal(3) = 0.0_wp !< outward from the tool
+      real(wp) :: reflected_normal(3) = 0.0_wp !< the same, mirrored where the contact point has been folded back at a symmetry plane
+      real(wp) :: reflection(3) = 1.0_wp !< -1 for the components in which the two differ
+      real(wp) :: gap = 0.0_wp   !< of its contact point now, m
+      logical :: carried = .false. !< the gap is the one that the nodes have carried on from the last step (eq. carried-gap)
+      real(wp) :: drift = 0.0_wp !< that less the gap by the particle's place and shape, m
+      real(wp) :: speed = 0.0_wp !< of its contact point along the normal as the nodes have it without contact, m/s
+      real(wp) :: area = 0.0_wp  !< m2
+      real(wp) :: mass = 1.0_wp  !< kg
+      real(wp) :: force = 0.0_wp !< N
+      real(wp) :: opening = 0.0_wp !< speed at which its gap opens with that force, m/s
+      integer :: frictional = 0     !< place among the candidates with friction; 0 without
+      real(wp) :: tangent(3, 2) = 0.0_wp !< across the normal, as the tool sees them
+      real(wp) :: tangential_force(2) = 0.0_wp !< friction on the body along the tangents, N
+      real(wp) :: last_tangential_force(3) = 0.0_wp  !< the same in the last step, N
+      real(wp) :: from(3) = 0.0_wp       !< the particle's centre at the beginning of the step, m
+      real(wp) :: arm(3) = 0.0_wp        !< from there to the contact point, m
+      real(wp) :: velocity(3) = 0.0_wp   !< of the contact point as the step leaves the nodes; where the stress asks for it, m/s
+      logical :: slides = .false.  !< nothing is known of that velocity across the normal
+      logical :: touches = .false. !< its face ends the step on the tool (eq. contact-area)
+   end type candidate_t
+
+   type(candidate_t), parameter :: no_candidate = candidate_t() !< before anything is said of it
+   real(wp), parameter :: margin = 0.05_wp        !< candidates come in this far before they touch, in particle edges
+   real(wp), parameter :: touching = 1.0e-4_wp    !< a smaller gap is none, in particle edges
+   real(wp), parameter :: overlap_rate = 0.01_wp      !< overlap is taken back by at most this much a step, in particle edges
+
+contains
+
+   !> How far a pressed particle goes along the normal after its motion, m.
+   pure real(wp) function drift_of(c) result(drift)
+      type(candidate_t), intent(in) :: c
+      drift = 0.0_wp
+      if (.not. c%force > 0.0_wp) return
+      associate (most => overlap_rate*sqrt(c%area))
+         drift = min(max(c%drift, -most), most)
+      end associate
+   end function drift_of
+
+   !> True when a candidate that ends the step at a gap (m) counts as touching: where the gap is none, and where it is no wider than
+   !> the tool's surface bends over a cell, which the nodes cannot follow (eq. contact-area).
+   pure logical function touches(c, tools, level, gap)
+      type(candidate_t), intent(in) :: c
+      type(tool_t), intent(in) :: tools(:)
+      type(level_t), intent(in) :: level
+      real(wp), intent(in) :: gap
+      touches = gap < touching*sqrt(c%area)
+      if (touches .or. gap > margin*sqrt(c%area)) return
+      associate (column => level%blocks(c%block)%particles%column, x => level%layout%position)
+         touches = gap < tools(c%tool)%sagitta(column(c%particle, x:x + 2), c%normal, level%grid%cell)
+      end associate
+   end function touches
+
+   !> The nodes of a contact point and their weights. The traction acts on the face of the particle, not in its volume: a uniform
+   !> pressure then makes a uniform stress, wherever the surface stands in its cell (theory.md, eqs contact-nodes, face-mean). A
+   !> point beyond a symmetry plane is the mirror image of one inside, with the mirrored normal, and no face reaches beyond the
+   !> plane.
+   pure subroutine set_face(c, grid, block, node, turns, place, span)
+      type(candidate_t), intent(inout) :: c
+      type(grid_level_t), intent(in) :: grid
+      integer, intent(in) :: block(3)    !< place of the block
+      integer, intent(in) :: node(3)     !< in the middle of the particle's bin, from 0
+      logical, intent(in) :: turns       !< the domain's edges do
+      real(wp), intent(in) :: place(3)   !< of the contact point, in cells from the block's first node
+      real(wp), intent(in) :: span(3, 3) !< of the face around it, cells
+      real(wp) :: folded(3), halves(3, 3), beyond, reach
+      integer :: axis, side
+      folded = place
+      halves = span
+      do axis = 1, 3
+         do side = 1, 2
+            if (grid%boundary(side, axis) /= boundary_symmetry) cycle
+            beyond = place(axis) + block_size*block(axis) - merge(0, grid%cells(axis), side == 1)
+            reach = sum(abs(span(axis, :)))
+            if (reach > abs(beyond)) halves(axis, :) = span(axis, :)*abs(beyond)/reach
+            if (merge(beyond >= 0.0_wp, beyond <= 0.0_wp, side == 1)) cycle
+            folded(axis) = place(axis) - 2.0_wp*beyond
+            c%reflection(axis) = -1.0_wp
+         end do
+      end do
+      c%reflected_normal = c%reflection*c%normal
+      call weigh(c%face, node, folded, halves, turns)
+   end subroutine set_face
+
+   !> Velocity (m/s) that a contact point gets from the solved nodes, as the tool sees it.
+   pure function point_velocity(level, c) result(velocity)
+      type(level_t), intent(in) :: level
+      type(candidate_t), intent(in) :: c
+      real(wp) :: velocity(3)
+      integer :: i, j, k
+      velocity = 0.0_wp
+      do k = 0, c%face%last
+         do j = 0, c%face%last
+            do i = 0, c%face%last
+               associate (at => c%face%corner + 1 + [i, j, k])
+                  velocity = velocity + c%face%weight(i, j, k)*level%nodes(v_x:v_z, at(1), at(2), at(3), c%block)
+               end associate
+            end do
+         end do
+      end do
+      velocity = c%reflection*velocity
+   end function point_velocity
+
+end module m_contact_point

@@ -1,0 +1,113 @@
+!> The reactions of the tools: what contact forces do to them in a step, added up over the candidates of all ranks, and the work that
+!> comes of it.
+module m_tool_reactions
+   use mpi_f08
+   use m_kinds, only: wp
+   use m_communicator, only: communicator_t
+   use m_tool, only: tool_t
+   use m_level, only: level_t
+   use m_contact_point, only: candidate_t, drift_of, point_velocity
+   use m_candidates, only: candidates_t
+   implicit none
+   private
+   public :: tool_state_t, reaction_t, accumulate_reactions, add_particle_work, add_up
+
+   !> What one tool has met, over all ranks: in the last step, and since the start.
+   type :: tool_state_t
+      real(wp) :: load(3) = 0.0_wp      !< on the tool, N, for the modelled part of the body
+      real(wp) :: area = 0.0_wp         !< faces of the particles that touch the tool, m2
+      real(wp) :: overlap = 0.0_wp      !< deepest place of a contact point inside the tool at the start of the step, m
+      real(wp) :: work = 0.0_wp         !< done by the tool since the start, J
+      real(wp) :: heat = 0.0_wp         !< made by friction since the start, J
+      real(wp) :: constraint_work = 0.0_wp !< done on the bodies by the condition itself, beyond the tool's own, since the start, J
+      real(wp) :: particle_work = 0.0_wp !< done on the particles by their own motion since the start, J: work less heat
+      real(wp) :: impulse(3) = 0.0_wp   !< given to the bodies since the program began, N s
+   contains
+      procedure :: book
+   end type tool_state_t
+
+   !> What the candidates of a step do to one tool: numbers alone, for they are added up over the ranks as they stand.
+   type :: reaction_t
+      sequence
+      real(wp) :: load(3) = 0.0_wp         !< on the tool, N
+      real(wp) :: area = 0.0_wp            !< faces of the particles that touch it, m2
+      real(wp) :: heat = 0.0_wp            !< J
+      real(wp) :: particle_work = 0.0_wp   !< J
+      real(wp) :: constraint_work = 0.0_wp !< J
+      real(wp) :: candidates = 0.0_wp      !< how many
+   end type reaction_t
+
+   integer, parameter :: reaction_reals = storage_size(reaction_t())/storage_size(1.0_wp)
+
+contains
+
+   !> Reactions of the tools to this rank's candidates, and what friction takes from the motion by how the contact points slip at the
+   !> step's end.
+   pure subroutine accumulate_reactions(reactions, candidates, tools, level, time_step)
+      type(reaction_t), intent(out) :: reactions(:) !< (tools)
+      type(candidates_t), intent(in) :: candidates
+      type(tool_t), intent(in) :: tools(:)
+      type(level_t), intent(in) :: level
+      real(wp), intent(in) :: time_step !< s
+      real(wp) :: tangential(3)
+      integer :: c
+      do c = 1, candidates%count
+         associate (it => candidates%list(c), sums => reactions(candidates%list(c)%tool))
+            sums%load = sums%load - it%force*it%normal
+            if (it%touches) sums%area = sums%area + it%area
+            sums%candidates = sums%candidates + 1.0_wp
+            sums%constraint_work = sums%constraint_work + time_step*it%force*it%opening
+            if (it%frictional == 0) cycle
+            tangential = matmul(it%tangent, it%tangential_force)
+            sums%load = sums%load - tangential
+            sums%heat = sums%heat - time_step*dot_product(tangential, point_velocity(level, it) - tools(it%tool)%velocity())
+         end associate
+      end do
+   end subroutine accumulate_reactions
+
+   !> What the forces of the step do on pressed particles of one block by the motion that these have just made: that of the centre,
+   !> and dt L arm.
+   pure subroutine add_particle_work(reactions, list, column, gradient, way_to, time_step)
+      type(reaction_t), intent(inout) :: reactions(:) !< (tools)
+      type(candidate_t), intent(in) :: list(:)        !< of the block
+      real(wp), intent(in), contiguous :: column(:, :), gradient(:, :) !< of its particles; (:, 9), 1/s: L
+      integer, intent(in) :: way_to     !< first column of the centres at the end of the step
+      real(wp), intent(in) :: time_step !< s
+      real(wp) :: force(3), way(3)
+      integer :: c
+      do c = 1, size(list)
+         associate (it => list(c), work => reactions(list(c)%tool)%particle_work)
+            force = it%force*it%normal
+            if (it%frictional > 0) force = force + matmul(it%tangent, it%tangential_force)
+            way = column(it%particle, way_to:way_to + 2) - it%from + drift_of(it)*it%normal &
+                  + time_step*matmul(reshape(gradient(it%particle, :), [3, 3]), it%arm)
+            work = work + dot_product(force, way)
+         end associate
+      end do
+   end subroutine add_particle_work
+
+   !> Collective: reactions of all ranks, and the deepest overlaps.
+   subroutine add_up(communicator, reactions, overlap)
+      type(communicator_t), intent(in) :: communicator
+      type(reaction_t), intent(inout), contiguous :: reactions(:) !< (tools)
+      real(wp), intent(inout), contiguous :: overlap(:)           !< (tools), m
+      call MPI_Allreduce(MPI_IN_PLACE, reactions, reaction_reals*size(reactions), MPI_DOUBLE_PRECISION, MPI_SUM, communicator%comm)
+      call MPI_Allreduce(MPI_IN_PLACE, overlap, size(overlap), MPI_DOUBLE_PRECISION, MPI_MAX, communicator%comm)
+   end subroutine add_up
+
+   !> Book the reaction of a step, of all ranks, on a tool that had this velocity in it.
+   pure subroutine book(self, reaction, velocity, time_step)
+      class(tool_state_t), intent(inout) :: self
+      type(reaction_t), intent(in) :: reaction
+      real(wp), intent(in) :: velocity(3) !< m/s
+      real(wp), intent(in) :: time_step   !< s
+      self%load = reaction%load
+      self%area = reaction%area
+      self%heat = self%heat + reaction%heat
+      self%particle_work = self%particle_work + reaction%particle_work
+      self%constraint_work = self%constraint_work + reaction%constraint_work
+      self%work = self%work - time_step*dot_product(self%load, velocity)
+      self%impulse = self%impulse - time_step*self%load
+   end subroutine book
+
+end module m_tool_reactions
