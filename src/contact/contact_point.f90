@@ -18,7 +18,8 @@ module m_contact_point
       integer :: block = 0, particle = 0, tool = 0
       type(face_weights_t) :: face        !< where its force acts: nodes and their weights
       real(wp) :: normal(3) = 0.0_wp !< outward from the tool
-      real(wp) :: reflected_normal(3) = 0.0_wp !< the same, mirrored where the contact point has been folded back at a symmetry plane
+      real(wp) :: reflected_normal(3) = 0.0_wp !< the same, mirrored where the contact point has been folded back at a symmetry
+                                               !< plane
       real(wp) :: reflection(3) = 1.0_wp !< -1 for the components in which the two differ
       real(wp) :: gap = 0.0_wp   !< of its contact point now, m
       logical :: carried = .false. !< the gap is the one that the nodes have carried on from the last step (eq. carried-gap)

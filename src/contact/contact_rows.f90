@@ -16,7 +16,8 @@ module m_contact_rows
    private
    public :: assemble, move_nodes
 
-   real(wp), parameter :: stick_compliance = 10.0_wp !< compliance of sticking points, in that of the normal forces; only changes count
+   real(wp), parameter :: stick_compliance = 10.0_wp !< compliance of sticking points, in that of the normal forces; only changes
+                                                     !< count
 
 contains
 

@@ -1,5 +1,5 @@
-!> The reactions of the tools: what contact forces do to them in a step, added up over the candidates of all ranks, and the work that
-!> comes of it.
+!> The reactions of the tools: what contact forces do to them in a step, added up over the candidates of all ranks, and the work
+!> that comes of it.
 module m_tool_reactions
    use mpi_f08
    use m_kinds, only: wp
@@ -41,8 +41,8 @@ module m_tool_reactions
 
 contains
 
-   !> Reactions of the tools to this rank's candidates, and what friction takes from the motion by how the contact points slip at the
-   !> step's end.
+   !> Reactions of the tools to this rank's candidates, and what friction takes from the motion by how the contact points slip at
+   !> the step's end.
    pure subroutine accumulate_reactions(reactions, candidates, tools, level, time_step)
       type(reaction_t), intent(out) :: reactions(:) !< (tools)
       type(candidates_t), intent(in) :: candidates
