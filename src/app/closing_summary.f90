@@ -149,9 +149,9 @@ contains
       resting = model%communicator%sum_count(model%particle_steps_at_rest)
       splits = model%communicator%sum_count(model%splits)
       at_end = model%communicator%sum_count(model%particle_count())
-      messages = model%communicator%maximum(real(sum(model%exchange%messages) + sum(model%composite%messages), wp) &
+      messages = model%communicator%maximum(real(sum(model%exchange%messages) + sum(model%composite%exchange%messages), wp) &
                                             /course%steps)
-      bytes = model%communicator%maximum(real(sum(model%exchange%bytes) + sum(model%composite%bytes), wp) &
+      bytes = model%communicator%maximum(real(sum(model%exchange%bytes) + sum(model%composite%exchange%bytes), wp) &
                                          /course%steps)
       if (resting > 0) call facts%say('at rest: '//to_text(100.0_wp*resting/particle_steps, 3)// &
                                       ' % of the particle-steps had nothing to do')

@@ -1,70 +1,53 @@
-!> One composite space of two levels: the nodes of the finer one that are not inside its region are constrained nodes of the nodes
-!> of the coarser one (theory.md, eqs constrained, restriction, half-steps).
+!> One composite space of two levels: the nodes of the finer one that are not inside its region are
+!> constrained nodes of the nodes of the coarser one (theory.md, eqs constrained, restriction, half-steps).
 !>
-!> Between an edge block (m_edge) and its parent travels one patch of nodes each way: up what the constrained nodes were given, down
-!> how they move. Ranks exchange one message a neighbour and way.
+!> Between an edge block (m_edge) and its parent travels one patch of nodes each way: up what the constrained
+!> nodes were given, down how they move.
 module m_composite
-   use mpi_f08
    use m_kinds, only: wp, i8
-   use m_constants, only: block_size
    use m_node_values, only: node_values, tile_last, mass_, p_x, p_z, v_x, v_z, f_x, f_z, a_x, a_z, spare_
    use m_sorting, only: sorted_order
    use m_communicator, only: communicator_t
    use m_level, only: level_t, fit_pool
    use m_boundary, only: apply_boundary
-   use m_edge, only: edge_t, has_constrained, list_constrained, restrict_edge, take_lead, copy_patch, take_leads, set_motion, &
-                     set_leads, &
-                     patch_last, lead_first, lead_last
+   use m_edge, only: edge_t, has_constrained, make_edge, restrict_sums, restrict_lag, prolong_motion, &
+                     prolong_lag, interpolate_motion, interpolate_lag, patch_last, lag_first, lag_last
+   use m_patch_exchange, only: patch_exchange_t
    implicit none
    private
-   public :: composite_t, clear_covered
+   public :: composite_t
 
+   !> Without edges, as beyond the finest and the coarsest level, it is empty: nothing is asked of any block.
    type :: composite_t
-      type(edge_t), allocatable :: edges(:) !< of this rank's blocks by rising index, then those of others with their parent here
-      integer :: own = 0                    !< of them, how many are of this rank's blocks
-      integer, allocatable :: edge_of(:)    !< edge of each of this rank's blocks of the finer level, 0 without constrained nodes
-      logical, allocatable :: is_parent(:)  !< of this rank's blocks of the coarser level
-      logical, allocatable :: receives(:) !< they hold nodes on which constrained nodes depend: parents and the blocks next to them
-      logical, allocatable, private :: adds(:) !< blocks next to those
-      integer :: messages_each(2) = 0       !< sent by this rank in one exchange, up and down
-      integer(i8) :: bytes_each(2) = 0
-      integer(i8) :: messages = 0, bytes = 0 !< sent by this rank over the run
-      logical :: labelled = .false.         !< particles at the edge have been pushed to different times, and carry velocity
-                                            !< gradients
-      integer, private :: values = node_values !< of a node of a patch; 3 more where there are labels
-      integer, allocatable, private :: by_index(:) !< edges with their parent here, by rising index of the block: the order in which
-                                                   !< a parent adds
-      real(wp), allocatable, private :: up(:, :, :, :, :), down(:, :, :, :, :) !< (values, 0:5, 0:5, 0:5, edges)
-      real(wp), allocatable, private :: first(:, :, :, :, :) !< what was restricted up in the first of two steps, of the own edges
-      real(wp), allocatable :: pushed(:, :, :, :, :) !< what effects on nodes add to the acceleration of the coarser ones, where
-                                                     !< there are any: (3, 0:9, 0:9, 0:9, blocks), m/s2
+      type(patch_exchange_t) :: exchange
+      logical :: corrects_lag = .false.       !< velocities at the edge have several time levels, and particles
+                                              !< carry their gradients (eq. lag)
+      logical, allocatable :: receiving(:)    !< of this rank's blocks of the coarser level: receives(b)
+      type(edge_t), allocatable, private :: edges(:) !< of this rank's blocks by rising index, then those of
+                                                     !< others with their parent here
+      integer, private :: own = 0             !< of them, how many are of this rank's blocks
+      integer, allocatable, private :: by_index(:) !< those with their parent here, by rising index of the block:
+                                                   !< the order in which a parent adds
+      integer, allocatable, private :: edge_of(:) !< of each of this rank's finer blocks, 0 without one
+      logical, allocatable, private :: parents(:) !< of this rank's blocks of the coarser level
+      logical, allocatable, private :: adds(:)    !< blocks next to those that receive
       integer, allocatable, private :: receiver(:) !< number of a block among those that receive, 0 for others
-      real(wp), allocatable, private :: grown(:, :, :, :, :) !< eq. lead, of the nodes of these: force of the finer level that has
-                                                             !< grown, N, (3, 0:9, 0:9, 0:9, receivers)
-      real(wp), allocatable, private :: ahead(:, :, :, :, :) !< and the velocity that gradients of coarser particles are ahead by,
-                                                             !< m/s
-      real(wp), allocatable, private :: own_mass(:, :, :, :) !< of the nodes of blocks that add to sums of what is restricted up,
-                                                             !< without that: (0:9, 0:9, 0:9, blocks)
-      integer, allocatable, private :: ranks(:)
-      type(MPI_Datatype), allocatable, private :: of_blocks(:), of_parents(:) !< patches shared with each rank: of own blocks, own
-                                                                              !< parents
-      integer, allocatable, private :: patches(:, :) !< how many these are: (2, ranks)
+      integer, private :: values = node_values    !< of a node of a patch; 3 more where the lag is corrected
+      real(wp), dimension(:, :, :, :, :), allocatable, private :: up, down, & !< (values, 0:5, 0:5, 0:5, edges)
+                                                                  first !< `up` in the first of two steps, own
+      ! of the nodes of the coarser level's tiles, (3, 0:9, 0:9, 0:9):
+      real(wp), allocatable, private :: pushed(:, :, :, :, :)       !< acceleration by effects on nodes, m/s2
+      real(wp), allocatable, private :: lag_force(:, :, :, :, :)    !< of the finer level's grown stress, N
+      real(wp), allocatable, private :: lag_velocity(:, :, :, :, :) !< that gradients of coarser particles are
+                                                                    !< ahead by, m/s
+      real(wp), allocatable, private :: own_mass(:, :, :, :)        !< without what is restricted, kg
    contains
       procedure :: build
-      procedure :: restrict
-      procedure :: restrict_change
-      procedure :: add_to_parents
-      procedure :: collect_change
-      procedure :: collect_grown
-      procedure :: keep_grown
-      procedure :: lead_constrained
-      procedure :: lead_parents
-      procedure :: prolong
-      procedure :: correct
-      procedure :: send_prolonged
-      procedure :: set_constrained
+      procedure :: is_parent, receives, has_edge, constrained
+      procedure :: restrict, restrict_change, add_to_parents, collect_change
+      procedure :: collect_lag_force, keep_lag_force, set_constrained_lag, add_parent_lag
+      procedure :: prolong, correct, set_constrained, keep_push
       procedure :: release
-      procedure, private :: exchange
    end type composite_t
 
 contains
@@ -75,166 +58,135 @@ contains
       type(communicator_t), intent(in) :: communicator
       type(level_t), intent(inout) :: coarse !< gets tiles for what is restricted up
       type(level_t), intent(in) :: fine
-      integer :: index, n, pass, place(3), parent(3), b
+      integer, allocatable :: own(:), others(:), numbers(:), indices(:) !< own blocks' numbers, others' indices
+      integer :: b, index, n, place(3)
       call self%release()
-      self%labelled = fine%layout%labels_gradients()
-      self%values = merge(lead_last, node_values, self%labelled)
+      self%corrects_lag = fine%layout%corrects_lag()
+      self%values = merge(lag_last, node_values, self%corrects_lag)
+      n = size(coarse%blocks)
+      allocate (self%parents(n), self%receiving(n), self%adds(n), source=.false.)
+      own = pack([(b, b=1, size(fine%blocks))], &
+                 [(has_constrained(fine%region, fine%blocks(b)%place), b=1, size(fine%blocks))])
+      allocate (others(0))
+      do index = 1, product(fine%grid%blocks)
+         place = fine%grid%block_place(index)
+         if (fine%owner_at(place) < 0) cycle
+         if (.not. has_constrained(fine%region, place)) cycle
+         do b = 1, size(coarse%blocks)
+            associate (distance => maxval(abs(coarse%blocks(b)%place - place/2)))
+               self%parents(b) = self%parents(b) .or. distance == 0
+               self%receiving(b) = self%receiving(b) .or. distance <= 1
+               self%adds(b) = self%adds(b) .or. distance <= 2
+            end associate
+         end do
+         associate (here => communicator%rank)
+            if (fine%owner_at(place) /= here .and. coarse%owner_at(place/2) == here) others = [others, index]
+         end associate
+      end do
+      self%own = size(own)
       allocate (self%edge_of(size(fine%blocks)), source=0)
-      associate (n => size(coarse%blocks))
-         allocate (self%is_parent(n), self%receives(n), self%adds(n), source=.false.)
-      end associate
-      do pass = 1, 2 ! count, then list
-         n = 0
-         do b = 1, size(fine%blocks)
-            if (.not. has_constrained(fine%region, fine%blocks(b)%place)) cycle
-            n = n + 1
-            if (pass == 2) call fill_edge(self%edges(n), fine%blocks(b)%index, b)
-            if (pass == 2) self%edge_of(b) = n
-         end do
-         self%own = n
-         do index = 1, product(fine%grid%blocks)
-            place = fine%grid%block_place(index)
-            if (fine%owner_at(place) < 0) cycle
-            if (.not. has_constrained(fine%region, place)) cycle
-            parent = place/2
-            do b = 1, size(coarse%blocks)
-               associate (distance => maxval(abs(coarse%blocks(b)%place - parent)))
-                  if (distance == 0) self%is_parent(b) = .true.
-                  if (distance <= 1) self%receives(b) = .true.
-                  if (distance <= 2) self%adds(b) = .true.
-               end associate
-            end do
-            if (fine%owner_at(place) == communicator%rank .or. coarse%owner_at(parent) /= communicator%rank) cycle
-            n = n + 1
-            if (pass == 2) call fill_edge(self%edges(n), index, 0)
-         end do
-         if (pass == 1) allocate (self%edges(n))
+      allocate (self%edges(size(own) + size(others)))
+      self%edge_of(own) = [(n, n=1, size(own))]
+      numbers = [own, 0*others]
+      indices = [fine%blocks(own)%index, others]
+      do n = 1, size(self%edges)
+         self%edges(n) = make_edge(coarse, fine, communicator%rank, indices(n), numbers(n))
       end do
       self%by_index = pack([(n, n=1, size(self%edges))], self%edges%parent > 0)
-      self%by_index = self%by_index(sorted_order(int(self%edges(self%by_index)%index, i8), int(self%by_index, i8)))
+      self%by_index = self%by_index(sorted_order(int(self%edges(self%by_index)%index, i8), &
+                                                 int(self%by_index, i8)))
       n = size(self%edges)
       allocate (self%up(self%values, 0:patch_last, 0:patch_last, 0:patch_last, n), source=0.0_wp)
       allocate (self%down(self%values, 0:patch_last, 0:patch_last, 0:patch_last, n), source=0.0_wp)
       allocate (self%first(self%values, 0:patch_last, 0:patch_last, 0:patch_last, self%own), source=0.0_wp)
-      self%receiver = merge([(count(self%receives(:b)), b=1, size(self%receives))], 0, self%receives)
-      n = merge(count(self%receives), 0, self%labelled)
-      allocate (self%grown(3, 0:tile_last, 0:tile_last, 0:tile_last, n), source=0.0_wp)
-      allocate (self%ahead(3, 0:tile_last, 0:tile_last, 0:tile_last, n), source=0.0_wp)
+      self%receiver = merge([(count(self%receiving(:b)), b=1, size(self%receiving))], 0, self%receiving)
+      n = merge(count(self%receiving), 0, self%corrects_lag)
+      allocate (self%lag_force(3, 0:tile_last, 0:tile_last, 0:tile_last, n), source=0.0_wp)
+      allocate (self%lag_velocity(3, 0:tile_last, 0:tile_last, 0:tile_last, n), source=0.0_wp)
       allocate (self%own_mass(0:tile_last, 0:tile_last, 0:tile_last, size(coarse%blocks)))
       call fit_pool(coarse%restricted, size(coarse%blocks) + size(coarse%ghost_index))
-      call make_messages(self, communicator, coarse, fine)
-   contains
-      subroutine fill_edge(edge, index, b)
-         type(edge_t), intent(inout) :: edge
-         integer, intent(in) :: index, b
-         integer :: place(3), home(3)
-         place = fine%grid%block_place(index)
-         home = place/2
-         edge%index = index
-         edge%block = b
-         if (coarse%owner_at(home) == communicator%rank) edge%parent = coarse%slot(home(1), home(2), home(3))
-         edge%corner = block_size/2*modulo(place, 2)
-         if (b > 0) call list_constrained(edge, fine, place)
-      end subroutine fill_edge
+      call self%exchange%build(self%edges%rank_beyond, self%own, communicator, &
+                               self%values*(patch_last + 1)**3)
    end subroutine build
 
-   !> Which patches go to and come from which rank.
-   subroutine make_messages(self, communicator, coarse, fine)
-      class(composite_t), intent(inout) :: self
-      type(communicator_t), intent(in) :: communicator
-      type(level_t), intent(in) :: coarse, fine
-      integer :: other(size(self%edges)), e, r, n
-      do e = 1, size(self%edges)
-         if (e > self%own) then
-            other(e) = fine%owner_at(fine%grid%block_place(self%edges(e)%index))
-         else
-            other(e) = coarse%owner_at(fine%grid%block_place(self%edges(e)%index)/2)
-            if (other(e) == communicator%rank) other(e) = -1
-         end if
-      end do
-      self%ranks = pack([(r, r=0, communicator%ranks - 1)], [(any(other == r), r=0, communicator%ranks - 1)])
-      n = size(self%ranks)
-      allocate (self%of_blocks(n), self%of_parents(n), self%patches(2, n))
-      do r = 1, n
-         call make_type(pack([(e - 1, e=1, self%own)], other(:self%own) == self%ranks(r)), self%values, self%of_blocks(r), &
-                        self%patches(1, r))
-         call make_type(pack([(e - 1, e=self%own + 1, size(other))], other(self%own + 1:) == self%ranks(r)), self%values, &
-                        self%of_parents(r), self%patches(2, r))
-      end do
-      self%messages_each = count(self%patches > 0, dim=2)
-      self%bytes_each = 8_i8*self%values*(patch_last + 1)**3*sum(self%patches, dim=2)
-   end subroutine make_messages
+   !> True when the finer level restricts to a block of the coarser one.
+   pure logical function is_parent(self, b)
+      class(composite_t), intent(in) :: self
+      integer, intent(in) :: b
+      is_parent = .false.
+      if (allocated(self%parents)) is_parent = self%parents(b)
+   end function is_parent
 
-   !> The datatype of some patches of a pool.
-   subroutine make_type(numbers, values_of_node, datatype, patches)
-      integer, intent(in) :: numbers(:) !< of the patches, from 0
-      integer, intent(in) :: values_of_node
-      type(MPI_Datatype), intent(out) :: datatype
-      integer, intent(out) :: patches
-      integer :: values
-      values = values_of_node*(patch_last + 1)**3
-      patches = size(numbers)
-      call MPI_Type_create_indexed_block(patches, values, values*numbers, MPI_DOUBLE_PRECISION, datatype)
-      call MPI_Type_commit(datatype)
-   end subroutine make_type
+   !> True when a block of the coarser level holds nodes on which constrained nodes depend: parents and the
+   !> blocks next to them.
+   pure logical function receives(self, b)
+      class(composite_t), intent(in) :: self
+      integer, intent(in) :: b
+      receives = .false.
+      if (allocated(self%receiving)) receives = self%receiving(b)
+   end function receives
 
-   !> Nodes of the coarser level inside the region have no particles; what a particle that touches the edge gives them by rounding
-   !> is dropped. It would be a node of hardly any mass, with an acceleration without bound.
-   pure subroutine clear_covered(coarse, fine)
-      type(level_t), intent(inout) :: coarse
-      type(level_t), intent(in) :: fine
-      integer :: b, i, j, k, first(3)
-      do b = 1, size(coarse%blocks)
-         first = block_size*coarse%blocks(b)%place - 1
-         if (.not. fine%region%overlaps(coarse%blocks(b)%origin - coarse%grid%cell, &
-                                        coarse%blocks(b)%origin + (block_size + 1)*coarse%grid%cell)) cycle
-         do k = 0, tile_last
-            do j = 0, tile_last
-               do i = 0, tile_last
-                  if (fine%region%is_inner(2*(first + [i, j, k]))) coarse%nodes(:, i, j, k, b) = 0.0_wp
-               end do
-            end do
-         end do
-      end do
-   end subroutine clear_covered
+   !> True when the tile of a block of the finer level holds constrained nodes.
+   pure logical function has_edge(self, b)
+      class(composite_t), intent(in) :: self
+      integer, intent(in) :: b
+      has_edge = .false.
+      if (allocated(self%edge_of)) has_edge = self%edge_of(b) > 0
+   end function has_edge
 
-   !> What the constrained nodes were given, to the patches: mass, momentum less what it is ahead by, force, with the weights of eq.
-   !> constrained. `nodes` of the finer level holds sums. Kept as that of a first step.
+   !> The constrained nodes of a block of the finer level: (4, nodes), as in an edge.
+   pure function constrained(self, b) result(nodes)
+      class(composite_t), intent(in) :: self
+      integer, intent(in) :: b
+      integer, allocatable :: nodes(:, :)
+      allocate (nodes(4, 0))
+      if (self%has_edge(b)) nodes = self%edges(self%edge_of(b))%constrained
+   end function constrained
+
+   !> What the constrained nodes were given, to the patches: mass, momentum less what it is ahead by, force,
+   !> with the weights of eq. constrained. `nodes` of the finer level holds sums. Kept as that of a first
+   !> step.
    subroutine restrict(self, communicator, fine, half)
       class(composite_t), intent(inout) :: self
       type(communicator_t), intent(in) :: communicator
       type(level_t), intent(inout) :: fine !< a work list of it is used
       real(wp), intent(in) :: half !< the finer step, s
       integer :: e
-      do e = 1, self%own
-         call restrict_edge(self%edges(e), fine%grid, fine%blocks(self%edges(e)%block)%place, &
-                            fine%nodes(:, :, :, :, self%edges(e)%block), fine%layout%gradient > 0, self%up(:, :, :, :, e))
-      end do
+      call restrict_own(self, fine)
       self%first = self%up(:, :, :, :, :self%own)
       if (fine%layout%edge_stress > 0) then
          do e = 1, self%own
-            call take_lead(self%edges(e), fine, half, self%up(:, :, :, :, e))
+            call restrict_lag(self%edges(e), fine, half, self%up(:, :, :, :, e))
          end do
       end if
-      call self%exchange(communicator, self%up, upwards=.true.)
+      call self%exchange%exchange(communicator, self%up, upwards=.true.)
    end subroutine restrict
 
-   !> The same in the second of two steps: mass (1 and 8), momentum (2 to 4), the change of force since the first (5 to 7).
+   !> The same in the second of two steps: mass (also as `spare`), momentum, the change of force since the
+   !> first.
    subroutine restrict_change(self, communicator, fine)
       class(composite_t), intent(inout) :: self
       type(communicator_t), intent(in) :: communicator
       type(level_t), intent(in) :: fine
+      call restrict_own(self, fine)
+      associate (up => self%up(:, :, :, :, :self%own))
+         up(spare_, :, :, :, :) = up(mass_, :, :, :, :)
+         up(f_x:f_z, :, :, :, :) = up(f_x:f_z, :, :, :, :) - self%first(f_x:f_z, :, :, :, :)
+      end associate
+      call self%exchange%exchange(communicator, self%up, upwards=.true.)
+   end subroutine restrict_change
+
+   subroutine restrict_own(self, fine)
+      class(composite_t), intent(inout) :: self
+      type(level_t), intent(in) :: fine
       integer :: e
       do e = 1, self%own
-         associate (up => self%up(:, :, :, :, e), first => self%first(:, :, :, :, e))
-            call restrict_edge(self%edges(e), fine%grid, fine%blocks(self%edges(e)%block)%place, &
-                               fine%nodes(:, :, :, :, self%edges(e)%block), fine%layout%gradient > 0, up)
-            up(spare_, :, :, :) = up(mass_, :, :, :)
-            up(f_x:f_z, :, :, :) = up(f_x:f_z, :, :, :) - first(f_x:f_z, :, :, :)
+         associate (b => self%edges(e)%block)
+            call restrict_sums(self%edges(e), fine%grid, fine%blocks(b)%place, fine%nodes(:, :, :, :, b), &
+                               fine%layout%gradient > 0, self%up(:, :, :, :, e))
          end associate
       end do
-      call self%exchange(communicator, self%up, upwards=.true.)
-   end subroutine restrict_change
+   end subroutine restrict_own
 
    !> Before the sum over blocks of the coarser level: add the patches to what its own particles gave.
    subroutine add_to_parents(self, coarse)
@@ -244,23 +196,28 @@ contains
       do b = 1, size(coarse%blocks)
          if (self%adds(b)) self%own_mass(:, :, :, b) = coarse%nodes(mass_, :, :, :, b)
       end do
-      call add_patches(self, coarse%nodes)
+      call add_patches(self, coarse%nodes, 1, 1, node_values)
    end subroutine add_to_parents
 
-   subroutine add_patches(self, tiles)
+   !> Add some values of the nodes of the patches to those of the parents' tiles.
+   subroutine add_patches(self, tiles, to, from, values)
       class(composite_t), intent(in) :: self
       real(wp), intent(inout) :: tiles(node_values, 0:tile_last, 0:tile_last, 0:tile_last, *)
+      integer, intent(in) :: to, from, values !< the first in a tile and in a patch, and how many
       integer :: c, e
       do c = 1, size(self%by_index)
          e = self%by_index(c)
-         associate (a => self%edges(e)%corner, z => self%edges(e)%corner + patch_last, b => self%edges(e)%parent)
-            tiles(:, a(1):z(1), a(2):z(2), a(3):z(3), b) = tiles(:, a(1):z(1), a(2):z(2), a(3):z(3), b) &
-                                                           + self%up(:node_values, :, :, :, e)
+         associate (a => self%edges(e)%corner, z => self%edges(e)%corner + patch_last, &
+                    b => self%edges(e)%parent)
+            tiles(to:to + values - 1, a(1):z(1), a(2):z(2), a(3):z(3), b) = &
+               tiles(to:to + values - 1, a(1):z(1), a(2):z(2), a(3):z(3), b) &
+                  + self%up(from:from + values - 1, :, :, :, e)
          end associate
       end do
    end subroutine add_patches
 
-   !> In the second of two finer steps: the mass that the particles of the coarser level gave, and the patches, as `restricted`.
+   !> In the second of two finer steps: the mass that the particles of the coarser level gave, and the
+   !> patches, as `restricted`.
    subroutine collect_change(self, coarse)
       class(composite_t), intent(in) :: self
       type(level_t), intent(inout) :: coarse
@@ -270,249 +227,218 @@ contains
          coarse%restricted(mass_, :, :, :, b) = self%own_mass(:, :, :, b)
          coarse%restricted(p_x:, :, :, :, b) = 0.0_wp
       end do
-      call add_patches(self, coarse%restricted)
+      call add_patches(self, coarse%restricted, 1, 1, node_values)
    end subroutine collect_change
 
-   !> Between the two sums of a coarser step a third, where there are labels: the forces that have grown, in place of momenta, as
-   !> `restricted`.
-   subroutine collect_grown(self, coarse)
+   !> Between the two sums of a coarser step a third, where the lag is corrected: the forces of the stress
+   !> that has grown, in place of momenta, as `restricted`.
+   subroutine collect_lag_force(self, coarse)
       class(composite_t), intent(in) :: self
       type(level_t), intent(inout) :: coarse
-      integer :: b, c, e
+      integer :: b
       do b = 1, size(coarse%blocks)
          if (self%adds(b)) coarse%restricted(:, :, :, :, b) = 0.0_wp
       end do
-      do c = 1, size(self%by_index)
-         e = self%by_index(c)
-         associate (a => self%edges(e)%corner, z => self%edges(e)%corner + patch_last, b => self%edges(e)%parent)
-            coarse%restricted(p_x:p_z, a(1):z(1), a(2):z(2), a(3):z(3), b) = coarse%restricted(p_x:p_z, a(1):z(1), a(2):z(2), &
-                  a(3):z(3), b) &
-                                                                     + self%up(lead_first:lead_last, :, :, :, e)
-         end associate
-      end do
-   end subroutine collect_grown
+      call add_patches(self, coarse%restricted, p_x, lag_first, 3)
+   end subroutine collect_lag_force
 
-   !> The sum of that over blocks and ranks, for block b, which receives.
-   subroutine keep_grown(self, b, sums)
+   !> The sum of that over blocks and ranks, of the blocks that receive.
+   subroutine keep_lag_force(self, coarse)
+      class(composite_t), intent(inout) :: self
+      type(level_t), intent(in) :: coarse
+      integer :: b
+      do b = 1, size(coarse%blocks)
+         if (self%receiving(b)) &
+            self%lag_force(:, :, :, :, self%receiver(b)) = coarse%restricted(p_x:p_z, :, :, :, b)
+      end do
+   end subroutine keep_lag_force
+
+   !> What effects on nodes add to the acceleration of the nodes of block b of the coarser level, m/s2.
+   subroutine keep_push(self, b, push)
       class(composite_t), intent(inout) :: self
       integer, intent(in) :: b
-      real(wp), intent(in) :: sums(node_values, 0:tile_last, 0:tile_last, 0:tile_last)
-      self%grown(:, :, :, :, self%receiver(b)) = sums(v_x:v_z, :, :, :)
-   end subroutine keep_grown
+      real(wp), intent(in) :: push(3, 0:tile_last, 0:tile_last, 0:tile_last)
+      if (.not. allocated(self%pushed)) &
+         allocate (self%pushed(3, 0:tile_last, 0:tile_last, 0:tile_last, size(self%receiving)), source=0.0_wp)
+      self%pushed(:, :, :, :, b) = push
+   end subroutine keep_push
 
-   !> What velocity gradients of constrained nodes are to know of the forces on the nodes of a parent, as an acceleration in the
-   !> places of a velocity, inside the boundary conditions: of the finer level's force what has grown, and what effects push all
-   !> nodes with.
-   pure subroutine known_to_gradients(self, coarse, b, mass, growth, tile)
+   !> What velocity gradients of constrained nodes are to know of the forces on the nodes of a parent (eq.
+   !> lag), as an acceleration in the places of a velocity, inside the boundary conditions: the finer level's
+   !> force of the stress that has grown, and what effects push all nodes with. In the second half step that
+   !> force is extrapolated to when it will be taken back.
+   pure subroutine gradient_acceleration(self, coarse, b, tile, sums)
       class(composite_t), intent(in) :: self
       type(level_t), intent(in) :: coarse
       integer, intent(in) :: b
-      real(wp), intent(in) :: mass(0:tile_last, 0:tile_last, 0:tile_last)      !< kg
-      real(wp), intent(in) :: growth(3, 0:tile_last, 0:tile_last, 0:tile_last) !< of the force until it will be taken back, N
       real(wp), intent(out) :: tile(node_values, 0:tile_last, 0:tile_last, 0:tile_last)
+      real(wp), intent(in), optional :: sums(node_values, 0:tile_last, 0:tile_last, 0:tile_last) !< of the second, as in `correct`
+      real(wp) :: force(3), mass
       integer :: i, j, k
       tile = 0.0_wp
       do k = 0, tile_last
          do j = 0, tile_last
             do i = 0, tile_last
-               if (.not. mass(i, j, k) > 0.0_wp) cycle
-               tile(v_x:v_z, i, j, k) = (self%grown(:, i, j, k, self%receiver(b)) + growth(:, i, j, k))/mass(i, j, k)
-               if (allocated(self%pushed)) tile(v_x:v_z, i, j, k) = tile(v_x:v_z, i, j, k) + self%pushed(:, i, j, k, b)
+               force = self%lag_force(:, i, j, k, self%receiver(b))
+               mass = coarse%nodes(mass_, i, j, k, b)
+               if (present(sums)) force = force + 2.0_wp*sums(f_x:f_z, i, j, k)
+               if (present(sums)) mass = sums(mass_, i, j, k)
+               if (.not. mass > 0.0_wp) cycle
+               tile(v_x:v_z, i, j, k) = force/mass
+               if (allocated(self%pushed)) &
+                  tile(v_x:v_z, i, j, k) = tile(v_x:v_z, i, j, k) + self%pushed(:, i, j, k, b)
             end do
          end do
       end do
       call apply_boundary(coarse%grid, coarse%blocks(b)%place, tile)
-   end subroutine known_to_gradients
+   end subroutine gradient_acceleration
 
-   !> Set the velocity by which gradients are ahead of the motion (eq. lead) on the constrained nodes of block b of the finer level,
-   !> which has some.
-   pure subroutine lead_constrained(self, b, time_step, asked, tile)
+   !> Set the velocity by which gradients are ahead of the motion (eq. lag) on the constrained nodes of block
+   !> b of the finer level.
+   pure subroutine set_constrained_lag(self, b, time_step, asked, tile)
       class(composite_t), intent(in) :: self
       integer, intent(in) :: b
       real(wp), intent(in) :: time_step  !< of the finer level, s
       integer, intent(in) :: asked(2, 3) !< first and last index along each axis of what is asked for
       real(wp), intent(inout) :: tile(node_values, 0:tile_last, 0:tile_last, 0:tile_last) !< in the places of the velocity
-      call set_leads(self%edges(self%edge_of(b)), self%down(:, :, :, :, self%edge_of(b)), time_step, asked, tile)
-   end subroutine lead_constrained
+      if (.not. self%has_edge(b)) return
+      call interpolate_lag(self%edges(self%edge_of(b)), self%down(:, :, :, :, self%edge_of(b)), time_step, &
+                           asked, tile)
+   end subroutine set_constrained_lag
 
-   !> Add the same on the nodes of block b of the coarser level, which receives.
-   pure subroutine lead_parents(self, b, tile)
+   !> Add the same on the nodes of block b of the coarser level.
+   pure subroutine add_parent_lag(self, b, tile)
       class(composite_t), intent(in) :: self
       integer, intent(in) :: b
       real(wp), intent(inout) :: tile(node_values, 0:tile_last, 0:tile_last, 0:tile_last) !< in the places of the velocity
-      tile(v_x:v_z, :, :, :) = tile(v_x:v_z, :, :, :) + self%ahead(:, :, :, :, self%receiver(b))
-   end subroutine lead_parents
+      if (.not. self%receives(b)) return
+      tile(v_x:v_z, :, :, :) = tile(v_x:v_z, :, :, :) + self%lag_velocity(:, :, :, :, self%receiver(b))
+   end subroutine add_parent_lag
 
-   !> The motion of the coarser nodes to the patches: velocity at the end of their step, acceleration.
-   subroutine prolong(self, coarse)
-      class(composite_t), intent(inout) :: self
-      type(level_t), intent(in) :: coarse
-      real(wp) :: known(node_values, 0:tile_last, 0:tile_last, 0:tile_last), growth(3, 0:tile_last, 0:tile_last, 0:tile_last)
-      integer :: b
-      growth = 0.0_wp
-      do b = 1, size(coarse%blocks)
-         if (.not. self%is_parent(b)) cycle
-         if (self%labelled) call known_to_gradients(self, coarse, b, coarse%nodes(mass_, :, :, :, b), growth, known)
-         call copy_patches(self, b, coarse%nodes(:, :, :, :, b), known)
-      end do
-   end subroutine prolong
-
-   !> Cubes of all children of a parent.
-   pure subroutine copy_patches(self, b, tile, known)
+   !> The gradients of the coarser particles of block b: half a finer step of what the finer level's force has
+   !> grown to.
+   pure subroutine set_parent_lag(self, b, half, sums)
       class(composite_t), intent(inout) :: self
       integer, intent(in) :: b
-      real(wp), intent(in) :: tile(node_values, 0:tile_last, 0:tile_last, 0:tile_last)
-      real(wp), intent(in) :: known(node_values, 0:tile_last, 0:tile_last, 0:tile_last) !< to gradients; used where there are labels
-      integer :: e
-      do e = 1, size(self%edges)
-         if (self%edges(e)%parent /= b) cycle
-         call copy_patch(self%edges(e), tile, self%down(:, :, :, :, e))
-         if (self%labelled) call take_leads(self%edges(e), known, self%down(:, :, :, :, e))
-      end do
-   end subroutine copy_patches
-
-   !> Correct the solved nodes of block b of the coarser level by what the two finer steps really gave the constrained nodes, and
-   !> hand the corrected motion down (theory.md, eq. half-steps). `change` is the sum over blocks of collect_change: mass, momentum
-   !> and change of force of the constrained nodes, mass of the constrained nodes alone. A node whose mass has more than doubled
-   !> begins anew with what it carries now.
-   subroutine correct(self, coarse, b, time_step, flip_fraction, change)
-      class(composite_t), intent(inout) :: self
-      type(level_t), intent(inout) :: coarse
-      integer, intent(in) :: b
-      real(wp), intent(in) :: time_step !< of the coarser level, s
-      real(wp), intent(in) :: flip_fraction
-      real(wp), intent(inout) :: change(node_values, 0:tile_last, 0:tile_last, 0:tile_last)
-      real(wp) :: half, mixed, begun(3), start(3), later(3), carried(3), pushed(3)
-      real(wp) :: known(node_values, 0:tile_last, 0:tile_last, 0:tile_last), growth(3, 0:tile_last, 0:tile_last, 0:tile_last)
-      integer :: i, j, k
-      half = 0.5_wp*time_step
-      mixed = 1.0_wp - flip_fraction
-      growth = change(a_x:a_z, :, :, :)
-      if (self%labelled .and. self%is_parent(b)) &
-         call known_to_gradients(self, coarse, b, change(mass_, :, :, :), 2.0_wp*growth, known)
-      do k = 0, tile_last
-         do j = 0, tile_last
-            do i = 0, tile_last
-               associate (given => change(:, i, j, k), node => coarse%nodes(:, i, j, k, b))
-                  if (.not. (given(mass_) > 0.0_wp .and. abs(given(spare_)) + abs(given(mass_) - node(mass_)) > 0.0_wp)) then
-                     given(v_x:a_z) = 0.0_wp ! no constrained nodes, at neither time
-                     cycle
-                  end if
-                  pushed = 0.0_wp
-                  if (allocated(self%pushed)) pushed = self%pushed(:, i, j, k, b)
-                  begun = node(v_x:v_z) - half*node(a_x:a_z)     ! velocity after the first half
-                  carried = (given(mass_) - given(spare_))*begun + given(v_x:v_z)
-                  start = begun
-                  if (node(mass_) < 0.5_wp*given(mass_)) start = carried/given(mass_)
-                  later = node(mass_)*(node(a_x:a_z) - pushed) + given(mass_)*pushed + given(a_x:a_z) ! force of the second half
-                  if (mixed > 0.0_wp) later = later + mixed/half*(carried - given(mass_)*start)
-                  given(a_x:a_z) = half*(later/given(mass_) - node(a_x:a_z))
-                  given(v_x:v_z) = start - begun + merge(1.0_wp, 0.5_wp, mixed > 0.0_wp)*given(a_x:a_z)
-               end associate
-            end do
-         end do
-      end do
-      call apply_boundary(coarse%grid, coarse%blocks(b)%place, change)
-      do k = 0, tile_last
-         do j = 0, tile_last
-            do i = 0, tile_last
-               associate (given => change(:, i, j, k), node => coarse%nodes(:, i, j, k, b))
-                  pushed = given(a_x:a_z)/time_step
-                  node(v_x:v_z) = node(v_x:v_z) + given(v_x:v_z)
-                  node(a_x:a_z) = node(a_x:a_z) + pushed
-                  given(v_x:v_z) = node(v_x:v_z)
-                  given(a_x:a_z) = node(a_x:a_z) + pushed ! that of the second half
-               end associate
-            end do
-         end do
-      end do
-      if (self%is_parent(b)) call copy_patches(self, b, change, known)
-      if (self%labelled) call put_ahead(self, b, growth, change(mass_, :, :, :), half)
-   end subroutine correct
-
-   !> The gradients of the coarser particles of block b: half a finer step of what the finer level's force has grown to.
-   pure subroutine put_ahead(self, b, growth, mass, half)
-      class(composite_t), intent(inout) :: self
-      integer, intent(in) :: b
-      real(wp), intent(in) :: growth(3, 0:tile_last, 0:tile_last, 0:tile_last) !< of the force in the first of two steps, N
-      real(wp), intent(in) :: mass(0:tile_last, 0:tile_last, 0:tile_last)      !< kg
-      real(wp), intent(in) :: half                                             !< the finer step, s
+      real(wp), intent(in) :: half !< the finer step, s
+      real(wp), intent(in) :: sums(node_values, 0:tile_last, 0:tile_last, 0:tile_last) !< as in `correct`
       integer :: i, j, k, r
       r = self%receiver(b)
+      self%lag_velocity(:, :, :, :, r) = 0.0_wp
       do k = 0, tile_last
          do j = 0, tile_last
             do i = 0, tile_last
-               if (mass(i, j, k) > 0.0_wp) then
-                  self%ahead(:, i, j, k, r) = 0.5_wp*half*(self%grown(:, i, j, k, r) + growth(:, i, j, k))/mass(i, j, k)
-               else
-                  self%ahead(:, i, j, k, r) = 0.0_wp
-               end if
+               if (sums(mass_, i, j, k) > 0.0_wp) self%lag_velocity(:, i, j, k, r) = &
+                  0.5_wp*half*(self%lag_force(:, i, j, k, r) + sums(f_x:f_z, i, j, k))/sums(mass_, i, j, k)
             end do
          end do
       end do
-   end subroutine put_ahead
+   end subroutine set_parent_lag
 
-   !> The patches from the ranks of the parents to those of the blocks.
-   subroutine send_prolonged(self, communicator)
+   !> The motion of the coarser nodes to the patches: velocity at the end of their step, acceleration.
+   subroutine prolong(self, communicator, coarse)
       class(composite_t), intent(inout) :: self
       type(communicator_t), intent(in) :: communicator
-      call self%exchange(communicator, self%down, upwards=.false.)
-   end subroutine send_prolonged
+      type(level_t), intent(in) :: coarse
+      integer :: b
+      do b = 1, size(coarse%blocks)
+         if (self%parents(b)) call prolong_block(self, coarse, b, coarse%nodes(:, :, :, :, b))
+      end do
+      call self%exchange%exchange(communicator, self%down, upwards=.false.)
+   end subroutine prolong
 
-   !> The constrained nodes of a block move with the nodes that they depend on, linearly in time (theory.md, eq. half-steps).
+   !> Patches of all children of block b.
+   pure subroutine prolong_block(self, coarse, b, motion, sums)
+      class(composite_t), intent(inout) :: self
+      type(level_t), intent(in) :: coarse
+      integer, intent(in) :: b
+      real(wp), intent(in) :: motion(node_values, 0:tile_last, 0:tile_last, 0:tile_last)
+      real(wp), intent(in), optional :: sums(node_values, 0:tile_last, 0:tile_last, 0:tile_last) !< for gradient_acceleration
+      real(wp) :: known(node_values, 0:tile_last, 0:tile_last, 0:tile_last)
+      integer :: e
+      if (self%corrects_lag) call gradient_acceleration(self, coarse, b, known, sums)
+      do e = 1, size(self%edges)
+         if (self%edges(e)%parent /= b) cycle
+         call prolong_motion(self%edges(e), motion, self%down(:, :, :, :, e))
+         if (self%corrects_lag) call prolong_lag(self%edges(e), known, self%down(:, :, :, :, e))
+      end do
+   end subroutine prolong_block
+
+   !> Correct the solved nodes of the coarser level by what the two finer steps really gave the constrained
+   !> nodes, and prolong the corrected motion (theory.md, eq. half-steps). `restricted` holds the sums of
+   !> collect_change over blocks: of coarser particles and constrained nodes the mass, of constrained nodes
+   !> alone the momentum, the change of force, and the mass (as `spare`). A node whose mass has more than
+   !> doubled begins the second half step with what it carries then.
+   subroutine correct(self, communicator, coarse, time_step, flip_fraction)
+      class(composite_t), intent(inout) :: self
+      type(communicator_t), intent(in) :: communicator
+      type(level_t), intent(inout) :: coarse
+      real(wp), intent(in) :: time_step !< of the coarser level, s
+      real(wp), intent(in) :: flip_fraction
+      real(wp), dimension(node_values, 0:tile_last, 0:tile_last, 0:tile_last) :: change, motion
+      real(wp) :: half, mixed, push(3), middle(3), momentum(3), start(3), force(3)
+      integer :: b, i, j, k
+      half = 0.5_wp*time_step
+      mixed = 1.0_wp - flip_fraction ! share of the grid's velocity that particles take (PIC)
+      push = 0.0_wp
+      do b = 1, size(coarse%blocks)
+         if (.not. self%receiving(b)) cycle
+         change = 0.0_wp
+         do k = 0, tile_last
+            do j = 0, tile_last
+               do i = 0, tile_last
+                  associate (node => coarse%nodes(:, i, j, k, b), sums => coarse%restricted(:, i, j, k, b), &
+                             velocity => change(v_x:v_z, i, j, k), kick => change(a_x:a_z, i, j, k))
+                     if (.not. (sums(mass_) > 0.0_wp .and. &
+                                abs(sums(spare_)) + abs(sums(mass_) - node(mass_)) > 0.0_wp)) cycle ! no constrained nodes
+                     if (allocated(self%pushed)) push = self%pushed(:, i, j, k, b)
+                     middle = node(v_x:v_z) - half*node(a_x:a_z) ! velocity after the first half step
+                     momentum = (sums(mass_) - sums(spare_))*middle + sums(p_x:p_z)
+                     start = middle
+                     if (node(mass_) < 0.5_wp*sums(mass_)) start = momentum/sums(mass_)
+                     force = node(mass_)*(node(a_x:a_z) - push) + sums(mass_)*push + sums(f_x:f_z)
+                     if (mixed > 0.0_wp) force = force + mixed/half*(momentum - sums(mass_)*start)
+                     kick = half*(force/sums(mass_) - node(a_x:a_z)) ! more than in the first half step
+                     velocity = start - middle + merge(1.0_wp, 0.5_wp, mixed > 0.0_wp)*kick
+                  end associate
+               end do
+            end do
+         end do
+         call apply_boundary(coarse%grid, coarse%blocks(b)%place, change)
+         associate (nodes => coarse%nodes(:, :, :, :, b), sums => coarse%restricted(:, :, :, :, b))
+            change(a_x:a_z, :, :, :) = change(a_x:a_z, :, :, :)/time_step ! half of the acceleration's change
+            nodes(v_x:a_z, :, :, :) = nodes(v_x:a_z, :, :, :) + change(v_x:a_z, :, :, :)
+            motion = nodes
+            motion(a_x:a_z, :, :, :) = motion(a_x:a_z, :, :, :) + change(a_x:a_z, :, :, :) ! second half step
+            if (self%parents(b)) call prolong_block(self, coarse, b, motion, sums)
+            if (self%corrects_lag) call set_parent_lag(self, b, half, sums)
+         end associate
+      end do
+      call self%exchange%exchange(communicator, self%down, upwards=.false.)
+   end subroutine correct
+
+   !> The constrained nodes of a block move with the nodes that they depend on, linearly in time (theory.md,
+   !> eq. half-steps).
    pure subroutine set_constrained(self, b, remaining, tile)
       class(composite_t), intent(in) :: self
-      integer, intent(in) :: b              !< the block's number here
-      real(wp), intent(in) :: remaining     !< time from where velocities of this step stand to where those of the coarser one do, s
+      integer, intent(in) :: b          !< the block's number here
+      real(wp), intent(in) :: remaining !< time from where velocities of this step stand to where those of the
+                                        !< coarser one do, s
       real(wp), intent(inout) :: tile(node_values, 0:tile_last, 0:tile_last, 0:tile_last)
-      call set_motion(self%edges(self%edge_of(b)), self%down(:, :, :, :, self%edge_of(b)), remaining, tile)
+      if (.not. self%has_edge(b)) return
+      call interpolate_motion(self%edges(self%edge_of(b)), self%down(:, :, :, :, self%edge_of(b)), &
+                              remaining, tile)
    end subroutine set_constrained
-
-   !> One message to and from each rank that shares edges: patches of own blocks and own parents.
-   subroutine exchange(self, communicator, pool, upwards)
-      class(composite_t), intent(inout) :: self
-      type(communicator_t), intent(in) :: communicator
-      real(wp), intent(inout), contiguous, asynchronous :: pool(:, :, :, :, :)
-      logical, intent(in) :: upwards
-      type(MPI_Request) :: requests(2*size(self%ranks))
-      type(MPI_Datatype) :: given, taken
-      integer :: n, r, sends(size(self%ranks)), receives(size(self%ranks))
-      sends = self%patches(merge(1, 2, upwards), :)
-      receives = self%patches(merge(2, 1, upwards), :)
-      n = 0
-      do r = 1, size(self%ranks)
-         given = self%of_parents(r)
-         taken = self%of_blocks(r)
-         if (upwards) given = self%of_blocks(r)
-         if (upwards) taken = self%of_parents(r)
-         if (receives(r) > 0) then
-            n = n + 1
-            call MPI_Irecv(pool, 1, taken, self%ranks(r), 3, communicator%comm, requests(n))
-         end if
-         if (sends(r) > 0) then
-            n = n + 1
-            call MPI_Isend(pool, 1, given, self%ranks(r), 3, communicator%comm, requests(n))
-            self%messages = self%messages + 1
-            self%bytes = self%bytes + 8_i8*sends(r)*self%values*(patch_last + 1)**3
-         end if
-      end do
-      call MPI_Waitall(n, requests, MPI_STATUSES_IGNORE)
-      if (.not. MPI_ASYNC_PROTECTS_NONBLOCKING) call MPI_F_sync_reg(pool)
-   end subroutine exchange
 
    !> Free the datatypes, and the edges.
    subroutine release(self)
       class(composite_t), intent(inout) :: self
-      integer :: r
       if (allocated(self%pushed)) deallocate (self%pushed)
       if (.not. allocated(self%edges)) return
-      do r = 1, size(self%ranks)
-         call MPI_Type_free(self%of_blocks(r))
-         call MPI_Type_free(self%of_parents(r))
-      end do
-      deallocate (self%edges, self%edge_of, self%is_parent, self%receives, self%adds, self%up, self%down, &
-                  self%first, self%receiver, self%grown, self%ahead, self%own_mass, self%ranks, self%of_blocks, self%of_parents, &
-                  self%patches)
+      call self%exchange%release()
+      deallocate (self%edges, self%edge_of, self%parents, self%receiving, self%adds, self%up, self%down, &
+                  self%first, &
+                  self%receiver, self%lag_force, self%lag_velocity, self%own_mass)
    end subroutine release
 
 end module m_composite

@@ -1,9 +1,10 @@
-!> A block of the finer level of two whose tile holds constrained nodes: which these are, what they give to the nodes that they
-!> depend on, and how they follow them (theory.md, eqs constrained, restriction, affine-edge, lead).
+!> A block of the finer level of two whose tile holds constrained nodes: which these are, what they give to
+!> the nodes that they depend on, and how they follow them (theory.md, eqs constrained, restriction,
+!> affine-edge, lag).
 !>
-!> All constrained nodes of a block depend on 6 x 6 x 6 nodes of the coarser level, a patch, which lies in the tile of one block
-!> there, its parent. The values of a node in a patch are those of a node in a tile; where there are labels and gradients, three
-!> more.
+!> All constrained nodes of a block depend on 6 x 6 x 6 nodes of the coarser level, a patch, which lies in the
+!> tile of one block there, its parent. The values of a node in a patch are those of a node in a tile; where
+!> the lag of gradients is corrected, three more.
 module m_edge
    use m_kinds, only: wp
    use m_constants, only: block_size
@@ -18,13 +19,15 @@ module m_edge
    use m_migration, only: frame_of
    implicit none
    private
-   public :: edge_t, has_constrained, list_constrained, restrict_edge, take_lead, copy_patch, take_leads, set_motion, set_leads
+   public :: edge_t, has_constrained, make_edge, clear_covered, restrict_sums, restrict_lag, prolong_motion, prolong_lag, &
+             interpolate_motion, interpolate_lag
 
    integer, parameter, public :: patch_last = 5 !< patches run from 0 to here
-   integer, parameter, public :: lead_first = node_values + 1, lead_last = node_values + 3 !< going up the force that has grown,
-                                                                                           !< down how far gradients are to be ahead
-   real(wp), parameter :: shares(0:3) = [1.0_wp, 0.5_wp, 0.25_wp, 0.125_wp] !< of a constrained node that lies between nodes along
-                                                                            !< so many axes
+   integer, parameter, public :: lag_first = node_values + 1, lag_last = node_values + 3 !< up: the force that
+                                                                  !< has grown, down: how far gradients are to be ahead
+   real(wp), parameter :: shares(0:3) = [1.0_wp, 0.5_wp, 0.25_wp, 0.125_wp] !< of a constrained node that lies
+                                                                            !< between nodes along so many
+                                                                            !< axes
    real(wp), parameter :: barely = 1.0e-9_wp    !< a node with this share of the mass of the next has none
 
    !> A block of the finer level with constrained nodes, seen from the rank of the block or of its parent.
@@ -32,9 +35,10 @@ module m_edge
       integer :: block = 0     !< its number here, 0 where only its parent is
       integer :: index = 0     !< its number on the finer level
       integer :: parent = 0    !< number of its parent here, 0 where only the block is
+      integer :: rank_beyond = -1 !< rank of the parent, or where only that is here the rank of the block
       integer :: corner(3) = 0 !< of the patch in the parent's tile
-      integer, allocatable :: constrained(:, :) !< places (3) of the constrained nodes in the tile, and 1 where this block hands the
-                                                !< constrained node up, else 0
+      integer, allocatable :: constrained(:, :) !< places (3) of the constrained nodes in the tile, and 1
+                                                !< where this block restricts the constrained node, else 0
    end type edge_t
 
 contains
@@ -46,49 +50,87 @@ contains
       has_constrained = region%any_outer(block_size*place - 1, block_size*(place + 1))
    end function has_constrained
 
-   !> The constrained nodes in the tile of a block. Of the blocks whose tiles hold a constrained node, the one that it belongs to
-   !> hands it up, or if that does not exist the one with the lowest index.
+   !> The edge of a block of the finer level.
+   type(edge_t) function make_edge(coarse, fine, rank, index, b) result(edge)
+      type(level_t), intent(in) :: coarse, fine
+      integer, intent(in) :: rank, index !< this one; the block's
+      integer, intent(in) :: b           !< its number here, 0 where only its parent is
+      integer :: home(3), place(3)
+      place = fine%grid%block_place(index)
+      home = place/2
+      edge%index = index
+      edge%block = b
+      edge%rank_beyond = merge(coarse%owner_at(home), fine%owner_at(place), b > 0)
+      if (coarse%owner_at(home) == rank) edge%parent = coarse%slot(home(1), home(2), home(3))
+      edge%corner = block_size/2*modulo(place, 2)
+      if (b > 0) call list_constrained(edge, fine, place)
+   end function make_edge
+
+   !> The constrained nodes in the tile of a block. Of the blocks whose tiles hold a constrained node, the one
+   !> that it belongs to restricts it, or if that does not exist the one with the lowest index.
    subroutine list_constrained(edge, fine, place)
       type(edge_t), intent(inout) :: edge
       type(level_t), intent(in) :: fine
       integer, intent(in) :: place(3)
-      integer :: all_slaves(4, (tile_last + 1)**3), i, j, k, n
+      integer :: found(4, (tile_last + 1)**3), i, j, k, n
       n = 0
       do k = 0, tile_last
          do j = 0, tile_last
             do i = 0, tile_last
                if (fine%region%is_inner(block_size*place + [i, j, k] - 1)) cycle
                n = n + 1
-               all_slaves(:, n) = [i, j, k, merge(1, 0, hands_up(block_size*place + [i, j, k] - 1))]
+               found(:, n) = [i, j, k, merge(1, 0, restricts_here(block_size*place + [i, j, k] - 1))]
             end do
          end do
       end do
-      edge%constrained = all_slaves(:, :n)
+      edge%constrained = found(:, :n)
    contains
-      !> True when this block is the one that hands the node up.
-      logical function hands_up(node)
+      !> True when this block is the one that restricts the node.
+      logical function restricts_here(node)
          integer, intent(in) :: node(3)
          integer :: home(3), low(3), high(3), x, y, z
          home = (node - modulo(node, block_size))/block_size
-         hands_up = all(home == place)
-         if (hands_up .or. fine%owner_at(home) >= 0) return
+         restricts_here = all(home == place)
+         if (restricts_here .or. fine%owner_at(home) >= 0) return
          low = home - merge(1, 0, modulo(node, block_size) == 0)
          high = home + merge(1, 0, modulo(node, block_size) == block_size - 1)
          do z = low(3), high(3)
             do y = low(2), high(2)
                do x = low(1), high(1)
                   if (fine%owner_at([x, y, z]) < 0) cycle
-                  hands_up = all([x, y, z] == place)
+                  restricts_here = all([x, y, z] == place)
                   return
                end do
             end do
          end do
-      end function hands_up
+      end function restricts_here
    end subroutine list_constrained
 
-   !> One block's constrained nodes to its patch. With affine transfer the momentum is made for the place of the coarser node, with
-   !> the slope of the constrained nodes' velocities along the edge (theory.md, eq. affine-edge).
-   subroutine restrict_edge(edge, grid, place, tile, affine, patch)
+   !> Nodes of the coarser level inside the region have no particles; what a particle that touches the edge
+   !> gives them by rounding is dropped. It would be a node of hardly any mass, with an acceleration without
+   !> bound.
+   pure subroutine clear_covered(coarse, fine)
+      type(level_t), intent(inout) :: coarse
+      type(level_t), intent(in) :: fine
+      integer :: b, i, j, k, first(3)
+      do b = 1, size(coarse%blocks)
+         first = block_size*coarse%blocks(b)%place - 1
+         if (.not. fine%region%overlaps(coarse%blocks(b)%origin - coarse%grid%cell, &
+                                        coarse%blocks(b)%origin + (block_size + 1)*coarse%grid%cell)) cycle
+         do k = 0, tile_last
+            do j = 0, tile_last
+               do i = 0, tile_last
+                  if (fine%region%is_inner(2*(first + [i, j, k]))) coarse%nodes(:, i, j, k, b) = 0.0_wp
+               end do
+            end do
+         end do
+      end do
+   end subroutine clear_covered
+
+   !> One block's constrained nodes to its patch. With affine transfer the momentum is made for the place of
+   !> the coarser node, with the slope of the constrained nodes' velocities along the edge (theory.md, eq.
+   !> affine-edge).
+   subroutine restrict_sums(edge, grid, place, tile, affine, patch)
       type(edge_t), intent(in) :: edge
       type(grid_level_t), intent(in) :: grid
       integer, intent(in) :: place(3) !< of the block
@@ -96,23 +138,25 @@ contains
       logical, intent(in) :: affine
       real(wp), intent(out), contiguous :: patch(:, 0:, 0:, 0:)
       real(wp) :: held(node_values, 0:tile_last, 0:tile_last, 0:tile_last)
-      if (affine .and. has_boundary(grid, place)) then ! slopes are taken with what is held, and with the mirror images outside
+      ! slopes are taken with what is held, and with the mirror images outside
+      if (affine .and. has_boundary(grid, place)) then
          held = tile
          call apply_boundary(grid, place, held)
-         call add_slaves(edge, tile, held, affine, patch)
+         call restrict_tile(edge, tile, held, affine, patch)
       else
-         call add_slaves(edge, tile, tile, affine, patch)
+         call restrict_tile(edge, tile, tile, affine, patch)
       end if
-   end subroutine restrict_edge
+   end subroutine restrict_sums
 
    !> The same with the tile whose velocities make the slopes, which may be `tile` itself.
-   pure subroutine add_slaves(edge, tile, held, affine, patch)
+   pure subroutine restrict_tile(edge, tile, held, affine, patch)
       type(edge_t), intent(in) :: edge
       real(wp), dimension(node_values, 0:tile_last, 0:tile_last, 0:tile_last), intent(in) :: tile, held
       logical, intent(in) :: affine
       real(wp), intent(out), contiguous :: patch(:, 0:, 0:, 0:)
       integer :: s, at(3), low(3), high(3), i, j, k, q
-      real(wp) :: share, given(node_values), change(3, 3), along(node_values, 3) ! what is given, and what it changes by along the
+      ! what is given, and what it changes by along the axes
+      real(wp) :: share, given(node_values), change(3, 3), along(node_values, 3)
                                                                                  ! axes
       patch = 0.0_wp
       along = 0.0_wp
@@ -120,7 +164,7 @@ contains
          if (edge%constrained(4, s) == 0) cycle
          at = edge%constrained(:3, s)
          if (.not. tile(mass_, at(1), at(2), at(3)) > 0.0_wp) cycle
-         call masters(at, low, high, share)
+         call coarse_nodes(at, low, high, share)
          given = share*tile(:, at(1), at(2), at(3))
          if (affine) then
             call change_of_momentum(held, at, high > low, change)
@@ -132,17 +176,19 @@ contains
                   !$omp simd
                   do q = 1, node_values
                      patch(q, i, j, k) = patch(q, i, j, k) &
-                                        + (given(q) + along(q, 1)*(2*i - low(1) - high(1)) + along(q, 2)*(2*j - low(2) - high(2)) &
+                                        + (given(q) + along(q, 1)*(2*i - low(1) - high(1)) &
+                                           + along(q, 2)*(2*j - low(2) - high(2)) &
                                            + along(q, 3)*(2*k - low(3) - high(3)))
                   end do
                end do
             end do
          end do
       end do
-   end subroutine add_slaves
+   end subroutine restrict_tile
 
-   !> By how much the momentum of a constrained node's mass changes from it to the next node along each of some axes: from the
-   !> velocities of the nodes on both sides, or of one where the other has no mass, but for rounding. Columns are axes.
+   !> By how much the momentum of a constrained node's mass changes from it to the next node along each of
+   !> some axes: from the velocities of the nodes on both sides, or of one where the other has no mass, but
+   !> for rounding. Columns are axes.
    pure subroutine change_of_momentum(tile, at, along, change)
       real(wp), intent(in) :: tile(node_values, 0:tile_last, 0:tile_last, 0:tile_last)
       integer, intent(in) :: at(3)
@@ -170,10 +216,10 @@ contains
       end associate
    end subroutine change_of_momentum
 
-   !> What a block's particles have been given of the forces of the finer level before its time (theory.md, eq. labels): half a step
-   !> of the force of the stress that has grown while the edge was there. Every block takes that of its own particles out of its
-   !> patch, and hands that force up for the gradients.
-   subroutine take_lead(edge, fine, half, patch)
+   !> What a block's particles have been given of the forces of the finer level before its time (theory.md,
+   !> eq. time-levels): half a step of the force of the stress that has grown while the edge was there. Every
+   !> block takes that of its own particles out of its patch, and restricts that force for the gradients.
+   subroutine restrict_lag(edge, fine, half, patch)
       type(edge_t), intent(in) :: edge
       type(level_t), intent(inout) :: fine !< its work list is used
       real(wp), intent(in) :: half
@@ -181,14 +227,14 @@ contains
       real(wp) :: tile(node_values, 0:tile_last, 0:tile_last, 0:tile_last), share
       type(layout_t) :: layout
       integer :: s, at(3), low(3), high(3), i, j, k
-      logical :: is_slave(0:tile_last, 0:tile_last, 0:tile_last)
+      logical :: is_constrained(0:tile_last, 0:tile_last, 0:tile_last)
       associate (block => fine%blocks(edge%block))
          if (block%particles%count == 0) return
-         is_slave = .false.
+         is_constrained = .false.
          do s = 1, size(edge%constrained, 2)
-            is_slave(edge%constrained(1, s), edge%constrained(2, s), edge%constrained(3, s)) = .true.
+            is_constrained(edge%constrained(1, s), edge%constrained(2, s), edge%constrained(3, s)) = .true.
          end do
-         call fine%at_edge%take_bins(block%cells, bins_at(is_slave))
+         call fine%at_edge%take_bins(block%cells, bins_at(is_constrained))
          layout = fine%layout
          layout%stress = layout%edge_stress
          layout%gradient = 0 ! only forces are wanted, and where there is mass
@@ -201,60 +247,64 @@ contains
       do s = 1, size(edge%constrained, 2)
          at = edge%constrained(:3, s)
          if (.not. tile(mass_, at(1), at(2), at(3)) > 0.0_wp) cycle
-         call masters(at, low, high, share)
+         call coarse_nodes(at, low, high, share)
          do k = low(3), high(3)
             do j = low(2), high(2)
                do i = low(1), high(1)
-                  patch(p_x:p_z, i, j, k) = patch(p_x:p_z, i, j, k) - 0.5_wp*half*share*tile(f_x:f_z, at(1), at(2), at(3))
-                  if (size(patch, 1) > node_values) patch(lead_first:lead_last, i, j, k) = &
-                     patch(lead_first:lead_last, i, j, k) + share*tile(f_x:f_z, at(1), at(2), at(3))
+                  patch(p_x:p_z, i, j, k) = patch(p_x:p_z, i, j, k) &
+                     - 0.5_wp*half*share*tile(f_x:f_z, at(1), at(2), at(3))
+                  if (size(patch, 1) > node_values) patch(lag_first:lag_last, i, j, k) = &
+                     patch(lag_first:lag_last, i, j, k) + share*tile(f_x:f_z, at(1), at(2), at(3))
                end do
             end do
          end do
       end do
-   end subroutine take_lead
+   end subroutine restrict_lag
 
    !> The motion of the nodes of the parent's tile that the constrained nodes depend on, to the patch.
-   pure subroutine copy_patch(edge, tile, patch)
+   pure subroutine prolong_motion(edge, tile, patch)
       type(edge_t), intent(in) :: edge
       real(wp), intent(in) :: tile(node_values, 0:tile_last, 0:tile_last, 0:tile_last)
       real(wp), intent(inout), contiguous :: patch(:, 0:, 0:, 0:)
       associate (a => edge%corner, z => edge%corner + patch_last)
          patch(:node_values, :, :, :) = tile(:, a(1):z(1), a(2):z(2), a(3):z(3))
       end associate
-   end subroutine copy_patch
+   end subroutine prolong_motion
 
-   !> Beside that motion, how far gradients are to be ahead of it, for each second: the acceleration that they are to know of (in
-   !> the places of a velocity) less that of the motion (theory.md, eq. lead).
-   pure subroutine take_leads(edge, known, patch)
+   !> Beside that motion, how far gradients are to be ahead of it, for each second: the acceleration that they
+   !> are to know of (in the places of a velocity) less that of the motion (theory.md, eq. lag).
+   pure subroutine prolong_lag(edge, known, patch)
       type(edge_t), intent(in) :: edge
       real(wp), intent(in) :: known(node_values, 0:tile_last, 0:tile_last, 0:tile_last)
       real(wp), intent(inout), contiguous :: patch(:, 0:, 0:, 0:)
       associate (a => edge%corner, z => edge%corner + patch_last)
-         patch(lead_first:lead_last, :, :, :) = known(v_x:v_z, a(1):z(1), a(2):z(2), a(3):z(3)) - patch(a_x:a_z, :, :, :)
+         patch(lag_first:lag_last, :, :, :) = known(v_x:v_z, a(1):z(1), a(2):z(2), a(3):z(3)) &
+            - patch(a_x:a_z, :, :, :)
       end associate
-   end subroutine take_leads
+   end subroutine prolong_lag
 
-   !> The constrained nodes move with the nodes that they depend on, linearly in time (theory.md, eq. half-steps). One without mass
-   !> moves nobody.
-   pure subroutine set_motion(edge, patch, remaining, tile)
+   !> The constrained nodes move with the nodes that they depend on, linearly in time (theory.md, eq.
+   !> half-steps). One without mass moves nobody.
+   pure subroutine interpolate_motion(edge, patch, remaining, tile)
       type(edge_t), intent(in) :: edge
       real(wp), intent(in), contiguous :: patch(:, 0:, 0:, 0:)
-      real(wp), intent(in) :: remaining !< time from where velocities of this step stand to where those of the coarser one do, s
+      real(wp), intent(in) :: remaining !< time from where velocities of this step stand to where those of the
+                                        !< coarser one do, s
       real(wp), intent(inout) :: tile(node_values, 0:tile_last, 0:tile_last, 0:tile_last)
       real(wp) :: node(node_values)
       integer :: at(3), s
       do s = 1, size(edge%constrained, 2)
          at = edge%constrained(:3, s)
          if (.not. tile(mass_, at(1), at(2), at(3)) > 0.0_wp) cycle
-         call follow(patch, at, 1, node)
+         call interpolate(patch, at, 1, node)
          tile(v_x:v_z, at(1), at(2), at(3)) = node(v_x:v_z) - remaining*node(a_x:a_z)
          tile(a_x:a_z, at(1), at(2), at(3)) = node(a_x:a_z)
       end do
-   end subroutine set_motion
+   end subroutine interpolate_motion
 
-   !> In place of the motion of those that are asked for the velocity by which gradients are ahead of it (theory.md, eq. lead).
-   pure subroutine set_leads(edge, patch, time_step, asked, tile)
+   !> In place of the motion of those that are asked for the velocity by which gradients are ahead of it
+   !> (theory.md, eq. lag).
+   pure subroutine interpolate_lag(edge, patch, time_step, asked, tile)
       type(edge_t), intent(in) :: edge
       real(wp), intent(in), contiguous :: patch(:, 0:, 0:, 0:)
       real(wp), intent(in) :: time_step  !< of the finer level, s
@@ -265,39 +315,44 @@ contains
       do s = 1, size(edge%constrained, 2)
          at = edge%constrained(:3, s)
          if (any(at < asked(1, :) .or. at > asked(2, :))) cycle
-         call follow(patch, at, lead_last - node_values + 1, values)
+         call interpolate(patch, at, lag_last - node_values + 1, values)
          tile(v_x:v_z, at(1), at(2), at(3)) = 0.5_wp*time_step*values(node_values - 2:)
       end do
-   end subroutine set_leads
+   end subroutine interpolate_lag
 
-   !> Some values of a constrained node, as many as a node has, from those of the nodes that it depends on (theory.md, eq.
-   !> constrained): half of each of two along each axis, which are the same one where it lies on it.
-   pure subroutine follow(patch, at, first, values)
+   !> Some values of a constrained node, as many as a node has, from those of the nodes that it depends on
+   !> (theory.md, eq. constrained): half of each of two along each axis, which are the same one where it lies
+   !> on it.
+   pure subroutine interpolate(patch, at, first, values)
       real(wp), intent(in), contiguous :: patch(:, 0:, 0:, 0:)
       integer, intent(in) :: at(3) !< the constrained node's place in the tile
       integer, intent(in) :: first !< of the values in the patch
       real(wp), intent(out) :: values(node_values)
       real(wp) :: share
       integer :: low(3), high(3), c, q
-      call masters(at, low, high, share)
+      call coarse_nodes(at, low, high, share)
       associate (i => low(1), j => low(2), k => low(3), x => high(1), y => high(2), z => high(3))
          !$omp simd private(c)
          do q = 1, node_values
             c = first - 1 + q
-            values(q) = 0.125_wp*(((patch(c, i, j, k) + patch(c, x, j, k)) + (patch(c, i, y, k) + patch(c, x, y, k))) &
-                                  + ((patch(c, i, j, z) + patch(c, x, j, z)) + (patch(c, i, y, z) + patch(c, x, y, z))))
+            values(q) = 0.125_wp*(((patch(c, i, j, k) + patch(c, x, j, k)) &
+                                   + (patch(c, i, y, k) + patch(c, x, y, k))) &
+                                  + ((patch(c, i, j, z) + patch(c, x, j, z)) &
+                                     + (patch(c, i, y, z) + patch(c, x, y, z))))
          end do
       end associate
-   end subroutine follow
+   end subroutine interpolate
 
-   !> The nodes of a patch that a node of the block's tile depends on: low to high, all with one weight, 1, 1/2, 1/4 or 1/8.
-   pure subroutine masters(at, low, high, share)
+   !> The nodes of a patch that a node of the block's tile depends on: low to high, all with one weight, 1,
+   !> 1/2, 1/4 or 1/8.
+   pure subroutine coarse_nodes(at, low, high, share)
       integer, intent(in) :: at(3)
       integer, intent(out) :: low(3), high(3)
       real(wp), intent(out) :: share
-      high = 1 + at/2          ! tile node t is node 8 a + t - 1 of the grid, patch node c is node 4 a + c - 1 of the coarser one
+      ! tile node t is node 8 a + t - 1 of the grid, patch node c is node 4 a + c - 1 of the coarser one
+      high = 1 + at/2
       low = (at + 1)/2
       share = shares(sum(high - low))
-   end subroutine masters
+   end subroutine coarse_nodes
 
 end module m_edge

@@ -1,12 +1,12 @@
-!> Particles change between two levels: into the finer one when their domains reach into its region, out when they have left it
-!> (theory.md, Where a particle lives).
+!> Particles change between two levels: into the finer one when their domains reach into its region, out when
+!> they have left it (theory.md, Where a particle lives).
 module m_transfer
    use m_kinds, only: wp, i4, i8
    use m_constants, only: exit_numerical
    use m_errors, only: error_t, fail
    use m_text, only: to_text
    use m_communicator, only: communicator_t
-   use m_field_table, only: shares_t
+   use m_field_table, only: layout_t, shares_t
    use m_level, only: level_t
    use m_block, only: block_t
    use m_migration, only: migration_t, take_out
@@ -15,14 +15,14 @@ module m_transfer
    private
    public :: find_changes, change_levels
 
-   real(wp), parameter :: exit_margin = 0.25_wp !< particles leave this much further outside than they enter, in cells of the finer
-                                             !< level
+   real(wp), parameter :: exit_margin = 0.25_wp !< particles leave this much further outside than they enter,
+                                                !< in cells of the finer level
 
 contains
 
-   !> List in their blocks, as emigrants, the particles that must leave a level or be split on it; returns how many.
-   !> Of the coarser level those that reach into the finer one's region; of the finer level those that do not reach into it any
-   !> more, and those whose centres have come inside before they were split.
+   !> List in their blocks, as emigrants, the particles that must leave a level or be split on it; returns how
+   !> many. Of the coarser level those that reach into the finer one's region; of the finer level those that
+   !> do not reach into it any more, and those whose centres have come inside before they were split.
    integer function find_changes(coarse, fine) result(changes)
       type(level_t), intent(inout) :: coarse, fine
       integer :: b
@@ -47,19 +47,20 @@ contains
       end do
    end function find_changes
 
-   !> The particles of a block of one of the two levels that change, as its emigrants: of the coarser level those that reach into
-   !> the finer one's region, of the finer level those that do not any more or must be split.
+   !> The particles of a block of one of the two levels that change, as its emigrants: of the coarser level
+   !> those that reach into the finer one's region, of the finer level those that do not any more or must be
+   !> split.
    subroutine list_changes(fine, block, on_fine)
       type(level_t), intent(in) :: fine
       type(block_t), intent(inout) :: block
       logical, intent(in) :: on_fine !< the block is one of the finer level
       integer(i4) :: found(block%particles%count)
-      real(wp) :: x(3), e(3), lag
+      real(wp) :: x(3), e(3), margin
       integer :: n, p
       logical :: changes
       n = 0
-      lag = 0.0_wp
-      if (on_fine) lag = exit_margin*fine%grid%cell
+      margin = 0.0_wp
+      if (on_fine) margin = exit_margin*fine%grid%cell
       associate (column => block%particles%column, at => fine%layout)
          do p = 1, block%particles%count
             x = column(p, at%position:at%position + 2)
@@ -68,7 +69,7 @@ contains
             else
                e = column(p, at%half_size)
             end if
-            changes = fine%region%overlaps(x - e - lag, x + e + lag) .neqv. on_fine
+            changes = fine%region%overlaps(x - e - margin, x + e + margin) .neqv. on_fine
             if (on_fine .and. .not. changes) &
                changes = must_split(fine%grid, fine%region, fine%number, nint(column(p, at%refinement)), x, &
                                     longest_half_edge(column(p, :), at))
@@ -82,8 +83,8 @@ contains
       block%emigrants(:n) = found(:n)
    end subroutine list_changes
 
-   !> Collective: move what find_changes has listed to where it lives, split where it must be. The blocks there must exist. Fails
-   !> when an id has no room for another split.
+   !> Collective: move what find_changes has listed to where it lives, split where it must be. The blocks
+   !> there must exist. Fails when an id has no room for another split.
    subroutine change_levels(communicator, coarse, fine, coarse_migration, fine_migration, splits, error)
       type(communicator_t), intent(in) :: communicator
       type(level_t), intent(inout) :: coarse, fine
@@ -94,7 +95,7 @@ contains
       integer :: b
       shares = fine%table%shares()
       do b = 1, size(coarse%blocks)
-         if (fine%layout%edge_stress > 0) call set_edge_stress(coarse%blocks(b))
+         if (fine%layout%edge_stress > 0) call set_edge_stress(coarse%blocks(b), fine%layout)
          call send_off(coarse%blocks(b), 0.0_wp)
       end do
       do b = 1, size(fine%blocks)
@@ -110,61 +111,101 @@ contains
       call fine_migration%exchange_levels(communicator, fine)
       call communicator%agree(error)
    contains
-      !> What enters brings its stress along; where the region itself has moved, move_regions begins anew.
-      subroutine set_edge_stress(block)
+      subroutine send_off(block, margin)
          type(block_t), intent(inout) :: block
-         integer :: l
-         associate (column => block%particles%column, s => fine%layout%stress, e => fine%layout%edge_stress)
-            do l = 1, block%emigrant_count
-               column(block%emigrants(l), e:e + 5) = column(block%emigrants(l), s:s + 5)
-            end do
-         end associate
-      end subroutine set_edge_stress
-
-      subroutine send_off(block, lag)
-         type(block_t), intent(inout) :: block
-         real(wp), intent(in) :: lag !< m
-         integer :: l
+         real(wp), intent(in) :: margin !< m
+         real(wp), allocatable :: parts(:, :)
+         integer(i8), allocatable :: ids(:)
+         integer :: c, n
          if (block%emigrant_count == 0) return
-         do l = 1, block%emigrant_count
-            associate (p => block%emigrants(l))
-               call settle(block%particles%column(p, :), block%particles%id(p), block%particles%body(p), lag)
+         do n = 1, block%emigrant_count
+            associate (p => block%emigrants(n))
+               call split_to_live(fine, shares, margin, block%particles%column(p, :), block%particles%id(p), &
+                                  block%particles%body(p), parts, ids, error)
+               splits = splits + size(ids) - 1
+               do c = 1, size(ids)
+                  if (lives_in(fine, parts(:, c), margin)) then
+                     call fine_migration%send_to_level(communicator, fine, parts(:, c), ids(c), &
+                                                       block%particles%body(p))
+                  else
+                     call coarse_migration%send_to_level(communicator, coarse, parts(:, c), ids(c), &
+                                                         block%particles%body(p))
+                  end if
+               end do
             end associate
          end do
          call take_out(block)
       end subroutine send_off
-
-      !> One particle, or its parts, to the level where it lives.
-      recursive subroutine settle(values, id, body, lag)
-         real(wp), intent(in) :: values(:), lag
-         integer(i8), intent(in) :: id
-         integer(i4), intent(in) :: body
-         real(wp) :: parts(size(values), 0:7), x(3), e(3)
-         integer :: generation, octant
-         x = values(fine%layout%position:fine%layout%position + 2)
-         e = extents(values, fine%layout)
-         associate (at => fine%layout)
-            if (.not. fine%region%overlaps(x - e - lag, x + e + lag)) then
-               call coarse_migration%send_to_level(communicator, coarse, values, id, body)
-            else if (must_split(fine%grid, fine%region, fine%number, nint(values(at%refinement)), x, &
-                                longest_half_edge(values, at))) then
-               generation = nint(values(at%generation))
-               if (generation + 3 > most_generations) then
-                  call fail(error, exit_numerical, 'particle '//to_text(id)//' of body '//to_text(int(body))//' at ('// &
-                            to_text(x(1))//', '//to_text(x(2))//', '//to_text(x(3))//') m has been split '//to_text(generation)// &
-                            ' times and cannot be split for level '//to_text(fine%number)//"; try fewer levels, or domain='fixed'")
-                  return
-               end if
-               call split_in_eight(values, at, shares, parts)
-               do octant = 0, 7
-                  call settle(parts(:, octant), ior(id, ishft(int(octant, i8), id_bits + generation)), body, lag)
-               end do
-               splits = splits + 7
-            else
-               call fine_migration%send_to_level(communicator, fine, values, id, body)
-            end if
-         end associate
-      end subroutine settle
    end subroutine change_levels
+
+   !> What enters brings its stress along; where the region itself has moved, move_regions begins anew.
+   subroutine set_edge_stress(block, at)
+      type(block_t), intent(inout) :: block
+      type(layout_t), intent(in) :: at
+      integer :: n
+      associate (column => block%particles%column, s => at%stress, e => at%edge_stress)
+         do n = 1, block%emigrant_count
+            column(block%emigrants(n), e:e + 5) = column(block%emigrants(n), s:s + 5)
+         end do
+      end associate
+   end subroutine set_edge_stress
+
+   !> True when a particle reaches into a level's region grown by a margin (m).
+   pure logical function lives_in(level, values, margin)
+      type(level_t), intent(in) :: level
+      real(wp), intent(in) :: values(:), margin
+      associate (x => values(level%layout%position:level%layout%position + 2), &
+                 e => extents(values, level%layout))
+         lives_in = level%region%overlaps(x - e - margin, x + e + margin)
+      end associate
+   end function lives_in
+
+   !> A particle that changes level in the parts in which it can live: it itself, or where the finer level
+   !> asks for it its eighths, and eighths of those.
+   subroutine split_to_live(fine, shares, margin, values, id, body, parts, ids, error)
+      type(level_t), intent(in) :: fine
+      type(shares_t), intent(in) :: shares
+      real(wp), intent(in) :: margin, values(:)
+      integer(i8), intent(in) :: id
+      integer(i4), intent(in) :: body
+      real(wp), allocatable, intent(out) :: parts(:, :) !< (columns, parts)
+      integer(i8), allocatable, intent(out) :: ids(:)
+      type(error_t), intent(inout) :: error
+      real(wp) :: eighths(size(values), 0:7)
+      integer :: generation, n, octant
+      parts = reshape(values, [size(values), 1])
+      ids = [id]
+      n = 1
+      do while (n <= size(ids))
+         if (.not. splits_here(parts(:, n))) then
+            n = n + 1
+            cycle
+         end if
+         generation = nint(parts(fine%layout%generation, n))
+         if (generation + 3 > most_generations) then
+            associate (x => parts(fine%layout%position:fine%layout%position + 2, n))
+               call fail(error, exit_numerical, 'particle '//to_text(ids(n))//' of body '//to_text(int(body))// &
+                         ' at ('//to_text(x(1))//', '//to_text(x(2))//', '//to_text(x(3))//') m has been split '// &
+                         to_text(generation)//' times and cannot be split for level '//to_text(fine%number)// &
+                         "; try fewer levels, or domain='fixed'")
+            end associate
+            return
+         end if
+         call split_in_eight(parts(:, n), fine%layout, shares, eighths)
+         parts = reshape([parts(:, :n - 1), eighths, parts(:, n + 1:)], [size(values), size(ids) + 7])
+         ids = [ids(:n - 1), [(ior(ids(n), ishft(int(octant, i8), id_bits + generation)), octant=0, 7)], &
+                ids(n + 1:)]
+      end do
+   contains
+      pure logical function splits_here(part)
+         real(wp), intent(in) :: part(:)
+         splits_here = lives_in(fine, part, margin)
+         associate (at => fine%layout)
+            if (splits_here) splits_here = &
+               must_split(fine%grid, fine%region, fine%number, nint(part(at%refinement)), &
+                          part(at%position:at%position + 2), longest_half_edge(part, at))
+         end associate
+      end function splits_here
+   end subroutine split_to_live
 
 end module m_transfer

@@ -1,7 +1,8 @@
 !> What a nested level refines: a set of cells of the level above, of any form (theory.md, Levels).
 !>
-!> A cell on a side of the grid goes on beyond it: there is no edge. Where the cells fill the box around them the sides of that box
-!> answer every question; else how many cells a box holds, which takes eight look-ups whatever its size.
+!> A cell on a side of the grid goes on beyond it: there is no edge. Where the cells fill the box around them
+!> the sides of that box answer every question; else how many cells a box holds, which takes eight look-ups
+!> whatever its size.
 module m_region
    use m_kinds, only: wp, i8
    use m_grid_level, only: grid_level_t
@@ -9,9 +10,9 @@ module m_region
    private
    public :: region_t, make_region, unpack_region
 
-   real(wp), parameter :: entry_margin = 0.25_wp !< what comes so near to a region, in its cells, reaches in: a
-                                                 !< lattice that ends at an edge is not to change level with the
-                                                 !< first movement, or by rounding
+   real(wp), parameter :: entry_margin = 0.25_wp !< what comes so near to a region, in its cells, reaches in:
+                                                 !< a lattice that ends at an edge is not to change level with
+                                                 !< the first movement, or by rounding
 
    type :: region_t
       private
@@ -22,7 +23,8 @@ module m_region
       integer :: first(3) = -huge(1)       !< nodes that are strictly inside that box: first to last
       integer :: last(3) = huge(1)
       real(wp) :: near = 0.0_wp            !< what comes nearer reaches in, m
-      integer, allocatable :: below(:, :, :) !< where the box has gaps: cells of the region among its first i, j, k cells
+      integer, allocatable :: below(:, :, :) !< where the box has gaps: cells of the region among its first i,
+                                             !< j, k cells
    contains
       procedure :: overlaps
       procedure :: holds
@@ -75,7 +77,8 @@ contains
       integer :: a(3), z(3), i, j, k
       a = [findloc(any(any(chosen, 3), 2), .true., 1), findloc(any(any(chosen, 3), 1), .true., 1), &
            findloc(any(any(chosen, 2), 1), .true., 1)]
-      z = [findloc(any(any(chosen, 3), 2), .true., 1, back=.true.), findloc(any(any(chosen, 3), 1), .true., 1, back=.true.), &
+      z = [findloc(any(any(chosen, 3), 2), .true., 1, back=.true.), &
+           findloc(any(any(chosen, 3), 1), .true., 1, back=.true.), &
            findloc(any(any(chosen, 2), 1), .true., 1, back=.true.)]
       if (.not. any(chosen)) a = 1
       region = region_of_box(grid, low + 2*(a - 1), low + 2*z)
@@ -86,8 +89,9 @@ contains
          do k = 1, z(3)
             do j = 1, z(2)
                do i = 1, z(1)
-                  n(i, j, k) = merge(1, 0, chosen(a(1) + i - 1, a(2) + j - 1, a(3) + k - 1)) + n(i - 1, j - 1, k - 1) &
-                               + (n(i - 1, j, k) - n(i - 1, j - 1, k)) + (n(i, j - 1, k) - n(i, j - 1, k - 1)) &
+                  n(i, j, k) = merge(1, 0, chosen(a(1) + i - 1, a(2) + j - 1, a(3) + k - 1)) &
+                               + n(i - 1, j - 1, k - 1) + (n(i - 1, j, k) - n(i - 1, j - 1, k)) &
+                               + (n(i, j - 1, k) - n(i, j - 1, k - 1)) &
                                + (n(i, j, k - 1) - n(i - 1, j, k - 1))
                end do
             end do
@@ -113,12 +117,13 @@ contains
       integer :: first(3), last(3)
       holds = all(place > self%lower .and. place < self%upper)
       if (.not. (holds .and. allocated(self%below))) return
-      call cells_near(self, nearest(place, -1.0_wp), nearest(place, 1.0_wp), 0.0_wp, first, last) ! all cells that touch it
+      ! all cells that touch it
+      call cells_near(self, nearest(place, -1.0_wp), nearest(place, 1.0_wp), 0.0_wp, first, last)
       holds = all_of(self, first, last)
    end function holds
 
-   !> True when a node (indices in the level's grid) is an unknown of the level; all others are constrained nodes of the level
-   !> above.
+   !> True when a node (indices in the level's grid) is an unknown of the level; all others are constrained
+   !> nodes of the level above.
    pure logical function is_inner(self, node)
       class(region_t), intent(in) :: self
       integer, intent(in) :: node(3)
@@ -131,7 +136,8 @@ contains
       integer, intent(in) :: first(3), last(3)
       any_outer = .not. all(first >= self%first .and. last <= self%last)
       if (any_outer .or. .not. allocated(self%below)) return
-      any_outer = .not. all_of(self, in_grid(self, (first - 1)/2), in_grid(self, last/2)) ! all cells that touch them
+      ! all cells that touch them
+      any_outer = .not. all_of(self, in_grid(self, (first - 1)/2), in_grid(self, last/2))
    end function any_outer
 
    !> True when no place of a box is less than `width` away from an edge.
@@ -176,14 +182,17 @@ contains
       if (same_as .and. allocated(self%below)) same_as = all(self%below == other%below)
    end function same_as
 
-   !> The same region at another place, as far as it is in the grid. What goes on beyond a side of the grid does so before it moves.
+   !> The same region at another place, as far as it is in the grid. What goes on beyond a side of the grid
+   !> does so before it moves.
    pure type(region_t) function shifted(self, shift) result(region)
       class(region_t), intent(in) :: self
       integer, intent(in) :: shift(3) !< in nodes of the level's grid; even
       logical, allocatable :: chosen(:, :, :)
       integer :: low(3), high(3), from(3), i, j, k
       low = merge(0, min(max(self%low + shift, 0), self%grid%cells), self%low == 0)
-      high = merge(self%grid%cells, min(max(self%high + shift, 0), self%grid%cells), self%high == self%grid%cells)
+      associate (most => self%grid%cells)
+         high = merge(most, min(max(self%high + shift, 0), most), self%high == most)
+      end associate
       if (.not. allocated(self%below)) then
          region = region_of_box(self%grid, low, high)
          return
@@ -259,7 +268,8 @@ contains
          if (pass == 1) allocate (ends(3, 2, n))
       end do
    contains
-      !> True when the surface is bent along the edge, in direction `axis` from a corner, that four cells share.
+      !> True when the surface is bent along the edge, in direction `axis` from a corner, that four cells
+      !> share.
       pure logical function bent(at, axis, u, v)
          integer, intent(in) :: at(3), axis, u, v
          logical :: here(4)
@@ -269,14 +279,15 @@ contains
             cell(u) = cell(u) - merge(1, 0, c == 1 .or. c == 3)
             cell(v) = cell(v) - merge(1, 0, c <= 2)
             here(c) = all(cell >= 0 .and. cell < cells)
-            if (here(c) .and. allocated(self%below)) here(c) = all_of(self, self%low/2 + cell, self%low/2 + cell)
+            if (here(c) .and. allocated(self%below)) &
+               here(c) = all_of(self, self%low/2 + cell, self%low/2 + cell)
          end do
          bent = modulo(count(here), 2) == 1 .or. (count(here) == 2 .and. (here(1) .eqv. here(4)))
       end function bent
    end function outline
 
-   !> As numbers, from which unpack_region makes it: its box, how many numbers follow, and where the box has gaps a 1 or a 0 for
-   !> each of its cells, x fastest.
+   !> As numbers, from which unpack_region makes it: its box, how many numbers follow, and where the box has
+   !> gaps a 1 or a 0 for each of its cells, x fastest.
    pure function packed(self) result(numbers)
       class(region_t), intent(in) :: self
       integer(i8), allocatable :: numbers(:)
@@ -290,8 +301,8 @@ contains
       end associate
    end function packed
 
-   !> The region of a level that some numbers among others stand for. `next` goes from its first number to that behind it; `good` is
-   !> false where they are no region of this grid.
+   !> The region of a level that some numbers among others stand for. `next` goes from its first number to
+   !> that behind it; `good` is false where they are no region of this grid.
    pure subroutine unpack_region(grid, numbers, next, region, good)
       type(grid_level_t), intent(in) :: grid
       integer(i8), intent(in) :: numbers(:)
@@ -302,14 +313,16 @@ contains
       good = .false.
       if (next + 6 > size(numbers)) return
       associate (a => numbers(next:next + 2), z => numbers(next + 3:next + 5), listed => numbers(next + 6))
-         if (any(a < 0 .or. a >= z .or. z > grid%cells .or. modulo(a, 2_i8) /= 0 .or. modulo(z, 2_i8) /= 0)) return
+         if (any(a < 0 .or. a >= z .or. z > grid%cells .or. modulo(a, 2_i8) /= 0 &
+                 .or. modulo(z, 2_i8) /= 0)) return
          if (listed /= 0 .and. (listed /= product((z - a)/2) .or. listed > size(numbers) - next - 6)) return
          low = int(a)
          high = int(z)
          behind = next + 7 + int(listed)
       end associate
       region = region_of_box(grid, low, high)
-      if (behind > next + 7) region = region_of_cells(grid, low, reshape(numbers(next + 7:behind - 1) == 1_i8, (high - low)/2))
+      if (behind > next + 7) region = region_of_cells(grid, low, &
+            reshape(numbers(next + 7:behind - 1) == 1_i8, (high - low)/2))
       next = behind
       good = region%cells() > 0
    end subroutine unpack_region
@@ -322,8 +335,8 @@ contains
       place = merge(self%grid%upper, self%grid%lower + node*self%grid%cell, node == self%grid%cells)
    end function place_of
 
-   !> The cells of the level above, from first to last along each axis, that are less than `width` away from a box. Those on a side
-   !> of the grid stand for what is beyond it.
+   !> The cells of the level above, from first to last along each axis, that are less than `width` away from a
+   !> box. Those on a side of the grid stand for what is beyond it.
    pure subroutine cells_near(self, low, high, width, first, last)
       class(region_t), intent(in) :: self
       real(wp), intent(in) :: low(3), high(3), width !< m
@@ -331,7 +344,8 @@ contains
       real(wp) :: across(3)
       integer :: axis, c, most
       across = real(self%grid%cells/2, wp)
-      first = int(min(max(0.5_wp*(low - width - self%grid%lower)*self%grid%per_cell, 0.0_wp), across)) ! but for rounding
+      ! but for rounding:
+      first = int(min(max(0.5_wp*(low - width - self%grid%lower)*self%grid%per_cell, 0.0_wp), across))
       last = int(min(max(0.5_wp*(high + width - self%grid%lower)*self%grid%per_cell, 0.0_wp), across))
       do axis = 1, 3
          most = self%grid%cells(axis)/2 - 1
@@ -360,7 +374,8 @@ contains
       nearest_cell = min(max(cell, 0), self%grid%cells/2 - 1)
    end function in_grid
 
-   !> True when all cells of the level above from first to last along each axis, in the grid, belong to the region.
+   !> True when all cells of the level above from first to last along each axis, in the grid, belong to the
+   !> region.
    pure logical function all_of(self, first, last)
       class(region_t), intent(in) :: self
       integer, intent(in) :: first(3), last(3)

@@ -42,7 +42,7 @@ module m_field_table
       integer :: unseen_heat = 0      !< energy that was taken from motion that nodes do not see
       integer :: next_position = 0 !< position at the end of the step, while the step still needs the old one
    contains
-      procedure :: labels_gradients
+      procedure :: corrects_lag
    end type layout_t
 
    type :: field_table_t
@@ -140,11 +140,11 @@ contains
       layout%next_position = self%column('next_position')
    end function layout
 
-   !> True when, at edges of levels, momenta of particles stand at several times (theory.md, eq. labels) and they carry gradients,
-   !> which are to stand where the momenta do (eq. lead).
-   pure logical function labels_gradients(self)
+   !> True when, at edges of levels, momenta of particles stand at several times (theory.md, eq. time-levels) and they carry gradients,
+   !> which are to stand where the momenta do (eq. lag).
+   pure logical function corrects_lag(self)
       class(layout_t), intent(in) :: self
-      labels_gradients = self%edge_stress > 0 .and. self%gradient > 0
-   end function labels_gradients
+      corrects_lag = self%edge_stress > 0 .and. self%gradient > 0
+   end function corrects_lag
 
 end module m_field_table

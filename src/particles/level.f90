@@ -38,8 +38,8 @@ module m_level
       real(wp), allocatable :: gradient(:, :)          !< work of one block: columns on their way into order; then body forces;
                                                        !< then velocity gradients, from nodes to stress
       integer(i4), allocatable :: order(:)             !< work of one block: the order into which its particles are brought
-      real(wp), allocatable :: lead(:, :)              !< work: what the gradients that particles keep are ahead by (levels: eq.
-                                                       !< lead)
+      real(wp), allocatable :: lag(:, :)               !< work: what the gradients that particles keep are ahead by (levels: eq.
+                                                       !< lag)
       type(cell_list_t) :: at_edge                     !< work: those of a block's particles that reach an edge of levels
    contains
       procedure :: particle_count
@@ -143,10 +143,10 @@ contains
       end do
       if (allocated(self%gradient)) then
          if (size(self%gradient, 1) >= largest) return
-         deallocate (self%gradient, self%order, self%lead)
+         deallocate (self%gradient, self%order, self%lag)
       end if
       allocate (self%gradient(largest, 9), self%order(largest))
-      allocate (self%lead(merge(largest, 0, self%layout%labels_gradients()), 9))
+      allocate (self%lag(merge(largest, 0, self%layout%corrects_lag()), 9))
       if (self%layout%edge_stress > 0) call self%at_edge%reserve(largest, choosing=.true.)
    end subroutine size_work
 
@@ -171,7 +171,7 @@ contains
       class(level_t), intent(in) :: self
       integer :: b
       held = tile_bytes*size(self%extent, 3)*merge(2, 1, allocated(self%restricted)) ! what is in use of the pools
-      held = held + 8_i8*(size(self%gradient, kind=i8) + size(self%lead, kind=i8))
+      held = held + 8_i8*(size(self%gradient, kind=i8) + size(self%lag, kind=i8))
       held = held + 4_i8*size(self%order, kind=i8)
       held = held + self%at_edge%bytes()
       held = held + 4_i8*(size(self%owner, kind=i8) + size(self%slot, kind=i8))

@@ -39,7 +39,7 @@ contains
    end function declined
 
    !> The velocity gradients of all blocks wait for the sums over cells: in a field of their own, where affine transfer has none or
-   !> what it keeps is ahead of the motion (levels, eq. lead).
+   !> what it keeps is ahead of the motion (levels, eq. lag).
    subroutine declare(self, table)
       class(anti_locking_t), intent(inout) :: self
       type(field_table_t), intent(inout) :: table

@@ -1,12 +1,11 @@
 !> One step of the model, explicit in time: every level takes its step inside that of the next coarser one (theory.md, eqs
-!> half-steps, labels).
+!> half-steps, time-levels).
 module m_advance
    use mpi_f08
    use m_kinds, only: wp
    use m_errors, only: error_t
    use m_timers
    use m_scene, only: update_usl, update_usf, update_musl
-   use m_node_values, only: node_values, tile_last
    use m_clock, only: clock_t
    use m_model, only: model_t, bounds_t
    use m_integrator, only: integrator_t
@@ -187,16 +186,15 @@ contains
       real(wp) :: half, ahead
       call model%timers%on_level(l + 1)
       call model%timers%enter(model%levels_row)
-      if (model%composite(l + 1)%labelled) call sum_grown(model, l)
-      call model%composite(l + 1)%prolong(model%levels(l))
-      call model%composite(l + 1)%send_prolonged(model%communicator)
+      if (model%composite(l + 1)%corrects_lag) call sum_lag_force(model, l)
+      call model%composite(l + 1)%prolong(model%communicator, model%levels(l))
       if (.not. model%method%subcycle) then
          call advance_level(model, l + 1, clock_t(clock%time, clock%step, ends=clock%ends), error)
          return
       end if
       half = 0.5_wp*clock%step
       ahead = 0.5_wp*half
-      if (model%mixes()) ahead = 0.0_wp ! eq. labels: not with PIC
+      if (model%mixes()) ahead = 0.0_wp ! eq. time-levels: not with PIC
       call advance_level(model, l + 1, clock_t(clock%time, half, half - ahead, ends=.false.), error)
       if (error%happened()) return
       call p2g_levels(model, l + 1, clock_t(clock%time + half, half), error)
@@ -205,19 +203,16 @@ contains
       call advance_level(model, l + 1, clock_t(clock%time + half, half, -ahead, ends=clock%ends), error)
    end subroutine advance_finer
 
-   !> Collective: the finer level's force that has grown, on the nodes of level l (theory.md, eq. lead).
-   subroutine sum_grown(model, l)
+   !> Collective: the finer level's force of the stress that has grown, on the nodes of level l (theory.md, eq. lag).
+   subroutine sum_lag_force(model, l)
       type(model_t), intent(inout) :: model
       integer, intent(in) :: l
-      integer :: b
       associate (level => model%levels(l), composite => model%composite(l + 1))
-         call composite%collect_grown(level)
+         call composite%collect_lag_force(level)
          call sum_restricted(model, l)
-         do b = 1, size(level%blocks)
-            if (composite%receives(b)) call composite%keep_grown(b, level%restricted(:, :, :, :, b))
-         end do
+         call composite%keep_lag_force(level)
       end associate
-   end subroutine sum_grown
+   end subroutine sum_lag_force
 
    !> Collective: sums over blocks and ranks of what the next finer level has restricted up to level l, where constrained nodes
    !> depend on them.
@@ -229,7 +224,7 @@ contains
          call model%exchange(l)%start(level%restricted)
          call model%exchange(l)%wait(level%restricted)
          call model%timers%enter(model%levels_row)
-         call sum_tiles(level%blocks, level%interior_first, level%restricted, wanted=model%composite(l + 1)%receives)
+         call sum_tiles(level%blocks, level%interior_first, level%restricted, wanted=model%composite(l + 1)%receiving)
       end associate
    end subroutine sum_restricted
 
@@ -238,17 +233,10 @@ contains
       type(model_t), intent(inout) :: model
       integer, intent(in) :: l
       type(clock_t), intent(in) :: clock
-      real(wp) :: change(node_values, 0:tile_last, 0:tile_last, 0:tile_last)
-      integer :: b
       associate (level => model%levels(l), composite => model%composite(l + 1))
          call composite%collect_change(level)
          call sum_restricted(model, l)
-         do b = 1, size(level%blocks)
-            if (.not. composite%receives(b)) cycle
-            change = level%restricted(:, :, :, :, b)
-            call composite%correct(level, b, clock%step, model%unseen*model%method%flip_fraction, change)
-         end do
-         call composite%send_prolonged(model%communicator)
+         call composite%correct(model%communicator, level, clock%step, model%unseen*model%method%flip_fraction)
       end associate
    end subroutine correct
 

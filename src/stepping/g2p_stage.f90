@@ -72,9 +72,9 @@ contains
       type(error_t), intent(inout) :: error
       type(fastest_t) :: fastest
       integer :: kept, n
-      logical :: leads, moves
+      logical :: lags, moves
       call model%timers%enter(phase_g2p)
-      call find_leads(model, l, b, motion%time_step, leads)
+      call find_lag(model, l, b, motion%time_step, lags)
       moves = motion%time_step > 0.0_wp
       fastest%speed = huge(1.0_wp)
       if (moves) fastest%speed = most_cells_a_step*model%levels(l)%grid%cell/motion%time_step
@@ -87,7 +87,7 @@ contains
          call block%particles%changed()
          n = block%particles%count
          if (first > 0) block%particles%column(:n, first:first + 8) = level%gradient(:n, :)
-         if (leads) call add_leads(level%at_edge, level%lead, block%particles%column(:, first:first + 8))
+         if (lags) call add_lags(level%at_edge, level%lag, block%particles%column(:, first:first + 8))
          if (size(model%effect_step(l)%on_cells) == 0) return
          call give_to_cells(n, block%cells%bin, block%particles%column, level%layout, frame_of(level, block), level%gradient, &
                             level%nodes(:, :, :, :, b))
@@ -121,49 +121,45 @@ contains
       end subroutine follow_with
    end subroutine follow_loads
 
-   !> At the edge of a level: how far the gradients that particles keep are to be ahead of the motion (theory.md, eq. lead), into
+   !> At the edge of a level: how far the gradients that particles keep are to be ahead of the motion (theory.md, eq. lag), into
    !> the work array, while particles are where the step began; which particles, into the level's list of those at edges.
-   subroutine find_leads(model, l, b, time_step, leads)
+   subroutine find_lag(model, l, b, time_step, lags)
       type(model_t), intent(inout) :: model
       integer, intent(in) :: l, b
       real(wp), intent(in) :: time_step
-      logical, intent(out) :: leads
+      logical, intent(out) :: lags
       real(wp) :: tile(node_values, 0:tile_last, 0:tile_last, 0:tile_last)
-      logical :: on_edge, beside_edge, ahead(0:tile_last, 0:tile_last, 0:tile_last)
-      leads = .false.
-      if (.not. model%levels(l)%layout%labels_gradients() .or. model%levels(l)%blocks(b)%particles%count == 0) return
-      on_edge = l > 1
-      if (on_edge) on_edge = model%composite(l)%edge_of(b) > 0
-      beside_edge = l < size(model%levels)
-      if (beside_edge) beside_edge = model%composite(l + 1)%receives(b)
-      if (.not. (on_edge .or. beside_edge)) return
+      logical :: ahead(0:tile_last, 0:tile_last, 0:tile_last)
+      lags = .false.
+      if (.not. model%levels(l)%layout%corrects_lag() .or. model%levels(l)%blocks(b)%particles%count == 0) return
+      if (.not. (model%composite(l)%has_edge(b) .or. model%composite(l + 1)%receives(b))) return
       tile = 0.0_wp
-      if (on_edge) call model%composite(l)%lead_constrained(b, time_step, model%levels(l)%blocks(b)%cells%extent(), tile)
-      if (beside_edge) call model%composite(l + 1)%lead_parents(b, tile)
+      call model%composite(l)%set_constrained_lag(b, time_step, model%levels(l)%blocks(b)%cells%extent(), tile)
+      call model%composite(l + 1)%add_parent_lag(b, tile)
       associate (level => model%levels(l), block => model%levels(l)%blocks(b))
          call apply_boundary(level%grid, block%place, tile)
          ahead = abs(tile(v_x, :, :, :)) + abs(tile(v_x + 1, :, :, :)) + abs(tile(v_z, :, :, :)) > 0.0_wp
-         leads = any(ahead)
-         if (.not. leads) return
+         lags = any(ahead)
+         if (.not. lags) return
          call level%at_edge%take_bins(block%cells, bins_at(ahead))
          call g2p(level%at_edge, tile, level%layout, frame_of(level, block), still(model, l), &
-                                 block%particles%column, level%lead)
+                                 block%particles%column, level%lag)
       end associate
-   end subroutine find_leads
+   end subroutine find_lag
 
-   !> Add the leads of the listed particles to their gradients.
-   pure subroutine add_leads(listed, lead, gradient)
+   !> Add the lags of the listed particles to their gradients.
+   pure subroutine add_lags(listed, lag, gradient)
       type(cell_list_t), intent(in) :: listed
-      real(wp), intent(in), contiguous :: lead(:, :)
+      real(wp), intent(in), contiguous :: lag(:, :)
       real(wp), intent(inout), contiguous :: gradient(:, :) !< (:, 9), 1/s
       integer :: c, p
       associate (which => listed%order(:listed%count))
          do c = 1, 9
             do p = 1, size(which)
-               gradient(which(p), c) = gradient(which(p), c) + lead(which(p), c)
+               gradient(which(p), c) = gradient(which(p), c) + lag(which(p), c)
             end do
          end do
       end associate
-   end subroutine add_leads
+   end subroutine add_lags
 
 end module m_g2p_stage

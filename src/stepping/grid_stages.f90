@@ -6,7 +6,7 @@ module m_grid_stages
    use m_clock, only: clock_t
    use m_model, only: model_t
    use m_migration, only: frame_of
-   use m_composite, only: clear_covered
+   use m_edge, only: clear_covered
    use m_p2g_boxes, only: clear
    use m_particle_transfer, only: p2g
    use m_node_exchange, only: sum_tiles
@@ -89,8 +89,7 @@ contains
       integer, intent(in) :: l, b
       whole = model%effect_step(l)%acts_on_nodes
       if (.not. whole .and. .not. is_idle(model, l, b)) whole = has_boundary(model%levels(l)%grid, model%levels(l)%blocks(b)%place)
-      if (l < size(model%levels)) whole = whole .or. model%composite(l + 1)%receives(b)
-      if (l > 1) whole = whole .or. model%composite(l)%edge_of(b) > 0
+      whole = whole .or. model%composite(l + 1)%receives(b) .or. model%composite(l)%has_edge(b)
    end function needs_whole_tile
 
    !> True when nobody wants to know of the nodes of a block: it has no particles, is no parent, and restricts nothing.
@@ -98,8 +97,7 @@ contains
       type(model_t), intent(in) :: model
       integer, intent(in) :: l, b
       is_idle = model%levels(l)%blocks(b)%particles%count == 0
-      if (is_idle .and. l < size(model%levels)) is_idle = .not. model%composite(l + 1)%is_parent(b)
-      if (is_idle .and. l > 1) is_idle = model%composite(l)%edge_of(b) == 0
+      if (is_idle) is_idle = .not. (model%composite(l + 1)%is_parent(b) .or. model%composite(l)%has_edge(b))
    end function is_idle
 
    !> Sums over blocks and ranks of the nodes of one part of a level's blocks: 1, those without remote neighbours; 2, the others,
@@ -132,13 +130,10 @@ contains
       type(model_t), intent(inout) :: model
       integer, intent(in) :: l, b
       type(clock_t), intent(in) :: clock
-      integer :: e
       if (is_idle(model, l, b)) return
       call model%timers%enter(phase_nodes)
-      e = 0
-      if (l > 1) e = model%composite(l)%edge_of(b)
       call solve_nodes(model%levels(l)%nodes(:, :, :, :, b), clock%step, model%levels(l)%extent(:, :, b))
-      if (e > 0) call model%composite(l)%set_constrained(b, clock%remaining, model%levels(l)%nodes(:, :, :, :, b))
+      call model%composite(l)%set_constrained(b, clock%remaining, model%levels(l)%nodes(:, :, :, :, b))
       if (size(model%effect_step(l)%on_nodes) > 0 .and. clock%step > 0.0_wp) call change_nodes(model, l, b, clock)
       call apply_boundary(model%levels(l)%grid, model%levels(l)%blocks(b)%place, model%levels(l)%nodes(:, :, :, :, b))
    end subroutine solve_block
@@ -149,30 +144,20 @@ contains
       type(model_t), intent(inout) :: model
       integer, intent(in) :: l, b
       type(clock_t), intent(in) :: clock
-      integer, allocatable :: constrained(:, :)
       real(wp), allocatable :: before(:, :, :, :)
       logical :: bare(0:tile_last, 0:tile_last, 0:tile_last), kept
       integer :: q
-      allocate (constrained(4, 0))
-      if (l > 1) then
-         if (model%composite(l)%edge_of(b) > 0) constrained = model%composite(l)%edges(model%composite(l)%edge_of(b))%constrained
-      end if
-      kept = l < size(model%levels)
-      if (kept) kept = model%composite(l + 1)%receives(b)
+      kept = model%composite(l + 1)%receives(b)
       associate (nodes => model%levels(l)%nodes(:, :, :, :, b))
          if (kept) then
             before = nodes(a_x:a_z, :, :, :)
             bare = .not. nodes(mass_, :, :, :) > 0.0_wp
             where (bare) nodes(mass_, :, :, :) = tiny(1.0_wp)
          end if
-         call model%effect_step(l)%change_nodes(model%effects, model%levels(l), b, clock%time, clock%step, constrained, &
-                                                model%timers)
+         call model%effect_step(l)%change_nodes(model%effects, model%levels(l), b, clock%time, clock%step, &
+                                                model%composite(l)%constrained(b), model%timers)
          if (.not. kept) return
-         associate (composite => model%composite(l + 1))
-            if (.not. allocated(composite%pushed)) &
-               allocate (composite%pushed(3, 0:tile_last, 0:tile_last, 0:tile_last, size(model%levels(l)%blocks)), source=0.0_wp)
-            composite%pushed(:, :, :, :, b) = nodes(a_x:a_z, :, :, :) - before
-         end associate
+         call model%composite(l + 1)%keep_push(b, nodes(a_x:a_z, :, :, :) - before)
          do q = mass_, a_z
             where (bare) nodes(q, :, :, :) = 0.0_wp
          end do

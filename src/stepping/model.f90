@@ -51,7 +51,7 @@ module m_model
       type(contact_t) :: contact
       type(node_exchange_t), allocatable :: exchange(:) !< one a level
       type(migration_t), allocatable :: migration(:)    !< one a level
-      type(composite_t), allocatable :: composite(:)    !< each level with the one above; the first is not used
+      type(composite_t), allocatable :: composite(:)    !< each level with the one above; the first and one more are empty
       type(timers_t) :: timers
       integer :: levels_row = 0                       !< of the timers, where there are several levels
       type(bounds_t) :: bounds
@@ -226,7 +226,7 @@ contains
       n = 1
       if (has_levels(scene)) n = 1 + size(scene%levels)
       if (n > 1) self%level_specs = scene%levels
-      allocate (self%levels(n), self%effect_step(n), self%exchange(n), self%migration(n), self%composite(n))
+      allocate (self%levels(n), self%effect_step(n), self%exchange(n), self%migration(n), self%composite(n + 1))
       allocate (self%level_steps(n), source=0_i8)
       do l = 1, n
          self%levels(l)%number = l
@@ -616,6 +616,8 @@ contains
       do l = 1, size(self%levels)
          call self%exchange(l)%release()
          call self%migration(l)%release()
+      end do
+      do l = 1, size(self%composite)
          call self%composite(l)%release()
       end do
       call self%contact%release()

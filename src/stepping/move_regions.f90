@@ -1,4 +1,5 @@
-!> Levels that move: with a tool, or to where a criterion wants them; and the particles that change level by that.
+!> Levels that move: with a tool, or to where a criterion wants them; and the particles that change level by
+!> that.
 module m_move_regions
    use m_kinds, only: wp, i8
    use m_constants, only: exit_numerical
@@ -17,8 +18,8 @@ module m_move_regions
 
 contains
 
-   !> Collective: at the end of a step of the coarsest level. Regions move by whole cells of the coarsest level that follow a tool,
-   !> so that the gaps between nested ones stay.
+   !> Collective: at the end of a step of the coarsest level. Regions move by whole cells of the coarsest
+   !> level that follow a tool, so that the gaps between nested ones stay.
    subroutine move_regions(model, error)
       type(model_t), intent(inout) :: model
       type(error_t), intent(inout) :: error
@@ -63,7 +64,7 @@ contains
       call forget_edge_stress(model)
    end subroutine settle_particles
 
-   !> New edges: nothing is ahead of its time there (theory.md, eq. labels).
+   !> New edges: nothing is ahead of its time there (theory.md, eq. time-levels).
    subroutine forget_edge_stress(model)
       type(model_t), intent(inout) :: model
       integer :: b, e, l
@@ -92,7 +93,8 @@ contains
                         2**(l - 1)*nint(tool%travel*tool%spec%axis*model%levels(1)%grid%per_cell))
             end associate
          else if (spec%criterion /= criterion_none .and. mod(model%step, int(judged_every, i8)) == 0) then
-            call judge_region(model%communicator, model%levels, l, model%materials, spec%criterion, spec%max_cells, found, judged)
+            call judge_region(model%communicator, model%levels, l, model%materials, spec%criterion, &
+                              spec%max_cells, found, judged)
             if (found) region = judged
          end if
       end associate

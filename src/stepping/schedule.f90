@@ -127,9 +127,7 @@ contains
          call model%timers%on_level(l)
       end if
       if (.not. model%works_ahead) return
-      if (l < size(model%levels)) then
-         if (model%composite(l + 1)%is_parent(b)) return ! the finer level gives to its nodes
-      end if
+      if (model%composite(l + 1)%is_parent(b)) return ! the finer level gives to its nodes
       call p2g_block(model, l, b)
    end subroutine look_ahead
 

@@ -17,8 +17,8 @@ thesis         coarse particles everywhere; those in the fine region and in a fr
                parents take their children's mean after it
 register       thesis, with the momentum that passes the edge counted on both levels and the difference given to the coarse particles there
 composite      a particle lives once; fine nodes at the edge follow the coarse ones and hand them what they get. Velocities stand in
-               the middle of their steps (eq. labels) where flip is 1
-uneven         composite, the velocity gradients of affine transfer are those that particles moved with (eq. lead left out)
+               the middle of their steps (eq. time-levels) where flip is 1
+uneven         composite, the velocity gradients of affine transfer are those that particles moved with (eq. lag left out)
 unlabelled     composite, all velocities as if they stood at one time; the same where flip is not 1
 lasting        composite, what stress has grown by counts from the start, not from when a particle comes to the edge
 lockstep       composite, one time step for all levels
@@ -195,7 +195,7 @@ class Composite:
         return np.array([level.hand_up(m), level.hand_up(q, change), level.hand_up(f), level.hand_up(level.force(level.p, "grown"))])
 
     def advance(self, l, dt, slave_v, slave_a, slave_lead):
-        """One step of level l with all finer ones; slave_v at the end of the step; slave_lead: eq. lead."""
+        """One step of level l with all finer ones; slave_v at the end of the step; slave_lead: eq. lag."""
         level, beta, finer = self.levels[l], 1 - self.flip, l + 1 < len(self.levels)
         m, q, f = level.total
         a = np.where(level.inner, over(f, m), slave_a)

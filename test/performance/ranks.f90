@@ -117,8 +117,8 @@ contains
             call settle_blocks(levels(l), rank)
             around = find_neighbours(levels(l), number)
             steps = steps_of_levels(l)
-            sums = 1 ! node sums of a step: one more where a finer level takes two steps, and one where their labels differ
-            if (l < size(levels) .and. scene%time%subcycle) sums = merge(3, 2, levels(l)%layout%labels_gradients())
+            sums = 1 ! node sums of a step: one more where a finer level takes two steps, and one where their time lag is corrected
+            if (l < size(levels) .and. scene%time%subcycle) sums = merge(3, 2, levels(l)%layout%corrects_lag())
             associate (before => blocks_before(levels, l))
                work = work + steps*sum(int(max(0, counts(before + levels(l)%blocks%index)), i8))
             end associate
@@ -133,8 +133,8 @@ contains
          do l = 2, size(levels)
             call composite%build(one, levels(l - 1), levels(l))
             steps = steps_of_levels(l) ! up and down as often as the finer level steps
-            messages = messages + steps*sum(composite%messages_each)
-            bytes = bytes + steps*sum(composite%bytes_each)
+            messages = messages + steps*sum(composite%exchange%messages_each)
+            bytes = bytes + steps*sum(composite%exchange%bytes_each)
          end do
          blocks_most = max(blocks_most, blocks)
          work_most = max(work_most, work)

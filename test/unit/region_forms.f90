@@ -29,8 +29,9 @@ contains
       dice = min(high, low + int(chance%between(0.0_wp, real(high - low + 1, wp))))
    end function dice
 
-   !> Regions of any form, in the grid and at its sides: every answer against plain loops over the cells of the level above, those
-   !> at the sides of the grid without end. Half of the places lie on planes between cells.
+   !> Regions of any form, in the grid and at its sides: every answer against plain loops over the cells of
+   !> the level above, those at the sides of the grid without end. Half of the places lie on planes between
+   !> cells.
    subroutine any_form(test, chance, form, regions)
       type(assertions_t), intent(inout) :: test
       type(chance_t), intent(inout) :: chance
@@ -44,7 +45,8 @@ contains
       integer :: trial, r, node(3), last(3), in_reach, out_of_reach
       integer(i8), allocatable :: numbers(:)
       logical :: good
-      grid = make_grid_level(grid_spec_t(lower=[-0.3_wp, 0.2_wp, 0.0_wp], upper=[-0.3_wp, 0.2_wp, 0.0_wp] + n*cell, &
+      grid = make_grid_level(grid_spec_t(lower=[-0.3_wp, 0.2_wp, 0.0_wp], upper=[-0.3_wp, 0.2_wp, 0.0_wp] &
+                                         + n*cell, &
                                          cell_size=cell, cells=[n, n, n]), 2)
       do r = 1, regions
          call choose(chance, form, chosen)
@@ -54,7 +56,8 @@ contains
             node = [dice(chance, -1, 2*n), dice(chance, -1, 2*n), dice(chance, -1, 2*n)]
             last = node + dice(chance, 0, 3)*[1, 1, 0] + dice(chance, 0, 9)*[0, 0, 1]
             call test%check(region%is_inner(node) .eqv. all_inner(node, node), form//': inner nodes')
-            call test%check(region%any_outer(node, last) .neqv. all_inner(node, last), form//': nodes some of which are outer')
+            call test%check(region%any_outer(node, last) .neqv. all_inner(node, last), form// &
+                            ': nodes some of which are outer')
             x = [a_place(1), a_place(2), a_place(3)]
             call look(x, x, -1.0_wp, in_reach, out_of_reach)
             call test%check(region%holds(x) .eqv. out_of_reach == 0, form//': places inside')
@@ -73,7 +76,8 @@ contains
          end do
          trial = 2
          call unpack_region(grid, [0_i8, region%packed(), 7_i8], trial, again, good)
-         call test%check(good .and. trial == size(region%packed()) + 2 .and. region%same_as(again), form//': packed and unpacked')
+         call test%check(good .and. trial == size(region%packed()) + 2 .and. region%same_as(again), form// &
+                         ': packed and unpacked')
          numbers = region%packed()
          numbers(7) = numbers(7) - 1
          trial = 1
@@ -89,7 +93,8 @@ contains
          if (dice(chance, 0, 1) == 1) a_place = grid%lower(axis) + 2*dice(chance, 0, n)*grid%cell
       end function a_place
 
-      !> How many cells of the region, and others, are less than a width away from a box; or touch it where that is -1.
+      !> How many cells of the region, and others, are less than a width away from a box; or touch it where
+      !> that is -1.
       subroutine look(a, z, width, in_reach, out_of_reach)
          real(wp), intent(in) :: a(3), z(3), width
          integer, intent(out) :: in_reach, out_of_reach
@@ -137,7 +142,8 @@ contains
          end do
       end function all_inner
 
-      !> The region somewhere else, against its cells moved, those at the sides of the grid standing for what is beyond.
+      !> The region somewhere else, against its cells moved, those at the sides of the grid standing for what
+      !> is beyond.
       subroutine shift_it()
          logical :: moved(0:n - 1, 0:n - 1, 0:n - 1)
          integer :: shift(3), c(3), i, j, k
@@ -205,8 +211,10 @@ contains
       region = make_region(grid, [2, 0, 4], chosen)
       call region%bounding_box(lower, upper)
       ends = region%outline()
-      call test%check_close(lower, [minval(ends(1, :, :)), minval(ends(2, :, :)), minval(ends(3, :, :))], 0.0_wp, 'outline: lower')
-      call test%check_close(upper, [maxval(ends(1, :, :)), maxval(ends(2, :, :)), maxval(ends(3, :, :))], 0.0_wp, 'outline: upper')
+      call test%check_close(lower, [minval(ends(1, :, :)), minval(ends(2, :, :)), minval(ends(3, :, :))], &
+                            0.0_wp, 'outline: lower')
+      call test%check_close(upper, [maxval(ends(1, :, :)), maxval(ends(2, :, :)), maxval(ends(3, :, :))], &
+                            0.0_wp, 'outline: upper')
    contains
       subroutine see(lines, length, name)
          integer, intent(in) :: lines, length !< in cells of the level above

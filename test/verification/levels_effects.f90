@@ -115,7 +115,7 @@ contains
       if (comm%is_root()) print '(6x,a15,a40,6es9.1,i7,a)', name, manner%text(), off, size(all, 2), ' particles'
       if (manner%levels > 1) call test%check(comm%sum_count(model%splits) > 0, 'free fall: particles were split')
       ! all velocities are given for one time, but those of two levels stand at two: with subcycling a force that is there from the
-      ! start moves them apart by a quarter of the coarse step's change (theory.md, eq. labels)
+      ! start moves them apart by a quarter of the coarse step's change (theory.md, eq. time-levels)
       near = merge(1.0e-3_wp, 1.0e-12_wp, manner%subcycle .and. manner%levels > 1)
       call test%check_close(off(1), 0.0_wp, near, 'free fall: velocity of every particle, '//name//', '//manner%text())
       call test%check(off(2) < 0.01_wp, 'free fall: way')

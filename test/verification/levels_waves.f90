@@ -94,7 +94,7 @@ contains
          case (5)
             call add_level(scene, [42, 0, 0], [56, 2, 2]) ! the pulse has passed them when it is measured: particles that touch an
             call add_level(scene, [46, 0, 0], [52, 2, 2]) ! edge have impulses of the finer side ahead of time (theory.md, eq.
-                                                          ! labels)
+                                                          ! time-levels)
          end select
          call model%build(comm, scene, error)
          call set_pulse(model, manner)
