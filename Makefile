@@ -4,7 +4,13 @@
 -include config.mk
 
 BUILD ?= opt
-build := build/$(BUILD)
+# What fills the halo: src/parallel/halo_mpi.f90, or halo_coarray.f90, which needs OpenCoarrays.
+HALO ?= mpi
+halos := mpi coarray
+ifeq ($(filter $(HALO),$(halos)),)
+$(error HALO=$(HALO): the halo is filled by mpi or coarray)
+endif
+build := build/$(BUILD)$(if $(filter coarray,$(HALO)),_coarray)
 .DEFAULT_GOAL := gimp3d
 
 # ---- compiler and flags -------------------------------------------------------------------------------------------------------
@@ -26,7 +32,7 @@ FLAGS_EXTRA ?=
 ifndef FLAGS_$(BUILD)
 $(error BUILD=$(BUILD): the builds are opt, debug, profile, avx2, fuzz)
 endif
-flags = $(strip $(FLAGS_$(BUILD)) $(FLAGS_EXTRA) $(flags_here))
+flags = $(strip $(FLAGS_$(BUILD)) $(FLAGS_EXTRA) $(if $(filter coarray,$(HALO)),-fcoarray=lib) $(flags_here))
 
 # ---- libraries: asked for once, and only when something is compiled -------------------------------------------------------------
 
@@ -35,19 +41,21 @@ multiarch = $(call once,multiarch,$(shell gcc -print-multiarch))
 PKG_CONFIG ?= pkg-config
 PETSC_FLAGS ?= $(call once,PETSC_FLAGS,$(shell $(PKG_CONFIG) --cflags-only-I PETSc))
 PETSC_LIBS ?= $(call once,PETSC_LIBS,$(shell $(PKG_CONFIG) --libs PETSc))
+COARRAY_LIBS ?= $(call once,COARRAY_LIBS,$(shell $(PKG_CONFIG) --libs caf-openmpi 2>/dev/null))
 HDF5_INC ?= /usr/include/hdf5/openmpi
 HDF5_LIB ?= /usr/lib/$(multiarch)/hdf5/openmpi
 METIS_INC ?= /usr/include
 METIS_LIB ?=
 comma := ,
-libraries = $(if $(filter fuzz,$(BUILD)),-Wl$(comma)--as-needed) -L$(HDF5_LIB) -lhdf5_fortran -lhdf5 $(METIS_LIB:%=-L%) -lmetis $(PETSC_LIBS)
+libraries = $(if $(filter fuzz,$(BUILD)),-Wl$(comma)--as-needed) -L$(HDF5_LIB) -lhdf5_fortran -lhdf5 $(METIS_LIB:%=-L%) -lmetis $(PETSC_LIBS) $(if $(filter coarray,$(HALO)),$(COARRAY_LIBS))
 compile = $(FC) $(flags) -I$(HDF5_INC) -J$(build)/mod
 petsc_compile = $(compile) -ffree-line-length-none $(PETSC_FLAGS)
 
 # ---- sources --------------------------------------------------------------------------------------------------------------------
 
 main := src/app/gimp3d.f90
-sources := $(sort $(shell find src -name '*.f90' -o -name '*.F90'))
+sources := $(filter-out $(patsubst %,src/parallel/halo_%.f90,$(filter-out $(HALO),$(halos))),\
+   $(sort $(shell find src -name '*.f90' -o -name '*.F90')))
 test_sources := $(sort $(shell find test -name '*.f90' 2>/dev/null))
 library_objects := $(patsubst src/%,$(build)/obj/src/%.o,$(basename $(filter-out $(main),$(sources))))
 program := $(if $(filter $(main),$(sources)),$(build)/gimp3d)
@@ -71,7 +79,8 @@ chosen_binaries := $(filter $(wanted),$(test_binaries))
 .DELETE_ON_ERROR:
 .SUFFIXES:
 
-## gimp3d      build the program (the default); BUILD=opt (default), debug, profile or avx2 (without AVX-512)
+## gimp3d      build the program (the default); BUILD=opt (default), debug, profile or avx2 (without AVX-512);
+##             HALO=coarray: ghosts by coarrays, in place of MPI
 gimp3d: library $(program)
 ifeq ($(program),)
 	@echo "$(main) is not there yet: built $(build)/libgimp3d.a only"
@@ -126,6 +135,9 @@ write_if_changed = { cmp -s $(1).new $(1) && rm -f $(1).new || mv $(1).new $(1);
 $(build)/flags: FORCE
 	@command -v $(firstword $(FC)) > /dev/null || \
 	   { echo "$(firstword $(FC)) is not there; \`make deps\` says what is missing"; exit 1; }
+	@[ $(HALO) = mpi ] || [ '$(COARRAY_LIBS)' ] || \
+	   { echo "HALO=coarray needs OpenCoarrays for Open MPI: apt-get install libcoarrays-openmpi-dev, or say in config.mk COARRAY_LIBS = ..."; \
+	     exit 1; }
 	@mkdir -p $(@D)
 	@{ echo '$(petsc_compile)'; echo '$(libraries)'; $(FC) --version | head -n 1; } > $@.new && $(call write_if_changed,$@)
 
@@ -169,7 +181,7 @@ help:
 
 ## clean       remove what was compiled
 clean:
-	rm -rf build/opt build/debug build/profile build/avx2 build/effects gimp3d
+	rm -rf build/opt build/debug build/profile build/avx2 build/*_coarray build/effects gimp3d
 
 ## clean-all   clean, and the Python packages too (results under out/ stay)
 clean-all: clean
@@ -185,6 +197,7 @@ export OMPI_ALLOW_RUN_AS_ROOT_CONFIRM ?= 1
 export OMPI_MCA_rmaps_base_oversubscribe ?= 1
 export OMPI_MCA_hwloc_base_binding_policy ?= none
 export OMPI_MCA_btl_vader_single_copy_mechanism ?= none
+export OMPI_MCA_osc ?= pt2pt
 export ASAN_OPTIONS ?= detect_leaks=0
 
 jobs = $(if $(filter -j% --jobserver%,$(MAKEFLAGS)),,-j$(shell nproc 2>/dev/null || echo 1))
@@ -204,7 +217,7 @@ demo:
 test:
 	$(set_up)
 	@$(MAKE) --no-print-directory -k $(jobs) tests
-	@BUILD=$(BUILD) PYTHON='$(abspath $(python))' test/run $(TEST_OPTIONS) $(TESTS)
+	@BUILD=$(notdir $(build)) PYTHON='$(abspath $(python))' test/run $(TEST_OPTIONS) $(TESTS)
 
 ## test-all    the same with the long tests
 test-all:
