@@ -233,7 +233,10 @@ fuzz:
 bench:
 	$(set_up)
 	@$(MAKE) --no-print-directory $(jobs) tests TESTS=performance
-	@$(python) test/performance/bench.py $(build)/bench $(build)/gimp3d $(build)/test/performance $(if $(BENCH),--only $(BENCH)) $(if $(BEFORE),--before $(BEFORE)) \
+	@[ -z '$(filter halo,$(or $(BENCH),halo))' ] || ! $(PKG_CONFIG) --exists caf-openmpi || \
+	   $(MAKE) --no-print-directory $(jobs) HALO=coarray build/$(BUILD)_coarray/test/performance/halo
+	@$(python) test/performance/bench.py $(build)/bench $(build)/gimp3d $(build)/test/performance $(if $(BENCH),--only $(BENCH)) \
+	   $(if $(BEFORE),--before $(BEFORE)) --coarrays build/$(BUILD)_coarray/test/performance \
 	   --build '$(shell $(FC) --version 2>/dev/null | head -n 1); $(flags).'
 
 ## effects     count what effects cost scenes that do not call for them (perf or valgrind); SCENES="cone demo" counts these only
