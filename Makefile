@@ -197,7 +197,9 @@ export OMPI_ALLOW_RUN_AS_ROOT_CONFIRM ?= 1
 export OMPI_MCA_rmaps_base_oversubscribe ?= 1
 export OMPI_MCA_hwloc_base_binding_policy ?= none
 export OMPI_MCA_btl_vader_single_copy_mechanism ?= none
+ifeq ($(HALO),coarray)
 export OMPI_MCA_osc ?= pt2pt
+endif
 export ASAN_OPTIONS ?= detect_leaks=0
 
 jobs = $(if $(filter -j% --jobserver%,$(MAKEFLAGS)),,-j$(shell nproc 2>/dev/null || echo 1))

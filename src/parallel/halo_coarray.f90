@@ -1,6 +1,6 @@
-!> Halo fill by coarrays (Fortran 2008), in place of m_halo of halo_mpi.f90: `make HALO=coarray`. A rank gathers what a neighbour
-!> needs and puts it into its place in the neighbour's inbox, which all images have allocated with the same shape. Image i is rank
-!> i - 1.
+!> Halo fill by coarrays (Fortran 2008), in place of m_halo of halo_mpi.f90: `make HALO=coarray`. A rank
+!> gathers what a neighbour needs and puts it into its place in the neighbour's inbox, which all images have
+!> allocated with the same shape. Image i is rank i - 1.
 module m_halo
    use mpi_f08, only: MPI_Sendrecv, MPI_INTEGER8, MPI_STATUS_IGNORE
    use m_kinds, only: wp, i8
@@ -10,14 +10,14 @@ module m_halo
    private
    public :: halo_t
 
-   !> What neighbours have put here: two columns each halo, used in turn, for a neighbour may still read what it got last, but has
-   !> synchronised since it read what it got before that.
+   !> What neighbours have put here: two columns each halo, used in turn, for a neighbour may still read what it
+   !> got last, but has synchronised since it read what it got before that.
    real(wp), allocatable :: inbox(:, :)[:]
    logical, allocatable :: taken(:) !< by numbers of halos
 
    type :: halo_t
       integer(i8) :: held = 0                       !< memory for values on their way (bytes)
-      integer, private :: number = 0                !< the inbox has columns 2 number - 1 and 2 number for it; 0: none
+      integer, private :: number = 0                !< columns 2 number - 1, 2 number of the inbox; 0: none
       integer, private :: turn = 0                  !< exchanges that have begun
       integer, allocatable, private :: images(:)    !< neighbours
       type(runs_t), allocatable, private :: send(:), receive(:)
@@ -32,7 +32,8 @@ module m_halo
 
 contains
 
-   !> Collective: the messages to and from so many neighbours, in place of those before. Ranks alone take no part.
+   !> Collective: the messages to and from so many neighbours, in place of those before. A model of one rank takes
+   !> no part.
    subroutine connect(self, communicator, ranks, send, receive)
       class(halo_t), intent(inout) :: self
       type(communicator_t), intent(in) :: communicator
@@ -51,8 +52,8 @@ contains
       allocate (self%place(size(ranks)), self%gathered(maxval([0_i8, send%values])))
       before = 0
       do r = 1, size(ranks)
-         call MPI_Sendrecv(before, 1, MPI_INTEGER8, ranks(r), 1, self%place(r), 1, MPI_INTEGER8, ranks(r), 1, communicator%comm, &
-                           MPI_STATUS_IGNORE)
+         call MPI_Sendrecv(before, 1, MPI_INTEGER8, ranks(r), 1, self%place(r), 1, MPI_INTEGER8, ranks(r), 1, &
+                           communicator%comm, MPI_STATUS_IGNORE)
          before = before + receive(r)%values
       end do
       self%held = (2*size(inbox, 1, kind=i8) + size(self%gathered, kind=i8))*(storage_size(1.0_wp)/8)
@@ -105,8 +106,10 @@ contains
       sync images (self%images)
       before = 0
       do r = 1, size(self%images)
-         call scatter(self%receive(r), inbox(before + 1:before + self%receive(r)%values, column_of(self)), tiles)
-         before = before + self%receive(r)%values
+         associate (receive => self%receive(r))
+            call scatter(receive, inbox(before + 1:before + receive%values, column_of(self)), tiles)
+            before = before + receive%values
+         end associate
       end do
    end subroutine wait
 
