@@ -4,7 +4,13 @@
 -include config.mk
 
 BUILD ?= opt
-build := build/$(BUILD)
+# What fills the halo: src/parallel/halo_mpi.f90, or halo_coarray.f90, which needs OpenCoarrays.
+HALO ?= mpi
+halos := mpi coarray
+ifeq ($(filter $(HALO),$(halos)),)
+$(error HALO=$(HALO): the halo is filled by mpi or coarray)
+endif
+build := build/$(BUILD)$(if $(filter coarray,$(HALO)),_coarray)
 .DEFAULT_GOAL := gimp3d
 
 # ---- compiler and flags -------------------------------------------------------------------------------------------------------
@@ -37,7 +43,7 @@ vectors := $(if $(filter x86_64,$(shell uname -m)),-mprefer-vector-width=512)
 builds := opt debug profile avx2 fuzz
 $(if $(filter $(BUILD),$(builds)),,$(error BUILD=$(BUILD): the builds are $(builds)))
 # FLAGS_opt=... on the command line or in config.mk stands for the row of the table.
-flags = $(strip $(or $(FLAGS_$(BUILD)),$(FLAGS_$(compiler)_$(BUILD))) $(FLAGS_EXTRA) $(flags_here))
+flags = $(strip $(or $(FLAGS_$(BUILD)),$(FLAGS_$(compiler)_$(BUILD))) $(FLAGS_EXTRA) $(if $(filter coarray,$(HALO)),-fcoarray=lib) $(flags_here))
 
 # The compiler behind FC, by its own word (OpenCoarrays' wrapper starts gfortran).
 version = $(call once,version,$(shell $(FC) --version 2>/dev/null | head -n 1))
@@ -49,6 +55,7 @@ multiarch = $(call once,multiarch,$(shell gcc -print-multiarch))
 PKG_CONFIG ?= pkg-config
 PETSC_FLAGS ?= $(call once,PETSC_FLAGS,$(shell $(PKG_CONFIG) --cflags-only-I PETSc))
 PETSC_LIBS ?= $(call once,PETSC_LIBS,$(shell $(PKG_CONFIG) --libs PETSc))
+COARRAY_LIBS ?= $(call once,COARRAY_LIBS,$(shell $(PKG_CONFIG) --libs caf-openmpi 2>/dev/null))
 # HDF5: where HDF5_INC and HDF5_LIB say, else where pkg-config does, else in Debian's folders.
 HDF5_INC ?=
 HDF5_LIB ?=
@@ -59,14 +66,16 @@ hdf5_folders = $(call once,hdf5_folders,$(or $(HDF5_LIB:%=-L%),$(shell $(PKG_CON
 METIS_INC ?= /usr/include
 METIS_LIB ?=
 comma := ,
-libraries = $(if $(filter fuzz,$(BUILD)),-Wl$(comma)--as-needed) $(hdf5_folders) -lhdf5_fortran -lhdf5 $(METIS_LIB:%=-L%) -lmetis $(PETSC_LIBS)
+libraries = $(if $(filter fuzz,$(BUILD)),-Wl$(comma)--as-needed) $(hdf5_folders) -lhdf5_fortran -lhdf5 $(METIS_LIB:%=-L%) -lmetis $(PETSC_LIBS) \
+   $(if $(filter coarray,$(HALO)),$(COARRAY_LIBS))
 compile = $(FC) $(flags) $(hdf5_flags) $(FLAGS_$(compiler)_modules)$(build)/mod
 petsc_compile = $(compile) $(FLAGS_$(compiler)_long_lines) $(PETSC_FLAGS)
 
 # ---- sources --------------------------------------------------------------------------------------------------------------------
 
 main := src/app/gimp3d.f90
-sources := $(sort $(shell find src -name '*.f90' -o -name '*.F90'))
+sources := $(filter-out $(patsubst %,src/parallel/halo_%.f90,$(filter-out $(HALO),$(halos))),\
+   $(sort $(shell find src -name '*.f90' -o -name '*.F90')))
 test_sources := $(sort $(shell find test -name '*.f90' 2>/dev/null))
 library_objects := $(patsubst src/%,$(build)/obj/src/%.o,$(basename $(filter-out $(main),$(sources))))
 program := $(if $(filter $(main),$(sources)),$(build)/gimp3d)
@@ -90,7 +99,8 @@ chosen_binaries := $(filter $(wanted),$(test_binaries))
 .DELETE_ON_ERROR:
 .SUFFIXES:
 
-## gimp3d      build the program (the default); BUILD=opt (default), debug, profile or avx2 (without AVX-512)
+## gimp3d      build the program (the default); BUILD=opt (default), debug, profile or avx2 (without AVX-512);
+##             HALO=coarray: ghosts by coarrays, in place of MPI
 gimp3d: library $(program)
 ifeq ($(program),)
 	@echo "$(main) is not there yet: built $(build)/libgimp3d.a only"
@@ -142,6 +152,9 @@ write_if_changed = { cmp -s $(1).new $(1) && rm -f $(1).new || mv $(1).new $(1);
 $(build)/flags: FORCE
 	@command -v $(firstword $(FC)) > /dev/null || \
 	   { echo "$(firstword $(FC)) is not there; \`make deps\` says what is missing"; exit 1; }
+	@[ $(HALO) = mpi ] || [ '$(COARRAY_LIBS)' ] || \
+	   { echo "HALO=coarray needs OpenCoarrays for Open MPI: apt-get install libcoarrays-openmpi-dev, or say in config.mk COARRAY_LIBS = ..."; \
+	     exit 1; }
 	@[ '$(flags)' ] && [ '$(FLAGS_$(compiler)_modules)' ] || { echo "$(FC) starts \"$(version)\", for which there are no flags:" \
 	   "gimp3d is built with gfortran, or with a compiler whose FLAGS_$(compiler)_... are set in config.mk as the Makefile sets those of gfortran"; \
 	   exit 1; }
@@ -196,7 +209,7 @@ help:
 
 ## clean       remove what was compiled
 clean:
-	rm -rf $(builds:%=build/%) build/effects build/plans build/api gimp3d
+	rm -rf $(builds:%=build/%) build/*_coarray build/effects build/plans build/api gimp3d
 
 ## distclean   remove all that make made: clean, and the Python packages too (results under out/ and config.mk stay)
 distclean: clean
@@ -250,7 +263,7 @@ demo:
 test check:
 	$(set_up)
 	@$(MAKE) --no-print-directory -k $(jobs) tests
-	@BUILD=$(BUILD) PYTHON='$(abspath $(python))' test/run $(TEST_OPTIONS) $(TESTS)
+	@BUILD=$(notdir $(build)) PYTHON='$(abspath $(python))' test/run $(TEST_OPTIONS) $(TESTS)
 
 ## test-all    the same with the long tests
 test-all:
@@ -266,7 +279,10 @@ fuzz:
 bench:
 	$(look)
 	@$(MAKE) --no-print-directory $(jobs) tests TESTS=performance
-	@$(mpi) $(python) test/performance/bench.py $(build)/bench $(build)/gimp3d $(build)/test/performance $(if $(BENCH),--only $(BENCH)) $(if $(BEFORE),--before $(BEFORE)) \
+	@[ -z '$(filter halo,$(or $(BENCH),halo))' ] || ! $(PKG_CONFIG) --exists caf-openmpi || \
+	   $(MAKE) --no-print-directory $(jobs) HALO=coarray build/$(BUILD)_coarray/test/performance/halo
+	@$(mpi) $(python) test/performance/bench.py $(build)/bench $(build)/gimp3d $(build)/test/performance $(if $(BENCH),--only $(BENCH)) \
+	   $(if $(BEFORE),--before $(BEFORE)) --coarrays build/$(BUILD)_coarray/test/performance \
 	   --build '$(version); $(flags).'
 
 ## effects     count what effects cost scenes that do not call for them (perf or valgrind); SCENES="cone demo" counts these only

@@ -21,6 +21,7 @@ module m_communicator
       type(MPI_Comm) :: comm = MPI_COMM_NULL
       integer :: rank = 0
       integer :: ranks = 1
+      logical, private :: initialised = .false. !< MPI, by this
    contains
       procedure :: start
       procedure :: finish
@@ -35,7 +36,7 @@ module m_communicator
 
 contains
 
-   !> Initialise MPI and take a communicator of our own. Open MPI guards a file pointer that ranks might share, and nobody uses, by
+   !> Initialise MPI, where the runtime of coarrays has not, and take a communicator of our own. Open MPI guards a file pointer that ranks might share, and nobody uses, by
    !> a named semaphore of the machine: whoever is killed while it opens a file leaves that locked, and later runs, of other
    !> directories too, would wait for it for ever in a file of the same name. The component that does so is left out, unless the
    !> environment chooses. HDF5 locks files against others that write them; a run has its directory to itself (m_output_lock), and
@@ -43,19 +44,22 @@ contains
    subroutine start(self)
       class(communicator_t), intent(out) :: self
       integer(c_int) :: status
+      logical :: there
       status = c_setenv('HDF5_USE_FILE_LOCKING'//c_null_char, 'FALSE'//c_null_char, 0_c_int)
       status = c_setenv('OMPI_MCA_sharedfp'//c_null_char, '^sm'//c_null_char, 0_c_int) ! no room: then as it was
-      call MPI_Init()
+      call MPI_Initialized(there)
+      if (.not. there) call MPI_Init()
+      self%initialised = .not. there
       call MPI_Comm_dup(MPI_COMM_WORLD, self%comm)
       call MPI_Comm_rank(self%comm, self%rank)
       call MPI_Comm_size(self%comm, self%ranks)
    end subroutine start
 
-   !> Free the communicator and finalise MPI.
+   !> Free the communicator and finalise MPI, where it was initialised here.
    subroutine finish(self)
       class(communicator_t), intent(inout) :: self
       call MPI_Comm_free(self%comm)
-      call MPI_Finalize()
+      if (self%initialised) call MPI_Finalize()
    end subroutine finish
 
    pure logical function is_root(self)

@@ -2,6 +2,7 @@
 module m_leaving
    use, intrinsic :: iso_c_binding, only: c_int
    use, intrinsic :: iso_fortran_env, only: output_unit, error_unit
+   use mpi_f08, only: MPI_Finalize, MPI_Finalized
    implicit none
    private
    public :: leave
@@ -9,7 +10,8 @@ module m_leaving
 contains
 
    !> End with an exit status, without words of the runtime's own, and without the clean-up of libraries that MPI has already
-   !> unloaded (in a run without mpirun that is a race which can end in a crash).
+   !> unloaded (in a run without mpirun that is a race which can end in a crash). MPI is finalised where that was left to the runtime
+   !> of coarrays, which would do it at the end of the main program.
    subroutine leave(status)
       integer, intent(in) :: status
       interface
@@ -18,8 +20,11 @@ contains
             integer(c_int), value :: status
          end subroutine c_exit
       end interface
+      logical :: done
       flush (output_unit)
       flush (error_unit)
+      call MPI_Finalized(done)
+      if (.not. done) call MPI_Finalize()
       call c_exit(int(status, c_int))
    end subroutine leave
 

@@ -1,5 +1,5 @@
-!> Halo fill by MPI: one message to and from each neighbour rank, straight from and into the pool of tiles. What of the pool belongs
-!> to a message is an MPI derived datatype, made once a decomposition.
+!> Halo fill by MPI: one message to and from each neighbour rank, straight from and into the pool of tiles. What
+!> of the pool belongs to a message is an MPI derived datatype, made once a decomposition.
 module m_halo
    use mpi_f08
    use m_kinds, only: wp, i8
@@ -45,7 +45,8 @@ contains
       type(runs_t), intent(in) :: runs
       integer(MPI_ADDRESS_KIND) :: bytes_before(size(runs%before))
       bytes_before = runs%before*(storage_size(1.0_wp)/8)
-      call MPI_Type_create_hindexed(size(runs%length), runs%length, bytes_before, MPI_DOUBLE_PRECISION, datatype)
+      call MPI_Type_create_hindexed(size(runs%length), runs%length, bytes_before, MPI_DOUBLE_PRECISION, &
+                                    datatype)
       call MPI_Type_commit(datatype)
    end function datatype
 

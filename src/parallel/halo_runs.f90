@@ -19,7 +19,7 @@ module m_halo_runs
 
 contains
 
-   !> The ranks, rising, that own blocks next to those of one of `ranks` ranks; the level must have the ghosts of that rank.
+   !> The ranks, rising, of so many that own blocks next to those here: the owners of the level's ghosts.
    pure function find_neighbours(level, ranks) result(neighbours)
       type(level_t), intent(in) :: level
       integer, intent(in) :: ranks
@@ -71,8 +71,8 @@ contains
       end do
    end function shared_nodes
 
-   !> Append the runs of the marked nodes of one slot to the first `count`. Rows along x have at most two, which begin or end at a
-   !> side.
+   !> Append the runs of the marked nodes of one slot to the first `count`. Rows along x have at most two, which
+   !> begin or end at a side.
    subroutine add_runs(shared, slot, count, runs)
       logical, intent(in) :: shared(0:tile_last, 0:tile_last, 0:tile_last)
       integer, intent(in) :: slot

@@ -1,8 +1,9 @@
 !> Sums of node values across blocks and ranks.
 !>
-!> Every block's tile overlaps its neighbours' by two node layers. Each rank receives the overlapping parts of its remote
-!> neighbours' tiles into ghost slots. Then all tiles here that hold a node take, in place of what they have, the sum over them and
-!> the ghosts, in the order of their block indices: they get the same bits, on any number of ranks, and nothing has to be sent back.
+!> Every block's tile overlaps its neighbours' by two node layers. Each rank receives the overlapping parts of its
+!> remote neighbours' tiles into ghost slots. Then all tiles here that hold a node take, in place of what they have,
+!> the sum over them and the ghosts, in the order of their block indices: they get the same bits, on any number of
+!> ranks, and nothing has to be sent back.
 module m_node_exchange
    use m_kinds, only: wp, i8
    use m_constants, only: block_size
@@ -58,8 +59,8 @@ contains
       call self%halo%connect(communicator, self%ranks, send, receive)
    end subroutine build
 
-   !> Begin to exchange the tiles of shared blocks, which must be complete. Until `wait` nobody may change what they share with
-   !> other ranks, or ask for ghosts.
+   !> Begin to exchange the tiles of shared blocks, which must be complete. Until `wait` nobody may change what they
+   !> share with other ranks, or ask for ghosts.
    subroutine start(self, tiles)
       class(node_exchange_t), intent(inout) :: self
       real(wp), intent(inout), contiguous, asynchronous :: tiles(:, :, :, :, :)

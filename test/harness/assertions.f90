@@ -12,9 +12,9 @@
 !> Checks are local to a rank; start and finish are collective. A NaN or an infinity never passes.
 module m_assertions
    use, intrinsic :: ieee_arithmetic, only: ieee_is_finite
-   use, intrinsic :: iso_c_binding, only: c_int
    use mpi_f08, only: MPI_Gather, MPI_Gatherv, MPI_Bcast, MPI_INTEGER, MPI_CHARACTER
    use m_kinds, only: wp, i8
+   use m_leaving, only: leave
    use m_communicator, only: communicator_t
    implicit none
    private
@@ -48,13 +48,6 @@ module m_assertions
       procedure :: record
       procedure :: merge_ranks
    end type assertions_t
-
-   interface
-      subroutine c_exit(status) bind(c, name='exit')
-         import :: c_int
-         integer(c_int), value :: status
-      end subroutine c_exit
-   end interface
 
 contains
 
@@ -147,8 +140,7 @@ contains
       if (self%count == 0) failed = 1
       call MPI_Bcast(failed, 1, MPI_INTEGER, 0, self%comm%comm)
       call self%comm%finish()
-      flush (6)
-      if (failed > 0) call c_exit(1_c_int)
+      if (failed > 0) call leave(1)
    end subroutine finish
 
    pure logical function is_close(value, expected, tolerance)

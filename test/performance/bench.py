@@ -1,10 +1,10 @@
 #!/usr/bin/env python3
 """Time the program on benchmark scenes and set it beside what the machine can do: the tables of doc/user/performance.md.
 
-usage: bench.py WORK GIMP3D TOOLS [--repeats N] [--only TABLE ...] [--build TEXT] [--before GIMP3D]
+usage: bench.py WORK GIMP3D TOOLS [--repeats N] [--only TABLE ...] [--build TEXT] [--before GIMP3D] [--coarrays FOLDER]
 
-TOOLS is the folder of the programs probe, barrier and ranks. TABLE is one of block, contact, compliance, pairs, growth, large, levels, model,
-checkpoint, guard (all when none is named).
+TOOLS is the folder of the programs probe, barrier, ranks and halo. TABLE is one of block, contact, compliance, pairs, growth, large, levels, model,
+checkpoint, guard, halo (all when none is named).
 block    an elastic block of 32 x 32 x 32 cells in motion: moved along (ordered), deforming as it hits a wall (impact) or tumbling
          (disordered), 1 and 8 particles a cell, affine and plain transfer, 1 and 2 ranks
 contact  E2 and E3, over the run and over the last tenth of their depth
@@ -17,6 +17,8 @@ model    what 1 to 512 ranks would give: the program's own placement and message
          assumed network; the counts are checked against runs on 2, 4 and 8 ranks
 guard    what the guard costs: its row of cost.dat, and runs with copies and looks 20 times as often and without them, in turn; with
          --before, a program built before there was a guard, runs of that in turn too: they tell what the looks in every step cost
+halo     an exchange of ghost nodes by MPI and, where FOLDER has a program halo built with coarrays, by these: bytes, messages,
+         time (halo.f90)
 checkpoint  what one costs, beside a plain write of as many bytes
 A probe of multiply-adds and of a memory copy runs before and after each scene. An update is one particle through one whole step,
 everything included. Floors: 1.6 kFLOP and 390 bytes an update. Figures are medians of the repeats.
@@ -77,6 +79,7 @@ class Bench:
         self.gflops, self.gbytes, self.runs = [], [], 0
 
     before = None # a program built before there was a guard
+    coarrays = None # the program halo that fills it by coarrays
 
     def probe(self):
         words = subprocess.run([self.tools/'probe'], capture_output=True, text=True, check=True).stdout.split()
@@ -356,6 +359,31 @@ def table_checkpoint(bench):
                  f'{100*seconds/interval:.3f}'])
 
 
+def table_halo(bench):
+    """Rounds in turn. The least time of all rounds is what an exchange costs; their median tells how busy the machine was."""
+    ways = {'MPI': bench.tools/'halo'}
+    if bench.coarrays and bench.coarrays.exists():
+        ways['coarrays'] = bench.coarrays
+    else:
+        print('\nCoarrays left out: OpenCoarrays for Open MPI is not there (apt-get install libcoarrays-openmpi-dev)')
+    head(['scene', 'ranks', 'messages, all', 'bytes, all', *(f'{way}, {what} [us]' for way in ways for what in ('least', 'median')),
+          *(['coarrays over MPI, least'] if 'coarrays' in ways else [])])
+    scenes = {'block, 1 a cell': lambda out: block_scene(32, 1, 'ordered', 'affine', 1, out),
+              'E2': lambda out: shipped_scene('cone', out, 0.01)}
+    for name, make in scenes.items():
+        for ranks in 2, 4:
+            tried = {way: [] for way in ways}
+            for _ in range(bench.repeats):
+                for way, program in ways.items():
+                    said = subprocess.run(['mpirun', '-n', str(ranks), program], input=make(bench.out()), capture_output=True,
+                                          text=True, check=True, env={'OMPI_MCA_osc': 'pt2pt', **os.environ}).stdout
+                    tried[way].append(list(map(int, said.split())))
+            least = {way: min(t[3] for t in rows) for way, rows in tried.items()}
+            row([name, str(ranks), str(tried['MPI'][0][1]), str(tried['MPI'][0][2]),
+                 *(f'{ns*1e-3:.0f}' for way, rows in tried.items() for ns in (least[way], statistics.median(t[4] for t in rows))),
+                 *([f'{least["coarrays"]/least["MPI"]:.1f}'] if 'coarrays' in ways else [])])
+
+
 def table_guard(bench):
     """Runs one after the other, so that a machine that others use too slows all; medians of their ratios. A copy in 200 steps is too
     little to be seen so: it is made 20 times as often, and what the runs take longer, with all that copies push out of the caches, is
@@ -394,14 +422,16 @@ def main():
     parser.add_argument('--only', nargs='*', default=[])
     parser.add_argument('--build', default='')
     parser.add_argument('--before', type=pathlib.Path)
+    parser.add_argument('--coarrays', type=pathlib.Path)
     args = parser.parse_args()
     args.work.mkdir(parents=True, exist_ok=True)
     bench = Bench(args.work, args.gimp3d, args.tools, args.repeats)
     bench.before = args.before and args.before.resolve()
+    bench.coarrays = args.coarrays and args.coarrays.resolve()/'halo'
     begun = time.time()
     tables = {'block': table_block, 'contact': table_contact, 'compliance': table_compliance, 'pairs': table_pairs,
               'growth': table_growth, 'large': table_large, 'model': table_model, 'levels': table_levels, 'guard': table_guard,
-              'checkpoint': table_checkpoint}
+              'checkpoint': table_checkpoint, 'halo': table_halo}
     for name in args.only or tables:
         tables[name](bench)
     processor = next((line.split(':')[1].strip() for line in open('/proc/cpuinfo') if line.startswith('model name')),
