@@ -303,7 +303,8 @@ contains
       allocate (sample%bodies(1), sample%tools(0), sample%probes(0), sample%levels(0), sample%effects(0))
       sample%bodies(1)%name = 'sample'
       sample%bodies(1)%material = 1
-      sample%bodies(1)%shape = box_t(lower=4*scene%grid%cell_size*[1, 1, 1], upper=(4 + cells)*scene%grid%cell_size*[1, 1, 1])
+      sample%bodies(1)%shape = box_t(lower=4*scene%grid%cell_size*[1, 1, 1], &
+                                     upper=(4 + cells)*scene%grid%cell_size*[1, 1, 1])
       sample%bodies(1)%particles_per_cell = particles_per_cell
       own%comm = MPI_COMM_SELF
       call model%build(own, sample, error)

@@ -16,7 +16,7 @@ module m_scene_checks
 
    real(wp), parameter :: whole = 1.0e-9_wp     !< a length is so near, relatively, to a whole number of cells
    real(wp), parameter :: touching = 1.0e-6_wp  !< what overlaps by less than this share of a cell only touches
-   real(wp), parameter :: resolved = 2.0e-2_wp  !< so does, where a shape is not convex, what overlaps by less than this share of a cell
+   real(wp), parameter :: resolved = 2.0e-2_wp  !< the same where a shape is not convex
    real(wp), parameter :: most_cells = 2.0e9_wp
    integer, parameter :: most_tries = 100000    !< cell sizes looked at to find those that divide the grid
    integer, parameter :: shown_digits = 10
@@ -124,10 +124,11 @@ contains
          end if
          particle = grid%cell_size/nint(body%particles_per_cell**(1.0_wp/3.0_wp))
          call shape%thinnest(thickness, variable)
-         if (shape%is_lattice()) call check_whole_particles(text%place('body', i, variable), lower, upper, particle, error)
+         if (shape%is_lattice()) call check_whole_particles(text%place('body', i, variable), lower, &
+                                                            upper, particle, error)
          if (thickness >= particle*(1.0_wp - whole)) return
-         call fail(error, exit_input, text%place('body', i, variable)//': the body is '//to_text(thickness, 6)// &
-                   ' m thick; allowed: at least one particle, '//to_text(particle, 6)//' m')
+         call fail(error, exit_input, text%place('body', i, variable)//': the body is '// &
+                   to_text(thickness, 6)//' m thick; allowed: at least one particle, '//to_text(particle, 6)//' m')
       end associate
    end subroutine check_body
 
@@ -186,14 +187,16 @@ contains
       type(scene_t), intent(in) :: scene
       type(error_t), intent(inout) :: error
       class(shape_t), allocatable :: shape
+      real(wp), parameter :: here(3) = 0.0_wp
       real(wp) :: thin, coarse
       integer :: i, k
       thin = touching*scene%grid%cell_size
       coarse = resolved*scene%grid%cell_size
       do i = 1, size(scene%bodies)
          do k = 1, i - 1
-            if (.not. overlap(scene%bodies(i)%shape, scene%bodies(k)%shape, [0.0_wp, 0.0_wp, 0.0_wp], thin, coarse)) cycle
-            call fail(error, exit_input, text%place('body', i, scene%bodies(i)%shape%place_name(down=.true.))// &
+            if (.not. overlap(scene%bodies(i)%shape, scene%bodies(k)%shape, here, thin, coarse)) cycle
+            call fail(error, exit_input, &
+                      text%place('body', i, scene%bodies(i)%shape%place_name(down=.true.))// &
                       ': the body '//scene%bodies(i)%name//' overlaps the body '//scene%bodies(k)%name//' on '// &
                       text%line_of('body', k)//'; bodies must not overlap')
             return
@@ -220,8 +223,8 @@ contains
       type(error_t), intent(inout) :: error
       integer :: i, k
       do i = 1, size(scene%probes)
-         if (any([(scene%bodies(k)%shape%distance(scene%probes(i)%position) <= touching*scene%grid%cell_size, &
-                   k=1, size(scene%bodies))])) cycle
+         if (any([(scene%bodies(k)%shape%distance(scene%probes(i)%position), k=1, size(scene%bodies))] &
+                 <= touching*scene%grid%cell_size)) cycle
          call fail(error, exit_input, text%place('probe', i, 'position')//': must lie inside a body')
       end do
    end subroutine check_probes

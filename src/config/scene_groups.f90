@@ -392,7 +392,8 @@ contains
       integer, intent(out) :: choice
       integer :: s
       choice = 0
-      if (allocated(shape)) choice = findloc([(same_type_as(shapes(s)%it, shape), s=1, size(shapes))], .true., dim=1)
+      if (allocated(shape)) choice = findloc([(same_type_as(shapes(s)%it, shape), s=1, size(shapes))], &
+                                             .true., dim=1)
       call group%get_choice('shape', choice, offered_names(shapes), required=.true.)
       if (choice == 0 .or. allocated(shape)) return
       select type (known => shapes(choice)%it)

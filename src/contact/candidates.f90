@@ -169,7 +169,8 @@ contains
          centre = block%origin + half_row
          call tool%gap_and_normal(centre, gap_centre, normal_centre)
          convex = tool%spec%shape%is_convex()
-         row = merge(abs(normal_centre(1)), 1.0_wp, convex)*half_row ! no gap of a row is smaller by more than in its middle
+         ! no gap of a row is smaller than in its middle by more
+         row = merge(abs(normal_centre(1)), 1.0_wp, convex)*half_row
          do first = 1, bins, block_size ! of a row along x
             middle(:, first) = block%origin + bin_place(first)*level%grid%cell
             is_near(first:first + block_size - 1) = &
@@ -260,13 +261,13 @@ contains
       if (deform(level)) widest = longest_thickness*level%grid%cell
       centre = 0.5_wp*(block%lowest + block%highest)
       call tool%gap_and_normal(centre, gap, normal)
-      can_touch = .not. surely_beyond(tool%spec%shape%is_convex(), widest + fastest*level%grid%cell, gap, normal, &
-                                      -sign(0.5_wp*(block%highest - block%lowest), normal))
+      can_touch = .not. surely_beyond(tool%spec%shape%is_convex(), widest + fastest*level%grid%cell, gap, &
+                                      normal, -sign(0.5_wp*(block%highest - block%lowest), normal))
    end function can_touch
 
-   !> True where the gap at a place outside a tool and its normal tell that the gap is above a limit some way off. At a convex tool the
-   !> gap is nowhere smaller than it is foretold so; at any other it shrinks by no more than the way. Most bins of a block and most
-   !> particles of a bin need not be asked then.
+   !> True where the gap at a place outside a tool and its normal tell that the gap is above a limit some way
+   !> off. At a convex tool the gap is nowhere smaller than it is foretold so; at any other it shrinks by no
+   !> more than the way. Most bins of a block and most particles of a bin need not be asked then.
    pure logical function surely_beyond(convex, limit, gap, normal, way)
       logical, intent(in) :: convex
       real(wp), intent(in) :: limit, gap, normal(3), way(3) !< m

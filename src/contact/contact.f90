@@ -95,7 +95,8 @@ contains
       type(tool_spec_t), intent(in) :: tools(:)
       type(contact_spec_t), intent(in) :: spec
       integer :: t
-      allocate (self%tools(size(tools)), self%states(size(tools)), self%felt(parts_felt, size(tools)), self%candidates%list(64))
+      allocate (self%tools(size(tools)), self%states(size(tools)), self%felt(parts_felt, size(tools)), &
+                self%candidates%list(64))
       do t = 1, size(tools)
          self%tools(t) = make_tool(tools(t))
       end do

@@ -12,7 +12,7 @@ contains
    subroutine known_shapes(bodies, tools)
       type(offer_slot_t), allocatable, intent(out) :: bodies(:), tools(:)
       block; use m_box, only: box_t; call body('box', box_t()); end block
-      block; use m_sphere, only: sphere_t; call body('sphere', sphere_t()); call tool('sphere', sphere_t()); end block
+      block; use m_sphere, only: sphere_t; call both('sphere', sphere_t()); end block
       block; use m_cylinder, only: cylinder_t; call body('cylinder', cylinder_t()); end block
       block; use m_cone, only: cone_t; call tool('cone', cone_t()); end block
       block; use m_flat, only: flat_t; call tool('flat', flat_t()); end block
@@ -33,6 +33,12 @@ contains
          copy%of_tool = .true.
          call offer(tools, name, copy)
       end subroutine tool
+      subroutine both(name, shape)
+         character(len=*), intent(in) :: name
+         class(shape_t), intent(in) :: shape
+         call body(name, shape)
+         call tool(name, shape)
+      end subroutine both
    end subroutine known_shapes
 
 end module m_shapes

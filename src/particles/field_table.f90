@@ -13,8 +13,8 @@ module m_field_table
       integer :: components = 0
       integer :: first = 0
       logical :: written = .false. !< stands in snapshots
-      logical :: extensive = .false. !< the halves of a split particle get half of it each, and merged ones its sum; else both get the
-                                     !< same, and merged ones the mean by volume,
+      logical :: extensive = .false. !< halves of a split particle get half of it each, else the same; merged ones
+                                     !< get the sum, else the mean by volume,
       logical :: by_mass = .false.   !< or by mass
       integer :: arm_to = 0          !< of an arm to a carried face: first column of the face's area, which goes with it
    end type field_t

@@ -83,15 +83,16 @@ contains
       first = 1
       do while (first <= particles%count)
          last = particles%run_end(first)
-         call advance(self, self%p_wave_modulus(particles%body(first)), first, last, cell, time_step, gradient, &
-                      particles%column(:, layout%mass), particles%column(:, layout%volume), particles%column(:, self%pressure), &
-                      particles%column(:, self%heat))
+         call advance(self, self%p_wave_modulus(particles%body(first)), first, last, cell, time_step, &
+                      gradient, particles%column(:, layout%mass), particles%column(:, layout%volume), &
+                      particles%column(:, self%pressure), particles%column(:, self%heat))
          first = last + 1
       end do
    end subroutine on_stress
 
    !> Particles first..last, all of one material.
-   pure subroutine advance(self, p_wave_modulus, first, last, cell, time_step, gradient, mass, volume, pressure, heat)
+   pure subroutine advance(self, p_wave_modulus, first, last, cell, time_step, gradient, mass, volume, &
+                           pressure, heat)
       class(bulk_viscosity_t), intent(in) :: self
       real(wp), intent(in) :: p_wave_modulus, cell, time_step
       integer, intent(in) :: first, last
@@ -105,7 +106,8 @@ contains
          heat(p) = heat(p) + time_step*pressure(p)*rate*volume(p)
          rate = max(0.0_wp, rate)
          density = mass(p)/volume(p)
-         pressure(p) = cell*rate*(density*self%quadratic**2*cell*rate + self%linear*sqrt(density*p_wave_modulus))
+         pressure(p) = cell*rate*(density*self%quadratic**2*cell*rate &
+                                  + self%linear*sqrt(density*p_wave_modulus))
       end do
    end subroutine advance
 

@@ -1,4 +1,5 @@
-!> What a material law must offer. One law is one file that extends material_t, or isotropic_t, and one line in materials.f90.
+!> What a material law must offer. One law is one file that extends material_t, or isotropic_t, and one line
+!> in materials.f90.
 module m_material
    use m_kinds, only: wp
    use m_field_table, only: field_table_t, layout_t
@@ -70,8 +71,8 @@ module m_material
 
 contains
 
-   !> Add the fields that the law needs beyond stress, and remember their columns; most need none. The particles of all bodies of a scene
-   !> carry them.
+   !> Add the fields that the law needs beyond stress, and remember their columns; most need none. The
+   !> particles of all bodies of a scene carry them.
    pure subroutine declare(self, table, has_tools)
       class(material_t), intent(inout) :: self
       type(field_table_t), intent(inout) :: table
@@ -86,8 +87,8 @@ contains
       integer, intent(in) :: first, last
    end subroutine initial
 
-   !> True when particles first..last (all of this material) stay as they are, to the bit, as long as they do not move; they bear no
-   !> stress. A law with fields that go on by themselves says until when.
+   !> True when particles first..last (all of this material) stay as they are, to the bit, as long as they do
+   !> not move; they bear no stress. A law with fields that go on by themselves says until when.
    pure logical function is_at_rest(self, column, layout, first, last)
       class(material_t), intent(in) :: self
       real(wp), intent(in), contiguous :: column(:, :)
@@ -114,7 +115,7 @@ contains
    !> Von Mises stress over equivalent elastic strain, Pa; here that of shear in the plane of y and z.
    pure real(wp) function von_mises_modulus(self) result(modulus)
       class(material_t), intent(in) :: self
-      modulus = 0.5_wp/self%complementary_energy([0.0_wp, 0.0_wp, 0.0_wp, sqrt(1.0_wp/3.0_wp), 0.0_wp, 0.0_wp])
+      modulus = 0.5_wp/self%complementary_energy([real(wp) :: 0, 0, 0, sqrt(1.0_wp/3.0_wp), 0, 0])
    end function von_mises_modulus
 
 end module m_material

@@ -8,8 +8,9 @@ module m_tool
    private
    public :: tool_t, make_tool
 
-   !> A tool that moves along its axis, at given speeds or pushed by given loads. `gap` is the signed distance to its surface:
-   !> positive outside, negative inside. At a convex shape a step that keeps the linearised gap open keeps the gap open.
+   !> A tool that moves along its axis, at given speeds or pushed by given loads. `gap` is the signed distance
+   !> to its surface: positive outside, negative inside. At a convex shape a step that keeps the linearised
+   !> gap open keeps the gap open.
    type :: tool_t
       type(tool_spec_t) :: spec   !< its shape has been prepared
       real(wp) :: travel = 0.0_wp !< along the axis since the start, m
@@ -122,7 +123,8 @@ contains
       class(tool_t), intent(in) :: self
       real(wp), intent(in) :: position(3) !< m
       real(wp), intent(out) :: gap, normal(3)
-      call self%spec%shape%distance_and_normal(position - (self%spec%tip + self%travel*self%spec%axis), gap, normal)
+      call self%spec%shape%distance_and_normal(position - (self%spec%tip + self%travel*self%spec%axis), gap, &
+                                               normal)
    end subroutine gap_and_normal
 
    !> How far the tool's surface bends away over a width, m: from the middle of chords of this length to the surface, the mean over

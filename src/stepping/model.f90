@@ -115,7 +115,8 @@ contains
       self%materials = make_materials(scene)
       associate (materials => self%materials)
          self%stuff = [(stuff_t(materials%slots(materials%of_body(e))%law%density, &
-                                materials%slots(materials%of_body(e))%law%p_wave_modulus()), e=1, size(materials%of_body))]
+                                materials%slots(materials%of_body(e))%law%p_wave_modulus()), e=1, &
+                                      size(materials%of_body))]
       end associate
       if ((self%method%domain /= domain_fixed .or. has_levels(scene)) .and. first_id(size(scene%bodies) + 1) > 2_i8**id_bits) then
          call fail(error, exit_input, "with levels, or domains other than 'fixed', a scene has at most "// &

@@ -169,7 +169,8 @@ contains
       scene%bodies(1)%name = 'beam'
       scene%bodies(1)%material = 1
       scene%bodies(1)%shape = box_t(upper=[64*h, 8*h, 8*h])
-      scene%tools = [tool_spec_t(name='ball', tip=[4*h, 4*h, 8*h], axis=[0.0_wp, 0.0_wp, -1.0_wp], times=[0.0_wp], &
+      scene%tools = [tool_spec_t(name='ball', tip=[4*h, 4*h, 8*h], axis=[0.0_wp, 0.0_wp, -1.0_wp], &
+                                 times=[0.0_wp], &
                                  speeds=[500.0_wp])]
       scene%tools(1)%shape = sphere_t(radius=6*h)
    end subroutine make_scene

@@ -1,7 +1,7 @@
-!> The search for candidates against every particle asked by itself (theory.md, eqs contact-gap, contact-candidates): random
-!> particles in several blocks, node speeds, stresses and tools that move; cubes, some of them thick, boxes that stretch, and domains
-!> that turn; convex tools and a ring. No candidate is lost, none is added, and the deepest overlap is found, also that of particles
-!> on their way out.
+!> The search for candidates against every particle asked by itself (theory.md, eqs contact-gap,
+!> contact-candidates): random particles in several blocks, node speeds, stresses and tools that move; cubes,
+!> some of them thick, boxes that stretch, and domains that turn; convex tools and a ring. No candidate is
+!> lost, none is added, and the deepest overlap is found, also that of particles on their way out.
 program search
    use m_kinds, only: wp
    use m_communicator, only: communicator_t
@@ -105,7 +105,8 @@ contains
       case (0); spec%shape = sphere_t(radius=chance%between(1.0_wp, 4.0_wp))
       case (1); spec%shape = cone_t(half_angle=chance%between(0.5_wp, 1.4_wp))
       case (2); spec%shape = flat_t(radius=chance%between(1.0_wp, 4.0_wp))
-      case (3); spec%shape = ring_t(radius=chance%between(1.5_wp, 4.0_wp), tube=chance%between(0.5_wp, 1.5_wp))
+      case (3); spec%shape = ring_t(radius=chance%between(1.5_wp, 4.0_wp), &
+                                    tube=chance%between(0.5_wp, 1.5_wp))
       end select
       spec%axis = chance%several(3, -1.0_wp, 1.0_wp)
       spec%axis = spec%axis/norm2(spec%axis)

@@ -9,7 +9,8 @@ program namelist_test
    use m_kinds, only: wp
    use m_namelist_text, only: namelist_text_t
    use m_number_text, only: read_real, read_integer, number_good, number_none, number_infinite, number_size
-   use m_scene, only: scene_t, boundary_fixed, boundary_free, update_musl, criterion_none, criterion_stress, criterion_strain
+   use m_scene, only: scene_t, boundary_fixed, boundary_free, update_musl, criterion_none, criterion_stress, &
+         criterion_strain
    use m_offer, only: catalogue_t
    use m_materials, only: known_materials
    use m_isotropic, only: isotropic_t
@@ -136,15 +137,21 @@ contains
       type(cylinder_t) :: rod
       type(cone_t) :: cone
       type(ring_t) :: ring
-      real(wp), parameter :: middle(2) = [1.0_wp, 0.5_wp], angle = 70.3_wp*pi/180.0_wp, down(3) = [0.0_wp, 0.0_wp, -1.0_wp]
+      real(wp), parameter :: middle(2) = [1.0_wp, 0.5_wp], angle = 70.3_wp*pi/180.0_wp, &
+            down(3) = [0.0_wp, 0.0_wp, -1.0_wp]
       real(wp) :: lower(3), upper(3)
       box = box_t(upper=[2.0_wp, 1.0_wp, 1.0_wp])
       ball = sphere_t(center=[middle, 1.5_wp], radius=0.5_wp)
-      rod = cylinder_t(center=[0.0_wp, 0.0_wp, 1.0_wp], axis=[1.0_wp, 0.0_wp, 1.0_wp]/sqrt(2.0_wp), radius=0.5_wp, height=2.0_wp)
-      call test%check_close(box%distance([3.0_wp, 2.0_wp, 0.5_wp]), sqrt(2.0_wp), 1.0e-14_wp, 'shapes: outside a box')
-      call test%check_close(box%distance([1.0_wp, 0.9_wp, 0.5_wp]), -0.1_wp, 1.0e-14_wp, 'shapes: inside a box')
-      call test%check_close(rod%distance(rod%center - rod%axis), 1.0_wp, 1.0e-14_wp, 'shapes: below a cylinder')
-      call test%check_close(rod%distance(rod%center + rod%axis), -0.5_wp, 1.0e-14_wp, 'shapes: inside a cylinder')
+      rod = cylinder_t(center=[0.0_wp, 0.0_wp, 1.0_wp], axis=[1.0_wp, 0.0_wp, 1.0_wp]/sqrt(2.0_wp), &
+                       radius=0.5_wp, height=2.0_wp)
+      call test%check_close(box%distance([3.0_wp, 2.0_wp, 0.5_wp]), sqrt(2.0_wp), 1.0e-14_wp, &
+                            'shapes: outside a box')
+      call test%check_close(box%distance([1.0_wp, 0.9_wp, 0.5_wp]), -0.1_wp, 1.0e-14_wp, &
+                            'shapes: inside a box')
+      call test%check_close(rod%distance(rod%center - rod%axis), 1.0_wp, 1.0e-14_wp, &
+                            'shapes: below a cylinder')
+      call test%check_close(rod%distance(rod%center + rod%axis), -0.5_wp, 1.0e-14_wp, &
+                            'shapes: inside a cylinder')
       call rod%bounding_box(lower, upper)
       call test%check_close(lower, [-sqrt(0.125_wp), -0.5_wp, 1.0_wp - sqrt(0.125_wp)], 1.0e-14_wp, 'shapes: extent below')
       call test%check_close(upper, [sqrt(2.0_wp) + sqrt(0.125_wp), 0.5_wp, 1.0_wp + sqrt(2.0_wp) + sqrt(0.125_wp)], 1.0e-14_wp, &
@@ -158,7 +165,8 @@ contains
       call test%check(bodies_overlap(box, ball), 'shapes: a ball over a corner')
       cone = cone_t(half_angle=angle)
       call cone%prepare(down)
-      call test%check_close(cone%distance([0.0_wp, 0.0_wp, 1.0_wp]), -sin(angle), 1.0e-14_wp, 'shapes: within a cone')
+      call test%check_close(cone%distance([0.0_wp, 0.0_wp, 1.0_wp]), -sin(angle), 1.0e-14_wp, &
+                            'shapes: within a cone')
       call on_and_in(box, sphere_t(radius=0.3_wp), 'a sphere')
       call on_and_in(box, cone_t(half_angle=angle), 'a cone')
       call on_and_in(box, flat_t(radius=0.3_wp), 'a flat end')
@@ -205,8 +213,10 @@ contains
       type(box_t), intent(in) :: box
       class(shape_t), intent(in) :: shape
       character(len=*), intent(in) :: name
-      call test%check(.not. tool_overlaps(box, shape, [1.0_wp, 0.5_wp, 1.0_wp]), 'shapes: '//name//' on a box')
-      call test%check(tool_overlaps(box, shape, [1.0_wp, 0.5_wp, 1.0_wp - merge(1.0e-4_wp, 0.02_wp, shape%is_convex())]), &
+      call test%check(.not. tool_overlaps(box, shape, [1.0_wp, 0.5_wp, 1.0_wp]), &
+                      'shapes: '//name//' on a box')
+      call test%check(tool_overlaps(box, shape, [1.0_wp, 0.5_wp, 1.0_wp - merge(1.0e-4_wp, 0.02_wp, &
+                                                                                shape%is_convex())]), &
                       'shapes: '//name//' in a box')
    end subroutine on_and_in
 
@@ -257,13 +267,15 @@ contains
       call test%check(scene%time%stress_update == update_musl .and. .not. scene%time%affine, 'scene: choices')
       call test%check_close(scene%time%flip_fraction, 0.99_wp, 0.0_wp, 'scene: a number')
       call test%check_close(scene%time%time_step, 0.0_wp, 0.0_wp, 'scene: a default')
-      call test%check(scene%bodies(1)%material == 2 .and. scene%bodies(1)%shape%name == 'box', 'scene: material of a body')
+      call test%check(scene%bodies(1)%material == 2 .and. scene%bodies(1)%shape%name == 'box', &
+                      'scene: material of a body')
       call test%check(scene%bodies(2)%name == 'body2' .and. scene%tools(1)%name == 'tool1', 'scene: names by default')
       call test%check_close(scene%bodies(2)%shape%axis, [1.0_wp, 2.0_wp, 3.0_wp]/sqrt(14.0_wp), 1.0e-15_wp, &
                             'scene: axis of length 1')
       select type (cone => scene%tools(1)%shape)
       type is (cone_t)
-         call test%check_close(cone%half_angle, 12.345678901234567_wp*pi/180.0_wp, 1.0e-16_wp, 'scene: radians')
+         call test%check_close(cone%half_angle, 12.345678901234567_wp*pi/180.0_wp, 1.0e-16_wp, &
+                               'scene: radians')
       class default
          call test%check(.false., 'scene: a cone')
       end select
@@ -271,13 +283,15 @@ contains
       call test%check_close(scene%tools(2)%penetration_factor, 0.0_wp, 0.0_wp, 'scene: zero is kept')
       select type (pyramid => scene%tools(3)%shape)
       class is (pyramid_t)
-         call test%check_close(pyramid%half_angle, 65.27_wp*pi/180.0_wp, 1.0e-15_wp, 'scene: angle of a berkovich')
+         call test%check_close(pyramid%half_angle, 65.27_wp*pi/180.0_wp, 1.0e-15_wp, &
+                               'scene: angle of a berkovich')
       class default
          call test%check(.false., 'scene: a berkovich')
       end select
       select type (wedge => scene%tools(4)%shape)
       type is (wedge_t)
-         call test%check_close(wedge%edge, [0.0_wp, 1.0_wp, 0.0_wp], 0.0_wp, 'scene: an edge across the axis by default')
+         call test%check_close(wedge%edge, [0.0_wp, 1.0_wp, 0.0_wp], 0.0_wp, &
+                               'scene: an edge across the axis by default')
       class default
          call test%check(.false., 'scene: a wedge')
       end select
@@ -315,7 +329,8 @@ contains
          class is (isotropic_t)
             select type (other => second%materials(i)%law)
             class is (isotropic_t)
-               call test%check_close([other%young, other%poisson], [one%young, one%poisson], 0.0_wp, 'round trip: moduli')
+               call test%check_close([other%young, other%poisson], [one%young, one%poisson], 0.0_wp, &
+                                     'round trip: moduli')
             end select
          class default
             call test%check(.false., 'round trip: isotropic laws')
@@ -324,16 +339,19 @@ contains
       do i = 1, size(first%bodies)
          call test%check(same_type_as(second%bodies(i)%shape, first%bodies(i)%shape), 'round trip: shapes')
          call test%check_equal(second%bodies(i)%material, first%bodies(i)%material, 'round trip: materials')
-         call test%check_close(second%bodies(i)%shape%axis, first%bodies(i)%shape%axis, 0.0_wp, 'round trip: axes of bodies')
+         call test%check_close(second%bodies(i)%shape%axis, first%bodies(i)%shape%axis, 0.0_wp, &
+                               'round trip: axes of bodies')
          call test%check_close(second%bodies(i)%velocity, first%bodies(i)%velocity, 0.0_wp, 'round trip: velocities')
       end do
       do i = 1, size(first%tools)
-         call test%check(same_type_as(second%tools(i)%shape, first%tools(i)%shape), 'round trip: shapes of tools')
+         call test%check(same_type_as(second%tools(i)%shape, first%tools(i)%shape), &
+                         'round trip: shapes of tools')
          select type (one => first%tools(i)%shape)
          class is (pyramid_t)
             select type (other => second%tools(i)%shape)
             class is (pyramid_t)
-               call test%check_close([other%half_angle, other%edge], [one%half_angle, one%edge], 0.0_wp, 'round trip: pyramids')
+               call test%check_close([other%half_angle, other%edge], [one%half_angle, one%edge], 0.0_wp, &
+                                     'round trip: pyramids')
             end select
          type is (cone_t)
             select type (other => second%tools(i)%shape)

@@ -1,6 +1,6 @@
 #!/bin/bash
 #test: beside
-#test: limit 120
+#test: limit 240
 # The example of doc/extending.md, taken out of that text into a copy of the tree: one new file and one line for a law, for an effect
 # and for a shape, nothing else; it builds, and scenes that name them give the known answers. With a field planted there that no effect
 # was called for, the test effects_free must fail.

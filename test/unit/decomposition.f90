@@ -510,7 +510,8 @@ contains
       scene = box_scene([0.0_wp, 0.0_wp, 0.0_wp], [64.0_wp, 64.0_wp, 16.0_wp], [0.0_wp, 0.0_wp, 0.0_wp])
       scene%grid = grid_spec_t(upper=[64.0_wp, 64.0_wp, 32.0_wp], cell_size=1.0_wp, cells=[64, 64, 32])
       scene%bodies(1)%particles_per_cell = 1
-      scene%tools = [tool_spec_t(name='tool', tip=[16.0_wp, 16.0_wp, 24.0_wp], times=[0.0_wp], speeds=[1.0_wp])]
+      scene%tools = [tool_spec_t(name='tool', tip=[16.0_wp, 16.0_wp, 24.0_wp], times=[0.0_wp], &
+                                 speeds=[1.0_wp])]
       scene%tools(1)%shape = sphere_t(radius=4.0_wp)
       call model%build(comm, scene, error)
       call test%check(.not. error%happened(), 'a model with a tool is built')

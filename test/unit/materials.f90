@@ -118,12 +118,15 @@ contains
       class is (isotropic_t)
          call test%check_close([law%lame, law%shear]/young, [lame, shear]/young, 1.0e-14_wp, &
                                'Lame''s constants from Young''s modulus and Poisson''s ratio')
-         call test%check_close(law%von_mises_modulus(), 0.5_wp/law%complementary_energy(slip), 1.0e-14_wp*young, &
+         call test%check_close(law%von_mises_modulus(), 0.5_wp/law%complementary_energy(slip), &
+                               1.0e-14_wp*young, &
                                'von Mises modulus and energy of shear')
       end select
-      call test%check_close(laws%slots(1)%law%p_wave_modulus()/young, (lame + 2.0_wp*shear)/young, 1.0e-14_wp, &
+      call test%check_close(laws%slots(1)%law%p_wave_modulus()/young, (lame + 2.0_wp*shear)/young, &
+                            1.0e-14_wp, &
                             'modulus of a plane wave')
-      call test%check_close(laws%slots(1)%law%complementary_energy(3.0_wp*pull)*young, 4.5_wp, 1.0e-14_wp, 'energy of a pull')
+      call test%check_close(laws%slots(1)%law%complementary_energy(3.0_wp*pull)*young, 4.5_wp, 1.0e-14_wp, &
+                            'energy of a pull')
    end subroutine moduli
 
    !> The turning part alone (a law without stiffness): 10 turns about a skew axis change no invariant.
