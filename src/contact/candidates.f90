@@ -326,8 +326,8 @@ contains
       end associate
    end subroutine consider
 
-   !> Thickness (m) of a box that stretches along its axes, across a normal: its edges do not know of shear, which the material's own
-   !> stretch does; along an axis it is the edge (theory.md, eq. box-thickness).
+   !> Thickness (m) of a box that stretches along its axes, across a normal: its edges do not know of shear, but the
+   !> material's own stretch does; along an axis it is the edge (theory.md, eq. box-thickness).
    pure real(wp) function box_thickness(law, values, at, normal) result(thickness)
       class(material_t), intent(in) :: law
       real(wp), intent(in) :: values(:) !< the particle's columns
