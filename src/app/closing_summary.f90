@@ -238,7 +238,7 @@ contains
       character(len=:), allocatable :: text
       text = 'try smaller cells there'
       if (any(scene%bodies%particles_per_cell == 1)) text = text//', particles_per_cell=8'
-      if (scene%time%domain /= domain_corners .and. (scene%time%domain == domain_fixed .or. size(scene%tools) > 0)) &
+      if (scene%time%domain == domain_fixed .or. (scene%time%domain /= domain_corners .and. size(scene%tools) > 0)) &
          text = text//', domain=''corners'''
    end function remedy
 

@@ -21,8 +21,8 @@ module m_domain_range
       integer(i8), allocatable, private :: extent(:, :) !< (3, bodies): places of their lattices
       integer(i8), private :: looked = 0                !< step of the last look
       character(len=:), allocatable :: said             !< the first sentence
-      logical, private :: told(5) = .false.             !< of tension, of gaps, of overlap, of loads on a stress that lags,
-                                                       !< of cubes that are drawn out
+      logical, private :: told(5) = .false. !< of tension, of gaps, of overlap, of loads on a stress that lags, of
+                                           !< cubes that are drawn out
    contains
       procedure :: start
       procedure :: look
@@ -34,8 +34,8 @@ module m_domain_range
    real(wp), parameter :: hardly_stretched = 1.15_wp    !< up to this stretch; beyond, where shear and turning count too:
    real(wp), parameter :: apart_strained = 0.5_wp       !< cells
    real(wp), parameter :: most_pressed = 0.2_wp         !< strain to which cubes may be pressed; then they overlap
-   real(wp), parameter :: most_drawn = 0.25_wp          !< strain to which cubes may be drawn out; then they leave gaps,
-   real(wp), parameter :: most_drawn_mean = 0.1_wp      !< and with strain rates that are means of cells
+   real(wp), parameter :: most_drawn = 0.25_wp      !< strain to which cubes may be drawn out; then they leave gaps,
+   real(wp), parameter :: most_drawn_mean = 0.1_wp  !< and with strain rates that are means of cells
    real(wp), parameter :: hardly_plastic = 0.005_wp     !< up to this plastic strain the stress tells the stretch
 
 contains
@@ -91,9 +91,10 @@ contains
                 'loads and stresses may be off by some per cent; take domain=''stretch'' or ''corners'''
       else if (worst(4) > merge(most_drawn_mean, most_drawn, means) .and. .not. self%told(5)) then
          self%told(5) = .true.
-         news = 'range      particles are drawn out by '//to_text(100.0_wp*worst(4), 2)//' %: fixed domains leave gaps'// &
-                trim(merge(', which &anti_locking widens', '                            ', means))//'; lengths and '// &
-                'stresses may be off by some per cent, and soon by much; take domain=''stretch'' or ''corners'''
+         news = 'range      particles are drawn out by '//to_text(100.0_wp*worst(4), 2)//' %: fixed domains '// &
+                'leave gaps'//trim(merge(', which &anti_locking widens', '                            ', means))// &
+                '; lengths and stresses may be off by some per cent, and soon by much; take domain=''stretch'' '// &
+                'or ''corners'''
       end if
       if (self%said == '') self%said = news
    end subroutine look

@@ -5,9 +5,9 @@ usage: random_truth.py WORK PROGRAM COUNT [--first SEED] [--only TWIN] [--show S
 
 Of every scene (scenes.py makes it from its seed): energy never from nothing, little lost without a cause, external work as booked and by
 the motion of the particles, mass, momentum of free bodies, the exact end of a rod. And a second run of it, which must say the same: its
-mirror image, the whole of a quarter, or two ranks. What a run itself warns of, with the size, is printed and is no failure within limits, but for
-energy from nothing. A scene that is refused (status 2) or ends with a numerical fault (status 3 and one sentence) is counted and printed,
-and is no failure. Scenes that fail stand in WORK/failed; `--show SEED` prints one.
+mirror image, the whole of a quarter, or two ranks. What a run itself warns of, with the size, is printed and
+is no failure within limits, but for energy from nothing. A scene that is refused (status 2) or ends with a numerical fault (status 3 and
+one sentence) is counted and printed, and is no failure. Scenes that fail stand in WORK/failed; `--show SEED` prints one.
 """
 import argparse
 import collections
@@ -34,17 +34,17 @@ LIMIT = 60*(5 if os.environ.get("BUILD") == "debug" else 1)  # s
 GAIN = 0.05        # energy from nothing
 LOSS = 0.10        # energy lost without a cause that the scene has asked for
 WORK = 0.05        # external work, of the largest external work where that is not small beside the energy
-SAID = {"work": 0.25, "loss": 0.5, "gain": 0.2} # the same where the summary warns of it; of energy from nothing only 'usf', which has
-                   # an error of first order in the time step, of either sign
+SAID = {"work": 0.25, "loss": 0.5, "gain": 0.2} # the same where the summary warns of it; of energy from nothing only
+                   # 'usf', which has an error of first order in the time step, of either sign
 MOMENTUM = 1e-9    # of free bodies, of the largest momentum of mass and energy
 MASS = 1e-12       # relative
 ROD = 0.02         # end of a rod, of its way; and 0.0005 of its length
 SAME = 1e-6        # between twins, without contact
 SAME_CONTACT = 1e-3 # with contact, which is solved to a tolerance
-SAME_FACES = 0.02   # whole and quarter with domain='corners' and a tool at the planes: there the faces are narrowed in the quarter and not in
-                    # the whole (theory.md, eq. face-mean), and the two are not the same sum
-SAME_ON_NODES = 1e-5 # of cubes whose free faces begin on planes of nodes: by a rounding the node beyond has a hair of mass or none, in the
-                    # one step in which the face leaves the plane
+SAME_FACES = 0.02   # whole and quarter with domain='corners' and a tool at the planes: there the faces are narrowed in the
+                    # quarter and not in the whole (theory.md, eq. face-mean), and the two are not the same sum
+SAME_ON_NODES = 1e-5 # of cubes whose free faces begin on planes of nodes: by a rounding the node beyond has a hair of mass
+                    # or none, in the one step in which the face leaves the plane
 RATE_FORM = 0.4     # of the strain of a rod: 'elastic' has the energy of small strain (theory.md, Energy)
 
 # For the test of this test: what is done to a history before it is looked at
@@ -148,7 +148,8 @@ def is_said(name, scene, run):
 def same(scene, kind):
     """How far apart two runs of a scene may be."""
     if not scene.tools:
-        return SAME_ON_NODES if kind == "mirrored" and scene.domain == "fixed" and scene.family == "block" and scene.quarter else SAME
+        on_nodes = scene.domain == "fixed" and scene.family == "block" and scene.quarter
+        return SAME_ON_NODES if kind == "mirrored" and on_nodes else SAME
     return SAME_FACES if kind == "whole" and scene.domain == "corners" else SAME_CONTACT
 
 

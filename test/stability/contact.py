@@ -53,7 +53,7 @@ def buried_sphere(bench):
     """E3 of the thesis, whose finite-element run quits at 3.114 um: the sphere (R = 3.4 um) on to 3.5 um, below the surface. Each ring of
     particles that the sphere comes to touch is hit at its full speed, and nodes at the surface take it over: an impulse that is right, in
     one step. A step's load is no figure then, for it doubles when the step is halved: the control. No load is known within the time of a
-    wave through a cell; in the mean over that the spike goes with the speed: 150 m/s is a control, a sixth of it must be within the bar."""
+    wave through a cell; in the mean over that 150 m/s is a control, and a sixth of it must be within the bar."""
     def each_step(text):
         return text.replace("directory='OUT'", "directory='OUT', history_every=1e-14")
 
