@@ -16,7 +16,8 @@ module m_alternatives
 
    !> What a run takes, and what it would take otherwise: the parts of its time, s, and of its memory, B.
    type :: price_t
-      real(wp) :: particles = 0.0_wp, blocks = 0.0_wp, contact = 0.0_wp, contact_points = 0.0_wp, output = 0.0_wp
+      real(wp) :: particles = 0.0_wp, blocks = 0.0_wp, contact = 0.0_wp, contact_points = 0.0_wp, &
+                  output = 0.0_wp
       real(wp) :: base = 0.0_wp    !< libraries
       real(wp) :: stores = 0.0_wp  !< particles
       real(wp) :: buffers = 0.0_wp !< copies of them, for the guard and to write them
@@ -59,15 +60,18 @@ contains
       call console%line('what if                                                  time [s]     x        memory [MB]   x')
       call say(console, 'as it is', price, price)
       call say(console, 'cells half as large', half_the_cell(price, blocks_at_half_cell(model)), price)
-      call say(console, 'one level more, half as wide'//merge(' around the tool', '                ', size(scene%tools) > 0), &
+      call say(console, 'one level more, half as wide'//merge(' around the tool', '                ', &
+            size(scene%tools) > 0), &
                one_level_more(price, scene, model, found), price)
       do n = 1, size(offered)
          if (all(scene%bodies%particles_per_cell == offered(n))) cycle
-         call say(console, to_text(offered(n))//' particles a cell', with_particles(price, scene, model, offered(n)), price)
+         call say(console, to_text(offered(n))//' particles a cell', &
+                  with_particles(price, scene, model, offered(n)), price)
       end do
       if (size(scene%tools) > 0) call say(console, 'the tools at a tenth of their speed', &
                                           scaled(price, 10.0_wp*step_by_speed(scene, model)), price)
-      call say(console, trim(merge('half the safety   ', 'half the time_step', scene%time%time_step <= 0.0_wp)), &
+      call say(console, trim(merge('half the safety   ', 'half the time_step', &
+                                   scene%time%time_step <= 0.0_wp)), &
                scaled(price, 2.0_wp), price)
    end subroutine say_alternatives
 
@@ -76,7 +80,8 @@ contains
       character(len=*), intent(in) :: name
       type(price_t), intent(in) :: what, price !< otherwise, and as it is
       character(len=120) :: line
-      write (line, '(a52,f14.3,f8.2,f15.1,f8.2)') name//repeat(' ', 52), what%time(), what%time()/price%time(), &
+      write (line, '(a52,f14.3,f8.2,f15.1,f8.2)') name//repeat(' ', 52), what%time(), &
+         what%time()/price%time(), &
          1.0e-6_wp*what%memory(), what%memory()/price%memory()
       call console%line(trim(line))
    end subroutine say
@@ -112,7 +117,8 @@ contains
       factor = (wave + 0.1_wp*speed)/(wave + speed)
    end function step_by_speed
 
-   !> Collective: so many particles a cell in all bodies: their number, and what one costs where so many share a cell.
+   !> Collective: so many particles a cell in all bodies: their number, and what one costs where so many share
+   !> a cell.
    type(price_t) function with_particles(price, scene, model, number) result(other)
       type(price_t), intent(in) :: price
       type(scene_t), intent(in) :: scene
@@ -130,7 +136,9 @@ contains
       other%stores = price%stores*ratio
       other%buffers = price%buffers*ratio
       other%output = price%output*ratio
-      if (scene%time%time_step <= 0.0_wp) other = scaled(other, max(1.0_wp, scene%time%safety/largest_safety(number)))
+      if (scene%time%time_step <= 0.0_wp) other = scaled(other, &
+                                                         max(1.0_wp, &
+                                                         scene%time%safety/largest_safety(number)))
    end function with_particles
 
    !> Collective: cells half as large in a box half as wide as that of the finest level.
@@ -149,17 +157,20 @@ contains
          blocks = box%blocks/real(max(1_i8, model%communicator%sum_count(int(size(level%blocks), i8))), wp)
       end associate
       other = price
-      other%particles = price%particles + steps*finest(size(finest))*share*15.0_wp ! 8 for 1, twice the steps, less themselves
+      ! 8 for 1, twice the steps, less themselves
+      other%particles = price%particles + steps*finest(size(finest))*share*15.0_wp
       other%blocks = price%blocks + 2.0_wp*blocks*price%blocks*block_share(found%rates)
       if (size(scene%tools) > 0) then
          other%contact = 2.0_wp*price%contact
          other%contact_points = 8.0_wp*price%contact_points
       end if
-      share = 1.0_wp + 7.0_wp*box%particles/real(max(1_i8, model%communicator%sum_count(model%particle_count())), wp)
+      share = 1.0_wp &
+              + 7.0_wp*box%particles/real(max(1_i8, model%communicator%sum_count(model%particle_count())), wp)
       other%stores = share*price%stores
       other%buffers = share*price%buffers
       other%tiles = price%tiles*(1.0_wp + box%blocks/all_blocks(model)) &
-                    + 8.0_wp*model%communicator%sum_count(size(model%levels(size(model%levels))%nodes, kind=i8)) ! `restricted`
+                    + 8.0_wp*model%communicator%sum_count(size(model%levels(size(model%levels))%nodes, &
+                          kind=i8)) ! `restricted`
    end function one_level_more
 
    !> Share of the work with blocks that the finest level has.
@@ -175,7 +186,8 @@ contains
    real(wp) function all_blocks(model)
       type(model_t), intent(in) :: model
       integer :: l
-      all_blocks = real(model%communicator%sum_count(sum([(int(size(model%levels(l)%blocks), i8), l=1, size(model%levels))])), wp)
+      all_blocks = real(model%communicator%sum_count(sum([(int(size(model%levels(l)%blocks), i8), l=1, &
+                                                           size(model%levels))])), wp)
    end function all_blocks
 
    pure type(price_t) function scaled(price, factor)
@@ -188,7 +200,8 @@ contains
       scaled%contact_points = factor*price%contact_points
    end function scaled
 
-   !> Collective: particles a cell, over all particles: what their numbers would be with one a cell, from those of each body.
+   !> Collective: particles a cell, over all particles: what their numbers would be with one a cell, from
+   !> those of each body.
    real(wp) function mean_particles_per_cell(scene, model) result(mean)
       type(scene_t), intent(in) :: scene
       type(model_t), intent(in) :: model
@@ -220,7 +233,8 @@ contains
       do l = 1, size(model%levels)
          now = now + real(model%communicator%sum_count(int(count([(model%levels(l)%blocks(b)%particles%count > 0, &
                                                                b=1, size(model%levels(l)%blocks))]), i8)), wp)
-         then = then + finer_blocks(model%levels(l), model, model%levels(l)%grid%lower, model%levels(l)%grid%upper)
+         then = then + finer_blocks(model%levels(l), model, model%levels(l)%grid%lower, &
+                                    model%levels(l)%grid%upper)
       end do
       growth = max(1.0_wp, then/now)
    end function blocks_at_half_cell
@@ -235,11 +249,13 @@ contains
       integer(i8) :: found
       integer :: b, half(3), p
       found = 0
-      do b = 1, size(level%blocks) ! a block of nodes is as wide as two of half the cell: each particle is in one of eight
+      do b = 1, size(level%blocks) ! a block of nodes is as wide as two of half the cell: each particle is in
+                                   ! one of eight
          used = .false.
          middle = level%blocks(b)%origin + 3.75_wp*level%grid%cell
          do p = 1, level%blocks(b)%particles%count
-            associate (x => level%blocks(b)%particles%column(p, level%layout%position:level%layout%position + 2))
+            associate (x => level%blocks(b)%particles%column(p, level%layout%position:level%layout%position &
+                  + 2))
                if (any(x < lower) .or. any(x > upper)) cycle
                half = merge(1, 0, x > middle)
                used(half(1), half(2), half(3)) = .true.
@@ -250,7 +266,8 @@ contains
       blocks = real(model%communicator%sum_count(found), wp)
    end function finer_blocks
 
-   !> Collective: a box half as wide as that of the finest level, around the tip of the first tool; without tools in its middle.
+   !> Collective: a box half as wide as that of the finest level, around the tip of the first tool; without
+   !> tools in its middle.
    type(finer_t) function box_of_one_more(scene, model) result(box)
       type(scene_t), intent(in) :: scene
       type(model_t), intent(in) :: model
@@ -267,7 +284,8 @@ contains
          inside = 0
          do b = 1, size(level%blocks)
             do p = 1, level%blocks(b)%particles%count
-               associate (x => level%blocks(b)%particles%column(p, level%layout%position:level%layout%position + 2))
+               associate (x => level%blocks(b)%particles%column(p, &
+                     level%layout%position:level%layout%position + 2))
                   if (all(x >= box%lower .and. x <= box%upper)) inside = inside + 1
                end associate
             end do

@@ -1,5 +1,5 @@
-!> Measures what a step of a model costs on the ranks at hand. The model is spent afterwards: its tools have been where they never
-!> will be.
+!> Measures what a step of a model costs on the ranks at hand. The model is spent afterwards: its tools have
+!> been where they never will be.
 module m_calibration
    use mpi_f08, only: MPI_COMM_SELF
    use m_box, only: box_t
@@ -13,7 +13,8 @@ module m_calibration
    use m_speed_bounds, only: bound_speeds
    use m_time_step, only: longest_step
    use m_energy, only: balance_t
-   use m_forecast, only: rates_t, prospect_t, rates_of, predict_costs, contact_points, contact_steps, particle_rows
+   use m_forecast, only: rates_t, prospect_t, rates_of, predict_costs, contact_points, contact_steps, &
+                         particle_rows
    use m_snapshot, only: snapshot_t
    use m_hdf5_snapshot, only: hdf5_snapshot_bytes
    use m_tecplot_snapshot, only: tecplot_snapshot_bytes
@@ -36,11 +37,13 @@ module m_calibration
       real(wp) :: file_bytes = 0.0_wp          !< of its files, all formats together
       real(wp) :: writing_bytes = 0.0_wp       !< of memory that writing it takes besides, of all ranks
       real(wp) :: library_bytes = 0.0_wp       !< and that the libraries for it take
-      character(len=:), allocatable :: trouble !< why contact was not measured pressed in; empty: it was, or needs not be
+      character(len=:), allocatable :: trouble !< why contact was not measured pressed in; empty: it was, or
+                                               !< needs not be
    end type calibration_t
 
    real(wp), parameter :: enough = 1.0_wp      !< s of steps are timed, if they are not more than
-   real(wp), parameter :: library = 5.0e6_wp   !< bytes of HDF5 with MPI's files, a rank, when a file is written (performance.md)
+   real(wp), parameter :: library = 5.0e6_wp !< bytes of HDF5 with MPI's files, a rank, when a file is written
+                                             !< (performance.md)
    real(wp), parameter :: few = 20.0_wp        !< contact points do not tell what each takes
    real(wp), parameter :: little = 1.0e-6_wp   !< cells
    real(wp), parameter :: more = 1.5_wp        !< times as many contact points tell what each takes
@@ -49,8 +52,9 @@ module m_calibration
 
 contains
 
-   !> Collective: cost of a step of the model as the scene begins, with all particles awake; then with the tools pressed in. Steps
-   !> that fail are an error, but for those with the tools pressed in, which are left out.
+   !> Collective: cost of a step of the model as the scene begins, with all particles awake; then with the
+   !> tools pressed in. Steps that fail are an error, but for those with the tools pressed in, which are left
+   !> out.
    subroutine calibrate(found, scene, model, error)
       type(calibration_t), intent(out) :: found
       type(scene_t), intent(in) :: scene
@@ -64,7 +68,8 @@ contains
          time = model%time
          model%time = 0.0_wp
          call predict_costs(found%prospect, scene, model) ! what rests is known only after some steps
-         if (found%prospect%snapshots > 0.0_wp) found%prospect%snapshots = found%prospect%snapshots + 1.0_wp ! the first
+         ! the first
+         if (found%prospect%snapshots > 0.0_wp) found%prospect%snapshots = found%prospect%snapshots + 1.0_wp
          model%time = time
          model%skip_at_rest = .false.
          call nudge(model)
@@ -80,8 +85,8 @@ contains
       found%seconds = model%communicator%maximum(wall_time() - began)
    end subroutine calibrate
 
-   !> Move all material a little: particles exactly half-way between nodes of two blocks belong to either, by a rounding,
-   !> and go to and fro in every step until something moves them.
+   !> Move all material a little: particles exactly half-way between nodes of two blocks belong to either, by
+   !> a rounding, and go to and fro in every step until something moves them.
    subroutine nudge(model)
       type(model_t), intent(inout) :: model
       integer :: b, l, n, x
@@ -90,7 +95,8 @@ contains
          do b = 1, size(model%levels(l)%blocks)
             associate (particles => model%levels(l)%blocks(b)%particles)
                n = particles%count
-               if (n > 0) particles%column(:n, x:x + 2) = particles%column(:n, x:x + 2) + little*model%levels(1)%grid%cell
+               if (n > 0) particles%column(:n, x:x + 2) = particles%column(:n, x:x + 2) &
+                                                          + little*model%levels(1)%grid%cell
             end associate
             call model%levels(l)%blocks(b)%particles%changed()
          end do
@@ -112,10 +118,12 @@ contains
    pure real(wp) function timed_step(scene, model)
       type(scene_t), intent(in) :: scene
       type(model_t), intent(in) :: model
-      timed_step = min(longest_step(scene, model, model%time), scene%end_time/(2*(warm_steps + 2*fewest_steps)))
+      timed_step = min(longest_step(scene, model, model%time), scene%end_time/(2*(warm_steps &
+            + 2*fewest_steps)))
    end function timed_step
 
-   !> Collective: steps until it has been long enough, then as many again, which count. `points`: contact points in a step.
+   !> Collective: steps until it has been long enough, then as many again, which count. `points`: contact
+   !> points in a step.
    subroutine time_steps(found, scene, model, points, error)
       type(calibration_t), intent(inout) :: found
       type(scene_t), intent(in) :: scene
@@ -126,7 +134,8 @@ contains
       real(wp) :: began, elapsed
       integer(i8) :: handled
       integer :: most, n
-      most = max(fewest_steps, min(most_steps, nint(at_most*found%prospect%steps))) ! the scene must not be over by then
+      ! the scene must not be over by then
+      most = max(fewest_steps, min(most_steps, nint(at_most*found%prospect%steps)))
       began = wall_time()
       do
          call advance(model, timed_step(scene, model), error)
@@ -147,8 +156,8 @@ contains
       points = real(model%contact%handled - handled, wp)/(found%steps*contact_steps(model))
    end subroutine time_steps
 
-   !> Collective: what the sums and the text of a row of the histories take, and the arrays of a snapshot and their text. Nothing is
-   !> written: the time of files and disks is not in it.
+   !> Collective: what the sums and the text of a row of the histories take, and the arrays of a snapshot and
+   !> their text. Nothing is written: the time of files and disks is not in it.
    subroutine time_output(found, scene, model)
       type(calibration_t), intent(inout) :: found
       type(scene_t), intent(in) :: scene
@@ -167,7 +176,8 @@ contains
       found%rates%history = model%communicator%maximum(wall_time() - began)
       value = text_cost()
       if (scene%output%present) found%rates%history = found%rates%history &
-                                                      + value*(14 + 7*size(scene%tools) + 12*size(scene%probes))
+                                                      + value*(14 + 7*size(scene%tools) &
+                                                            + 12*size(scene%probes))
       if (.not. found%prospect%snapshots > 0.0_wp) return
       began = wall_time()
       snapshot%title = ''
@@ -177,9 +187,11 @@ contains
       largest = 0.0_wp
       do f = 1, size(snapshot%fields)
          bytes = bytes + 8.0_wp*size(snapshot%fields(f)%values)
-         largest = max(largest, 8.0_wp*size(snapshot%fields(f)%values)) ! each is copied into the order of the file
+         largest = max(largest, 8.0_wp*size(snapshot%fields(f)%values)) ! each is copied into the order of the
+                                                                        ! file
       end do
-      if (scene%output%tecplot) found%rates%snapshot = found%rates%snapshot + model%communicator%maximum(value*bytes/8.0_wp)
+      if (scene%output%tecplot) found%rates%snapshot = found%rates%snapshot &
+                                                       + model%communicator%maximum(value*bytes/8.0_wp)
       found%snapshot_bytes = model%communicator%sum_real(bytes)
       found%file_bytes = 0.0_wp
       if (scene%output%hdf5) found%file_bytes = hdf5_snapshot_bytes(snapshot)
@@ -201,11 +213,12 @@ contains
          write (text, '(es24.16e3)') sqrt(real(n, wp))
          length = length + len_trim(text)
       end do
-      text_cost = (wall_time() - began)/max(numbers, min(length, numbers)) ! what is not looked at might be left out
+      text_cost = (wall_time() - began)/max(numbers, min(length, numbers)) ! what is not looked at might be
+                                                                           ! left out
    end function text_cost
 
-   !> Collective: contact with the tools as far in as there are then as many contact points as the scene will have at most. The
-   !> material has not made way: as many as lie inside.
+   !> Collective: contact with the tools as far in as there are then as many contact points as the scene will
+   !> have at most. The material has not made way: as many as lie inside.
    subroutine press(found, scene, model, points_before)
       type(calibration_t), intent(inout) :: found
       type(scene_t), intent(in) :: scene
@@ -217,7 +230,8 @@ contains
       integer(i8) :: handled
       integer :: n
       associate (rates => found%rates)
-         if (found%prospect%most_touches <= more*points_before) then ! as much contact as there will be: each has its share of it
+         if (found%prospect%most_touches <= more*points_before) then ! as much contact as there will be: each
+                                                                     ! has its share of it
             if (points_before > 0.0_wp) then
                rates%contact_point = rates%contact/points_before
                rates%contact = 0.0_wp
@@ -250,7 +264,8 @@ contains
          end if
          found%pressed_steps = pressed
          found%pressed_points = real(model%contact%handled - handled, wp)/(pressed*contact_steps(model))
-         total = model%communicator%sum_real(median(took))/model%communicator%ranks ! one step may wait for something else
+         ! one step may wait for something else
+         total = model%communicator%sum_real(median(took))/model%communicator%ranks
          if (found%pressed_points < few) then
             rates%contact = max(rates%contact, total)
          else if (found%pressed_points > more*points_before) then ! two points of a line, well apart
@@ -266,7 +281,8 @@ contains
       integer :: v
       median = values(1)
       do v = 1, size(values)
-         if (count(values <= values(v)) >= (size(values) + 1)/2 .and. count(values < values(v)) <= size(values)/2) &
+         if (count(values <= values(v)) >= (size(values) + 1)/2 &
+             .and. count(values < values(v)) <= size(values)/2) &
             median = values(v)
       end do
    end function median
@@ -278,8 +294,8 @@ contains
       if (allocated(model%level_specs)) follows = any(model%level_specs%follow > 0)
    end function follows
 
-   !> Time (s) that goes with a particle in a step, in a block of 16 x 16 x 16 cells of the scene's first material, alone on each
-   !> rank; the largest of all ranks.
+   !> Time (s) that goes with a particle in a step, in a block of 16 x 16 x 16 cells of the scene's first
+   !> material, alone on each rank; the largest of all ranks.
    real(wp) function sample_cost(scene, communicator, particles_per_cell) result(each)
       type(scene_t), intent(in) :: scene
       type(communicator_t), intent(in) :: communicator
@@ -303,7 +319,8 @@ contains
       allocate (sample%bodies(1), sample%tools(0), sample%probes(0), sample%levels(0), sample%effects(0))
       sample%bodies(1)%name = 'sample'
       sample%bodies(1)%material = 1
-      sample%bodies(1)%shape = box_t(lower=4*scene%grid%cell_size*[1, 1, 1], upper=(4 + cells)*scene%grid%cell_size*[1, 1, 1])
+      sample%bodies(1)%shape = box_t(lower=4*scene%grid%cell_size*[1, 1, 1], &
+                                     upper=(4 + cells)*scene%grid%cell_size*[1, 1, 1])
       sample%bodies(1)%particles_per_cell = particles_per_cell
       own%comm = MPI_COMM_SELF
       call model%build(own, sample, error)
@@ -316,7 +333,8 @@ contains
          do n = 1, steps
             if (.not. error%happened()) call advance(model, longest_step(sample, model, model%time), error)
          end do
-         each = sum(model%timers%seconds - before%seconds, mask=particle_rows(size(before%seconds), before%names)) &
+         each = sum(model%timers%seconds - before%seconds, mask=particle_rows(size(before%seconds), &
+               before%names)) &
                 /(steps*real(model%particle_count(), wp))
       end if
       each = communicator%maximum(each)

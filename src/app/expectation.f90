@@ -1,4 +1,5 @@
-!> What a run expects of itself: time and memory to its end, told from its first steps. The closing summary says how far off it was.
+!> What a run expects of itself: time and memory to its end, told from its first steps. The closing summary
+!> says how far off it was.
 module m_expectation
    use m_kinds, only: wp, i8
    use m_machine, only: peak_memory
@@ -16,7 +17,8 @@ module m_expectation
    real(wp), parameter :: late_share = 0.2_wp      !< of the scene is over,
    real(wp), parameter :: some_awake = 0.1_wp      !< of them: fewer tell nothing
    integer, parameter :: fewest_steps = 10
-   integer, parameter :: enough_points = 50        !< contact points in a step on average, for their cost to be told from that
+   integer, parameter :: enough_points = 50 !< contact points in a step on average, for their cost to be told
+                                            !< from that
 
    type, public :: expectation_t
       logical :: made = .false.
@@ -25,7 +27,8 @@ module m_expectation
       real(wp) :: total = 0.0_wp             !< expected to the end of the run, s
       real(wp) :: memory = 0.0_wp            !< expected, of all ranks, B
       type(timers_t), private :: before
-      integer(i8), private :: window_step = 0, particle_steps = 0, at_rest = 0, handled = 0, first_step = 0, next_look = 0
+      integer(i8), private :: window_step = 0, particle_steps = 0, at_rest = 0, handled = 0, first_step = 0, &
+                              next_look = 0
       real(wp), private :: began = 0.0_wp, first_time = 0.0_wp, first_output = 0.0_wp
    contains
       procedure :: start
@@ -60,8 +63,8 @@ contains
       self%began = elapsed
    end subroutine open_window
 
-   !> Collective, after a step: when enough has been seen, tell the rest from it. Steps in which most of the material is still at
-   !> rest tell little of those to come, and are forgotten.
+   !> Collective, after a step: when enough has been seen, tell the rest from it. Steps in which most of the
+   !> material is still at rest tell little of those to come, and are forgotten.
    subroutine look(self, scene, model, elapsed)
       class(expectation_t), intent(inout) :: self
       type(scene_t), intent(in) :: scene
@@ -78,7 +81,8 @@ contains
       share = (model%time - self%first_time)/(scene%end_time - self%first_time)
       if (awake < merge(enough_awake, some_awake, share < late_share)) then
          call self%open_window(model, elapsed)
-      else if (share >= enough_share .or. model%communicator%maximum(elapsed - self%began) >= enough_seconds) then
+      else if (share >= enough_share .or. model%communicator%maximum(elapsed &
+            - self%began) >= enough_seconds) then
          call make(self, scene, model, elapsed, awake)
       end if
    end subroutine look
@@ -95,7 +99,8 @@ contains
       real(wp) :: points, seconds(5), spent, done, written, bytes(2)
       spent = model%communicator%maximum(elapsed - self%began)
       done = real(model%step - self%window_step, wp)
-      written = model%communicator%maximum(model%timers%seconds(phase_output) - self%before%seconds(phase_output))
+      written = model%communicator%maximum(model%timers%seconds(phase_output) &
+                                           - self%before%seconds(phase_output))
       call rates_of(rates, model, self%before, done, spent, awake)
       rates%step = rates%step + written/done
       rates%snapshot = model%communicator%maximum(self%first_output)

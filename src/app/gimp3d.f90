@@ -9,7 +9,8 @@ program gimp3d
    type(simulation_t) :: simulation
    integer :: status
 
-   ! Weights of nodes that particles barely touch make numbers too small for full precision, which cost a hundredfold: zero them.
+   ! Weights of nodes that particles barely touch make numbers too small for full precision, which cost a
+   ! hundredfold: zero them.
    call ieee_set_underflow_mode(gradual=.false.)
    call simulation%initialise()
    do while (.not. simulation%done())

@@ -47,13 +47,17 @@ contains
                                 to_text(grid%cells(3))//' cells of '//si(grid%cell, 'm')//', '// &
                                 to_text(blocks)//' blocks with material')
          if (size(model%levels) > 1) call introduce_levels(console, model, time_step)
-         call console%line('particles  '//to_text(particles)//' on '//to_text(model%communicator%ranks)//' rank(s), '// &
-                                si(real(bytes, wp), 'B')//' in all, '//to_text(real(bytes, wp)/particles, 3)//' B a particle')
+         call console%line('particles  '//to_text(particles)//' on '//to_text(model%communicator%ranks)// &
+                           ' rank(s), '// &
+                                si(real(bytes, wp), 'B')//' in all, '// &
+                                   to_text(real(bytes, wp)/particles, 3)//' B a particle')
          if (model%time < scene%end_time) then
-            call console%line('time       '//si(scene%end_time, 's')//' in steps of '//si(time_step, 's')//', about '// &
+            call console%line('time       '//si(scene%end_time, 's')//' in steps of '//si(time_step, 's')// &
+                              ', about '// &
                               to_text(ceiling(scene%end_time/time_step, i8))//' steps')
          else
-            call console%line('time       '//si(scene%end_time, 's')//': the run is there; nothing is left to be done')
+            call console%line('time       '//si(scene%end_time, 's')// &
+                              ': the run is there; nothing is left to be done')
          end if
          call console%line('fields     '//fields_text(model%levels(1)%table))
          call console%line('effects    '//effects_text(scene, catalogue, model))
@@ -61,10 +65,12 @@ contains
       end associate
       call find_crowd(model%communicator, ranks, cores)
       if (ranks > cores) &
-         call console%line('warning    '//to_text(ranks)//' ranks share '//to_text(cores)//' core(s) of a machine: each waits '// &
+         call console%line('warning    '//to_text(ranks)//' ranks share '//to_text(cores)// &
+                           ' core(s) of a machine: each waits '// &
                            'for the others'' turns, in contact most of all; take no more ranks than cores')
       if (model%communicator%ranks == 1 .and. tasks_of_job() > 1) &
-         call console%line('warning    one rank in a job of '//to_text(tasks_of_job())//' tasks (SLURM_NTASKS); '// &
+         call console%line('warning    one rank in a job of '//to_text(tasks_of_job())// &
+                           ' tasks (SLURM_NTASKS); '// &
                            'mpirun or srun takes them all')
    end subroutine introduce
 
@@ -75,8 +81,10 @@ contains
       if (scene%chose_domain) call console%line( &
          "chosen     domain='corners', for the law is made for large strains; 1.5 to 3 times the time of 'fixed'")
       if (.not. allocated(scene%brought)) return
-      if (scene%brought /= '') call console%line('chosen     '//scene%brought//', for plastic flow locks without; up to a '// &
-                                                 'quarter more time; &'//scene%brought//" kind='none' / leaves it out")
+      if (scene%brought /= '') call console%line('chosen     '//scene%brought// &
+                                                 ', for plastic flow locks without; up to a '// &
+                                                 'quarter more time; &'//scene%brought// &
+                                                    " kind='none' / leaves it out")
    end subroutine introduce_choices
 
    !> Collective: a line a level, and the cells of all of them beside those of a grid as fine everywhere.
@@ -97,14 +105,17 @@ contains
             if (l < n) own(l) = own(l) - model%levels(l + 1)%region%cells()/8
             blocks = model%communicator%sum_count(int(size(level%blocks), i8))
             particles = model%communicator%sum_count(level%particle_count())
-            call console%line('level '//to_text(l)//'    '//place_text(lower)//' to '//place_text(upper)//', '// &
-                                   to_text(level%region%cells())//' cells of '//si(grid%cell, 'm')//', '//to_text(blocks)// &
+            call console%line('level '//to_text(l)//'    '//place_text(lower)//' to '//place_text(upper)// &
+                              ', '// &
+                                   to_text(level%region%cells())//' cells of '//si(grid%cell, 'm')//', '// &
+                                      to_text(blocks)// &
                                    ' blocks, '//to_text(particles)//' particles, steps of '//si(step, 's'))
          end associate
       end do
       cells = sum(own)
       finest = product(int(model%levels(n)%grid%cells, i8))
-      call console%line('cells      '//to_text(cells)//' on all levels, '//to_text(100.0_wp*cells/finest, 3)//' % of the '// &
+      call console%line('cells      '//to_text(cells)//' on all levels, '// &
+                        to_text(100.0_wp*cells/finest, 3)//' % of the '// &
                              to_text(finest)//' of a grid as fine as level '//to_text(n)//' everywhere')
    end subroutine introduce_levels
 
@@ -138,16 +149,19 @@ contains
       associate (table => model%levels(1)%table, effects => model%effects)
          call add(scene%time%affine, 'affine transfer', table%bytes_of('velocity_gradient'))
          call add(scene%time%domain /= domain_fixed, 'deforming domains', &
-                  table%bytes_of('domain') + table%bytes_of('half_size') + table%bytes_of('generation') - bytes_per_column)
+                  table%bytes_of('domain') + table%bytes_of('half_size') + table%bytes_of('generation') &
+                     - bytes_per_column)
          call add(size(scene%tools) > 0, 'tool contact', &
-                  table%bytes_of('contact_pressure') + table%bytes_of('last_contact_pressure') + table%bytes_of('contact_gap'))
+                  table%bytes_of('contact_pressure') + table%bytes_of('last_contact_pressure') &
+                     + table%bytes_of('contact_gap'))
          call add(model%contact%friction%present, 'friction', table%bytes_of('contact_friction'))
          call add(size(scene%probes) > 0, 'probes', 0)
          do k = 1, size(catalogue%effects)
             associate (name => catalogue%effects(k)%it%name)
                if (all([(effects(e)%effect%name /= name, e=1, size(effects))])) call add(.false., name, 0)
                do e = 1, size(effects)
-                  if (effects(e)%effect%name == name) call add(.true., name, bytes_per_column*effects(e)%columns)
+                  if (effects(e)%effect%name == name) call add(.true., name, &
+                        bytes_per_column*effects(e)%columns)
                end do
             end associate
          end do

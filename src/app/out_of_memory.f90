@@ -1,5 +1,5 @@
-!> Memory that cannot be had. Where an ALLOCATE fails, gfortran's library is called to print a backtrace and to leave; the procedure
-!> here has the name of that one, and the program finds it first.
+!> Memory that cannot be had. Where an ALLOCATE fails, gfortran's library is called to print a backtrace and
+!> to leave; the procedure here has the name of that one, and the program finds it first.
 module m_out_of_memory
    use, intrinsic :: iso_c_binding, only: c_char, c_int, c_intptr_t, c_ptr, c_size_t
    use mpi_f08
@@ -8,7 +8,8 @@ module m_out_of_memory
    implicit none
    private
 
-   character(kind=c_char, len=*), parameter :: sentence = 'gimp3d: there is no memory for what the run needs next: take more '// &
+   character(kind=c_char, len=*), &
+      parameter :: sentence = 'gimp3d: there is no memory for what the run needs next: take more '// &
       'machines, larger cells or fewer particles_per_cell, memory=0 in &guard, or a higher limit (ulimit -v, that of the batch '// &
       'system)'//achar(10)
 

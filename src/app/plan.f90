@@ -1,5 +1,5 @@
-!> mode='plan': what a run of the scene will take on these ranks, and what it would take if it were set up otherwise. Nothing is
-!> written but to the console.
+!> mode='plan': what a run of the scene will take on these ranks, and what it would take if it were set up
+!> otherwise. Nothing is written but to the console.
 module m_plan
    use m_kinds, only: wp, i8
    use m_text, only: to_text, si, duration
@@ -36,12 +36,14 @@ contains
       call calibrate(found, scene, model, error)
       if (error%happened()) return
       seconds = found%prospect%seconds(found%rates, model%timers%names)
-      price = price_t(particles=seconds(2), blocks=seconds(3), contact=found%prospect%steps*found%rates%contact, &
+      price = price_t(particles=seconds(2), blocks=seconds(3), &
+                      contact=found%prospect%steps*found%rates%contact, &
                       contact_points=found%prospect%touches*found%rates%contact_point, output=seconds(5))
       price%stores = bytes(1)
       price%tiles = bytes(2)
       price%buffers = found%snapshot_bytes + kept
-      price%base = model%communicator%sum_real(real(peak_memory(), wp)) - price%stores/(1.0_wp + spare_room) - price%tiles &
+      price%base = model%communicator%sum_real(real(peak_memory(), wp)) &
+                   - price%stores/(1.0_wp + spare_room) - price%tiles &
                    - price%buffers
       if (found%prospect%snapshots > 0.0_wp .and. scene%output%hdf5) then
          price%buffers = price%buffers + found%writing_bytes
@@ -69,34 +71,45 @@ contains
       character(len=:), allocatable :: text
       associate (prospect => found%prospect, flight => found%prospect%flight)
          call console%line('')
-         call console%line('plan       by '//to_text(found%steps)//' steps timed on '//to_text(model%communicator%ranks)// &
+         call console%line('plan       by '//to_text(found%steps)//' steps timed on '// &
+                           to_text(model%communicator%ranks)// &
                            ' rank(s) in '//duration(found%seconds))
          call console%line('steps      '//to_text(nint(prospect%steps, i8))//' of the coarsest level')
-         call console%line('time       '//duration(price%time() + first)//' ('//to_text(price%time() + first, 4)// &
+         call console%line('time       '//duration(price%time() + first)//' ('// &
+                           to_text(price%time() + first, 4)// &
                            ' s), of that '//to_text(first, 3)//' s until the first step')
-         call console%line('memory     '//si(price%memory(), 'B')//' on all ranks together: particles '//si(price%stores, 'B')// &
-                           ', node tiles '//si(price%tiles, 'B')//', copies and buffers of output '//si(price%buffers, 'B')// &
+         call console%line('memory     '//si(price%memory(), 'B')//' on all ranks together: particles '// &
+                           si(price%stores, 'B')// &
+                           ', node tiles '//si(price%tiles, 'B')//', copies and buffers of output '// &
+                              si(price%buffers, 'B')// &
                            ', all else '//si(price%base, 'B'))
-         call console%line('output     '//to_text(nint(prospect%snapshots, i8))//' snapshots of '//si(found%file_bytes, 'B')// &
-                           ', '//to_text(nint(prospect%rows, i8))//' rows of histories, '//to_text(price%output, 3)// &
+         call console%line('output     '//to_text(nint(prospect%snapshots, i8))//' snapshots of '// &
+                           si(found%file_bytes, 'B')// &
+                           ', '//to_text(nint(prospect%rows, i8))//' rows of histories, '// &
+                              to_text(price%output, 3)// &
                            ' s without the disk''s own time')
          if (prospect%rest > 0.0_wp) call console%line('at rest    '//to_text(100.0_wp*prospect%rest, 3)// &
                                                        ' % of the particle-steps')
-         if (flight%changes()) call console%line('flight     at most '//to_text(nint(flight%most_blocks))//' node blocks and '// &
-                                                 to_text(nint(flight%most_particles, i8))//' particles, now '// &
-                                                 to_text(nint(flight%blocks))//' and '//to_text(nint(flight%particles, i8)))
+         if (flight%changes()) call console%line('flight     at most '//to_text(nint(flight%most_blocks))// &
+                                                 ' node blocks and '// &
+                                                 to_text(nint(flight%most_particles, i8))// &
+                                                    ' particles, now '// &
+                                                 to_text(nint(flight%blocks))//' and '// &
+                                                    to_text(nint(flight%particles, i8)))
          if (size(scene%tools) > 0) then
             text = 'contact    at most '//to_text(nint(prospect%most_touches))//' contact points; '// &
                    si(found%rates%contact_point, 's')//' each in a step'
             if (found%pressed_steps > 0) text = text//', measured with the tools where they are at '// &
-                                                si(found%pressed_time, 's')//', '//to_text(nint(found%pressed_points))//' points'
+                                                si(found%pressed_time, 's')//', '// &
+                                                   to_text(nint(found%pressed_points))//' points'
             call console%line(text)
          end if
          if (found%trouble /= '') call console%line('note       '//found%trouble)
       end associate
    end subroutine say_plan
 
-   !> Collective: predicted seconds by phase, effect and level, as the closing summary of a run has the real ones.
+   !> Collective: predicted seconds by phase, effect and level, as the closing summary of a run has the real
+   !> ones.
    subroutine say_table(console, model, found, price)
       type(console_t), intent(inout) :: console
       type(model_t), intent(in) :: model
@@ -114,7 +127,8 @@ contains
       block_load = found%prospect%flight%block_load
       do l = 1, size(model%levels)
          where (particle_rows(size(cost%timers%names), cost%timers%names))
-            cost%timers%on_levels(:, l) = particle_load*(1.0_wp - found%prospect%rest)*steps*found%rates%rows(:, l)
+            cost%timers%on_levels(:, l) = particle_load*(1.0_wp &
+                                                         - found%prospect%rest)*steps*found%rates%rows(:, l)
          elsewhere
             cost%timers%on_levels(:, l) = block_load*steps*found%rates%rows(:, l)
          end where
@@ -123,7 +137,8 @@ contains
       cost%timers%on_levels(phase_contact, n) = price%contact + price%contact_points
       cost%timers%seconds = sum(cost%timers%on_levels, dim=2)
       cost%timers%seconds(phase_output) = price%output
-      held = [(real(model%communicator%sum_count(model%levels(l)%particle_count()), wp), l=1, n)]*model%steps_of_levels()
+      held = [(real(model%communicator%sum_count(model%levels(l)%particle_count()), wp), l=1, &
+               n)]*model%steps_of_levels()
       cost%level_steps = nint(steps*found%prospect%flight%particle_steps*held/sum(held), i8)
       cost%particle_steps = sum(cost%level_steps)
       cost%elapsed = price%time()

@@ -31,12 +31,14 @@ module m_resume
       procedure :: sentence
    end type resumed_t
 
-   character(len=*), parameter :: may_differ = 'only end_time, &guard, &output and &checkpoint may be other than they were'
+   character(len=*), &
+      parameter :: may_differ = 'only end_time, &guard, &output and &checkpoint may be other than they were'
 
 contains
 
-   !> Collective: the scene, from standard input or from the checkpoint that the command line names. Where the run goes on in its
-   !> directory it holds the lock of that from here on: nobody else is to change the checkpoints that it reads.
+   !> Collective: the scene, from standard input or from the checkpoint that the command line names. Where the
+   !> run goes on in its directory it holds the lock of that from here on: nobody else is to change the
+   !> checkpoints that it reads.
    subroutine read_run(communicator, catalogue, scene, before, lock, error)
       type(communicator_t), intent(in) :: communicator
       type(catalogue_t), intent(in) :: catalogue
@@ -74,7 +76,8 @@ contains
          scene%output%directory = directory ! it may have been given another name
          return
       end if
-      call check_physics(before%checkpoint%path, physics_as_namelist(earlier), physics_as_namelist(scene), error)
+      call check_physics(before%checkpoint%path, physics_as_namelist(earlier), physics_as_namelist(scene), &
+                         error)
    end subroutine read_run
 
    !> Collective: whether a scene writes to the directory of the run that it goes on from.
@@ -85,12 +88,13 @@ contains
       goes_on_in = .false.
       if (.not. scene%output%present) return
       goes_on_in = scene%output%directory == directory
-      if (communicator%is_root() .and. .not. goes_on_in) goes_on_in = same_file(scene%output%directory, directory)
+      if (communicator%is_root() .and. .not. goes_on_in) goes_on_in = same_file(scene%output%directory, &
+            directory)
       goes_on_in = communicator%sum_count(merge(1_i8, 0_i8, goes_on_in)) > 0
    end function goes_on_in
 
-   !> Collective: everything as it was at the checkpoint; the model has been built empty. If the run before has come to the scene's
-   !> end in this directory, all that it has written stays as it is.
+   !> Collective: everything as it was at the checkpoint; the model has been built empty. If the run before
+   !> has come to the scene's end in this directory, all that it has written stays as it is.
    subroutine resume_run(before, scene, model, balance, facts, recorder, lock, error)
       type(resumed_t), intent(inout) :: before
       type(scene_t), intent(in) :: scene
@@ -159,9 +163,11 @@ contains
       else if (is_variable(new)) then
          call fail(error, exit_input, group//' '//new//' was not there in '//path//'; '//may_differ)
       else if (is_variable(old)) then
-         call fail(error, exit_input, group//' '//old//' is missing, it was there in '//path//'; '//may_differ)
+         call fail(error, exit_input, group//' '//old//' is missing, it was there in '//path//'; '// &
+                   may_differ)
       else if (old /= '' .and. (new == '' .or. index(before(min(at_old, len(before)):), new) > 0)) then
-         call fail(error, exit_input, 'a group '//old//' is missing, it was there in '//path//'; '//may_differ)
+         call fail(error, exit_input, 'a group '//old//' is missing, it was there in '//path//'; '// &
+                   may_differ)
       else
          call fail(error, exit_input, 'the group '//new//' was not there in '//path//'; '//may_differ)
       end if

@@ -63,7 +63,8 @@ module m_simulation
    end type simulation_t
 
    integer, parameter :: rebalance_every = 100        !< steps
-   integer, parameter :: placement_lasts = 500        !< steps: moves of blocks are to pay in so many, for work drifts slowly
+   integer, parameter :: placement_lasts = 500 !< steps: moves of blocks are to pay in so many, for work
+                                               !< drifts slowly
 
 contains
 
@@ -85,7 +86,8 @@ contains
       call self%model%build(self%communicator, self%scene, self%error, empty=before%happened)
       if (self%error%happened()) return
       if (before%happened) then
-         call resume_run(before, self%scene, self%model, self%balance, self%facts, self%recorder, self%lock, self%error)
+         call resume_run(before, self%scene, self%model, self%balance, self%facts, self%recorder, self%lock, &
+                         self%error)
       else
          call bound_speeds(self%model)
       end if
@@ -95,11 +97,13 @@ contains
       self%course%particles = self%communicator%sum_count(self%model%particle_count())
       sums = measure(self%model)
       self%course%momentum = sums%momentum
-      if (.not. before%happened) call check_time_step(self%scene, self%model, self%error) ! later, particles may be faster
+      ! later, particles may be faster
+      if (.not. before%happened) call check_time_step(self%scene, self%model, self%error)
       if (self%error%happened()) return
       if (self%scene%plans) then
          call introduce(self%console, self%scene, self%catalogue, self%model, self%course%particles)
-         call self%guard%start(self%scene%guard, self%model, longest_step(self%scene, self%model, self%model%time))
+         call self%guard%start(self%scene%guard, self%model, longest_step(self%scene, self%model, &
+               self%model%time))
          call self%console%line('guard      '//self%guard%sentence(self%model))
          call self%balance%begin(self%model)
          call self%guard%save(self%model, self%balance, written=.true.)
@@ -109,17 +113,21 @@ contains
       if (.not. before%happened) then
          self%facts%particles = self%course%particles
          call self%balance%begin(self%model)
-         if (self%scene%output%present) call self%lock%take(self%communicator, self%scene%output%directory, self%error)
+         if (self%scene%output%present) call self%lock%take(self%communicator, self%scene%output%directory, &
+                                                            self%error)
          if (self%error%happened()) return
          call self%recorder%start(self%scene, self%model, self%error)
          if (self%error%happened()) return
          self%facts%probes = self%recorder%probe_ids()
       end if
       if (self%scene%output%present .and. .not. before%ended) &
-         call self%console%open_log(self%communicator, self%scene%output%directory//'/run.log', self%error, resume=before%in_place)
+         call self%console%open_log(self%communicator, self%scene%output%directory//'/run.log', self%error, &
+                                    resume=before%in_place)
       if (self%error%happened()) return ! what an older run left to go on from is still there
-      if (.not. before%ended) call self%keeper%start(self%scene, self%model, self%console%elapsed(), before%newest_here())
-      call self%guard%start(self%scene%guard, self%model, longest_step(self%scene, self%model, self%model%time))
+      if (.not. before%ended) call self%keeper%start(self%scene, self%model, self%console%elapsed(), &
+                                                     before%newest_here())
+      call self%guard%start(self%scene%guard, self%model, longest_step(self%scene, self%model, &
+            self%model%time))
       if (before%happened) call self%guard%remember(self%facts%guard)
       call introduce(self%console, self%scene, self%catalogue, self%model, self%course%particles)
       call self%console%line('guard      '//self%guard%sentence(self%model))
@@ -166,13 +174,16 @@ contains
          call self%model%rebalance(self%error, placement_lasts)
       end if
       self%facts%guard = self%guard%facts()
-      call self%keeper%keep(self%scene, self%model, self%balance, self%facts, self%recorder, self%course%stop_reason, self%error)
+      call self%keeper%keep(self%scene, self%model, self%balance, self%facts, self%recorder, &
+                            self%course%stop_reason, self%error)
       call save(self, written)
       call self%recorder%show_rows()
-      call self%console%progress(int(self%model%step), self%model%time, self%scene%end_time, self%balance%error())
+      call self%console%progress(int(self%model%step), self%model%time, self%scene%end_time, &
+                                 self%balance%error())
    end subroutine step
 
-   !> Collective: whether the state after a step can be trusted, all of it when it is `written` or the guard's turn has come.
+   !> Collective: whether the state after a step can be trusted, all of it when it is `written` or the guard's
+   !> turn has come.
    subroutine look(self, written)
       class(simulation_t), intent(inout) :: self
       logical, intent(in) :: written
@@ -195,7 +206,8 @@ contains
       if (self%guard%has_saved(self%model)) call self%recorder%mark()
    end subroutine save
 
-   !> Collective: after a fault, back to the last good state and on with smaller steps; or the end, with that state on the disk.
+   !> Collective: after a fault, back to the last good state and on with smaller steps; or the end, with that
+   !> state on the disk.
    subroutine meet_fault(self)
       class(simulation_t), intent(inout) :: self
       character(len=:), allocatable :: report
@@ -215,14 +227,17 @@ contains
       if (.not. closing%happened()) &
          call self%keeper%keep_last(self%scene, self%model, self%balance, self%facts, self%recorder, closing)
       if (closing%happened()) then
-         self%error%message = self%error%message//'; the last good state could not be written: '//closing%message
+         self%error%message = self%error%message//'; the last good state could not be written: '// &
+                              closing%message
       else
-         self%error%message = self%error%message//'; the last good state, of step '//to_text(self%model%step)//', stands in '// &
+         self%error%message = self%error%message//'; the last good state, of step '// &
+                              to_text(self%model%step)//', stands in '// &
                               self%scene%output%directory
       end if
    end subroutine meet_fault
 
-   !> All ranks: another run has taken the output directory over; this one ends and writes nothing there any more.
+   !> All ranks: another run has taken the output directory over; this one ends and writes nothing there any
+   !> more.
    subroutine leave_directory(self)
       class(simulation_t), intent(inout) :: self
       call fail(self%error, exit_files, 'another run has taken over '//self%scene%output%directory// &
@@ -241,7 +256,8 @@ contains
          call self%guard%look_at_energy(self%model, self%balance, self%error)
          if (.not. self%error%happened()) call self%guard%look_at_work(self%model, self%balance, &
                                                                            self%model%time >= self%scene%end_time, self%error)
-         if (.not. self%error%happened()) call self%recorder%record_history(self%model, self%balance, self%error)
+         if (.not. self%error%happened()) call self%recorder%record_history(self%model, self%balance, &
+               self%error)
       end if
       if (.not. self%error%happened()) call self%recorder%record_snapshot(self%model, self%error)
       call self%model%timers%leave()
@@ -252,8 +268,10 @@ contains
       class(simulation_t), intent(inout) :: self
       call self%recorder%finish(self%error)
       call self%communicator%agree(self%error)
-      if (self%course%steps > 0) call summarise(self%console, self%scene, self%model, self%balance, self%course, &
-                                                self%expectation, self%guard%summary(), self%range%said, self%error)
+      if (self%course%steps > 0) call summarise(self%console, self%scene, self%model, self%balance, &
+                                                self%course, &
+                                                self%expectation, self%guard%summary(), self%range%said, &
+                                                   self%error)
       if (.not. self%error%happened() .and. self%course%stop_reason /= '') &
          call fail(self%error, exit_stopped, self%course%stop_reason)
       status = self%error%status

@@ -1,5 +1,5 @@
-!> Checksums of files and texts: Fletcher's two sums over words of 32 bits, modulo a prime. They find what damage does, not what
-!> malice does.
+!> Checksums of files and texts: Fletcher's two sums over words of 32 bits, modulo a prime. They find what
+!> damage does, not what malice does.
 module m_checksum
    use mpi_f08
    use m_kinds, only: i4, i8
@@ -9,8 +9,8 @@ module m_checksum
    public :: text_checksum, file_checksum
 
    integer, parameter, public :: checksum_digits = 16
-   integer, parameter :: piece = 4194304              !< bytes of a file that are summed up at once; a multiple of 4
-   integer, parameter :: run = 16384                  !< words after which the sums are reduced: below 2**63 until then
+   integer, parameter :: piece = 4194304 !< bytes of a file that are summed up at once; a multiple of 4
+   integer, parameter :: run = 16384 !< words after which the sums are reduced: below 2**63 until then
    integer(i8), parameter :: mask = 4294967295_i8     !< the lowest 32 bits
    integer(i8), parameter :: prime = 4294967291_i8    !< the largest below 2**32
 
@@ -30,8 +30,8 @@ contains
       digits = written(sums)
    end function text_checksum
 
-   !> Collective: checksum of the bytes of a file from `first` (from 1) to `last`; each rank reads a share. Every rank leaves
-   !> with the same values; `ok` is false when some rank could not read its share.
+   !> Collective: checksum of the bytes of a file from `first` (from 1) to `last`; each rank reads a share.
+   !> Every rank leaves with the same values; `ok` is false when some rank could not read its share.
    subroutine file_checksum(communicator, path, first, last, digits, ok)
       type(communicator_t), intent(in) :: communicator
       character(len=*), intent(in) :: path
@@ -45,9 +45,11 @@ contains
       pieces = (max(last - first + 1, 0_i8) + piece - 1)/piece
       allocate (parts(2, pieces), source=0_i8)
       allocate (words(piece/4))
-      open (newunit=unit, file=path, access='stream', form='unformatted', action='read', status='old', iostat=status)
+      open (newunit=unit, file=path, access='stream', form='unformatted', action='read', status='old', &
+            iostat=status)
       failures = merge(0, 1, status == 0)
-      do n = 1 + (pieces*communicator%rank)/communicator%ranks, (pieces*(communicator%rank + 1))/communicator%ranks
+      do n = 1 + (pieces*communicator%rank)/communicator%ranks, &
+             (pieces*(communicator%rank + 1))/communicator%ranks
          if (failures > 0) exit
          from = first + (n - 1)*piece
          bytes = int(min(int(piece, i8), last - from + 1))

@@ -36,17 +36,19 @@ module m_communicator
 
 contains
 
-   !> Initialise MPI, where the runtime of coarrays has not, and take a communicator of our own. Open MPI guards a file pointer that ranks might share, and nobody uses, by
-   !> a named semaphore of the machine: whoever is killed while it opens a file leaves that locked, and later runs, of other
-   !> directories too, would wait for it for ever in a file of the same name. The component that does so is left out, unless the
-   !> environment chooses. HDF5 locks files against others that write them; a run has its directory to itself (m_output_lock), and
-   !> file systems of clusters often refuse locks: it is told not to.
+   !> Initialise MPI, where the runtime of coarrays has not, and take a communicator of our own. Open MPI
+   !> guards a file pointer that ranks might share, and nobody uses, by a named semaphore of the machine:
+   !> whoever is killed while it opens a file leaves that locked, and later runs, of other directories too,
+   !> would wait for it for ever in a file of the same name. The component that does so is left out, unless
+   !> the environment chooses. HDF5 locks files against others that write them; a run has its directory to
+   !> itself (m_output_lock), and file systems of clusters often refuse locks: it is told not to.
    subroutine start(self)
       class(communicator_t), intent(out) :: self
       integer(c_int) :: status
       logical :: there
       status = c_setenv('HDF5_USE_FILE_LOCKING'//c_null_char, 'FALSE'//c_null_char, 0_c_int)
-      status = c_setenv('OMPI_MCA_sharedfp'//c_null_char, '^sm'//c_null_char, 0_c_int) ! no room: then as it was
+      ! no room: then as it was
+      status = c_setenv('OMPI_MCA_sharedfp'//c_null_char, '^sm'//c_null_char, 0_c_int)
       call MPI_Initialized(there)
       if (.not. there) call MPI_Init()
       self%initialised = .not. there

@@ -13,9 +13,9 @@ module m_constants
    integer, parameter, public :: exit_files = 4     !< a file cannot be read or written
    integer, parameter, public :: exit_stopped = 5   !< wall limit or signal, after a checkpoint
 
-   integer, parameter, public :: block_size = 8     !< nodes (and node-centred bins) of a block along each axis
+   integer, parameter, public :: block_size = 8 !< nodes (and node-centred bins) of a block along each axis
 
-   !> Half sizes that follow the material are taken this much smaller: a face that stays on a node plane, as at a side of the grid,
-   !> must not reach the next node by a rounding (theory.md, eq. fit).
+   !> Half sizes that follow the material are taken this much smaller: a face that stays on a node plane, as
+   !> at a side of the grid, must not reach the next node by a rounding (theory.md, eq. fit).
    real(wp), parameter, public :: short_of = 1.0_wp - 1.0e-9_wp
 end module m_constants

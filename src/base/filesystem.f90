@@ -1,6 +1,8 @@
-!> Directories and files, through the C library: make, test, rename, remove, list, bring to the disk, and read whole.
+!> Directories and files, through the C library: make, test, rename, remove, list, bring to the disk, and read
+!> whole.
 module m_filesystem
-   use, intrinsic :: iso_c_binding, only: c_char, c_int, c_int64_t, c_size_t, c_intptr_t, c_ptr, c_null_char, &
+   use, intrinsic :: iso_c_binding, only: c_char, c_int, c_int64_t, c_size_t, c_intptr_t, c_ptr, &
+                     c_null_char, &
                                           c_null_ptr, c_associated, c_f_pointer
    implicit none
    private
@@ -150,7 +152,8 @@ contains
       if (c_mkdir(path//c_null_char, permissions) /= 0) ok = is_directory(path)
    end subroutine make_directory
 
-   !> Whether a directory is there and can be written to, or could be made. Leaves nothing behind: what it makes it removes.
+   !> Whether a directory is there and can be written to, or could be made. Leaves nothing behind: what it
+   !> makes it removes.
    recursive logical function can_make_directory(path) result(ok)
       character(len=*), intent(in) :: path
       character(len=:), allocatable :: first
@@ -233,7 +236,8 @@ contains
       ok = c_unlink(path//c_null_char) == 0
    end subroutine remove_file
 
-   !> Give a file a second name, unless there is a file of that name: of several that try, also on several machines, one succeeds.
+   !> Give a file a second name, unless there is a file of that name: of several that try, also on several
+   !> machines, one succeeds.
    subroutine link_file(old, new, ok)
       character(len=*), intent(in) :: old, new
       logical, intent(out) :: ok
@@ -269,7 +273,8 @@ contains
       if (c_statx(here, path//c_null_char, 0_c_int, modified, found) == 0) seconds = found(at)
    end function time_of_file
 
-   !> Whether the file system of a file refuses to lock it, which is not the same as that somebody else has locked it.
+   !> Whether the file system of a file refuses to lock it, which is not the same as that somebody else has
+   !> locked it.
    logical function locks_are_refused(path) result(refused)
       character(len=*), intent(in) :: path
       integer(c_int), parameter :: shared_at_once = 5, would_block = 11

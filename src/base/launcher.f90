@@ -1,4 +1,5 @@
-!> What has started this program, by the environment: a launcher of another MPI starts each rank as a run of its own.
+!> What has started this program, by the environment: a launcher of another MPI starts each rank as a run of
+!> its own.
 module m_launcher
    use mpi_f08
    use m_constants, only: exit_input
@@ -11,12 +12,16 @@ module m_launcher
 
    integer, parameter :: name_length = 20
 
-   !> Ranks of what was launched, as launchers of MPI say it: Open MPI; MPICH, Intel MPI and Slurm's PMI; MVAPICH.
+   !> Ranks of what was launched, as launchers of MPI say it: Open MPI; MPICH, Intel MPI and Slurm's PMI;
+   !> MVAPICH.
    character(len=name_length), parameter :: by_mpi(*) = [character(len=name_length) :: &
-                                                         'OMPI_COMM_WORLD_SIZE', 'PMI_SIZE', 'MV2_COMM_WORLD_SIZE']
-   !> The same as batch systems say it of a step that they have launched themselves: srun of Slurm, Flux, jsrun.
+                                                         'OMPI_COMM_WORLD_SIZE', 'PMI_SIZE', &
+                                                            'MV2_COMM_WORLD_SIZE']
+   !> The same as batch systems say it of a step that they have launched themselves: srun of Slurm, Flux,
+   !> jsrun.
    character(len=name_length), parameter :: by_system(*) = [character(len=name_length) :: &
-                                                            'SLURM_STEP_NUM_TASKS', 'FLUX_JOB_SIZE', 'JSM_NAMESPACE_SIZE']
+                                                            'SLURM_STEP_NUM_TASKS', 'FLUX_JOB_SIZE', &
+                                                                  'JSM_NAMESPACE_SIZE']
 
 contains
 

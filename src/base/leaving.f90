@@ -9,9 +9,10 @@ module m_leaving
 
 contains
 
-   !> End with an exit status, without words of the runtime's own, and without the clean-up of libraries that MPI has already
-   !> unloaded (in a run without mpirun that is a race which can end in a crash). MPI is finalised where that was left to the runtime
-   !> of coarrays, which would do it at the end of the main program.
+   !> End with an exit status, without words of the runtime's own, and without the clean-up of libraries that
+   !> MPI has already unloaded (in a run without mpirun that is a race which can end in a crash). MPI is
+   !> finalised where that was left to the runtime of coarrays, which would do it at the end of the main
+   !> program.
    subroutine leave(status)
       integer, intent(in) :: status
       interface

@@ -14,8 +14,8 @@ module m_machine
 
 contains
 
-   !> Collective: memory (bytes) that is free on all machines of the run together, within what a batch system or a limit of the
-   !> processes (ulimit -v) allows; huge where the system does not say.
+   !> Collective: memory (bytes) that is free on all machines of the run together, within what a batch system
+   !> or a limit of the processes (ulimit -v) allows; huge where the system does not say.
    real(wp) function free_memory(communicator) result(bytes)
       type(communicator_t), intent(in) :: communicator
       type(MPI_Comm) :: machine
@@ -33,8 +33,8 @@ contains
       end if
    end function free_memory
 
-   !> Collective: the machine where most ranks share a core: its ranks, and the cores that these may use; as many as ranks where the
-   !> system does not say.
+   !> Collective: the machine where most ranks share a core: its ranks, and the cores that these may use; as
+   !> many as ranks where the system does not say.
    subroutine find_crowd(communicator, ranks, cores)
       type(communicator_t), intent(in) :: communicator
       integer, intent(out) :: ranks, cores
@@ -99,12 +99,15 @@ contains
       character(len=:), allocatable :: limits, status
       limits = text_of('/proc/self/limits')
       status = text_of('/proc/self/status')
-      bytes = min(number(line_after(limits, 'Max address space')) - 1024.0_wp*number(line_after(status, 'VmSize:')), &
-                  number(line_after(limits, 'Max data size')) - 1024.0_wp*number(line_after(status, 'VmData:')))
+      bytes = min(number(line_after(limits, 'Max address space')) &
+                  - 1024.0_wp*number(line_after(status, 'VmSize:')), &
+                  number(line_after(limits, 'Max data size')) - 1024.0_wp*number(line_after(status, &
+                        'VmData:')))
       bytes = max(0.0_wp, bytes)
    end function allowed_process
 
-   !> Most memory that this rank has held at once so far, libraries included (bytes); 0 where the system does not tell.
+   !> Most memory that this rank has held at once so far, libraries included (bytes); 0 where the system does
+   !> not tell.
    integer(i8) function peak_memory() result(bytes)
       real(wp) :: kilobytes
       bytes = 0

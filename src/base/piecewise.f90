@@ -7,7 +7,8 @@ module m_piecewise
 
 contains
 
-   !> The value at a time: linear between the given times, which rise; held before the first and after the last.
+   !> The value at a time: linear between the given times, which rise; held before the first and after the
+   !> last.
    pure real(wp) function value_at(times, values, time) result(value)
       real(wp), intent(in) :: times(:), values(:) !< of equal size, at least 1
       real(wp), intent(in) :: time
@@ -35,7 +36,8 @@ contains
          ended = to
          if (i <= size(times)) ended = min(to, times(i))
          if (ended <= begun) cycle
-         integral = integral + 0.5_wp*(value_at(times, values, begun) + value_at(times, values, ended))*(ended - begun)
+         integral = integral + 0.5_wp*(value_at(times, values, begun) &
+                                       + value_at(times, values, ended))*(ended - begun)
          begun = ended
       end do
    end function integral

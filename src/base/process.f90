@@ -10,9 +10,11 @@ module m_process
    !> A process as others can tell it from all before and after it.
    type :: process_t
       character(len=:), allocatable :: host   !< name of the machine
-      character(len=:), allocatable :: system !< its start, and the space in which process ids are counted (a container has its own)
+      character(len=:), allocatable :: system !< its start, and the space in which process ids are counted (a
+                                              !< container has its own)
       integer :: id = 0
-      character(len=:), allocatable :: start  !< of the process, in ticks of the machine's clock; '0' where the system does not tell
+      character(len=:), allocatable :: start !< of the process, in ticks of the machine's clock; '0' where the
+                                             !< system does not tell
    contains
       procedure :: neighbours
       procedure :: runs
@@ -79,7 +81,8 @@ contains
       if (start /= '0' .and. self%start /= '0') runs = start == self%start
    end function runs
 
-   !> When a process began; '0' where the system does not tell, 'ended' where only its parent has not noticed yet.
+   !> When a process began; '0' where the system does not tell, 'ended' where only its parent has not noticed
+   !> yet.
    function start_of(id) result(start)
       integer, intent(in) :: id
       character(len=:), allocatable :: start

@@ -1,11 +1,13 @@
-!> What the outside world asks of a run by signals. A handler may do little more than set a flag: the flags are module variables.
+!> What the outside world asks of a run by signals. A handler may do little more than set a flag: the flags
+!> are module variables.
 module m_signals
    use, intrinsic :: iso_c_binding, only: c_int, c_intptr_t, c_funptr, c_funloc, c_null_funptr
    implicit none
    private
    public :: catch_signals, signal_caught, forget_checkpoint_signal
 
-   integer(c_int), parameter, public :: signal_interrupt = 2, signal_user = 10, signal_terminate = 15 !< of Linux
+   integer(c_int), parameter, public :: signal_interrupt = 2, signal_user = 10, signal_terminate = 15
+                                                        !< of Linux
    integer(c_int), parameter :: signal_file_size = 25
    integer(c_intptr_t), parameter :: to_ignore = 1 !< SIG_IGN
    integer(c_int), volatile, protected, bind(c, name='gimp3d_stop_signal') :: stop_signal = 0
@@ -21,8 +23,8 @@ module m_signals
 
 contains
 
-   !> From here on SIGUSR1, SIGINT and SIGTERM are noted, and do nothing else. A file that grows beyond what is allowed is an error
-   !> of writing, and no signal.
+   !> From here on SIGUSR1, SIGINT and SIGTERM are noted, and do nothing else. A file that grows beyond what
+   !> is allowed is an error of writing, and no signal.
    subroutine catch_signals()
       type(c_funptr) :: ignored
       ignored = c_signal(signal_user, c_funloc(note_signal))

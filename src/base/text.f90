@@ -6,7 +6,8 @@ module m_text
    private
    public :: to_text, exact_text, si, duration
 
-   !> The shortest text of a number: no blanks, reals to 6 significant digits (or as many as asked for, up to 17).
+   !> The shortest text of a number: no blanks, reals to 6 significant digits (or as many as asked for, up to
+   !> 17).
    interface to_text
       module procedure integer_to_text, long_to_text, real_to_text
    end interface to_text
@@ -70,7 +71,8 @@ contains
       real(wp), intent(in) :: value
       character(len=*), intent(in) :: unit !< the unit without prefix, for instance `Pa`
       character(len=:), allocatable :: text, mantissa
-      character(len=1), parameter :: prefixes(-6:6) = ['a', 'f', 'p', 'n', 'u', 'm', ' ', 'k', 'M', 'G', 'T', 'P', 'E']
+      character(len=1), parameter :: prefixes(-6:6) = ['a', 'f', 'p', 'n', 'u', 'm', ' ', 'k', 'M', 'G', &
+                                     'T', 'P', 'E']
       integer, parameter :: significant = 4
       integer :: exponent, thousands
       logical :: negative
@@ -113,7 +115,8 @@ contains
       end if
    end function duration
 
-   !> Decimal digits of a finite value (first digit not zero, unless the value is) and the power of ten of the first one.
+   !> Decimal digits of a finite value (first digit not zero, unless the value is) and the power of ten of the
+   !> first one.
    pure subroutine split(value, significant, negative, mantissa, exponent)
       real(wp), intent(in) :: value
       integer, intent(in) :: significant

@@ -6,16 +6,20 @@ module m_timers
    private
    public :: timers_t
 
-   integer, parameter, public :: phase_lists = 1, phase_p2g = 2, phase_exchange = 3, phase_nodes = 4, phase_contact = 5, &
+   integer, parameter, public :: phase_lists = 1, phase_p2g = 2, phase_exchange = 3, phase_nodes = 4, &
+                                 phase_contact = 5, &
                                  phase_g2p = 6, phase_stress = 7, phase_migration = 8, phase_control = 9, &
                                  phase_balance = 10, phase_output = 11
    integer, parameter, public :: phases = 11
-   character(len=12), parameter, public :: phase_names(phases) = [character(len=12) :: 'lists', 'P2G', 'exchange', 'nodes', &
-                                           'contact', 'G2P', 'stress', 'migration', 'control', 'balance', 'output']
+   character(len=12), parameter, public :: phase_names(phases) = [character(len=12) :: 'lists', 'P2G', &
+                                           'exchange', 'nodes', &
+                                           'contact', 'G2P', 'stress', 'migration', 'control', 'balance', &
+                                              'output']
 
    integer, parameter :: name_length = 20 ! of effects' groups too
 
-   !> Seconds and calls of each row on this rank: the phases, then one row an effect. One row runs at a time, on one level.
+   !> Seconds and calls of each row on this rank: the phases, then one row an effect. One row runs at a time,
+   !> on one level.
    type :: timers_t
       character(len=name_length), allocatable :: names(:)
       real(wp), allocatable :: seconds(:)
@@ -101,7 +105,8 @@ contains
       call system_clock(now, rate)
       span = real(now - self%begun, wp)/real(rate, wp)
       self%seconds(self%running) = self%seconds(self%running) + span
-      if (self%level > 0) self%on_levels(self%running, self%level) = self%on_levels(self%running, self%level) + span
+      if (self%level > 0) self%on_levels(self%running, self%level) = self%on_levels(self%running, &
+            self%level) + span
       self%running = 0
    end subroutine leave
 

@@ -33,8 +33,8 @@ contains
       if (norm2(part) > 0.0_wp) part = part/norm2(part)
    end function part_across
 
-   !> A vector as its part against a unit vector and its part across it: their lengths, and the unit vector of the second, which is
-   !> 0 where there is none.
+   !> A vector as its part against a unit vector and its part across it: their lengths, and the unit vector of
+   !> the second, which is 0 where there is none.
    pure subroutine split_along(axis, a, height, radius, radial)
       real(wp), intent(in) :: axis(3), a(3)
       real(wp), intent(out) :: height, radius, radial(3)

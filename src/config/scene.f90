@@ -1,5 +1,5 @@
-!> What a scene says, after reading and checking: one type a namelist group, values in SI units (angles in radians).
-!> doc/user/input.md is the table of all names.
+!> What a scene says, after reading and checking: one type a namelist group, values in SI units (angles in
+!> radians). doc/user/input.md is the table of all names.
 module m_scene
    use m_kinds, only: wp
    use m_offer, only: offer_t, offer_slot_t
@@ -7,7 +7,8 @@ module m_scene
    implicit none
    private
 
-   integer, parameter, public :: boundary_free = 0, boundary_symmetry = 1, boundary_roller = 2, boundary_fixed = 3
+   integer, parameter, public :: boundary_free = 0, boundary_symmetry = 1, boundary_roller = 2, &
+                                 boundary_fixed = 3
    integer, parameter, public :: update_usl = 1, update_usf = 2, update_musl = 3
    integer, parameter, public :: domain_by_law = 0, domain_fixed = 1, domain_stretch = 2, domain_corners = 3
    integer, parameter, public :: criterion_none = 0, criterion_stress = 1, criterion_strain = 2
@@ -33,7 +34,8 @@ module m_scene
       real(wp) :: flip_fraction = 1.0_wp !< 1 is FLIP, 0 is PIC
       logical :: affine = .true.         !< transfer: affine or plain
       integer :: domain = domain_fixed   !< how the domains of particles deform
-      logical :: subcycle = .true.       !< a level takes two steps to its parent's one; else all step with the finest's
+      logical :: subcycle = .true. !< a level takes two steps to its parent's one; else all step with the
+                                   !< finest's
    end type time_spec_t
 
    !> &material
@@ -58,8 +60,10 @@ module m_scene
       character(len=:), allocatable :: name
       class(shape_t), allocatable :: shape
       real(wp) :: tip(3) = 0.0_wp        !< the foremost point at the start, m
-      real(wp) :: axis(3) = [0.0_wp, 0.0_wp, -1.0_wp] !< unit vector, the direction in which the tool points and moves
-      real(wp), allocatable :: times(:)  !< s, rising; before the first and after the last the speed or load is held
+      real(wp) :: axis(3) = [0.0_wp, 0.0_wp, -1.0_wp] !< unit vector, the direction in which the tool points
+                                                      !< and moves
+      real(wp), allocatable :: times(:) !< s, rising; before the first and after the last the speed or load is
+                                        !< held
       real(wp), allocatable :: speeds(:) !< m/s along the axis, linear in between; or
       real(wp), allocatable :: loads(:)  !< N along the axis on the tool, for the modelled part of the body
       real(wp) :: mass = 0.0_wp          !< with loads: of the modelled part of the tool, kg
@@ -68,11 +72,12 @@ module m_scene
       real(wp) :: friction = 0.0_wp
    end type tool_spec_t
 
-   !> &level: a box of cells half the size of those around it. The first lies in the background grid, each other in the one before.
+   !> &level: a box of cells half the size of those around it. The first lies in the background grid, each
+   !> other in the one before.
    type, public :: level_spec_t
       real(wp) :: lower(3) = 0.0_wp      !< m; where the box moves, at the start
       real(wp) :: upper(3) = 0.0_wp      !< m
-      integer :: follow = 0              !< index into scene_t%tools of the tool that the box moves with; 0: none
+      integer :: follow = 0 !< index into scene_t%tools of the tool that the box moves with; 0: none
       integer :: criterion = criterion_none !< places the box by the gradient of von Mises stress or of strain
       integer :: max_cells = 1000000     !< with a criterion: of the level's own cells, in its box
    end type level_spec_t
@@ -83,7 +88,8 @@ module m_scene
       real(wp) :: position(3) = 0.0_wp   !< m
    end type probe_spec_t
 
-   real(wp), parameter, public :: hopeless_residual = 1.0e-3_wp !< relative, of a contact problem: above this it is a fault
+   real(wp), parameter, public :: hopeless_residual = 1.0e-3_wp !< relative, of a contact problem: above this
+                                                                !< it is a fault
 
    !> &contact
    type, public :: contact_spec_t
@@ -95,10 +101,11 @@ module m_scene
    !> &guard
    type, public :: guard_spec_t
       integer :: retries = 3             !< of a fault, each with steps half as long; 0: a fault ends the run
-      integer :: save_every = 200        !< steps between copies, and between looks at all fields and the energy
+      integer :: save_every = 200 !< steps between copies, and between looks at all fields and the energy
       real(wp) :: memory = 1.0e9_wp      !< bytes a rank that the copy may take; 0: no copy
-      real(wp) :: energy_limit = 0.5_wp  !< energy from nowhere in the largest energy or work; 0: not looked at
-      real(wp) :: work_limit = 0.25_wp   !< work of loads that particles do not get, in the same; 0: not looked at
+      real(wp) :: energy_limit = 0.5_wp !< energy from nowhere in the largest energy or work; 0: not looked at
+      real(wp) :: work_limit = 0.25_wp !< work of loads that particles do not get, in the same; 0: not looked
+                                       !< at
       real(wp) :: step_limit = 1.0e-3_wp !< smallest time step in the first one
    end type guard_spec_t
 
@@ -121,7 +128,8 @@ module m_scene
       real(wp) :: wall_limit = 0.0_wp    !< s of the clock on the wall after which the run ends; 0: none
    end type checkpoint_spec_t
 
-   !> How a sentence begins about a value that can only be judged when the model stands: `line 7, &body shape='sphere'`.
+   !> How a sentence begins about a value that can only be judged when the model stands: `line 7, &body
+   !> shape='sphere'`.
    type, public :: place_t
       character(len=:), allocatable :: variable !< `end_time`, `time_step`, `cell_size`, `body`
       integer :: number = 1                     !< of the group, where there may be several
@@ -147,15 +155,18 @@ module m_scene
       type(probe_spec_t), allocatable :: probes(:)
       type(offer_slot_t), allocatable :: effects(:) !< in the order of the catalogue, then of the text
       type(place_t), allocatable :: places(:)       !< in the text that it was read from
-      logical :: chose_domain = .false.  !< domains follow the material since the scene did not say and a law wants it
-      character(len=:), allocatable :: brought !< names of the effects that laws have brought since the scene did not say
+      logical :: chose_domain = .false. !< domains follow the material since the scene did not say and a law
+                                        !< wants it
+      character(len=:), allocatable :: brought !< names of the effects that laws have brought since the scene
+                                               !< did not say
    contains
       procedure :: place
    end type scene_t
 
 contains
 
-   !> How a sentence about a variable (or the group of that name) begins; where the scene was not read, its name.
+   !> How a sentence about a variable (or the group of that name) begins; where the scene was not read, its
+   !> name.
    pure function place(self, variable, number) result(text)
       class(scene_t), intent(in) :: self
       character(len=*), intent(in) :: variable
@@ -167,7 +178,8 @@ contains
       if (present(number)) wanted = number
       if (.not. allocated(self%places)) return
       do n = 1, size(self%places)
-         if (self%places(n)%variable == variable .and. self%places(n)%number == wanted) text = self%places(n)%text
+         if (self%places(n)%variable == variable &
+             .and. self%places(n)%number == wanted) text = self%places(n)%text
       end do
    end function place
 

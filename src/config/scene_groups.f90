@@ -1,5 +1,6 @@
-!> What each group of a scene may say: its variables, their defaults and what is allowed. doc/user/input.md is the same as a table.
-!> Each describe_* both reads its group and writes it (see m_group_reader): what it gives to the reader are the values as they are.
+!> What each group of a scene may say: its variables, their defaults and what is allowed. doc/user/input.md is
+!> the same as a table. Each describe_* both reads its group and writes it (see m_group_reader): what it gives
+!> to the reader are the values as they are.
 module m_scene_groups
    use m_kinds, only: wp
    use m_constants, only: exit_input
@@ -22,7 +23,8 @@ module m_scene_groups
    integer, parameter :: longest_title = 200, longest_path = 1000
    real(wp), parameter :: largest_penetration_factor = 0.5_wp
    real(wp), parameter :: largest_friction = 10.0_wp
-   integer, parameter :: fewest_cells = 10**3 !< of a box that a criterion places: four cells along each axis, five beside a side
+   integer, parameter :: fewest_cells = 10**3 !< of a box that a criterion places: four cells along each axis,
+                                              !< five beside a side
    integer, parameter :: most_retries = 20 ! a millionth of the time step
    real(wp), parameter :: default_every_wall = 600.0_wp !< s
 
@@ -74,7 +76,8 @@ contains
       if (scene%chose_domain) scene%time%domain = domain_corners
    end subroutine choose_domain
 
-   !> True when a law brings an effect: that of a body with more than one particle a cell, for one alone does not lock.
+   !> True when a law brings an effect: that of a body with more than one particle a cell, for one alone does
+   !> not lock.
    logical function is_brought(scene, name)
       type(scene_t), intent(in) :: scene
       character(len=*), intent(in) :: name
@@ -86,8 +89,8 @@ contains
       end do
    end function is_brought
 
-   !> The effects that the scene calls for: each a copy of its prototype with the values of its group; and those that laws bring
-   !> where the scene has no such group.
+   !> The effects that the scene calls for: each a copy of its prototype with the values of its group; and
+   !> those that laws bring where the scene has no such group.
    subroutine read_effects(text, offers, scene, error)
       type(namelist_text_t), intent(in) :: text
       type(offer_slot_t), intent(in) :: offers(:)
@@ -98,7 +101,8 @@ contains
       logical :: brought(size(offers))
       integer :: e, number, n
       n = 0
-      brought = [(is_brought(scene, offers(e)%it%name) .and. text%count_groups(offers(e)%it%name) == 0, e=1, size(offers))]
+      brought = [(is_brought(scene, offers(e)%it%name) .and. text%count_groups(offers(e)%it%name) == 0, e=1, &
+                  size(offers))]
       scene%brought = joined(pack(offered_names(offers), brought))
       allocate (effects(sum([(text%count_groups(offers(e)%it%name), e=1, size(offers))]) + count(brought)))
       do e = 1, size(offers)
@@ -162,7 +166,8 @@ contains
       if (kind == 'level') return ! has no name
       do i = 1, number - 1
          if (name_of(scene, kind, i) /= name_of(scene, kind, number)) cycle
-         call fail(error, exit_input, text%place(kind, number, 'name')//': the name '//name_of(scene, kind, number)// &
+         call fail(error, exit_input, text%place(kind, number, 'name')//': the name '// &
+                   name_of(scene, kind, number)// &
                    ' is taken by the &'//kind//' on '//text%line_of(kind, i))
       end do
    end subroutine check_name
@@ -240,7 +245,8 @@ contains
             scene%plans = mode == 2
          end if
          if (.not. allocated(scene%restart)) scene%restart = ''
-         if (.not. group%is_writing()) call group%get_text('restart', scene%restart, longest_path) ! case.nml is the whole run's
+         ! case.nml is the whole run's
+         if (.not. group%is_writing()) call group%get_text('restart', scene%restart, longest_path)
          if (scene%plans .and. scene%restart /= '') &
             call group%refuse('mode', 'a plan is made of a whole run, not of one that goes on; allowed without restart')
       case ('grid')
@@ -272,7 +278,8 @@ contains
       case ('checkpoint')
          call describe_checkpoint(group, scene%checkpoint)
          if (scene%checkpoint%present .and. .not. scene%output%present) &
-            call group%refuse('every', 'a &checkpoint needs an &output: checkpoints are written into its directory')
+            call group%refuse('every', &
+                              'a &checkpoint needs an &output: checkpoints are written into its directory')
       end select
    end subroutine describe_group
 
@@ -380,7 +387,8 @@ contains
       end if
       call know_others(group, tools, choice)
       call read_tool_motion(group, tool)
-      call group%get('penetration_factor', tool%penetration_factor, at_least(0.0_wp, '', at_most=largest_penetration_factor))
+      call group%get('penetration_factor', tool%penetration_factor, &
+                     at_least(0.0_wp, '', at_most=largest_penetration_factor))
       call group%get('friction', tool%friction, at_least(0.0_wp, '', at_most=largest_friction))
    end subroutine describe_tool
 
@@ -392,7 +400,8 @@ contains
       integer, intent(out) :: choice
       integer :: s
       choice = 0
-      if (allocated(shape)) choice = findloc([(same_type_as(shapes(s)%it, shape), s=1, size(shapes))], .true., dim=1)
+      if (allocated(shape)) choice = findloc([(same_type_as(shapes(s)%it, shape), s=1, size(shapes))], &
+                                             .true., dim=1)
       call group%get_choice('shape', choice, offered_names(shapes), required=.true.)
       if (choice == 0 .or. allocated(shape)) return
       select type (known => shapes(choice)%it)
@@ -407,7 +416,8 @@ contains
       type(tool_spec_t), intent(inout) :: tool
       call group%get_list('times', tool%times, any_value('s'), required=.true.)
       if (allocated(tool%times)) then
-         if (any(tool%times(2:) <= tool%times(:size(tool%times) - 1))) call group%refuse('times', 'must rise strictly')
+         if (any(tool%times(2:) <= tool%times(:size(tool%times) - 1))) call group%refuse('times', &
+               'must rise strictly')
       end if
       call group%get_list('speeds', tool%speeds, any_value('m/s'))
       call group%get_list('loads', tool%loads, any_value('N'))
@@ -435,7 +445,8 @@ contains
       integer, intent(in) :: count
       real(wp), allocatable, intent(in) :: times(:)
       if (.not. allocated(times)) return
-      if (size(times) /= count) call group%refuse(name, 'must be as many numbers as times, '//to_text(size(times))//'; '// &
+      if (size(times) /= count) call group%refuse(name, 'must be as many numbers as times, '// &
+                                                  to_text(size(times))//'; '// &
                                                   to_text(count)//' given')
    end subroutine check_table
 
@@ -451,8 +462,10 @@ contains
       end do
       call group%get('lower', level%lower, any_value('m'), required=.true.)
       call group%get('upper', level%upper, any_value('m'), required=.true.)
-      if (group%is_given('follow') .and. size(tools) == 0) call group%refuse('follow', 'the scene has no &tool to follow')
-      if (level%follow > 0 .or. .not. group%is_writing()) call group%get_choice('follow', level%follow, tool_names)
+      if (group%is_given('follow') .and. size(tools) == 0) call group%refuse('follow', &
+            'the scene has no &tool to follow')
+      if (level%follow > 0 .or. .not. group%is_writing()) call group%get_choice('follow', level%follow, &
+            tool_names)
       choice = level%criterion + 1
       call group%get_choice('criterion', choice, criterion_words)
       level%criterion = max(choice, 1) - 1
@@ -468,7 +481,8 @@ contains
       type(group_reader_t), intent(inout) :: group
       type(guard_spec_t), intent(inout) :: guard
       call group%get('retries', guard%retries, least=0)
-      if (guard%retries > most_retries) call group%refuse('retries', 'must be at most '//to_text(most_retries))
+      if (guard%retries > most_retries) call group%refuse('retries', 'must be at most '// &
+                                                          to_text(most_retries))
       call group%get('save_every', guard%save_every, least=1)
       call group%get('memory', guard%memory, at_least(0.0_wp, 'bytes'))
       call group%get('energy_limit', guard%energy_limit, at_least(0.0_wp, '', at_most=1.0_wp))

@@ -12,16 +12,20 @@ module m_scene_level_checks
    private
    public :: check_levels
 
-   integer, parameter, public :: most_levels = 4 !< a particle's id has room for so many splits into eight (m_split)
+   integer, parameter, public :: most_levels = 4 !< a particle's id has room for so many splits into eight
+                                                 !< (m_split)
    real(wp), parameter :: least_gap = 2.0_wp      !< between the sides of boxes, in cells of the outer one
    real(wp), parameter :: least_width = 4.0_wp    !< of a box, in the cells that it refines
-   real(wp), parameter :: most_blocks = 2.0e9_wp  !< of the finest cells, over the whole grid: they are numbered by integers
-   real(wp), parameter :: near_node = 1.0e-6_wp   !< a face is on a node that is nearer than this share of a cell,
+   real(wp), parameter :: most_blocks = 2.0e9_wp !< of the finest cells, over the whole grid: they are
+                                                 !< numbered by integers
+   real(wp), parameter :: near_node = 1.0e-6_wp !< a face is on a node that is nearer than this share of a
+                                                !< cell,
    real(wp), parameter :: whole = 1.0e-9_wp       !< or this share of its way from the grid's lower corner
    integer, parameter :: shown_digits = 12
    character(len=1), parameter :: axes(3) = ['x', 'y', 'z']
 
-   !> One level among those around it. Places are counted in the cells that it refines, from the grid's lower corner.
+   !> One level among those around it. Places are counted in the cells that it refines, from the grid's lower
+   !> corner.
    type :: nest_t
       character(len=:), allocatable :: parent    !< what it lies in: `the grid` or `the level on line 4`
       real(wp) :: origin(3)                      !< m
@@ -84,13 +88,16 @@ contains
          blocks = product(real(scene%grid%cells, wp)*2.0_wp**l/block_size + 1.0_wp)
          if (blocks < most_blocks) cycle
          call fail(error, exit_input, text%line_of('level', l)//', &level: its cells, '// &
-                   to_text(scene%grid%cell_size/2.0_wp**l, 6)//' m, would fill the grid with '//to_text(blocks, 3)// &
-                   ' blocks of '//edge//' x '//edge//' x '//edge//'; allowed: below '//exact_text(most_blocks))
+                   to_text(scene%grid%cell_size/2.0_wp**l, 6)//' m, would fill the grid with '// &
+                      to_text(blocks, 3)// &
+                   ' blocks of '//edge//' x '//edge//' x '//edge//'; allowed: below '// &
+                      exact_text(most_blocks))
          return
       end do
    end subroutine check_number
 
-   !> The box of a level has a size, lies inside its parent on the nodes there, and keeps its distance. Sets its place in the nest.
+   !> The box of a level has a size, lies inside its parent on the nodes there, and keeps its distance. Sets
+   !> its place in the nest.
    subroutine check_box(text, level, l, nest, error)
       type(namelist_text_t), intent(in) :: text
       type(level_spec_t), intent(in) :: level
@@ -100,7 +107,8 @@ contains
       character(len=:), allocatable :: variable
       integer :: axis
       if (any(level%upper <= level%lower)) then
-         call fail(error, exit_input, text%place('level', l, 'upper')//': must be above lower='//reals_text(level%lower)// &
+         call fail(error, exit_input, text%place('level', l, 'upper')//': must be above lower='// &
+                   reals_text(level%lower)// &
                    ' in every direction')
          return
       end if
@@ -110,7 +118,8 @@ contains
       if (any(nest%upper > nest%parent_upper + slack(nest%parent_upper))) variable = 'upper'
       if (any(nest%lower < nest%parent_lower - slack(nest%parent_lower))) variable = 'lower'
       if (variable /= '') then
-         call fail(error, exit_input, text%place('level', l, variable)//': the box spans '//reals_text(level%lower, 6)//' to '// &
+         call fail(error, exit_input, text%place('level', l, variable)//': the box spans '// &
+                   reals_text(level%lower, 6)//' to '// &
                    reals_text(level%upper, 6)//' m; allowed: inside '//nest%parent//', '// &
                    reals_text([(nest%metres(nest%parent_lower(axis), axis), axis=1, 3)], 6)//' to '// &
                    reals_text([(nest%metres(nest%parent_upper(axis), axis), axis=1, 3)], 6)//' m')
@@ -147,7 +156,8 @@ contains
       integer :: axis
       do axis = 1, 3
          if (abs(corner(axis) - anint(corner(axis))) > slack(corner(axis))) then
-            call fail(error, exit_input, at//': '//axes(axis)//' lies between nodes of '//nest%parent//', whose cells are '// &
+            call fail(error, exit_input, at//': '//axes(axis)//' lies between nodes of '//nest%parent// &
+                      ', whose cells are '// &
                       to_text(nest%cell, 6)//' m; allowed: on a node, nearest '//axes(axis)//'='// &
                       to_text(nest%metres(anint(corner(axis)), axis), shown_digits))
             return
@@ -166,13 +176,15 @@ contains
       do axis = 1, 3
          width = nest%upper(axis) - nest%lower(axis)
          if (width >= least_width) cycle
-         call fail(error, exit_input, at//': the box is '//cells(width)//' of '//nest%parent//' wide in '//axes(axis)// &
+         call fail(error, exit_input, at//': the box is '//cells(width)//' of '//nest%parent//' wide in '// &
+                   axes(axis)// &
                    '; allowed: at least '//to_text(least_width)//' of '//to_text(nest%cell, 6)//' m')
          return
       end do
    end subroutine check_width
 
-   !> Each side of a box, the lower three or the upper three, is a side of the grid or lies well inside the parent.
+   !> Each side of a box, the lower three or the upper three, is a side of the grid or lies well inside the
+   !> parent.
    subroutine check_gaps(at, nest, corner, parent, inward, error)
       character(len=*), intent(in) :: at
       type(nest_t), intent(in) :: nest
@@ -189,7 +201,8 @@ contains
          also = ''
          if (abs(parent(axis) - side(axis)) < 0.5_wp) &
             also = ', or '//to_text(nest%metres(side(axis), axis), shown_digits)//', the side of the grid'
-         call fail(error, exit_input, at//': lies '//cells(gap)//' of '//to_text(nest%cell, 6)//' m inside '//nest%parent// &
+         call fail(error, exit_input, at//': lies '//cells(gap)//' of '//to_text(nest%cell, 6)// &
+                   ' m inside '//nest%parent// &
                    ' in '//axes(axis)//'; allowed: at least '//to_text(least_gap)//', '//axes(axis)// &
                    trim(merge(' at least ', ' at most  ', inward > 0))//' '// &
                    to_text(nest%metres(parent(axis) + inward*least_gap, axis), shown_digits)//also)
@@ -217,17 +230,20 @@ contains
          if (first > 0 .and. level%follow > 0) then
             if (level%follow /= scene%levels(first)%follow) &
                call fail(error, exit_input, text%place('level', l, 'follow')//': must be '// &
-                         scene%tools(scene%levels(first)%follow)%name//', which the level on '//text%line_of('level', first)// &
+                         scene%tools(scene%levels(first)%follow)%name//', which the level on '// &
+                            text%line_of('level', first)// &
                          ' follows; levels follow one tool')
          end if
          if (l == 1) return
          associate (parent => scene%levels(l - 1))
             if (parent%follow > 0 .and. level%follow == 0) &
                call fail(error, exit_input, text%place('level', l, 'follow')//': missing; must be '// &
-                         scene%tools(parent%follow)%name//', which the level around it on '//text%line_of('level', l - 1)// &
+                         scene%tools(parent%follow)%name//', which the level around it on '// &
+                            text%line_of('level', l - 1)// &
                          ' follows')
             if (parent%criterion /= criterion_none .and. level%criterion == criterion_none) &
-               call fail(error, exit_input, text%place('level', l, 'criterion')//': must be stress or strain, for the level '// &
+               call fail(error, exit_input, text%place('level', l, 'criterion')// &
+                         ': must be stress or strain, for the level '// &
                          'around it on '//text%line_of('level', l - 1)//' is placed by a criterion')
          end associate
       end associate

@@ -1,4 +1,5 @@
-!> The strict reading of a scene: standard input to a checked scene_t, the same on every rank, or one sentence.
+!> The strict reading of a scene: standard input to a checked scene_t, the same on every rank, or one
+!> sentence.
 module m_scene_reader
    use m_constants, only: exit_input
    use m_communicator, only: communicator_t
@@ -17,8 +18,8 @@ module m_scene_reader
 
 contains
 
-   !> Collective: read the scene from the standard input of rank 0, all of it. Every rank gets the same scene or error.
-   !> Nothing is written.
+   !> Collective: read the scene from the standard input of rank 0, all of it. Every rank gets the same scene
+   !> or error. Nothing is written.
    subroutine read_scene(communicator, catalogue, scene, error)
       type(communicator_t), intent(in) :: communicator
       type(catalogue_t), intent(in) :: catalogue !< of laws and effects
@@ -29,7 +30,8 @@ contains
       ok = .true.
       text = ''
       if (communicator%is_root()) call read_standard_input(longest_scene, text, ok)
-      if (.not. ok) call fail(error, exit_input, 'standard input cannot be read; give a scene: gimp3d < scene.nml')
+      if (.not. ok) call fail(error, exit_input, &
+                              'standard input cannot be read; give a scene: gimp3d < scene.nml')
       call communicator%agree(error)
       if (error%happened()) return
       call interpret_scene(communicator, catalogue, text, scene, error)
@@ -42,7 +44,8 @@ contains
       character(len=:), allocatable, intent(inout) :: text
       type(scene_t), intent(out) :: scene
       type(error_t), intent(inout) :: error
-      logical, intent(in), optional :: kept !< the text is that of a checkpoint: its output has been written before
+      logical, intent(in), optional :: kept !< the text is that of a checkpoint: its output has been written
+                                            !< before
       type(namelist_text_t) :: parsed
       logical :: looks
       looks = .true.
@@ -51,7 +54,8 @@ contains
       if (len(text) > longest_scene) call fail(error, exit_input, 'the scene is longer than 16 MB')
       if (.not. error%happened()) call parsed%parse(text, error)
       if (.not. error%happened()) then
-         if (size(parsed%groups) == 0) call fail(error, exit_input, 'the scene is empty; give one: gimp3d < scene.nml')
+         if (size(parsed%groups) == 0) call fail(error, exit_input, &
+                                                 'the scene is empty; give one: gimp3d < scene.nml')
       end if
       if (.not. error%happened()) call read_groups(parsed, catalogue, scene, error)
       if (.not. error%happened()) call check_scene(parsed, scene, error)

@@ -1,26 +1,34 @@
-!> The words of a scene that stand for a choice, and the names of its groups. A choice is its word's index, boundaries
-!> and criteria excepted (their codes begin at 0).
+!> The words of a scene that stand for a choice, and the names of its groups. A choice is its word's index,
+!> boundaries and criteria excepted (their codes begin at 0).
 module m_scene_words
    use m_scene, only: boundary_free, boundary_symmetry, boundary_roller, boundary_fixed
    implicit none
    private
 
    character(len=*), parameter, public :: mode_words(2) = [character(len=4) :: 'run', 'plan']
-   character(len=*), parameter, public :: boundary_words(4) = [character(len=8) :: 'free', 'symmetry', 'roller', 'fixed']
-   integer, parameter, public :: boundary_codes(4) = [boundary_free, boundary_symmetry, boundary_roller, boundary_fixed]
+   character(len=*), parameter, public :: boundary_words(4) = [character(len=8) :: 'free', 'symmetry', &
+                                          'roller', 'fixed']
+   integer, parameter, public :: boundary_codes(4) = [boundary_free, boundary_symmetry, boundary_roller, &
+                                 boundary_fixed]
    character(len=*), parameter, public :: stress_update_words(3) = [character(len=4) :: 'usl', 'usf', 'musl']
    character(len=*), parameter, public :: velocity_update_words(2) = [character(len=4) :: 'flip', 'pic']
    character(len=*), parameter, public :: transfer_words(2) = [character(len=6) :: 'affine', 'plain']
-   character(len=*), parameter, public :: domain_words(3) = [character(len=7) :: 'fixed', 'stretch', 'corners']
-   character(len=*), parameter, public :: criterion_words(3) = [character(len=6) :: 'none', 'stress', 'strain']
+   character(len=*), parameter, public :: domain_words(3) = [character(len=7) :: 'fixed', 'stretch', &
+                                          'corners']
+   character(len=*), parameter, public :: criterion_words(3) = [character(len=6) :: 'none', 'stress', &
+                                          'strain']
    character(len=*), parameter, public :: format_words(3) = [character(len=7) :: 'hdf5', 'tecplot', 'none']
 
-   !> Groups that are no effects, and for each whether it must be there and whether it may be repeated. A level names a tool, a body
-   !> a material: these stand before them.
-   character(len=*), parameter, public :: group_words(12) = [character(len=10) :: 'scene', 'grid', 'time', 'material', 'body', &
-                                                             'tool', 'level', 'probe', 'contact', 'guard', 'output', 'checkpoint']
+   !> Groups that are no effects, and for each whether it must be there and whether it may be repeated. A
+   !> level names a tool, a body a material: these stand before them.
+   character(len=*), parameter, public :: group_words(12) = [character(len=10) :: 'scene', 'grid', 'time', &
+                                          'material', 'body', &
+                                                             'tool', 'level', 'probe', 'contact', 'guard', &
+                                                                   'output', 'checkpoint']
    logical, parameter, public :: group_required(12) = [.true., .true., .false., .true., .true., &
-                                                       .false., .false., .false., .false., .false., .false., .false.]
+                                                       .false., .false., .false., .false., .false., .false., &
+                                                          .false.]
    logical, parameter, public :: group_repeats(12) = [.false., .false., .false., .true., .true., &
-                                                      .true., .true., .true., .false., .false., .false., .false.]
+                                                      .true., .true., .true., .false., .false., .false., &
+                                                         .false.]
 end module m_scene_words

@@ -15,7 +15,8 @@ contains
    function physics_as_namelist(scene) result(text)
       type(scene_t), intent(in) :: scene
       character(len=:), allocatable :: text
-      text = scene_as_namelist(scene, left_out=[character(len=10) :: 'scene', 'guard', 'output', 'checkpoint'])
+      text = scene_as_namelist(scene, left_out=[character(len=10) :: 'scene', 'guard', 'output', &
+                               'checkpoint'])
    end function physics_as_namelist
 
    !> The whole scene, its lines ended by new_line; without some kinds of groups.

@@ -1,5 +1,5 @@
-!> The particles that a tool may touch in a step, and what the nodes say at their contact points (theory.md, eqs contact-gap,
-!> contact-candidates).
+!> The particles that a tool may touch in a step, and what the nodes say at their contact points (theory.md,
+!> eqs contact-gap, contact-candidates).
 module m_candidates
    use m_kinds, only: wp
    use m_constants, only: block_size
@@ -16,7 +16,8 @@ module m_candidates
    use m_materials, only: materials_t
    use m_stencil, only: bin_place
    use m_face_weights, only: find_face, cube_span, flattening
-   use m_contact_point, only: candidate_t, no_candidate, drift_of, set_face, point_velocity, overlap_rate, margin
+   use m_contact_point, only: candidate_t, no_candidate, drift_of, set_face, point_velocity, overlap_rate, &
+                              margin
    implicit none
    private
    public :: candidates_t, near_tool, fastest
@@ -31,7 +32,8 @@ module m_candidates
       integer :: traction = 0  !< first column of the friction; 0 where no tool has any
       integer :: carried = 0   !< first column of the gaps that are carried on, one for each tool
       integer, allocatable :: before(:) !< each block's, candidates of the blocks before it
-      real(wp) :: drift = 0.0_wp !< largest difference yet between a carried gap and that of the particle's place and shape, m
+      real(wp) :: drift = 0.0_wp !< largest difference yet between a carried gap and that of the particle's
+                                 !< place and shape, m
    contains
       procedure :: find
       procedure :: settle
@@ -43,16 +45,17 @@ module m_candidates
       procedure, private :: shift_pressure_history
    end type candidates_t
 
-   real(wp), parameter :: fastest = maxval(safety_allowed) !< no contact point comes nearer by more cells in a step
+   real(wp), parameter :: fastest = maxval(safety_allowed) !< no contact point comes nearer by more cells in a
+                                                           !< step
    real(wp), parameter :: longest_thickness = 2.0_wp*sqrt(3.0_wp)*longest !< of domains that deform, in cells
-   real(wp), parameter :: widest_gap = 0.25_wp !< nothing is carried on across a gap of so many thicknesses: the face is another's,
-                                               !< of a particle that has been split
+   real(wp), parameter :: widest_gap = 0.25_wp !< nothing is carried on across a gap of so many thicknesses:
+                                               !< the face is another's, of a particle that has been split
 
 contains
 
-   !> The candidates of a step: contact points (centres moved towards the tool by penetration_factor of the present thickness
-   !> along the normal) that the free motion would carry into a tool, or almost. Their last two pressures become the start of the
-   !> solve.
+   !> The candidates of a step: contact points (centres moved towards the tool by penetration_factor of the
+   !> present thickness along the normal) that the free motion would carry into a tool, or almost. Their last
+   !> two pressures become the start of the solve.
    subroutine find(self, tools, level, materials, time_step, overlap, again)
       class(candidates_t), intent(inout) :: self
       type(tool_t), intent(in) :: tools(:)
@@ -60,7 +63,8 @@ contains
       type(materials_t), intent(in) :: materials
       real(wp), intent(in) :: time_step
       real(wp), intent(out) :: overlap(:) !< (tools): deepest place of a contact point inside, m
-      logical, intent(in), optional :: again !< the last step's pressures, friction and gaps stay: candidates are found again for it
+      logical, intent(in), optional :: again !< the last step's pressures, friction and gaps stay: candidates
+                                             !< are found again for it
       logical :: turns
       integer :: b, t
       self%count = 0
@@ -80,15 +84,17 @@ contains
             call level%blocks(b)%cells%link(level%blocks(b)%particles%count)
             call self%search(tools(t), level, materials, time_step, b, t, overlap(t))
          end do
-         if (turns .and. level%blocks(b)%pressed) call self%shift_pressure_history(size(tools), level%blocks(b)%particles%count, &
-                                                                    level%blocks(b)%particles%column, level%blocks(b)%pressed)
+         if (turns .and. level%blocks(b)%pressed) call self%shift_pressure_history(size(tools), &
+               level%blocks(b)%particles%count, &
+                                                                    level%blocks(b)%particles%column, &
+                                                                          level%blocks(b)%pressed)
       end do
       self%before(size(self%before)) = self%count
    end subroutine find
 
-   !> After the motion of a block's particles: those that are pressed go along the normal to where their own face is the one that
-   !> the tool has pressed (theory.md, eq. carried-gap), by at most so much in a step as an overlap is taken back. Velocity, stress
-   !> and shape stay as they are.
+   !> After the motion of a block's particles: those that are pressed go along the normal to where their own
+   !> face is the one that the tool has pressed (theory.md, eq. carried-gap), by at most so much in a step as
+   !> an overlap is taken back. Velocity, stress and shape stay as they are.
    pure subroutine settle(self, level, b, x)
       class(candidates_t), intent(in) :: self
       type(level_t), intent(inout) :: level
@@ -97,14 +103,16 @@ contains
       integer :: n
       do n = self%before(b) + 1, self%before(b + 1)
          associate (c => self%list(n))
-            level%blocks(b)%particles%column(c%particle, x:x + 2) = level%blocks(b)%particles%column(c%particle, x:x + 2) &
+            level%blocks(b)%particles%column(c%particle, x:x &
+                                             + 2) = level%blocks(b)%particles%column(c%particle, x:x + 2) &
                                                                     + drift_of(c)*c%normal
          end associate
       end do
    end subroutine settle
 
-   !> Consider the particles of a block that may be near enough to a tool: those of bins that are surely too far away are not looked
-   !> at, for no node of the block is fast enough to carry them to the tool in this step.
+   !> Consider the particles of a block that may be near enough to a tool: those of bins that are surely too
+   !> far away are not looked at, for no node of the block is fast enough to carry them to the tool in this
+   !> step.
    subroutine search(self, tool, level, materials, time_step, b, t, overlap)
       class(candidates_t), intent(inout) :: self
       type(tool_t), intent(in) :: tool
@@ -116,10 +124,13 @@ contains
       real(wp) :: reach !< no candidate's contact point is further from the tool, m
       integer :: n
       reach = min(fastest*level%grid%cell, &
-                  margin*thickest(level) + time_step*(fastest_node(level%nodes(:, :, :, :, b)) + norm2(tool%velocity())))
-      associate (cells => level%blocks(b)%cells, near => particles_near(tool, level, level%blocks(b), thickest(level) + reach))
+                  margin*thickest(level) + time_step*(fastest_node(level%nodes(:, :, :, :, b)) &
+                                                      + norm2(tool%velocity())))
+      associate (cells => level%blocks(b)%cells, near => particles_near(tool, level, level%blocks(b), &
+            thickest(level) + reach))
          do n = 1, size(near)
-            call self%consider(tool, level, materials, time_step, [b, near(n), int(cells%bin(near(n))), t], reach, overlap)
+            call self%consider(tool, level, materials, time_step, [b, near(n), int(cells%bin(near(n))), t], &
+                               reach, overlap)
          end do
       end associate
    end subroutine search
@@ -181,8 +192,8 @@ contains
       fastest_node = norm2(largest(2:4))
    end function fastest_node
 
-   !> The last pressures of a block's particles become the earlier ones; friction and carried gaps are 0 until they are found again.
-   !> Where there was none of them, all is 0 and stays so.
+   !> The last pressures of a block's particles become the earlier ones; friction and carried gaps are 0 until
+   !> they are found again. Where there was none of them, all is 0 and stays so.
    pure subroutine shift_pressure_history(self, tools, count, column, pressed)
       class(candidates_t), intent(in) :: self
       integer, intent(in) :: tools, count !< how many tools and particles
@@ -193,7 +204,8 @@ contains
          pressed = any(abs(gaps) > 0.0_wp)
          if (pressed) gaps = 0.0_wp
       end associate
-      if (.not. pressed) pressed = any(column(:count, self%pressure) > 0.0_wp .or. column(:count, self%earlier) > 0.0_wp)
+      if (.not. pressed) pressed = any(column(:count, self%pressure) > 0.0_wp &
+                                       .or. column(:count, self%earlier) > 0.0_wp)
       if (pressed) then
          !$omp simd
          do p = 1, count
@@ -209,11 +221,12 @@ contains
       class(candidates_t), intent(in) :: self
       type(block_t), intent(in) :: block
       pressed = 0
-      if (block%particles%count > 0) pressed = count(block%particles%column(:block%particles%count, self%pressure) > 0.0_wp)
+      if (block%particles%count > 0) pressed = count(block%particles%column(:block%particles%count, &
+            self%pressure) > 0.0_wp)
    end function pressed
 
-   !> No particle is thicker than this in any direction, m: than a cell, for weights allow no wider domain, or, where domains
-   !> deform, than the length at which they are split.
+   !> No particle is thicker than this in any direction, m: than a cell, for weights allow no wider domain,
+   !> or, where domains deform, than the length at which they are split.
    pure real(wp) function thickest(level)
       type(level_t), intent(in) :: level
       thickest = level%grid%cell
@@ -234,7 +247,8 @@ contains
       logical :: carried
       integer :: m, p
       p = number(2)
-      associate (block => level%blocks(number(1)), column => level%blocks(number(1))%particles%column, at => level%layout)
+      associate (block => level%blocks(number(1)), column => level%blocks(number(1))%particles%column, &
+                 at => level%layout)
          call tool%gap_and_normal(column(p, at%position:at%position + 2), gap, normal)
          m = materials%of_body(block%particles%body(p))
          if (at%half_sizes) then
@@ -256,8 +270,8 @@ contains
       end associate
    end subroutine consider
 
-   !> Thickness (m) of a box that stretches along its axes, across a normal: its edges do not know of shear, which the material's
-   !> own stretch does; along an axis it is the edge (theory.md, eq. box-thickness).
+   !> Thickness (m) of a box that stretches along its axes, across a normal: its edges do not know of shear,
+   !> which the material's own stretch does; along an axis it is the edge (theory.md, eq. box-thickness).
    pure real(wp) function box_thickness(law, values, at, normal) result(thickness)
       class(material_t), intent(in) :: law
       real(wp), intent(in) :: values(:) !< the particle's columns
@@ -273,9 +287,9 @@ contains
       thickness = 2.0_wp*norm2(undeformed*normal)*law%stretch(values, at, normal)
    end function box_thickness
 
-   !> The gap of a point that a tool has pressed goes on from where the nodes have left it, for only so do the forces that hold it
-   !> do no work of their own (theory.md, eq. carried-gap). It is that of the particle's place and shape again where the point has
-   !> come free of the tool by that measure too.
+   !> The gap of a point that a tool has pressed goes on from where the nodes have left it, for only so do the
+   !> forces that hold it do no work of their own (theory.md, eq. carried-gap). It is that of the particle's
+   !> place and shape again where the point has come free of the tool by that measure too.
    pure subroutine carry_on(self, last, thickness, gap, carried, drift)
       class(candidates_t), intent(inout) :: self
       real(wp), intent(in) :: last      !< gap that the last step has left, m; 0: none
@@ -284,8 +298,10 @@ contains
       logical, intent(out) :: carried
       real(wp), intent(out) :: drift    !< what counts less what was, m
       drift = last - gap
-      carried = abs(last) > 0.0_wp .and. gap <= min(max(overlap_rate*thickness, abs(drift)), widest_gap*thickness)
-      if (.not. carried) drift = max(0.0_wp, -gap) ! inside when it is met, after a split say: drawn out, not pushed
+      carried = abs(last) > 0.0_wp .and. gap <= min(max(overlap_rate*thickness, abs(drift)), &
+                                                    widest_gap*thickness)
+      if (.not. carried) drift = max(0.0_wp, -gap) ! inside when it is met, after a split say: drawn out, not
+                                                   ! pushed
       self%drift = max(self%drift, abs(drift))
       gap = gap + drift
    end subroutine carry_on
@@ -305,7 +321,8 @@ contains
       integer :: p
       call make_room(self)
       p = number(2)
-      associate (block => level%blocks(number(1)), column => level%blocks(number(1))%particles%column, at => level%layout, &
+      associate (block => level%blocks(number(1)), column => level%blocks(number(1))%particles%column, &
+                 at => level%layout, &
                  c => self%list(self%count + 1))
          c = no_candidate
          c%block = number(1)
@@ -318,18 +335,21 @@ contains
          position = column(p, at%position:at%position + 2)
          if (deform(level)) then
             associate (r => fitted_edges(column(p, :), at, level%grid%cell))
-               call find_face(r, c%normal, level%grid%cell, at%domain > 0, norm2(matmul(c%normal, r)), to_face, span)
+               call find_face(r, c%normal, level%grid%cell, at%domain > 0, norm2(matmul(c%normal, r)), &
+                              to_face, span)
             end associate
          else
             to_face = 0.5_wp*edge*min(1.0_wp, thickness/edge + flattening)
             span = cube_span(0.5_wp*edge, c%normal, level%grid%cell)
          end if
          call set_face(c, level%grid, block%place, bin_place(number(3)), at%domain > 0, &
-                       (position - to_face*c%normal - block%origin)*level%grid%per_cell, span*level%grid%per_cell)
+                       (position - to_face*c%normal - block%origin)*level%grid%per_cell, &
+                          span*level%grid%per_cell)
          c%from = position
          c%arm = -to_face*c%normal
          c%speed = dot_product(c%normal, point_velocity(level, c))
-         if (c%gap + time_step*(c%speed - dot_product(c%normal, tool%velocity())) > margin*edge .and. .not. carried) return
+         if (c%gap + time_step*(c%speed - dot_product(c%normal, tool%velocity())) > margin*edge &
+             .and. .not. carried) return
          c%area = edge**2
          if (deform(level)) c%area = column(p, at%volume)/thickness
          c%mass = column(p, at%mass)

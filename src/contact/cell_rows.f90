@@ -1,5 +1,6 @@
-!> Rows of a contact problem by the nodes that they share: those of the cell around a contact point, or of the bin of a particle
-!> whose whole face counts (theory.md, eq. face-mean). The two halves of a product load them once for all of their rows.
+!> Rows of a contact problem by the nodes that they share: those of the cell around a contact point, or of the
+!> bin of a particle whose whole face counts (theory.md, eq. face-mean). The two halves of a product load them
+!> once for all of their rows.
 module m_cell_rows
    use m_kinds, only: wp
    implicit none
@@ -38,7 +39,8 @@ contains
    pure subroutine sort(self, nodes, first, node, weight, direction)
       class(cell_rows_t), intent(inout) :: self
       integer, intent(in) :: nodes             !< how many there are
-      integer, intent(in) :: first(:)          !< (rows + 1): of the entries of each row, as many as a cell or a bin has nodes
+      integer, intent(in) :: first(:) !< (rows + 1): of the entries of each row, as many as a cell or a bin
+                                      !< has nodes
       integer, intent(in) :: node(:)           !< (entries)
       real(wp), intent(in) :: weight(:)        !< (entries): of the contact point on its nodes
       real(wp), intent(in) :: direction(:, :)  !< (4, rows): in which a row's unknown acts; the last is 0
@@ -65,7 +67,8 @@ contains
          deallocate (self%first, self%node, self%row, self%weight, self%direction, self%push, self%lane)
       end if
       room = rows + rows/2 + 1
-      allocate (self%first(room + 1), self%node(each, room), self%row(room), self%weight(each, room), self%direction(width, room), &
+      allocate (self%first(room + 1), self%node(each, room), self%row(room), self%weight(each, room), &
+                self%direction(width, room), &
                 self%push(room), self%lane(width, room))
    end subroutine make_room
 
@@ -202,7 +205,8 @@ contains
             s6 = force(q, node(6, g))
             s7 = force(q, node(7, g))
             s8 = force(q, node(8, g))
-            do c = first(g), max(first(g), first(g + 1) - 1) ! at least one, so that the loop over lanes can become vectors
+            do c = first(g), max(first(g), first(g + 1) - 1) ! at least one, so that the loop over lanes can
+                                                             ! become vectors
                f = push(c)*direction(q, c)
                s1 = s1 + weight(1, c)*f
                s2 = s2 + weight(2, c)*f

@@ -1,4 +1,5 @@
-!> Contact of the bodies with rigid tools: candidates, contact forces, their effect on the nodes (theory.md, eqs contact-*).
+!> Contact of the bodies with rigid tools: candidates, contact forces, their effect on the nodes (theory.md,
+!> eqs contact-*).
 module m_contact
    use mpi_f08
    use m_kinds, only: wp, i8
@@ -43,7 +44,8 @@ module m_contact
       integer(i8) :: handled = 0            !< candidates of all ranks, over all steps since the program began
       real(wp) :: worst_residual = 0.0_wp   !< relative
       real(wp) :: worst_overlap = 0.0_wp    !< m
-      real(wp) :: worst_bridge = 0.0_wp     !< largest force that acts across a gap, times the gap: over largest force and cell
+      real(wp) :: worst_bridge = 0.0_wp !< largest force that acts across a gap, times the gap: over largest
+                                        !< force and cell
       type(reaction_t), allocatable :: reactions(:) !< (tools): of a step, on this rank
    contains
       procedure :: build
@@ -64,10 +66,12 @@ module m_contact
       procedure :: make_room
    end type contact_t
 
-   real(wp), parameter :: far_above = 100.0_wp    !< times the tolerance: a residual that is a fault in so many steps running:
+   real(wp), parameter :: far_above = 100.0_wp !< times the tolerance: a residual that is a fault in so many
+                                               !< steps running:
    integer, parameter :: most_unsolved = 10
    integer, parameter :: most_sweeps = 50         !< over normal forces and friction in a step
-   integer, parameter :: products = 20            !< of the problem of friction, for each iteration that the other is allowed
+   integer, parameter :: products = 20 !< of the problem of friction, for each iteration that the other is
+                                       !< allowed
 
 contains
 
@@ -77,7 +81,8 @@ contains
       type(tool_spec_t), intent(in) :: tools(:)
       type(contact_spec_t), intent(in) :: spec
       integer :: t
-      allocate (self%tools(size(tools)), self%states(size(tools)), self%reactions(size(tools)), self%candidates%list(64))
+      allocate (self%tools(size(tools)), self%states(size(tools)), self%reactions(size(tools)), &
+                self%candidates%list(64))
       do t = 1, size(tools)
          self%tools(t) = make_tool(tools(t))
       end do
@@ -106,8 +111,8 @@ contains
       active = size(self%tools) > 0
    end function active
 
-   !> Collective: add the contact forces of one step to the solved nodes. On entry `nodes` holds what they would do
-   !> without contact; tools stand where they are at `time`, until `finish_step`.
+   !> Collective: add the contact forces of one step to the solved nodes. On entry `nodes` holds what they
+   !> would do without contact; tools stand where they are at `time`, until `finish_step`.
    subroutine apply(self, communicator, level, materials, neighbours, time, time_step, error)
       class(contact_t), intent(inout) :: self
       type(communicator_t), intent(in) :: communicator
@@ -125,13 +130,15 @@ contains
       call self%candidates%find(self%tools, level, materials, time_step, self%states%overlap)
       call self%make_room(communicator)
       if (self%has_problem) then
-         call assemble(self%system, communicator, neighbours, self%tools, self%candidates, level, self%spec%compliance, time_step)
+         call assemble(self%system, communicator, neighbours, self%tools, self%candidates, level, &
+                       self%spec%compliance, time_step)
          call self%solve(level, time_step, error)
          call check_nodes(self%candidates, self%tools, level, error)
          allocate (forces(self%system%rows))
          forces(:self%candidates%count) = self%candidates%list(:self%candidates%count)%force
          do c = 1, self%candidates%count
-            associate (it => self%candidates%list(c), last => self%candidates%count + 2*self%candidates%list(c)%frictional)
+            associate (it => self%candidates%list(c), last => self%candidates%count &
+                       + 2*self%candidates%list(c)%frictional)
                if (it%frictional > 0) forces(last - 1:last) = it%tangential_force
             end associate
          end do
@@ -154,11 +161,13 @@ contains
          most = [count, merge(1, 0, count > self%solver%capacity)]
          call MPI_Allreduce(MPI_IN_PLACE, most, size(most), MPI_INTEGER, MPI_MAX, communicator%comm)
          self%has_problem = most(1) > 0
-         if (self%has_problem .and. most(2) > 0) call self%solver%fit(communicator%comm%MPI_VAL, 64*((9*count/8)/64 + 1))
+         if (self%has_problem .and. most(2) > 0) call self%solver%fit(communicator%comm%MPI_VAL, &
+               64*((9*count/8)/64 + 1))
       end associate
    end subroutine make_room
 
-   !> Forces of the candidates: no tension, no pressure across a gap, no way into the tool; friction where a tool has any.
+   !> Forces of the candidates: no tension, no pressure across a gap, no way into the tool; friction where a
+   !> tool has any.
    subroutine solve(self, level, time_step, error)
       class(contact_t), intent(inout) :: self
       type(level_t), intent(inout) :: level
@@ -216,17 +225,21 @@ contains
       integer :: c
       strongest = self%system%communicator%maximum(maxval([0.0_wp, x*self%system%scale(:size(x))]))
       do c = 1, size(x)
-         associate (it => self%candidates%list(c), scale => self%system%scale(c), first => self%candidates%traction, &
+         associate (it => self%candidates%list(c), scale => self%system%scale(c), &
+                    first => self%candidates%traction, &
                     column => level%blocks(self%candidates%list(c)%block)%particles%column)
             it%force = x(c)*scale
             gap = 0.0_wp
             if (scale > 0.0_wp) gap = max(0.0_wp, (w(c) - b(c))/scale*time_step)
-            it%touches = max(x(c), w(c)) > 0.0_wp .and. touches(it, self%tools, level, gap) ! no force, no touch
-            if (it%force > 0.0_wp) self%worst_bridge = max(self%worst_bridge, it%force*gap/(strongest*level%grid%cell))
+            ! no force, no touch
+            it%touches = max(x(c), w(c)) > 0.0_wp .and. touches(it, self%tools, level, gap)
+            if (it%force > 0.0_wp) self%worst_bridge = max(self%worst_bridge, &
+                                                           it%force*gap/(strongest*level%grid%cell))
             column(it%particle, self%candidates%pressure) = it%force/it%area
             if ((it%force > 0.0_wp .or. it%carried) .and. scale > 0.0_wp) &
                call self%leave_gap(level, it, time_step, (w(c) - b(c))/scale)
-            if (it%frictional > 0) column(it%particle, first:first + 2) = matmul(it%tangent, it%tangential_force)/it%area
+            if (it%frictional > 0) column(it%particle, first:first + 2) = matmul(it%tangent, &
+                  it%tangential_force)/it%area
          end associate
       end do
    end subroutine keep_solution
@@ -243,9 +256,11 @@ contains
       type(level_t), intent(inout) :: level
       type(candidate_t), intent(inout) :: c
       real(wp), intent(in) :: time_step !< s
-      real(wp), intent(in) :: speed     !< at which the gap that is held opens, with what the compliance yields, m/s
+      real(wp), intent(in) :: speed !< at which the gap that is held opens, with what the compliance yields,
+                                    !< m/s
       c%opening = speed - self%spec%compliance*time_step/c%mass*c%force - held_gap(c)/time_step
-      associate (gap => level%blocks(c%block)%particles%column(c%particle, self%candidates%carried + c%tool - 1))
+      associate (gap => level%blocks(c%block)%particles%column(c%particle, self%candidates%carried + c%tool &
+            - 1))
          gap = c%gap + time_step*c%opening
          if (.not. abs(gap) > 0.0_wp) gap = tiny(gap) ! 0 says that none is carried
       end associate
@@ -259,7 +274,8 @@ contains
       real(wp), intent(inout) :: x(:)
       integer, intent(out) :: iterations
       real(wp) :: residual
-      call self%solver%solve(self%system, b, x, self%spec%tolerance, self%spec%max_iterations, iterations, residual)
+      call self%solver%solve(self%system, b, x, self%spec%tolerance, self%spec%max_iterations, iterations, &
+                             residual)
       self%iterations = self%iterations + iterations
       call self%check_convergence(residual, to_text(iterations)//' iterations')
    end subroutine solve_normal
@@ -275,8 +291,8 @@ contains
       if (residual > self%spec%tolerance) self%effort = effort
    end subroutine check_convergence
 
-   !> Collective: a step's contact forces must solve its problem: a residual without hope is a fault at once, one far above the
-   !> tolerance when it lasts. Names where the forces are furthest from the solution.
+   !> Collective: a step's contact forces must solve its problem: a residual without hope is a fault at once,
+   !> one far above the tolerance when it lasts. Names where the forces are furthest from the solution.
    subroutine check_solution(self, level, b, x, w, error)
       class(contact_t), intent(inout) :: self
       type(level_t), intent(in) :: level
@@ -284,24 +300,29 @@ contains
       type(error_t), intent(inout) :: error
       real(wp) :: off(size(b)), worst
       character(len=:), allocatable :: limit
-      self%unsolved_in_row = merge(self%unsolved_in_row + 1, 0_i8, self%step_residual > far_above*self%spec%tolerance)
+      self%unsolved_in_row = merge(self%unsolved_in_row + 1, 0_i8, &
+                                   self%step_residual > far_above*self%spec%tolerance)
       if (self%step_residual <= hopeless_residual .and. self%unsolved_in_row < most_unsolved) return
       limit = to_text(hopeless_residual)//' is allowed'
       if (self%step_residual <= hopeless_residual) &
-         limit = to_text(far_above)//' times the tolerance, '//to_text(self%spec%tolerance)//', is allowed in '// &
+         limit = to_text(far_above)//' times the tolerance, '//to_text(self%spec%tolerance)// &
+                 ', is allowed in '// &
                  to_text(most_unsolved)//' steps running'
       off = merge(abs(w - b), max(0.0_wp, b - w), x > 0.0_wp)
       worst = maxval([-1.0_wp, off])
       if (worst >= self%system%communicator%maximum(worst) .and. size(off) > 0) &
          call fail(error, exit_numerical, &
                    candidate_text(self%candidates%list(maxloc(off, dim=1)), self%tools, level, self%time)// &
-                   ': the contact problem was not solved, relative residual '//to_text(self%step_residual, 3)//' after '// &
-                   self%effort//', at most '//limit//'; try a larger max_iterations or a smaller safety', recoverable=.true.)
+                   ': the contact problem was not solved, relative residual '// &
+                      to_text(self%step_residual, 3)//' after '// &
+                   self%effort//', at most '//limit//'; try a larger max_iterations or a smaller safety', &
+                      recoverable=.true.)
       call self%system%communicator%agree(error)
    end subroutine check_solution
 
-   !> Normal forces with the friction held, and friction with the normal forces held, in turn until the normal problem is solved
-   !> with the friction that belongs to it (theory.md, eq. friction-sweeps). On return b holds what the friction does to it.
+   !> Normal forces with the friction held, and friction with the normal forces held, in turn until the normal
+   !> problem is solved with the friction that belongs to it (theory.md, eq. friction-sweeps). On return b
+   !> holds what the friction does to it.
    subroutine sweep(self, level, b, x, settled)
       class(contact_t), intent(inout) :: self
       type(level_t), intent(in) :: level
@@ -328,8 +349,10 @@ contains
                   self%tools(list(c)%tool)%spec%friction*x(c)*scale(c)/scale(n + 2*list(c)%frictional)
             end do
             call self%system%respond([1, n], x, [n + 1, rows], pushed)
-            call self%friction%solve(self%system, radius, pushed, self%spec%tolerance, products*self%spec%max_iterations, residual)
-            call self%check_convergence(residual, to_text(products*self%spec%max_iterations)//' products for friction')
+            call self%friction%solve(self%system, radius, pushed, self%spec%tolerance, &
+                                     products*self%spec%max_iterations, residual)
+            call self%check_convergence(residual, to_text(products*self%spec%max_iterations)// &
+                                        ' products for friction')
             if (.not. self%step_residual <= hopeless_residual) exit
          end do
          call self%system%activate(1, n)
@@ -338,7 +361,8 @@ contains
       end associate
    end subroutine sweep
 
-   !> What the forces of the step do on the particles of a block that the tools press, by the motion that these have just made.
+   !> What the forces of the step do on the particles of a block that the tools press, by the motion that
+   !> these have just made.
    pure subroutine follow(self, level, b, gradient, way_to, time_step)
       class(contact_t), intent(inout) :: self
       type(level_t), intent(in) :: level
@@ -347,13 +371,14 @@ contains
       integer, intent(in) :: way_to !< first column of the centres at the end of the step
       real(wp), intent(in) :: time_step
       associate (first => self%candidates%before(b) + 1, last => self%candidates%before(b + 1))
-         call add_particle_work(self%reactions, self%candidates%list(first:last), level%blocks(b)%particles%column, &
+         call add_particle_work(self%reactions, self%candidates%list(first:last), &
+                                level%blocks(b)%particles%column, &
                                 gradient, way_to, time_step)
       end associate
    end subroutine follow
 
-   !> Collective, at the end of a step: loads, areas, overlaps and work of the tools; loads move those that are pushed. On return
-   !> tools stand where they are at `time`, that of the end.
+   !> Collective, at the end of a step: loads, areas, overlaps and work of the tools; loads move those that
+   !> are pushed. On return tools stand where they are at `time`, that of the end.
    subroutine finish_step(self, communicator, level, time, time_step, error)
       class(contact_t), intent(inout) :: self
       type(communicator_t), intent(in) :: communicator
@@ -374,7 +399,8 @@ contains
       do t = 1, size(self%tools)
          call self%tools(t)%end_step(time, time_step)
          if (.not. abs(self%tools(t)%speed)*time_step <= fastest*level%grid%cell) &
-            call fail(error, exit_numerical, 'time '//to_text(time)//' s: the tool '//self%tools(t)%spec%name// &
+            call fail(error, exit_numerical, 'time '//to_text(time)//' s: the tool '// &
+                      self%tools(t)%spec%name// &
                       ' moves by more than '//to_text(fastest)//' cells in a step; try '// &
                       trim(merge('a larger mass or smaller loads ', 'a smaller step or slower speeds', &
                                  self%tools(t)%is_pushed())), recoverable=.true.)

@@ -28,12 +28,14 @@ contains
             place = level%blocks(b)%particles%column(p, x:x + 2)
          end associate
          call fail(error, exit_numerical, 'the tool '//tools(t)%spec%name//' touches particle '// &
-                   to_text(level%blocks(b)%particles%id(p))//' at ('//to_text(place(1))//', '//to_text(place(2))//', '// &
+                   to_text(level%blocks(b)%particles%id(p))//' at ('//to_text(place(1))//', '// &
+                      to_text(place(2))//', '// &
                    to_text(place(3))//') m, on level '//to_text(level%number)//'; '//allowed_text(finest))
       end do
    end subroutine forbid_contact
 
-   !> The first particle of a block whose contact point lies inside a tool, and the tool; 0 where there is none.
+   !> The first particle of a block whose contact point lies inside a tool, and the tool; 0 where there is
+   !> none.
    pure subroutine first_inside(tools, level, b, particle, tool)
       type(tool_t), intent(in) :: tools(:)
       type(level_t), intent(in) :: level
@@ -45,7 +47,8 @@ contains
             if (.not. near_tool(tools(tool), level, level%blocks(b))) cycle
             do particle = 1, level%blocks(b)%particles%count
                call tools(tool)%gap_and_normal(column(particle, x:x + 2), gap, normal)
-               if (gap < tools(tool)%spec%penetration_factor*level%thickness(column(particle, :), normal)) return
+               if (gap < tools(tool)%spec%penetration_factor*level%thickness(column(particle, :), &
+                     normal)) return
             end do
          end do
       end associate
@@ -58,8 +61,10 @@ contains
       character(len=:), allocatable :: text
       real(wp) :: low(3), high(3)
       call finest%region%bounding_box(low, high)
-      text = 'contact is allowed inside the finest level, ('//to_text(low(1))//', '//to_text(low(2))//', '//to_text(low(3))// &
-             ') to ('//to_text(high(1))//', '//to_text(high(2))//', '//to_text(high(3))//') m: try a larger &level, '// &
+      text = 'contact is allowed inside the finest level, ('//to_text(low(1))//', '//to_text(low(2))// &
+             ', '//to_text(low(3))// &
+             ') to ('//to_text(high(1))//', '//to_text(high(2))//', '//to_text(high(3))// &
+                ') m: try a larger &level, '// &
              'or one that follows'
    end function allowed_text
 
@@ -75,7 +80,8 @@ contains
          associate (it => candidates%list(c))
             if (.not. it%force > 0.0_wp) cycle
             if (acts_inside(level, it)) cycle
-            call fail(error, exit_numerical, 'the tool '//tools(it%tool)%spec%name//' presses on particle '// &
+            call fail(error, exit_numerical, 'the tool '//tools(it%tool)%spec%name// &
+                      ' presses on particle '// &
                       to_text(level%blocks(it%block)%particles%id(it%particle))//' at the edge of level '// &
                       to_text(level%number)//'; '//allowed_text(level))
             return
@@ -93,7 +99,8 @@ contains
          do k = 0, it%face%last
             do j = 0, it%face%last
                do i = 0, it%face%last
-                  if (it%face%weight(i, j, k) > 0.0_wp) acts_inside = acts_inside .and. level%region%is_inner(node + [i, j, k])
+                  if (it%face%weight(i, j, k) > 0.0_wp) acts_inside = acts_inside &
+                        .and. level%region%is_inner(node + [i, j, k])
                end do
             end do
          end do
@@ -111,9 +118,11 @@ contains
       associate (x => level%layout%position)
          associate (particles => level%blocks(it%block)%particles)
             place = particles%column(it%particle, x:x + 2)
-            text = 'time '//to_text(time)//' s: particle '//to_text(particles%id(it%particle))//' of body '// &
+            text = 'time '//to_text(time)//' s: particle '//to_text(particles%id(it%particle))// &
+                   ' of body '// &
                    to_text(int(particles%body(it%particle)))// &
-                   ' at ('//to_text(place(1))//', '//to_text(place(2))//', '//to_text(place(3))//') m on level '// &
+                   ' at ('//to_text(place(1))//', '//to_text(place(2))//', '//to_text(place(3))// &
+                      ') m on level '// &
                    to_text(level%number)//' at the tool '//tools(it%tool)%spec%name
          end associate
       end associate

@@ -1,4 +1,5 @@
-!> The nodes that the rows of a contact problem touch: their numbers, and which of them rows of other ranks touch too.
+!> The nodes that the rows of a contact problem touch: their numbers, and which of them rows of other ranks
+!> touch too.
 module m_contact_nodes
    use mpi_f08
    use m_kinds, only: wp, i8
@@ -60,7 +61,8 @@ contains
                do j = 1, last(p) + 1
                   do i = 1, last(p) + 1
                      entries = entries + 1
-                     node(entries) = x_rank(at(i, 1)) + size(x)*(y_rank(at(j, 2)) - 1 + size(y)*(z_rank(at(k, 3)) - 1))
+                     node(entries) = x_rank(at(i, 1)) + size(x)*(y_rank(at(j, 2)) - 1 &
+                           + size(y)*(z_rank(at(k, 3)) - 1))
                   end do
                end do
             end do
@@ -77,7 +79,8 @@ contains
          if (number(n) == 0) cycle
          self%count = self%count + 1
          number(n) = self%count
-         self%grid_node(self%count) = grid_number(self%extent, [x(1 + mod(n - 1, size(x))), y(1 + mod((n - 1)/size(x), size(y))), &
+         self%grid_node(self%count) = grid_number(self%extent, [x(1 + mod(n - 1, size(x))), &
+                                                  y(1 + mod((n - 1)/size(x), size(y))), &
                                                                 z(1 + (n - 1)/(size(x)*size(y)))])
       end do
       node(:entries) = number(node(:entries))
@@ -136,7 +139,8 @@ contains
       if (allocated(self%shared)) deallocate (self%shared)
       allocate (self%shared(size(neighbours)))
       do n = 1, size(neighbours)
-         call MPI_Isend(self%grid_node, self%count, MPI_INTEGER8, neighbours(n), 3, communicator%comm, requests(n))
+         call MPI_Isend(self%grid_node, self%count, MPI_INTEGER8, neighbours(n), 3, communicator%comm, &
+                        requests(n))
       end do
       do n = 1, size(neighbours)
          call MPI_Mprobe(neighbours(n), 3, communicator%comm, message, status)
@@ -178,7 +182,8 @@ contains
       integer :: i
       do i = 1, size(self%shared)
          associate (it => self%shared(i))
-            if (size(it%nodes) > 0) call MPI_Irecv(it%taken, size(it%taken), MPI_DOUBLE_PRECISION, it%rank, 4, &
+            if (size(it%nodes) > 0) call MPI_Irecv(it%taken, size(it%taken), MPI_DOUBLE_PRECISION, &
+                                                   it%rank, 4, &
                                                    self%communicator%comm, it%receives)
          end associate
       end do
@@ -195,7 +200,8 @@ contains
             do n = 1, size(it%nodes)
                it%given(1:3, n) = force(1:3, it%nodes(n))
             end do
-            call MPI_Isend(it%given, size(it%given), MPI_DOUBLE_PRECISION, it%rank, 4, self%communicator%comm, it%sends)
+            call MPI_Isend(it%given, size(it%given), MPI_DOUBLE_PRECISION, it%rank, 4, &
+                           self%communicator%comm, it%sends)
          end associate
       end do
    end subroutine send
@@ -217,7 +223,8 @@ contains
       end do
    end subroutine add_received
 
-   !> Collective among neighbours: the forces that the rows of each neighbour rank and of this one give to nodes, by rising rank.
+   !> Collective among neighbours: the forces that the rows of each neighbour rank and of this one give to
+   !> nodes, by rising rank.
    subroutine exchange(self, force, parts)
       class(contact_nodes_t), intent(inout) :: self
       real(wp), intent(in) :: force(:, :) !< (4, nodes) of this rank's rows, N
@@ -232,7 +239,8 @@ contains
          associate (shared => self%shared(r), part => parts(merge(r, r + 1, r < own)))
             part%node = shared%theirs
             allocate (part%force(size(force, 1), size(part%node)))
-            call MPI_Irecv(part%force, size(part%force), MPI_DOUBLE_PRECISION, shared%rank, 5, self%communicator%comm, &
+            call MPI_Irecv(part%force, size(part%force), MPI_DOUBLE_PRECISION, shared%rank, 5, &
+                           self%communicator%comm, &
                            requests(2*r - 1))
             call MPI_Isend(parts(own)%force, size(parts(own)%force), MPI_DOUBLE_PRECISION, shared%rank, 5, &
                            self%communicator%comm, requests(2*r))

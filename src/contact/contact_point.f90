@@ -1,5 +1,5 @@
-!> A contact point: the face of a particle that a tool may press in a step, the nodes that its force acts on, and what the step
-!> makes of it (theory.md, eqs contact-gap, contact-area, carried-gap).
+!> A contact point: the face of a particle that a tool may press in a step, the nodes that its force acts on,
+!> and what the step makes of it (theory.md, eqs contact-gap, contact-area, carried-gap).
 module m_contact_point
    use m_kinds, only: wp
    use m_constants, only: block_size
@@ -18,13 +18,15 @@ module m_contact_point
       integer :: block = 0, particle = 0, tool = 0
       type(face_weights_t) :: face        !< where its force acts: nodes and their weights
       real(wp) :: normal(3) = 0.0_wp !< outward from the tool
-      real(wp) :: reflected_normal(3) = 0.0_wp !< the same, mirrored where the contact point has been folded back at a symmetry
-                                               !< plane
+      real(wp) :: reflected_normal(3) = 0.0_wp !< the same, mirrored where the contact point has been folded
+                                               !< back at a symmetry plane
       real(wp) :: reflection(3) = 1.0_wp !< -1 for the components in which the two differ
       real(wp) :: gap = 0.0_wp   !< of its contact point now, m
-      logical :: carried = .false. !< the gap is the one that the nodes have carried on from the last step (eq. carried-gap)
+      logical :: carried = .false. !< the gap is the one that the nodes have carried on from the last step
+                                   !< (eq. carried-gap)
       real(wp) :: drift = 0.0_wp !< that less the gap by the particle's place and shape, m
-      real(wp) :: speed = 0.0_wp !< of its contact point along the normal as the nodes have it without contact, m/s
+      real(wp) :: speed = 0.0_wp !< of its contact point along the normal as the nodes have it without
+                                 !< contact, m/s
       real(wp) :: area = 0.0_wp  !< m2
       real(wp) :: mass = 1.0_wp  !< kg
       real(wp) :: force = 0.0_wp !< N
@@ -35,15 +37,17 @@ module m_contact_point
       real(wp) :: last_tangential_force(3) = 0.0_wp  !< the same in the last step, N
       real(wp) :: from(3) = 0.0_wp       !< the particle's centre at the beginning of the step, m
       real(wp) :: arm(3) = 0.0_wp        !< from there to the contact point, m
-      real(wp) :: velocity(3) = 0.0_wp   !< of the contact point as the step leaves the nodes; where the stress asks for it, m/s
+      real(wp) :: velocity(3) = 0.0_wp !< of the contact point as the step leaves the nodes; where the stress
+                                       !< asks for it, m/s
       logical :: slides = .false.  !< nothing is known of that velocity across the normal
       logical :: touches = .false. !< its face ends the step on the tool (eq. contact-area)
    end type candidate_t
 
    type(candidate_t), parameter :: no_candidate = candidate_t() !< before anything is said of it
-   real(wp), parameter :: margin = 0.05_wp        !< candidates come in this far before they touch, in particle edges
+   real(wp), parameter :: margin = 0.05_wp !< candidates come in this far before they touch, in particle edges
    real(wp), parameter :: touching = 1.0e-4_wp    !< a smaller gap is none, in particle edges
-   real(wp), parameter :: overlap_rate = 0.01_wp      !< overlap is taken back by at most this much a step, in particle edges
+   real(wp), parameter :: overlap_rate = 0.01_wp !< overlap is taken back by at most this much a step, in
+                                                 !< particle edges
 
 contains
 
@@ -57,8 +61,9 @@ contains
       end associate
    end function drift_of
 
-   !> True when a candidate that ends the step at a gap (m) counts as touching: where the gap is none, and where it is no wider than
-   !> the tool's surface bends over a cell, which the nodes cannot follow (eq. contact-area).
+   !> True when a candidate that ends the step at a gap (m) counts as touching: where the gap is none, and
+   !> where it is no wider than the tool's surface bends over a cell, which the nodes cannot follow (eq.
+   !> contact-area).
    pure logical function touches(c, tools, level, gap)
       type(candidate_t), intent(in) :: c
       type(tool_t), intent(in) :: tools(:)
@@ -71,10 +76,10 @@ contains
       end associate
    end function touches
 
-   !> The nodes of a contact point and their weights. The traction acts on the face of the particle, not in its volume: a uniform
-   !> pressure then makes a uniform stress, wherever the surface stands in its cell (theory.md, eqs contact-nodes, face-mean). A
-   !> point beyond a symmetry plane is the mirror image of one inside, with the mirrored normal, and no face reaches beyond the
-   !> plane.
+   !> The nodes of a contact point and their weights. The traction acts on the face of the particle, not in
+   !> its volume: a uniform pressure then makes a uniform stress, wherever the surface stands in its cell
+   !> (theory.md, eqs contact-nodes, face-mean). A point beyond a symmetry plane is the mirror image of one
+   !> inside, with the mirrored normal, and no face reaches beyond the plane.
    pure subroutine set_face(c, grid, block, node, turns, place, span)
       type(candidate_t), intent(inout) :: c
       type(grid_level_t), intent(in) :: grid
@@ -113,7 +118,8 @@ contains
          do j = 0, c%face%last
             do i = 0, c%face%last
                associate (at => c%face%corner + 1 + [i, j, k])
-                  velocity = velocity + c%face%weight(i, j, k)*level%nodes(v_x:v_z, at(1), at(2), at(3), c%block)
+                  velocity = velocity + c%face%weight(i, j, k)*level%nodes(v_x:v_z, at(1), at(2), at(3), &
+                        c%block)
                end associate
             end do
          end do

@@ -1,5 +1,5 @@
-!> What the candidates of a step are to the contact system: rows, weights, mobilities of nodes (theory.md, eq. contact-operator);
-!> and what its forces are to the nodes.
+!> What the candidates of a step are to the contact system: rows, weights, mobilities of nodes (theory.md, eq.
+!> contact-operator); and what its forces are to the nodes.
 module m_contact_rows
    use m_kinds, only: wp
    use m_constants, only: block_size
@@ -16,8 +16,8 @@ module m_contact_rows
    private
    public :: assemble, move_nodes
 
-   real(wp), parameter :: stick_compliance = 10.0_wp !< compliance of sticking points, in that of the normal forces; only changes
-                                                     !< count
+   real(wp), parameter :: stick_compliance = 10.0_wp !< compliance of sticking points, in that of the normal
+                                                     !< forces; only changes count
 
 contains
 
@@ -29,7 +29,8 @@ contains
       place = block_size*level%blocks(c%block)%place + c%face%corner
    end function first_node
 
-   !> Collective among neighbours: the operator of a step's candidates: a row for each normal force, then two for each friction.
+   !> Collective among neighbours: the operator of a step's candidates: a row for each normal force, then two
+   !> for each friction.
    subroutine assemble(system, communicator, neighbours, tools, candidates, level, softness, time_step)
       type(contact_system_t), intent(inout) :: system
       type(communicator_t), intent(in) :: communicator
@@ -46,7 +47,8 @@ contains
          call system%begin(communicator, level%grid%cells, [(tools(t)%mobility(time_step), t=1, size(tools))])
          do c = 1, size(list)
             place = places_of(level, list(c))
-            call system%add_row(list(c)%face%last, place, list(c)%face%weight, list(c)%reflected_normal, list(c)%tool, &
+            call system%add_row(list(c)%face%last, place, list(c)%face%weight, list(c)%reflected_normal, &
+                                list(c)%tool, &
                                 dot_product(list(c)%normal, tools(list(c)%tool)%spec%axis))
          end do
          compliance(:size(list)) = softness*time_step/list%mass
@@ -54,8 +56,10 @@ contains
             if (list(c)%frictional == 0) cycle
             place = places_of(level, list(c))
             do t = 1, 2
-               call system%add_row(list(c)%face%last, place, list(c)%face%weight, list(c)%reflection*list(c)%tangent(:, t), &
-                                   list(c)%tool, dot_product(list(c)%tangent(:, t), tools(list(c)%tool)%spec%axis))
+               call system%add_row(list(c)%face%last, place, list(c)%face%weight, &
+                                   list(c)%reflection*list(c)%tangent(:, t), &
+                                   list(c)%tool, dot_product(list(c)%tangent(:, t), &
+                                         tools(list(c)%tool)%spec%axis))
                compliance(system%rows) = stick_compliance*compliance(c)
             end do
          end do
@@ -71,8 +75,8 @@ contains
       call system%group_rows()
    end subroutine assemble
 
-   !> Places in the grid of a candidate's nodes along each axis. A node outside a symmetry plane has no weight: its mirror image
-   !> inside stands for it.
+   !> Places in the grid of a candidate's nodes along each axis. A node outside a symmetry plane has no
+   !> weight: its mirror image inside stands for it.
    pure function places_of(level, c) result(place)
       type(level_t), intent(in) :: level
       type(candidate_t), intent(in) :: c
@@ -109,14 +113,15 @@ contains
                at = node - block_size*level%blocks(c%block)%place + 1
                mass = level%nodes(mass_, at(1), at(2), at(3), c%block)
                system%mobility(:, n) = 0.0_wp
-               if (mass > 0.0_wp) system%mobility(:3, n) = merge(0.0_wp, time_step/mass, held_components(level%grid, node))
+               if (mass > 0.0_wp) system%mobility(:3, n) = merge(0.0_wp, time_step/mass, &
+                     held_components(level%grid, node))
             end do
          end do
       end do
    end subroutine set_mobility
 
-   !> Collective among neighbours: change velocity and acceleration of the nodes that contact forces act on, in every tile here that
-   !> has them, and then of their mirror images.
+   !> Collective among neighbours: change velocity and acceleration of the nodes that contact forces act on,
+   !> in every tile here that has them, and then of their mirror images.
    subroutine move_nodes(system, level, time_step, forces)
       type(contact_system_t), intent(inout) :: system
       type(level_t), intent(inout) :: level
@@ -130,7 +135,8 @@ contains
       changed = .false.
       do r = 1, size(parts)
          do n = 1, size(parts(r)%node)
-            call add_force(level, system%nodes%place_of(parts(r)%node(n)), parts(r)%force(:3, n), time_step, changed)
+            call add_force(level, system%nodes%place_of(parts(r)%node(n)), parts(r)%force(:3, n), time_step, &
+                           changed)
          end do
       end do
       do b = 1, size(level%blocks)
@@ -138,7 +144,8 @@ contains
       end do
    end subroutine move_nodes
 
-   !> Add a force to a node in all tiles here that have it: its block's, and those of the blocks next to it if it is on their rim.
+   !> Add a force to a node in all tiles here that have it: its block's, and those of the blocks next to it if
+   !> it is on their rim.
    pure subroutine add_force(level, place, force, time_step, changed)
       type(level_t), intent(inout) :: level
       integer, intent(in) :: place(3)

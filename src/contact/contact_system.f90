@@ -1,7 +1,7 @@
-!> The contact problem of one step: its rows (a contact point and a direction), and the operator that turns contact forces into
-!> velocities through the nodes of the rows and through tools that give way (theory.md, eq. contact-operator). No rank holds the
-!> whole of it. Products take the active rows only: those of the normal forces, those of friction, or both; or of the
-!> former those that are free.
+!> The contact problem of one step: its rows (a contact point and a direction), and the operator that turns
+!> contact forces into velocities through the nodes of the rows and through tools that give way (theory.md,
+!> eq. contact-operator). No rank holds the whole of it. Products take the active rows only: those of the
+!> normal forces, those of friction, or both; or of the former those that are free.
 module m_contact_system
    use mpi_f08
    use m_kinds, only: wp, i8
@@ -16,25 +16,29 @@ module m_contact_system
    type, extends(petsc_operator_t) :: contact_system_t
       type(communicator_t) :: communicator
       integer :: rows = 0
-      integer :: first = 1, last = 0             !< the active rows: of the normal forces, of friction, or both
+      integer :: first = 1, last = 0 !< the active rows: of the normal forces, of friction, or both
       integer :: normal = 0                      !< rows of normal forces; those of friction follow
       type(contact_nodes_t) :: nodes             !< of all rows
       logical :: gives_way = .false.             !< some tool does
       integer(i8) :: products = 0                !< times the operator was applied, over the run
-      integer, allocatable :: begins(:)          !< (rows + 1): first entry of each row; an entry is one of its nodes
-      integer, allocatable :: place(:, :, :) !< (0:2, 3, rows): nodes in the grid along each axis, from -1; of a cell's 0:1 count
+      integer, allocatable :: begins(:) !< (rows + 1): first entry of each row; an entry is one of its nodes
+      integer, allocatable :: place(:, :, :) !< (0:2, 3, rows): nodes in the grid along each axis, from -1; of
+                                             !< a cell's 0:1 count
       integer, allocatable :: node(:)            !< (entries): local numbers, x fastest
       real(wp), allocatable :: weight(:)         !< (entries): of the contact point on the node
       real(wp), allocatable :: direction(:, :)   !< (4, rows): in which a force acts; the last is 0
-      type(cell_rows_t) :: normal_rows, friction_rows !< as products take them, for unknowns that are scaled forces
+      type(cell_rows_t) :: normal_rows, friction_rows !< as products take them, for unknowns that are scaled
+                                                      !< forces
       type(cell_rows_t) :: free_rows             !< those of the normal forces that are free
       logical, allocatable :: free(:)            !< (rows of normal forces)
       integer, allocatable :: tool(:)            !< (rows)
       real(wp), allocatable :: along(:)          !< (rows): what of the direction is along the tool's axis
-      real(wp), allocatable :: tool_mobility(:)  !< (tools): along their axes, s/kg; 0 for those that do not give way
-      real(wp), allocatable :: tool_push(:)      !< (tools): work, forces along the axes and then the speeds that they make
+      real(wp), allocatable :: tool_mobility(:) !< (tools): along their axes, s/kg; 0 for those that do not
+                                                !< give way
+      real(wp), allocatable :: tool_push(:) !< (tools): work, forces along the axes and then the speeds that
+                                            !< they make
       real(wp), allocatable :: mobility(:, :)    !< (4, nodes): dt/m, 0 for held components, s/kg
-      real(wp), allocatable :: force(:, :)       !< (4, nodes): work, forces and then the velocities that they make
+      real(wp), allocatable :: force(:, :) !< (4, nodes): work, forces and then the velocities that they make
       real(wp), allocatable :: scale(:)          !< (rows): makes the diagonal 1
       real(wp), allocatable :: softness(:)       !< (rows): what the compliance adds to the diagonal
    contains
@@ -78,11 +82,12 @@ contains
       self%begins(1) = 1
    end subroutine begin
 
-   !> Add a row: where the nodes of its contact point are in the grid along each axis, their weights, the direction in which its
-   !> force acts; the tool that the force acts on in turn, and what of it is along the tool's axis.
+   !> Add a row: where the nodes of its contact point are in the grid along each axis, their weights, the
+   !> direction in which its force acts; the tool that the force acts on in turn, and what of it is along the
+   !> tool's axis.
    subroutine add_row(self, last, place, weight, direction, tool, along)
       class(contact_system_t), intent(inout) :: self
-      integer, intent(in) :: last                     !< nodes along each axis are from 0 to here: 1 in a cell, 2 around a bin
+      integer, intent(in) :: last !< nodes along each axis are from 0 to here: 1 in a cell, 2 around a bin
       integer, intent(in) :: place(0:2, 3)            !< (nodes, axes), from -1
       integer, intent(in) :: tool
       real(wp), intent(in) :: weight(0:2, 0:2, 0:2), direction(3), along
@@ -119,7 +124,8 @@ contains
       end if
       n = size(self%tool)
       if (rows >= n) then
-         allocate (more_places(0:2, 3, 2*n), more_begins(2*n + 1), more_directions(width, 2*n), more_tools(2*n), more_along(2*n))
+         allocate (more_places(0:2, 3, 2*n), more_begins(2*n + 1), more_directions(width, 2*n), &
+                   more_tools(2*n), more_along(2*n))
          more_places(:, :, :n) = self%place
          more_begins(:n + 1) = self%begins
          more_directions(:, :n) = self%direction
@@ -173,14 +179,16 @@ contains
          direction(:, c) = self%scale(c)*self%direction(:, c)
       end do
       associate (n => self%normal)
-         call self%normal_rows%sort(self%nodes%count, self%begins(:n + 1), self%node, self%weight, direction(:, :n))
-         call self%friction_rows%sort(self%nodes%count, self%begins(n + 1:self%rows + 1), self%node, self%weight, &
+         call self%normal_rows%sort(self%nodes%count, self%begins(:n + 1), self%node, self%weight, &
+                                    direction(:, :n))
+         call self%friction_rows%sort(self%nodes%count, self%begins(n + 1:self%rows + 1), self%node, &
+                                      self%weight, &
                                       direction(:, n + 1:))
       end associate
    end subroutine group_rows
 
-   !> to = M from: velocities of the active rows under their forces, both scaled so that the diagonal of M is 1. Values beyond them
-   !> are idle and copied.
+   !> to = M from: velocities of the active rows under their forces, both scaled so that the diagonal of M is
+   !> 1. Values beyond them are idle and copied.
    subroutine multiply(self, from, to)
       class(contact_system_t), intent(inout) :: self
       real(wp), intent(in), contiguous :: from(:)
@@ -205,8 +213,8 @@ contains
       call self%free_rows%choose(self%normal_rows, self%free)
    end subroutine set_free
 
-   !> The same as `multiply` between free rows of the normal forces, which are the active ones. The others are 0 in what it takes
-   !> and gives.
+   !> The same as `multiply` between free rows of the normal forces, which are the active ones. The others are
+   !> 0 in what it takes and gives.
    subroutine multiply_free(self, from, to)
       class(contact_system_t), intent(inout) :: self
       real(wp), intent(in), contiguous :: from(:)
@@ -251,7 +259,8 @@ contains
       real(wp), intent(in), contiguous :: forces(:) !< (active rows)
       self%force(:, :self%nodes%count) = 0.0_wp
       if (self%first <= self%normal) call self%normal_rows%spread(forces, self%force)
-      if (self%last > self%normal) call self%friction_rows%spread(forces(self%normal - self%first + 2:), self%force)
+      if (self%last > self%normal) call self%friction_rows%spread(forces(self%normal - self%first + 2:), &
+            self%force)
       if (self%gives_way) call self%push_tools(forces)
    end subroutine spread
 
@@ -268,8 +277,8 @@ contains
       end do
    end subroutine push_tools
 
-   !> Collective among neighbours: what the active rows' forces (N) give to nodes, a part for each neighbour rank and this one, by
-   !> rising rank, so that all ranks that know a node add up its force in one order.
+   !> Collective among neighbours: what the active rows' forces (N) give to nodes, a part for each neighbour
+   !> rank and this one, by rising rank, so that all ranks that know a node add up its force in one order.
    subroutine nodal_forces(self, forces, parts)
       class(contact_system_t), intent(inout) :: self
       real(wp), intent(in), contiguous :: forces(:) !< (active rows), N
@@ -283,11 +292,13 @@ contains
       call self%nodes%exchange(self%force, parts)
    end subroutine nodal_forces
 
-   !> Collective: to what this rank's rows gave, add the forces of all other ranks' rows on these nodes and on tools that give way.
+   !> Collective: to what this rank's rows gave, add the forces of all other ranks' rows on these nodes and on
+   !> tools that give way.
    subroutine share(self)
       class(contact_system_t), intent(inout) :: self
       call self%nodes%send(self%force)
-      if (self%gives_way) call MPI_Allreduce(MPI_IN_PLACE, self%tool_push, size(self%tool_push), MPI_DOUBLE_PRECISION, MPI_SUM, &
+      if (self%gives_way) call MPI_Allreduce(MPI_IN_PLACE, self%tool_push, size(self%tool_push), &
+                                             MPI_DOUBLE_PRECISION, MPI_SUM, &
                                              self%communicator%comm)
       call self%nodes%add_received(self%force)
    end subroutine share
@@ -312,7 +323,8 @@ contains
       class(contact_system_t), intent(inout) :: self
       real(wp), intent(inout), contiguous :: y(:) !< (active rows)
       if (self%first <= self%normal) call self%normal_rows%collect(self%force, y)
-      if (self%last > self%normal) call self%friction_rows%collect(self%force, y(self%normal - self%first + 2:))
+      if (self%last > self%normal) call self%friction_rows%collect(self%force, &
+            y(self%normal - self%first + 2:))
       if (self%gives_way) call self%add_tools(y)
    end subroutine collect
 
@@ -322,7 +334,8 @@ contains
       real(wp), intent(inout), contiguous :: y(:) !< (active rows)
       integer :: c
       do c = self%first, self%last
-         y(c - self%first + 1) = y(c - self%first + 1) + self%along(c)*self%tool_push(self%tool(c))*self%scale(c)
+         y(c - self%first + 1) = y(c - self%first + 1) &
+                                 + self%along(c)*self%tool_push(self%tool(c))*self%scale(c)
       end do
    end subroutine add_tools
 
@@ -339,7 +352,8 @@ contains
       do c = 1, self%rows
          diagonal = 0.0_wp
          do s = self%begins(c), self%begins(c + 1) - 1
-            diagonal = diagonal + self%weight(s)**2*sum(self%direction(:, c)**2*self%mobility(:, self%node(s)))
+            diagonal = diagonal + self%weight(s)**2*sum(self%direction(:, c)**2*self%mobility(:, &
+                  self%node(s)))
          end do
          if (self%gives_way) diagonal = diagonal + self%along(c)**2*self%tool_mobility(self%tool(c))
          self%scale(c) = 0.0_wp

@@ -1,6 +1,7 @@
-!> Coulomb friction at contact points whose normal forces are known: each force lies in a disc across the normal, and is the one
-!> that takes away most of the slip (theory.md, eqs friction, friction-problem). Nesterov's accelerated gradients with
-!> projection on the discs: where points slide, forces lie on the rims, and a solver for boxes needed ten times the products.
+!> Coulomb friction at contact points whose normal forces are known: each force lies in a disc across the
+!> normal, and is the one that takes away most of the slip (theory.md, eqs friction, friction-problem).
+!> Nesterov's accelerated gradients with projection on the discs: where points slide, forces lie on the rims,
+!> and a solver for boxes needed ten times the products.
 module m_friction
    use mpi_f08
    use m_kinds, only: wp, i8
@@ -16,8 +17,10 @@ module m_friction
    type :: friction_t
       logical :: present = .false.           !< some tool has friction
       real(wp), allocatable :: force(:)      !< (rows of friction), scaled
-      real(wp), allocatable :: free(:)       !< slip that the tool's motion asks for, without any contact force, scaled
-      real(wp), allocatable :: memory(:)     !< compliance times the force of the last step: only changes of it give way
+      real(wp), allocatable :: free(:) !< slip that the tool's motion asks for, without any contact force,
+                                       !< scaled
+      real(wp), allocatable :: memory(:) !< compliance times the force of the last step: only changes of it
+                                         !< give way
       real(wp) :: steepest = 1.0_wp          !< largest curvature of the problems seen so far
       integer(i8) :: sweeps = 0, iterations = 0 !< over the run
    contains
@@ -46,7 +49,8 @@ contains
          do k = 1, 2
             r = 2*list(c)%frictional - 2 + k
             if (system%scale(n + r) > 0.0_wp) &
-               self%force(r) = dot_product(list(c)%tangent(:, k), list(c)%last_tangential_force)/system%scale(n + r)
+               self%force(r) = dot_product(list(c)%tangent(:, k), &
+                                           list(c)%last_tangential_force)/system%scale(n + r)
             self%free(r) = dot_product(list(c)%tangent(:, k), velocity)*system%scale(n + r)
          end do
       end do
@@ -81,7 +85,8 @@ contains
          call keep_in_discs(radius, next)
          call system%multiply(next, m_next)
          step = next - y
-         sums = [dot_product(step, m_next - m_y), dot_product(step, step), -dot_product(step, next - self%force)]
+         sums = [dot_product(step, m_next - m_y), dot_product(step, step), &
+                -dot_product(step, next - self%force)]
          call MPI_Allreduce(MPI_IN_PLACE, sums, 3, MPI_DOUBLE_PRECISION, MPI_SUM, system%communicator%comm)
          if (sums(1) > self%steepest*sums(2)) then ! too long a step for the curvature met
             self%steepest = 1.1_wp*sums(1)/sums(2)
@@ -122,7 +127,8 @@ contains
       integer :: c, r
       do c = 1, size(list)
          r = 2*list(c)%frictional
-         if (r > 0) list(c)%tangential_force = self%force(r - 1:r)*system%scale(size(list) + r - 1:size(list) + r)
+         if (r > 0) list(c)%tangential_force = self%force(r - 1:r)*system%scale(size(list) + r &
+               - 1:size(list) + r)
       end do
    end subroutine hand_out
 

@@ -5,8 +5,8 @@ module m_petsc_operator
    private
    public :: petsc_operator_t
 
-   !> A symmetric positive semi-definite operator, distributed like its vectors. Solvers ask most of it between free unknowns, which
-   !> they choose now and then: the others are 0 in what it takes and gives.
+   !> A symmetric positive semi-definite operator, distributed like its vectors. Solvers ask most of it
+   !> between free unknowns, which they choose now and then: the others are 0 in what it takes and gives.
    type, abstract :: petsc_operator_t
    contains
       procedure(multiply_interface), deferred :: multiply

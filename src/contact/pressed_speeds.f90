@@ -1,6 +1,6 @@
-!> Where the stress has a solve of its own ('usf', 'musl'), its nodes have the particles' momenta but have not met the tools. At the
-!> points that a tool presses they are given the speeds that the step's contact has left, or the tool's (theory.md, eq.
-!> pressed-speeds).
+!> Where the stress has a solve of its own ('usf', 'musl'), its nodes have the particles' momenta but have not
+!> met the tools. At the points that a tool presses they are given the speeds that the step's contact has
+!> left, or the tool's (theory.md, eq. pressed-speeds).
 module m_pressed_speeds
    use m_kinds, only: wp
    use m_text, only: to_text
@@ -19,7 +19,8 @@ module m_pressed_speeds
 
 contains
 
-   !> Collective, at the beginning of a step: the points that tools press since the last one, and the velocities of the tools there.
+   !> Collective, at the beginning of a step: the points that tools press since the last one, and the
+   !> velocities of the tools there.
    subroutine find_pressed(contact, communicator, level, materials, neighbours, time, time_step)
       type(contact_t), intent(inout) :: contact
       type(communicator_t), intent(in) :: communicator
@@ -30,7 +31,8 @@ contains
       real(wp) :: overlap(size(contact%tools))
       integer :: c, t
       do t = 1, size(contact%tools)
-         if (.not. contact%tools(t)%is_pushed()) call contact%tools(t)%begin_step(time, time_step) ! loads push once a step
+         ! loads push once a step
+         if (.not. contact%tools(t)%is_pushed()) call contact%tools(t)%begin_step(time, time_step)
       end do
       call contact%candidates%find(contact%tools, level, materials, time_step, overlap, again=.true.)
       call contact%make_room(communicator)
@@ -39,11 +41,13 @@ contains
          associate (it => contact%candidates%list(c))
             it%velocity = contact%tools(it%tool)%velocity()
             it%force = 0.0_wp
-            if (it%carried) it%force = level%blocks(it%block)%particles%column(it%particle, contact%candidates%pressure)*it%area
+            if (it%carried) it%force = level%blocks(it%block)%particles%column(it%particle, &
+                  contact%candidates%pressure)*it%area
             it%slides = norm2(it%last_tangential_force) > sticks*contact%tools(it%tool)%spec%friction*it%force
          end associate
       end do
-      call assemble(contact%system, communicator, neighbours, contact%tools, contact%candidates, level, contact%spec%compliance, &
+      call assemble(contact%system, communicator, neighbours, contact%tools, contact%candidates, level, &
+                    contact%spec%compliance, &
                     time_step)
    end subroutine find_pressed
 
@@ -77,9 +81,11 @@ contains
          give_way = system%tool_mobility
          system%tool_mobility = 0.0_wp ! a tool's own motion is known
          call system%activate(1, system%rows)
-         call solve_held(system, held, lacks, contact%spec%tolerance, contact%spec%max_iterations, x, residual)
+         call solve_held(system, held, lacks, contact%spec%tolerance, contact%spec%max_iterations, x, &
+                         residual)
          system%tool_mobility = give_way
-         call contact%check_convergence(residual, to_text(contact%spec%max_iterations)//' products for the stress')
+         call contact%check_convergence(residual, to_text(contact%spec%max_iterations)// &
+                                        ' products for the stress')
          call move_nodes(system, level, time_step, x*system%scale(:system%rows))
       end associate
    end subroutine keep_pressed_speeds

@@ -1,5 +1,5 @@
-!> The reactions of the tools: what contact forces do to them in a step, added up over the candidates of all ranks, and the work
-!> that comes of it.
+!> The reactions of the tools: what contact forces do to them in a step, added up over the candidates of all
+!> ranks, and the work that comes of it.
 module m_tool_reactions
    use mpi_f08
    use m_kinds, only: wp
@@ -16,17 +16,21 @@ module m_tool_reactions
    type :: tool_state_t
       real(wp) :: load(3) = 0.0_wp      !< on the tool, N, for the modelled part of the body
       real(wp) :: area = 0.0_wp         !< faces of the particles that touch the tool, m2
-      real(wp) :: overlap = 0.0_wp      !< deepest place of a contact point inside the tool at the start of the step, m
+      real(wp) :: overlap = 0.0_wp !< deepest place of a contact point inside the tool at the start of the
+                                   !< step, m
       real(wp) :: work = 0.0_wp         !< done by the tool since the start, J
       real(wp) :: heat = 0.0_wp         !< made by friction since the start, J
-      real(wp) :: constraint_work = 0.0_wp !< done on the bodies by the condition itself, beyond the tool's own, since the start, J
-      real(wp) :: particle_work = 0.0_wp !< done on the particles by their own motion since the start, J: work less heat
+      real(wp) :: constraint_work = 0.0_wp !< done on the bodies by the condition itself, beyond the tool's
+                                           !< own, since the start, J
+      real(wp) :: particle_work = 0.0_wp !< done on the particles by their own motion since the start, J: work
+                                         !< less heat
       real(wp) :: impulse(3) = 0.0_wp   !< given to the bodies since the program began, N s
    contains
       procedure :: book
    end type tool_state_t
 
-   !> What the candidates of a step do to one tool: numbers alone, for they are added up over the ranks as they stand.
+   !> What the candidates of a step do to one tool: numbers alone, for they are added up over the ranks as
+   !> they stand.
    type :: reaction_t
       sequence
       real(wp) :: load(3) = 0.0_wp         !< on the tool, N
@@ -41,8 +45,8 @@ module m_tool_reactions
 
 contains
 
-   !> Reactions of the tools to this rank's candidates, and what friction takes from the motion by how the contact points slip at
-   !> the step's end.
+   !> Reactions of the tools to this rank's candidates, and what friction takes from the motion by how the
+   !> contact points slip at the step's end.
    pure subroutine accumulate_reactions(reactions, candidates, tools, level, time_step)
       type(reaction_t), intent(out) :: reactions(:) !< (tools)
       type(candidates_t), intent(in) :: candidates
@@ -60,13 +64,14 @@ contains
             if (it%frictional == 0) cycle
             tangential = matmul(it%tangent, it%tangential_force)
             sums%load = sums%load - tangential
-            sums%heat = sums%heat - time_step*dot_product(tangential, point_velocity(level, it) - tools(it%tool)%velocity())
+            sums%heat = sums%heat - time_step*dot_product(tangential, point_velocity(level, it) &
+                                                          - tools(it%tool)%velocity())
          end associate
       end do
    end subroutine accumulate_reactions
 
-   !> What the forces of the step do on pressed particles of one block by the motion that these have just made: that of the centre,
-   !> and dt L arm.
+   !> What the forces of the step do on pressed particles of one block by the motion that these have just
+   !> made: that of the centre, and dt L arm.
    pure subroutine add_particle_work(reactions, list, column, gradient, way_to, time_step)
       type(reaction_t), intent(inout) :: reactions(:) !< (tools)
       type(candidate_t), intent(in) :: list(:)        !< of the block
@@ -91,8 +96,10 @@ contains
       type(communicator_t), intent(in) :: communicator
       type(reaction_t), intent(inout), contiguous :: reactions(:) !< (tools)
       real(wp), intent(inout), contiguous :: overlap(:)           !< (tools), m
-      call MPI_Allreduce(MPI_IN_PLACE, reactions, reaction_reals*size(reactions), MPI_DOUBLE_PRECISION, MPI_SUM, communicator%comm)
-      call MPI_Allreduce(MPI_IN_PLACE, overlap, size(overlap), MPI_DOUBLE_PRECISION, MPI_MAX, communicator%comm)
+      call MPI_Allreduce(MPI_IN_PLACE, reactions, reaction_reals*size(reactions), MPI_DOUBLE_PRECISION, &
+                         MPI_SUM, communicator%comm)
+      call MPI_Allreduce(MPI_IN_PLACE, overlap, size(overlap), MPI_DOUBLE_PRECISION, MPI_MAX, &
+                         communicator%comm)
    end subroutine add_up
 
    !> Book the reaction of a step, of all ranks, on a tool that had this velocity in it.

@@ -70,7 +70,8 @@ contains
       real(wp), intent(in) :: place(3)
       real(wp) :: along
       along = dot_product(place - self%center, self%axis)
-      inside = along > 0.0_wp .and. along < self%height .and. sum((place - self%center)**2) - along**2 < self%radius**2
+      inside = along > 0.0_wp .and. along < self%height .and. sum((place - self%center)**2) &
+               - along**2 < self%radius**2
    end function inside
 
    pure real(wp) function volume(self)

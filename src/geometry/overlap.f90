@@ -20,8 +20,8 @@ module m_overlap
 
 contains
 
-   !> Whether two shapes share more than a layer of thickness `thin`, or, where one of them is not convex, surely where they share
-   !> more than one of thickness `coarse`.
+   !> Whether two shapes share more than a layer of thickness `thin`, or, where one of them is not convex,
+   !> surely where they share more than one of thickness `coarse`.
    logical function overlap(one, other, place, thin, coarse)
       class(shape_t), intent(in), target :: one, other
       real(wp), intent(in) :: place(3)     !< of the origin of the other one, m
@@ -50,9 +50,9 @@ contains
       depth = max(self%one%distance(point), self%other%distance(point - self%place))
    end function depth
 
-   !> The smallest value in a box of the larger of the two signed distances. As that function is convex, so is its minimum along one
-   !> axis as a function of the other two: three nested searches find it. This one goes along axes axis..3 through a point (golden
-   !> section), and stops as soon as a value is below `enough`.
+   !> The smallest value in a box of the larger of the two signed distances. As that function is convex, so is
+   !> its minimum along one axis as a function of the other two: three nested searches find it. This one goes
+   !> along axes axis..3 through a point (golden section), and stops as soon as a value is below `enough`.
    recursive real(wp) function lowest(pair, lower, upper, point, axis, enough) result(best)
       type(pair_t), intent(in) :: pair
       real(wp), intent(in) :: lower(3), upper(3), point(3), enough
@@ -91,9 +91,9 @@ contains
       end do
    end function lowest
 
-   !> Whether the larger of the two signed distances is below `enough` somewhere in a box. It changes by no more than the way
-   !> between two points, so its value in the middle of a box bounds it in all of it: where that does not decide, the box is halved.
-   !> Where no value can be below -`least`, it is not.
+   !> Whether the larger of the two signed distances is below `enough` somewhere in a box. It changes by no
+   !> more than the way between two points, so its value in the middle of a box bounds it in all of it: where
+   !> that does not decide, the box is halved. Where no value can be below -`least`, it is not.
    recursive logical function reaches(pair, lower, upper, enough, least) result(found)
       type(pair_t), intent(in) :: pair
       real(wp), intent(in) :: lower(3), upper(3), enough, least

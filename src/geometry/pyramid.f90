@@ -8,14 +8,17 @@ module m_pyramid
    public :: pyramid_t
 
    integer, parameter :: most_faces = 3
-   real(wp), parameter :: rounding = 1.0e-12_wp !< a foot so little outside a face, relative to its distance from the tip, is on it
+   real(wp), parameter :: rounding = 1.0e-12_wp !< a foot so little outside a face, relative to its distance
+                                                !< from the tip, is on it
 
    type, abstract, extends(convex_t) :: pyramid_t
       real(wp) :: half_angle = 0.0_wp                !< between axis and faces, rad
-      real(wp) :: edge(3) = [1.0_wp, 0.0_wp, 0.0_wp] !< its part across the axis turns the faces about the axis
+      real(wp) :: edge(3) = [1.0_wp, 0.0_wp, 0.0_wp] !< its part across the axis turns the faces about the
+                                                     !< axis
       integer, private :: faces = 0
       real(wp), private :: face(3, most_faces) = 0.0_wp  !< outward normals
-      real(wp), private :: ridge(3, most_faces) = 0.0_wp !< unit vectors from the tip along the edges between them
+      real(wp), private :: ridge(3, most_faces) = 0.0_wp !< unit vectors from the tip along the edges between
+                                                         !< them
    contains
       procedure :: prepare
       procedure :: distance_and_normal
@@ -51,12 +54,13 @@ contains
       do k = 1, self%faces ! a wedge has its one ridge in both directions
          self%ridge(:, k) = cross(self%face(:, k), self%face(:, 1 + mod(k, self%faces)))
          self%ridge(:, k) = self%ridge(:, k)/norm2(self%ridge(:, k))
-         if (self%faces > 2 .and. dot_product(self%ridge(:, k), axis) > 0.0_wp) self%ridge(:, k) = -self%ridge(:, k)
+         if (self%faces > 2 .and. dot_product(self%ridge(:, k), axis) > 0.0_wp) self%ridge(:, &
+               k) = -self%ridge(:, k)
       end do
    end subroutine prepare
 
-   !> Inside, the nearest face. Outside, the face whose plane is met within the shape; where there is none, the nearest point of the
-   !> ridges, which may be the apex.
+   !> Inside, the nearest face. Outside, the face whose plane is met within the shape; where there is none,
+   !> the nearest point of the ridges, which may be the apex.
    pure subroutine distance_and_normal(self, place, distance, normal)
       class(pyramid_t), intent(in) :: self
       real(wp), intent(in) :: place(3)
@@ -72,7 +76,8 @@ contains
       if (all(abs(place) <= 0.0_wp)) normal = self%axis
       if (distance <= 0.0_wp) return
       off = place - distance*normal
-      ! the foot on the face that is furthest away; if it lies outside another face, no other face's foot is inside either
+      ! the foot on the face that is furthest away; if it lies outside another face, no other face's foot is
+      ! inside either
       if (all(matmul(off, self%face(:, :self%faces)) <= rounding*norm2(place))) return
       distance = huge(distance)
       do k = 1, self%faces

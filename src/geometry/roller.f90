@@ -13,7 +13,8 @@ module m_roller
 
    type, extends(convex_t) :: roller_t
       real(wp) :: radius = 0.0_wp                      !< m
-      real(wp) :: edge(3) = [1.0_wp, 0.0_wp, 0.0_wp]   !< its part across the axis is the direction of the centre line
+      real(wp) :: edge(3) = [1.0_wp, 0.0_wp, 0.0_wp] !< its part across the axis is the direction of the
+                                                     !< centre line
       real(wp), private :: along(3) = 0.0_wp           !< that direction, a unit vector
    contains
       procedure :: variables
@@ -41,7 +42,8 @@ contains
       class(roller_t), intent(in) :: self
       real(wp), intent(in) :: place(3)
       real(wp), intent(out) :: distance, normal(3)
-      call round(place - dot_product(place, self%along)*self%along + self%radius*self%axis, self%radius, self%axis, &
+      call round(place - dot_product(place, self%along)*self%along + self%radius*self%axis, self%radius, &
+                 self%axis, &
                  distance, normal)
    end subroutine distance_and_normal
 

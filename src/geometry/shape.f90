@@ -1,8 +1,9 @@
-!> What a shape must offer, of a body or of a tool. One shape is one file that extends shape_t, and one line in shapes.f90.
+!> What a shape must offer, of a body or of a tool. One shape is one file that extends shape_t, and one line
+!> in shapes.f90.
 !>
-!> The signed distance is that to the surface, negative inside. It may grow by no more than the way between two places; outside
-!> it is exact. The shape of a body stands where the body does. That of a tool has its foremost point (the tip) in the
-!> origin, and points along its axis.
+!> The signed distance is that to the surface, negative inside. It may grow by no more than the way between
+!> two places; outside it is exact. The shape of a body stands where the body does. That of a tool has its
+!> foremost point (the tip) in the origin, and points along its axis.
 module m_shape
    use m_kinds, only: wp
    use m_offer, only: offer_t
@@ -12,7 +13,8 @@ module m_shape
 
    type, abstract, extends(offer_t) :: shape_t
       logical :: of_tool = .false. !< the tool says where it is
-      real(wp) :: axis(3) = [0.0_wp, 0.0_wp, 1.0_wp] !< unit vector; of a tool the direction in which it points
+      real(wp) :: axis(3) = [0.0_wp, 0.0_wp, 1.0_wp] !< unit vector; of a tool the direction in which it
+                                                     !< points
    contains
       procedure(distance_interface), deferred :: distance_and_normal
       procedure :: prepare
@@ -28,14 +30,16 @@ module m_shape
       procedure :: place_name
    end type shape_t
 
-   !> A shape whose distance is a convex function of the place: searches are then faster. Any other is right too.
+   !> A shape whose distance is a convex function of the place: searches are then faster. Any other is right
+   !> too.
    type, abstract, extends(shape_t) :: convex_t
    contains
       procedure :: is_convex => is_convex_here
    end type convex_t
 
    abstract interface
-      !> Signed distance (m) of a place (m) from the surface, and the outward unit normal of the surface at its nearest point.
+      !> Signed distance (m) of a place (m) from the surface, and the outward unit normal of the surface at
+      !> its nearest point.
       pure subroutine distance_interface(self, place, distance, normal)
          import :: shape_t, wp
          class(shape_t), intent(in) :: self
@@ -110,7 +114,8 @@ contains
       origin = self%centre()
    end function lattice_origin
 
-   !> True when particles fill the shape exactly: its edges must be whole numbers of them, and no symmetry plane may cut it.
+   !> True when particles fill the shape exactly: its edges must be whole numbers of them, and no symmetry
+   !> plane may cut it.
    pure logical function is_lattice(self)
       class(shape_t), intent(in) :: self
       is_lattice = .false.

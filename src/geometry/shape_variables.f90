@@ -31,11 +31,13 @@ contains
       real(wp), intent(inout) :: radians
       real(wp) :: degrees
       degrees = degrees_of(radians)
-      call group%get('half_angle', degrees, above(0.0_wp, 'degrees', below=90.0_wp), required=.not. radians > 0.0_wp)
+      call group%get('half_angle', degrees, above(0.0_wp, 'degrees', below=90.0_wp), &
+                     required=.not. radians > 0.0_wp)
       radians = degrees*(pi/180.0_wp)
    end subroutine get_half_angle
 
-   !> Degrees that read back to exactly this angle in radians: those of the fewest digits, among the neighbours if need be.
+   !> Degrees that read back to exactly this angle in radians: those of the fewest digits, among the
+   !> neighbours if need be.
    function degrees_of(radians) result(degrees)
       real(wp), intent(in) :: radians
       real(wp) :: degrees, nearest
@@ -54,7 +56,8 @@ contains
       degrees = nearest
    end function degrees_of
 
-   !> `edge`, a direction of which the part across a tool's axis counts; by default x, or y where that is the axis.
+   !> `edge`, a direction of which the part across a tool's axis counts; by default x, or y where that is the
+   !> axis.
    subroutine get_edge(group, axis, edge)
       type(group_reader_t), intent(inout) :: group
       real(wp), intent(in) :: axis(3)

@@ -1,6 +1,8 @@
-!> A checkpoint: everything that a run needs to go on, to the same bits (doc/developer/files.md has the tables of the file).
+!> A checkpoint: everything that a run needs to go on, to the same bits (doc/developer/files.md has the tables
+!> of the file).
 !>
-!> One procedure, `describe`, names all that is not particles: it writes while a checkpoint is written and reads while one is read.
+!> One procedure, `describe`, names all that is not particles: it writes while a checkpoint is written and
+!> reads while one is read.
 module m_checkpoint
    use, intrinsic :: iso_c_binding, only: c_loc
    use mpi_f08
@@ -22,7 +24,8 @@ module m_checkpoint
    use m_state_store, only: store_t, some_rows
    use m_hdf5_file, only: hdf5_file_t, rows_of_real, rows_of_long, rows_of_byte
    use m_hdf5_reader, only: hdf5_reader_t
-   use m_checkpoint_file, only: checkpoint_name, checkpoint_format, seal_checkpoint, seal_length, find_checkpoint
+   use m_checkpoint_file, only: checkpoint_name, checkpoint_format, seal_checkpoint, seal_length, &
+                                find_checkpoint
    implicit none
    private
    public :: write_checkpoint, particle_bytes, run_facts_t
@@ -52,8 +55,8 @@ module m_checkpoint
 
 contains
 
-   !> Collective: write `<directory>/checkpoint_<step>.h5`. Once it has its name it is whole and on the disk; after an error
-   !> (exit_files) nothing of it is left, and all ranks hold the error.
+   !> Collective: write `<directory>/checkpoint_<step>.h5`. Once it has its name it is whole and on the disk;
+   !> after an error (exit_files) nothing of it is left, and all ranks hold the error.
    subroutine write_checkpoint(directory, scene, model, balance, facts, path, error)
       character(len=*), intent(in) :: directory
       type(scene_t), intent(in) :: scene
@@ -71,7 +74,8 @@ contains
       store%writes = .true.
       store%communicator = model%communicator
       ! HDF5 writes <path>.part.part, which becomes <path>.part, which gets its seal and its name
-      call store%output%create(model%communicator, part_name(path), bytes_of(model, blocks) + len(text), error, front=seal_length)
+      call store%output%create(model%communicator, part_name(path), bytes_of(model, blocks) + len(text), &
+                               error, front=seal_length)
       if (error%happened()) return
       call store%output%put_integers('/', 'format', [checkpoint_format], error)
       call store%output%put_text('/', 'program', 'gimp3d '//program_version, error)
@@ -95,7 +99,8 @@ contains
    integer(i8) function bytes_of(model, blocks) result(bytes)
       type(model_t), intent(in) :: model
       type(block_table_t), intent(in) :: blocks
-      bytes = particle_bytes(model, blocks%particles) + 8_i8*(table_width + bounds_width)*size(blocks%table, 2)
+      bytes = particle_bytes(model, blocks%particles) + 8_i8*(table_width + bounds_width)*size(blocks%table, &
+            2)
    end function bytes_of
 
    !> Bytes of so many particles in a checkpoint.
@@ -175,7 +180,8 @@ contains
       if (.not. fault%happened()) call describe(store, model, balance, facts, fault)
       if (.not. fault%happened()) call get_particles(self%file, model, blocks, fault)
       if (.not. fault%happened()) call check_particles(model, fault)
-      if (fault%happened()) call fail(error, fault%status, 'cannot go on from '//self%path//': '//fault%message)
+      if (fault%happened()) call fail(error, fault%status, 'cannot go on from '//self%path//': '// &
+                                      fault%message)
    end subroutine restore
 
    !> Collective: all that is not particles, to or from the store.
@@ -191,7 +197,8 @@ contains
       real(wp), allocatable :: works(:, :)
       integer :: l
       associate (comm => model%communicator)
-         counts = [model%step, model%moves, comm%sum_count(model%merges), comm%sum_count(model%splits), facts%particles]
+         counts = [model%step, model%moves, comm%sum_count(model%merges), comm%sum_count(model%splits), &
+                  facts%particles]
          call store%longs('/state/counts', counts, error)
          model%step = counts(1)
          model%moves = counts(2)
@@ -239,7 +246,8 @@ contains
          allocate (tools(11, size(contact%tools)))
          do t = 1, size(contact%tools)
             associate (state => contact%states(t))
-               tools(:, t) = [contact%tools(t)%travel, contact%tools(t)%speed, state%load, state%area, state%overlap, state%work, &
+               tools(:, t) = [contact%tools(t)%travel, contact%tools(t)%speed, state%load, state%area, &
+                             state%overlap, state%work, &
                               state%heat, state%particle_work, &
                               state%constraint_work]
             end associate
@@ -256,7 +264,8 @@ contains
             contact%states(t)%particle_work = tools(10, t)
             contact%states(t)%constraint_work = tools(11, t)
          end do
-         worth = [contact%worst_residual, contact%worst_overlap, model%communicator%maximum(contact%worst_bridge), &
+         worth = [contact%worst_residual, contact%worst_overlap, &
+                 model%communicator%maximum(contact%worst_bridge), &
                   contact%friction%steepest, model%communicator%maximum(contact%candidates%drift)]
          call store%reals('/state/contact', worth, error)
          contact%worst_residual = worth(1)
@@ -264,7 +273,8 @@ contains
          contact%worst_bridge = worth(3)
          contact%friction%steepest = worth(4)
          contact%candidates%drift = worth(5)
-         effort = [contact%solves, contact%iterations, contact%unsolved, contact%largest, contact%system%products, &
+         effort = [contact%solves, contact%iterations, contact%unsolved, contact%largest, &
+                  contact%system%products, &
                    contact%friction%sweeps, contact%friction%iterations]
          call store%longs('/state/solves', effort, error)
          contact%solves = effort(1)
@@ -278,8 +288,9 @@ contains
       call describe_solver(store, model, error)
    end subroutine describe_contact
 
-   !> Collective: unknowns that the contact solver of each rank has room for, below 0 before it is first needed. Its sums run over
-   !> all of that room, so that their last bits depend on it. On another number of ranks it finds its own.
+   !> Collective: unknowns that the contact solver of each rank has room for, below 0 before it is first
+   !> needed. Its sums run over all of that room, so that their last bits depend on it. On another number of
+   !> ranks it finds its own.
    subroutine describe_solver(store, model, error)
       type(store_t), intent(inout) :: store
       type(model_t), intent(inout) :: model
@@ -287,7 +298,8 @@ contains
       integer(i8) :: capacity(model%communicator%ranks), extent(2)
       capacity = -1
       if (store%writes) then
-         call MPI_Allgather(int(model%contact%solver%capacity, i8), 1, MPI_INTEGER8, capacity, 1, MPI_INTEGER8, &
+         call MPI_Allgather(int(model%contact%solver%capacity, i8), 1, MPI_INTEGER8, capacity, 1, &
+                            MPI_INTEGER8, &
                             model%communicator%comm)
          call store%longs('/state/solver', capacity, error)
          return
@@ -296,7 +308,8 @@ contains
       if (extent(2) /= size(capacity)) return
       call store%longs('/state/solver', capacity, error)
       if (error%happened() .or. any(capacity < 0 .or. capacity > most_unknowns)) return
-      call model%contact%solver%fit(model%communicator%comm%MPI_VAL, int(capacity(model%communicator%rank + 1)))
+      call model%contact%solver%fit(model%communicator%comm%MPI_VAL, &
+                                    int(capacity(model%communicator%rank + 1)))
    end subroutine describe_solver
 
    subroutine describe_guard(store, model, facts, error)
@@ -323,7 +336,8 @@ contains
       call store%reals('/state/balance_start', start, error)
       call store%reals('/state/balance_now', now, error)
       call store%reals('/state/balance', rest, error)
-      balance%start = sums_t(start(1), start(2), start(3), start(4), start(5:7), start(8:10), start(11), start(12))
+      balance%start = sums_t(start(1), start(2), start(3), start(4), start(5:7), start(8:10), start(11), &
+                             start(12))
       balance%now = sums_t(now(1), now(2), now(3), now(4), now(5:7), now(8:10), now(11), now(12))
       balance%external_work = rest(1)
       balance%damped = rest(2)
@@ -335,7 +349,8 @@ contains
       pure function plain(of) result(values)
          type(sums_t), intent(in) :: of
          real(wp) :: values(sums)
-         values = [of%mass, of%kinetic, of%strain, of%plastic, of%momentum, of%angular_momentum, of%dissipated, of%potential]
+         values = [of%mass, of%kinetic, of%strain, of%plastic, of%momentum, of%angular_momentum, &
+                  of%dissipated, of%potential]
       end function plain
    end subroutine describe_balance
 
@@ -386,13 +401,15 @@ contains
             end associate
          end do
       end do
-      call file%put_rows('/particles/own', rows_of_long, [int(own_columns, i8), blocks%particles], where_to, c_loc(own), error)
+      call file%put_rows('/particles/own', rows_of_long, [int(own_columns, i8), blocks%particles], where_to, &
+                         c_loc(own), error)
       do f = 1, size(model%levels(1)%table%fields)
          associate (field => model%levels(1)%table%fields(f))
             if (allocated(values)) deallocate (values)
             allocate (values(field%components, n))
             call pack_field(model, field, values)
-            call file%put_rows('/particles/'//field%name, rows_of_real, [int(field%components, i8), blocks%particles], where_to, &
+            call file%put_rows('/particles/'//field%name, rows_of_real, [int(field%components, i8), &
+                               blocks%particles], where_to, &
                                c_loc(values), error)
             call file%put_text('/particles/'//field%name, 'unit', field%unit, error)
          end associate
@@ -434,12 +451,14 @@ contains
       call list_own(model, blocks, level, number, where_from)
       n = sum(where_from%count)
       allocate (own(own_columns, n))
-      call file%get_rows('/particles/own', rows_of_long, [int(own_columns, i8), blocks%particles], where_from, c_loc(own), error)
+      call file%get_rows('/particles/own', rows_of_long, [int(own_columns, i8), blocks%particles], &
+                         where_from, c_loc(own), error)
       if (error%happened()) return
       done = 0
       do n = 1, size(level)
          associate (block => model%levels(level(n))%blocks(number(n)))
-            block%particles%body(:block%particles%count) = int(max(-1_i8, min(own(2, done + 1:done + block%particles%count), &
+            block%particles%body(:block%particles%count) = int(max(-1_i8, &
+                  min(own(2, done + 1:done + block%particles%count), &
                   2_i8**30)), i4)
             do p = 1, block%particles%count
                block%particles%id(p) = own(1, done + p)
@@ -452,7 +471,8 @@ contains
          associate (field => model%levels(1)%table%fields(f))
             if (allocated(values)) deallocate (values)
             allocate (values(field%components, sum(where_from%count)))
-            call file%get_rows('/particles/'//field%name, rows_of_real, [int(field%components, i8), blocks%particles], where_from, &
+            call file%get_rows('/particles/'//field%name, rows_of_real, [int(field%components, i8), &
+                               blocks%particles], where_from, &
                                c_loc(values), error)
             if (error%happened()) return
             done = 0

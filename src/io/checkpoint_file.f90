@@ -1,7 +1,9 @@
-!> Checkpoints as files: their names, the seal that tells a whole one from a damaged one, and which of a directory is the newest.
+!> Checkpoints as files: their names, the seal that tells a whole one from a damaged one, and which of a
+!> directory is the newest.
 !>
-!> A checkpoint is an HDF5 file with 512 bytes of plain text in front: format, program, length and checksum of what follows, and
-!> a checksum of this text. They are written last, so that nothing else than the seal has to be believed.
+!> A checkpoint is an HDF5 file with 512 bytes of plain text in front: format, program, length and checksum of
+!> what follows, and a checksum of this text. They are written last, so that nothing else than the seal has to
+!> be believed.
 module m_checkpoint_file
    use m_kinds, only: i8
    use m_constants, only: exit_files, exit_input, program_version
@@ -40,12 +42,14 @@ contains
       integer(i8), intent(in) :: bytes
       character(len=seal_length) :: text
       integer, parameter :: last = seal_length - checksum_digits - 1
-      text = magic//newline//'format '//format//newline//'program '//program//newline//'bytes '//to_text(bytes)//newline// &
+      text = magic//newline//'format '//format//newline//'program '//program//newline//'bytes '// &
+             to_text(bytes)//newline// &
              'checksum '//digits//newline
       text(last + 1:) = text_checksum(text(:last))//newline
    end function seal_text
 
-   !> Collective: `<path>.part`, an HDF5 file with room in front, gets its seal and, once all of it is on the disk, its name.
+   !> Collective: `<path>.part`, an HDF5 file with room in front, gets its seal and, once all of it is on the
+   !> disk, its name.
    subroutine seal_checkpoint(communicator, path, error)
       type(communicator_t), intent(in) :: communicator
       character(len=*), intent(in) :: path
@@ -60,7 +64,8 @@ contains
       call file_checksum(communicator, part_name(path), seal_length + 1_i8, bytes, digits, ok)
       if (.not. ok) call fail(error, exit_files, 'cannot write '//path//': it cannot be read back')
       if (communicator%is_root() .and. ok) then
-         open (newunit=unit, file=part_name(path), access='stream', form='unformatted', action='readwrite', status='old', &
+         open (newunit=unit, file=part_name(path), access='stream', form='unformatted', &
+               action='readwrite', status='old', &
                iostat=status, iomsg=reason)
          if (status == 0) write (unit, pos=1, iostat=status, iomsg=reason) &
             seal_text(to_text(checkpoint_format), program_version, bytes - seal_length, digits)
@@ -77,8 +82,9 @@ contains
       call communicator%agree(error)
    end subroutine seal_checkpoint
 
-   !> Collective: the newest whole checkpoint of a directory. Newer ones that are damaged are passed over; `note` tells of them
-   !> (empty: there are none). No checkpoint and one of another format are errors of input, nothing but damaged ones of files.
+   !> Collective: the newest whole checkpoint of a directory. Newer ones that are damaged are passed over;
+   !> `note` tells of them (empty: there are none). No checkpoint and one of another format are errors of
+   !> input, nothing but damaged ones of files.
    subroutine find_checkpoint(communicator, directory, path, note, error)
       type(communicator_t), intent(in) :: communicator
       character(len=*), intent(in) :: directory
@@ -113,7 +119,8 @@ contains
          if (note == '') note = path//' '//fault
       end do
       if (fault == '' .and. note /= '') note = note//': going on from '//path
-      if (fault /= '') call fail(error, exit_files, 'cannot go on from '//directory//': it holds no whole checkpoint; '//newest)
+      if (fault /= '') call fail(error, exit_files, 'cannot go on from '//directory// &
+                                 ': it holds no whole checkpoint; '//newest)
    end subroutine find_checkpoint
 
    !> Collective: what is wrong with a file, in words that go after its name; empty when it is whole.
@@ -133,7 +140,8 @@ contains
       seal = ''
       if (communicator%is_root()) then
          seal = repeat(' ', seal_length)
-         open (newunit=unit, file=path, access='stream', form='unformatted', action='read', status='old', iostat=status)
+         open (newunit=unit, file=path, access='stream', form='unformatted', action='read', status='old', &
+               iostat=status)
          if (status == 0) read (unit, iostat=status) seal
          if (status /= 0) seal = ''
          close (unit, iostat=status)
@@ -146,15 +154,18 @@ contains
       digits = value_of(seal, 'checksum')
       length_text = value_of(seal, 'bytes')
       length = -1
-      if (verify(trim(length_text), '0123456789') == 0 .and. length_text /= '') read (length_text, *, iostat=status) length
+      if (verify(trim(length_text), '0123456789') == 0 .and. length_text /= '') read (length_text, *, &
+            iostat=status) length
       expected = seal_text(value_of(seal, 'format'), value_of(seal, 'program'), length, digits)
       if (expected /= seal) then
          fault = 'is damaged'
          return
       end if
       if (value_of(seal, 'format') /= to_text(checkpoint_format)) then
-         call fail(error, exit_input, 'cannot go on from '//path//': it has the format '//value_of(seal, 'format')// &
-                   ' of gimp3d '//value_of(seal, 'program')//'; this is gimp3d '//program_version//', which reads format '// &
+         call fail(error, exit_input, 'cannot go on from '//path//': it has the format '// &
+                   value_of(seal, 'format')// &
+                   ' of gimp3d '//value_of(seal, 'program')//'; this is gimp3d '//program_version// &
+                      ', which reads format '// &
                    to_text(checkpoint_format))
          return
       end if
@@ -189,12 +200,14 @@ contains
       bytes = communicator%sum_count(bytes)
    end function size_of
 
-   !> One rank: remove what was begun of files in a directory, what MPI had beside it, and what is left of locks of dead runs; what
-   !> is whole stays.
+   !> One rank: remove what was begun of files in a directory, what MPI had beside it, and what is left of
+   !> locks of dead runs; what is whole stays.
    subroutine remove_parts(directory)
       character(len=*), intent(in) :: directory
-      character(len=100), parameter :: begun(*) = [character(len=100) :: any_checkpoint//'.part*', 'particles_[0-9]*.part*', &
-                                      '*.dat.part', '*.xdmf.part', 'case.nml.part', 'run.lock.*.part', 'run.lock.*.part.old']
+      character(len=100), parameter :: begun(*) = [character(len=100) :: any_checkpoint//'.part*', &
+                                       'particles_[0-9]*.part*', &
+                                      '*.dat.part', '*.xdmf.part', 'case.nml.part', 'run.lock.*.part', &
+                                         'run.lock.*.part.old']
       type(path_t), allocatable :: paths(:)
       integer :: k, n
       logical :: ignored

@@ -52,8 +52,9 @@ contains
       allocate (self%earlier(0))
    end subroutine start
 
-   !> Collective: from here on write everything to the log too, at once line by line, what was said before included. With
-   !> `resume` it goes on below what is there. All ranks leave with the same error (exit_files).
+   !> Collective: from here on write everything to the log too, at once line by line, what was said before
+   !> included. With `resume` it goes on below what is there. All ranks leave with the same error
+   !> (exit_files).
    subroutine open_log(self, communicator, path, error, resume)
       class(console_t), intent(inout) :: self
       type(communicator_t), intent(in) :: communicator
@@ -72,7 +73,8 @@ contains
                state = 'unknown'
             end if
          end if
-         open (newunit=self%unit, file=path, status=state, position=place, action='write', iostat=status, iomsg=reason)
+         open (newunit=self%unit, file=path, status=state, position=place, action='write', iostat=status, &
+               iomsg=reason)
          if (status /= 0) call fail(error, exit_files, 'cannot write '//path//': '//trim(reason))
          self%logs = status == 0
          if (self%logs) then
@@ -97,7 +99,8 @@ contains
       end if
    end subroutine line
 
-   !> Called every step; says where the run is, at most once a second. The energy balance error is relative (a pure number).
+   !> Called every step; says where the run is, at most once a second. The energy balance error is relative (a
+   !> pure number).
    subroutine progress(self, step, time, end_time, balance_error)
       class(console_t), intent(inout) :: self
       integer, intent(in) :: step
@@ -119,8 +122,10 @@ contains
          if (end_time > 0.0_wp) share = time/end_time
          left = 'unknown'
          if (self%time_pace > 0.0_wp) left = duration(max(0.0_wp, end_time - time)/self%time_pace)
-         call self%line('step '//to_text(step)//'   time '//si(time, 's')//' of '//si(end_time, 's')//'   '// &
-                        tenths(100.0_wp*share)//' %   time left '//left//'   '//to_text(self%step_pace, 3)//' steps/s'// &
+         call self%line('step '//to_text(step)//'   time '//si(time, 's')//' of '//si(end_time, 's')// &
+                        '   '// &
+                        tenths(100.0_wp*share)//' %   time left '//left//'   '// &
+                           to_text(self%step_pace, 3)//' steps/s'// &
                         '   energy balance error '//to_text(100.0_wp*balance_error, 2)//' %')
       end if
       self%last_wall = now
@@ -128,7 +133,8 @@ contains
       self%last_time = time
    end subroutine progress
 
-   !> The closing words: how it ended, what was done, and lines of the caller (for instance those of the cost report).
+   !> The closing words: how it ended, what was done, and lines of the caller (for instance those of the cost
+   !> report).
    subroutine summary(self, verdict, step, time, lines)
       class(console_t), intent(inout) :: self
       character(len=*), intent(in) :: verdict  !< how the run ended, one sentence
@@ -159,7 +165,8 @@ contains
       self%speaks = .false.
    end subroutine finish
 
-   !> A line to a unit, at once. A full disk under the log must not end the run, so the status is not looked at.
+   !> A line to a unit, at once. A full disk under the log must not end the run, so the status is not looked
+   !> at.
    subroutine put(unit, text)
       integer, intent(in) :: unit
       character(len=*), intent(in) :: text

@@ -1,4 +1,5 @@
-!> Where the wall-clock time of a run went, by phase of the step, effect and level: a file, and lines for the closing summary.
+!> Where the wall-clock time of a run went, by phase of the step, effect and level: a file, and lines for the
+!> closing summary.
 module m_cost_report
    use mpi_f08
    use m_kinds, only: wp, i8
@@ -19,16 +20,18 @@ module m_cost_report
       type(timers_t) :: timers             !< of this rank, nothing running; the same rows on all ranks
       integer(i8) :: particle_steps = 0_i8 !< of all ranks over the run
       integer(i8), allocatable :: level_steps(:) !< of these, those on each level; may be absent
-      character(len=history_text_length), allocatable :: notes(:) !< `name=value`, for the head of the file; may be absent
+      character(len=history_text_length), allocatable :: notes(:) !< `name=value`, for the head of the file;
+                                                                  !< may be absent
       real(wp) :: elapsed = 0.0_wp         !< wall-clock time of the run, s
       real(wp) :: time = 0.0_wp            !< physical time reached, s
    end type cost_t
 
 contains
 
-   !> Collective: write `path` (no file if it is empty), and give every rank the lines of a table. A row's cost per particle-step
-   !> (ns) is the time of all ranks together over all particle-steps; its share is of the elapsed time. Where there are several
-   !> levels, each has two columns more: seconds, and ns per particle-step of its own.
+   !> Collective: write `path` (no file if it is empty), and give every rank the lines of a table. A row's
+   !> cost per particle-step (ns) is the time of all ranks together over all particle-steps; its share is of
+   !> the elapsed time. Where there are several levels, each has two columns more: seconds, and ns per
+   !> particle-step of its own.
    subroutine write_cost_report(communicator, cost, path, lines, error)
       type(communicator_t), intent(in) :: communicator
       type(cost_t), intent(in) :: cost
@@ -55,8 +58,9 @@ contains
       rows = size(cost%timers%seconds) + 2
    end function rows_of
 
-   !> Columns: number of the row, seconds min, mean, max over the ranks, calls, ns per particle-step, share in percent; then of each
-   !> level the mean of the seconds over the ranks and ns per particle-step of the level.
+   !> Columns: number of the row, seconds min, mean, max over the ranks, calls, ns per particle-step, share in
+   !> percent; then of each level the mean of the seconds over the ranks and ns per particle-step of the
+   !> level.
    subroutine gather(communicator, cost, values)
       type(communicator_t), intent(in) :: communicator
       type(cost_t), intent(in) :: cost
@@ -90,7 +94,8 @@ contains
       real(wp), intent(inout) :: values(:, :)
       real(wp) :: total(size(cost%timers%seconds), size(cost%level_steps))
       integer :: l, rows
-      call MPI_Allreduce(cost%timers%on_levels, total, size(total), MPI_DOUBLE_PRECISION, MPI_SUM, communicator%comm)
+      call MPI_Allreduce(cost%timers%on_levels, total, size(total), MPI_DOUBLE_PRECISION, MPI_SUM, &
+                         communicator%comm)
       rows = size(values, 2)
       do l = 1, size(total, 2)
          associate (seconds => values(columns + 2*l - 1, :), each => values(columns + 2*l, :))
@@ -162,22 +167,27 @@ contains
          shown(n) = r
       end do
       allocate (lines(n + 2 + merge(n + 1 + level_count(cost), 0, level_count(cost) > 0)))
-      write (lines(1), '(a20,3a11,a12,a16,a9)') 'seconds             ', 'least', 'mean', 'most', 'calls', 'ns/part.-step', 'share'
+      write (lines(1), '(a20,3a11,a12,a16,a9)') 'seconds             ', 'least', 'mean', 'most', 'calls', &
+         'ns/part.-step', 'share'
       do r = 1, n
          associate (v => values(:, shown(r)))
-            write (lines(r + 1), '(a20,3f11.3,i12,f16.2,f7.1,a)') row_name(cost, shown(r)), v(2:4), int(v(5), i8), v(6:7), ' %'
+            write (lines(r + 1), '(a20,3f11.3,i12,f16.2,f7.1,a)') row_name(cost, shown(r)), v(2:4), &
+               int(v(5), i8), v(6:7), ' %'
          end associate
       end do
-      lines(n + 2) = to_text(cost%particle_steps)//' particle-steps on '//to_text(communicator%ranks)//' ranks in '// &
+      lines(n + 2) = to_text(cost%particle_steps)//' particle-steps on '//to_text(communicator%ranks)// &
+                     ' ranks in '// &
                      duration(values(4, rows))
       if (values(4, rows) > 0.0_wp) lines(n + 2) = trim(lines(n + 2))//': '// &
-                                                   to_text(real(cost%particle_steps, wp)/values(4, rows), 3)//' a second'
+                                                   to_text(real(cost%particle_steps, wp)/values(4, rows), &
+                                                           3)//' a second'
       do l = 1, level_count(cost)
          lines(n + 2 + l) = 'level '//to_text(l)//': '//to_text(cost%level_steps(l))//' particle-steps'
          if (cost%particle_steps > 0) lines(n + 2 + l) = trim(lines(n + 2 + l))//', '// &
             to_text(100.0_wp*real(cost%level_steps(l), wp)/real(cost%particle_steps, wp), 3)//' %'
       end do
-      if (level_count(cost) > 0) call add_level_lines(cost, values(:, shown(:n)), shown(:n), lines(n + 3 + level_count(cost):))
+      if (level_count(cost) > 0) call add_level_lines(cost, values(:, shown(:n)), shown(:n), &
+                                                      lines(n + 3 + level_count(cost):))
    end subroutine make_lines
 
    !> The same rows by level: seconds (mean of the ranks), and ns per particle-step of the level.
@@ -194,7 +204,8 @@ contains
       do r = 1, size(shown)
          lines(r + 1) = row_name(cost, shown(r))
          do l = 1, level_count(cost)
-            write (lines(r + 1)(22*l - 1:22*l + 20), '(f11.3,f11.2)') values(columns + 2*l - 1:columns + 2*l, r)
+            write (lines(r + 1)(22*l - 1:22*l + 20), '(f11.3,f11.2)') values(columns + 2*l - 1:columns &
+                  + 2*l, r)
          end do
       end do
    end subroutine add_level_lines

@@ -1,5 +1,5 @@
-!> One HDF5 file that all ranks write together: tables of rows spread over the ranks, and attributes. Every procedure is
-!> collective, does nothing once an error stands, and leaves with the same error on all ranks.
+!> One HDF5 file that all ranks write together: tables of rows spread over the ranks, and attributes. Every
+!> procedure is collective, does nothing once an error stands, and leaves with the same error on all ranks.
 module m_hdf5_file
    use, intrinsic :: iso_c_binding, only: c_ptr
    use mpi_f08
@@ -14,9 +14,11 @@ module m_hdf5_file
    private
    public :: rows_of_real, rows_of_long, rows_of_byte, make_spaces, number_type
 
-   integer, parameter :: rows_of_real = 1, rows_of_long = 2, rows_of_byte = 3 !< number types of a table: double, int64, uint8
+   integer, parameter :: rows_of_real = 1, rows_of_long = 2, rows_of_byte = 3 !< number types of a table:
+                                                                              !< double, int64, uint8
 
-   integer(i8), parameter, public :: own_bytes = 65536_i8 ! more than HDF5 takes for itself: names, attributes, groups
+   integer(i8), parameter, public :: own_bytes = 65536_i8 ! more than HDF5 takes for itself: names,
+                                                          ! attributes, groups
 
    !> A file being written. It stands as `<path>.part` until `finish`.
    type, public :: hdf5_file_t
@@ -36,8 +38,8 @@ module m_hdf5_file
 
 contains
 
-   !> Begin the file at `path`, whose tables will hold `bytes` (the disk is asked for that much at once). After an
-   !> error nothing is left to finish. `front` bytes at its beginning are left to the caller.
+   !> Begin the file at `path`, whose tables will hold `bytes` (the disk is asked for that much at once).
+   !> After an error nothing is left to finish. `front` bytes at its beginning are left to the caller.
    subroutine create(self, communicator, path, bytes, error, front)
       class(hdf5_file_t), intent(out) :: self
       type(communicator_t), intent(in) :: communicator
@@ -58,7 +60,8 @@ contains
          call h5pset_fapl_mpio_f(access, communicator%comm%MPI_VAL, MPI_INFO_NULL%MPI_VAL, status)
          if (status >= 0) call h5pcreate_f(H5P_FILE_CREATE_F, creation, status)
          if (present(front) .and. status >= 0) call h5pset_userblock_f(creation, int(front, hsize_t), status)
-         if (status >= 0) call h5fcreate_f(part_name(path), H5F_ACC_TRUNC_F, self%file, status, creation, access)
+         if (status >= 0) call h5fcreate_f(part_name(path), H5F_ACC_TRUNC_F, self%file, status, creation, &
+                                           access)
          call h5pclose_f(creation, ignored)
          call h5pclose_f(access, ignored)
       end if
@@ -81,13 +84,14 @@ contains
       call self%settle(status, 'group '//name, error)
    end subroutine make_group
 
-   !> Write a table: `total` rows of `width` numbers, of which this rank gives those that `where_to` says. `numbers` is the
-   !> address of (width, local rows), contiguous, in file order.
+   !> Write a table: `total` rows of `width` numbers, of which this rank gives those that `where_to` says.
+   !> `numbers` is the address of (width, local rows), contiguous, in file order.
    subroutine put_rows(self, name, kind, extent, where_to, numbers, error)
       class(hdf5_file_t), intent(in) :: self
       character(len=*), intent(in) :: name
       integer, intent(in) :: kind         !< rows_of_real, rows_of_long or rows_of_byte
-      integer(i8), intent(in) :: extent(2) !< width and total rows; a width of 1 makes a table of one dimension
+      integer(i8), intent(in) :: extent(2) !< width and total rows; a width of 1 makes a table of one
+                                           !< dimension
       type(file_layout_t), intent(in) :: where_to
       type(c_ptr), intent(in) :: numbers
       type(error_t), intent(inout) :: error
@@ -96,8 +100,8 @@ contains
       if (error%happened()) return
       data = -1_hid_t
       call make_spaces(extent, where_to, file_space, memory_space, status)
-      call self%settle(status, 'table '//name, error) ! before each of HDF5's collective calls: a rank left alone in one waits for
-                                                      ! ever
+      call self%settle(status, 'table '//name, error) ! before each of HDF5's collective calls: a rank left
+                                                      ! alone in one waits for ever
       if (.not. error%happened()) then
          call h5dcreate_f(self%file, name, number_type(kind), file_space, data, status)
          call self%settle(status, 'table '//name, error)
@@ -189,7 +193,8 @@ contains
       call self%settle(status, 'attribute '//name, error)
    end subroutine put_text
 
-   !> Close the file and give it its name; after an error, remove it. All ranks must come here once `create` went well.
+   !> Close the file and give it its name; after an error, remove it. All ranks must come here once `create`
+   !> went well.
    subroutine finish(self, error)
       class(hdf5_file_t), intent(inout) :: self
       type(error_t), intent(inout) :: error
@@ -197,18 +202,22 @@ contains
       integer(hid_t) :: file
       integer :: status, ignored
       status = 0
-      if (error%happened() .and. self%communicator%is_root()) call empty_part(self%path) ! closing needs room on a full disk
+      ! closing needs room on a full disk
+      if (error%happened() .and. self%communicator%is_root()) call empty_part(self%path)
       if (self%transfer >= 0) call h5pclose_f(self%transfer, ignored)
       if (self%file >= 0) call h5fclose_f(self%file, status)
       if (.not. error%happened()) then
          call self%settle(status, 'the file cannot be closed', error)
          if (self%communicator%is_root() .and. .not. error%happened()) then
-            call h5fopen_f(part_name(self%path), H5F_ACC_RDONLY_F, file, status) ! finds a file that the disk cut short
+            ! finds a file that the disk cut short
+            call h5fopen_f(part_name(self%path), H5F_ACC_RDONLY_F, file, status)
             if (status >= 0) call h5fclose_f(file, status)
             hint = ''
             if (status < 0) hint = lock_hint(part_name(self%path))
-            if (hint /= '') call fail(error, exit_files, 'cannot write '//self%path//': it cannot be opened again'//hint)
-            if (status < 0) call fail(error, exit_files, 'cannot write '//self%path//': it is not whole on the disk')
+            if (hint /= '') call fail(error, exit_files, 'cannot write '//self%path// &
+                                      ': it cannot be opened again'//hint)
+            if (status < 0) call fail(error, exit_files, 'cannot write '//self%path// &
+                                      ': it is not whole on the disk')
          end if
       end if
       call h5close_f(ignored)
@@ -228,7 +237,8 @@ contains
       call self%communicator%agree(error)
    end subroutine settle
 
-   !> The selection of this rank's rows in the file, and the space of its numbers in memory. Spaces not made are negative.
+   !> The selection of this rank's rows in the file, and the space of its numbers in memory. Spaces not made
+   !> are negative.
    subroutine make_spaces(extent, where_to, file_space, memory_space, status)
       integer(i8), intent(in) :: extent(2)
       type(file_layout_t), intent(in) :: where_to

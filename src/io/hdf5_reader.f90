@@ -1,5 +1,5 @@
-!> One HDF5 file that all ranks read together: the tables that m_hdf5_file writes. Every procedure is collective, does nothing once
-!> an error stands, and leaves with the same error on all ranks.
+!> One HDF5 file that all ranks read together: the tables that m_hdf5_file writes. Every procedure is
+!> collective, does nothing once an error stands, and leaves with the same error on all ranks.
 module m_hdf5_reader
    use, intrinsic :: iso_c_binding, only: c_ptr
    use mpi_f08
@@ -84,7 +84,8 @@ contains
       call self%settle(status, 'table '//name, error)
    end subroutine find_extent
 
-   !> Read the rows that `where_to` says of a table that has this extent (width, rows) to `numbers`, (width, local rows).
+   !> Read the rows that `where_to` says of a table that has this extent (width, rows) to `numbers`, (width,
+   !> local rows).
    subroutine get_rows(self, name, kind, extent, where_to, numbers, error)
       class(hdf5_reader_t), intent(in) :: self
       character(len=*), intent(in) :: name
@@ -102,12 +103,14 @@ contains
       if (error%happened()) return
       call self%find_extent(name, found, error)
       if (error%happened()) return
-      if (any(found /= extent)) call fail(error, exit_files, 'cannot read '//self%path//': table '//name//' has another size')
+      if (any(found /= extent)) call fail(error, exit_files, 'cannot read '//self%path//': table '//name// &
+                                          ' has another size')
       if (error%happened() .or. extent(2) == 0) return
       call make_spaces(extent, where_to, file_space, memory_space, status)
       if (status >= 0) call h5dopen_f(self%file, name, data, status)
       call self%settle(status, 'table '//name, error) ! a rank left alone in a collective read waits for ever
-      if (.not. error%happened()) call h5dread_f(data, number_type(kind), place, status, memory_space, file_space, self%transfer)
+      if (.not. error%happened()) call h5dread_f(data, number_type(kind), place, status, memory_space, &
+                                                 file_space, self%transfer)
       if (data >= 0) call h5dclose_f(data, ignored)
       if (file_space >= 0) call h5sclose_f(file_space, ignored)
       if (memory_space >= 0) call h5sclose_f(memory_space, ignored)
@@ -129,7 +132,8 @@ contains
       integer, intent(in) :: status
       character(len=*), intent(in) :: what
       type(error_t), intent(inout) :: error
-      if (status < 0) call fail(error, exit_files, 'cannot read '//self%path//': HDF5 failed at '//what//lock_hint(self%path))
+      if (status < 0) call fail(error, exit_files, 'cannot read '//self%path//': HDF5 failed at '//what// &
+                                lock_hint(self%path))
       call self%communicator%agree(error)
    end subroutine settle
 

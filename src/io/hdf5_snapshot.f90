@@ -1,5 +1,6 @@
-!> Snapshots in HDF5, laid out as VTKHDF (version 1.0, unstructured grid of one vertex cell a particle), which ParaView and VTK
-!> open as they are. Doubles and 64-bit ids; every table says its unit in an attribute `unit`.
+!> Snapshots in HDF5, laid out as VTKHDF (version 1.0, unstructured grid of one vertex cell a particle), which
+!> ParaView and VTK open as they are. Doubles and 64-bit ids; every table says its unit in an attribute
+!> `unit`.
 module m_hdf5_snapshot
    use, intrinsic :: iso_c_binding, only: c_loc, c_null_ptr, c_ptr
    use, intrinsic :: iso_fortran_env, only: int8
@@ -17,7 +18,8 @@ module m_hdf5_snapshot
 
 contains
 
-   !> Collective: write `<directory>/particles_<step>.h5`. On an error (exit_files) all ranks hold it and no file is left.
+   !> Collective: write `<directory>/particles_<step>.h5`. On an error (exit_files) all ranks hold it and no
+   !> file is left.
    subroutine write_hdf5_snapshot(communicator, snapshot, directory, error)
       type(communicator_t), intent(in) :: communicator
       type(snapshot_t), intent(in) :: snapshot
@@ -29,7 +31,8 @@ contains
       call snapshot%check(communicator, error)
       if (error%happened()) return
       where_to = snapshot%layout()
-      call file%create(communicator, directory//'/'//snapshot_file_name(snapshot%step, 'h5'), table_bytes(snapshot), error)
+      call file%create(communicator, directory//'/'//snapshot_file_name(snapshot%step, 'h5'), &
+                       table_bytes(snapshot), error)
       if (error%happened()) return
       call put_header(file, snapshot, error)
       call put_cells(file, communicator, snapshot%n_total, error)
@@ -50,7 +53,8 @@ contains
       bytes = own_bytes + table_bytes(snapshot)
    end function hdf5_snapshot_bytes
 
-   !> Bytes of all tables: coordinates, id, fields; connectivity, offset and type of the cells. Levels are few.
+   !> Bytes of all tables: coordinates, id, fields; connectivity, offset and type of the cells. Levels are
+   !> few.
    pure integer(i8) function table_bytes(snapshot)
       type(snapshot_t), intent(in) :: snapshot
       table_bytes = snapshot%n_total*(8*(3 + 1 + sum(snapshot%fields(:)%components)) + 8 + 8 + 1)
@@ -73,7 +77,8 @@ contains
       call file%make_group(top//'/FieldData', error)
    end subroutine put_header
 
-   !> The grid's bookkeeping and the time: nothing in it depends on who owns a particle, so each rank writes an even share.
+   !> The grid's bookkeeping and the time: nothing in it depends on who owns a particle, so each rank writes
+   !> an even share.
    subroutine put_cells(file, communicator, n_total, error)
       type(hdf5_file_t), intent(in) :: file
       type(communicator_t), intent(in) :: communicator
@@ -109,7 +114,8 @@ contains
       type(error_t), intent(inout) :: error
       integer(i8), target :: numbers(1)
       numbers = value
-      call file%put_rows(top//'/'//name, rows_of_long, [1_i8, 1_i8], one_run(0_i8, merge(1_i8, 0_i8, communicator%is_root())), &
+      call file%put_rows(top//'/'//name, rows_of_long, [1_i8, 1_i8], &
+                         one_run(0_i8, merge(1_i8, 0_i8, communicator%is_root())), &
                          c_loc(numbers), error)
    end subroutine put_single
 
@@ -122,7 +128,8 @@ contains
       real(wp), target :: numbers(1)
       character(len=*), parameter :: name = top//'/FieldData/TimeValue'
       numbers = time
-      call file%put_rows(name, rows_of_real, [1_i8, 1_i8], one_run(0_i8, merge(1_i8, 0_i8, communicator%is_root())), &
+      call file%put_rows(name, rows_of_real, [1_i8, 1_i8], one_run(0_i8, &
+            merge(1_i8, 0_i8, communicator%is_root())), &
                          c_loc(numbers), error)
       call file%put_text(name, 'unit', 's', error)
    end subroutine put_time
@@ -166,11 +173,13 @@ contains
       end do
       address = c_null_ptr
       if (snapshot%n_local > 0) address = c_loc(numbers)
-      call file%put_rows(top//'/PointData/id', rows_of_long, [1_i8, snapshot%n_total], where_to, address, error)
+      call file%put_rows(top//'/PointData/id', rows_of_long, [1_i8, snapshot%n_total], where_to, address, &
+                         error)
       call file%put_text(top//'/PointData/id', 'unit', pure_number, error)
    end subroutine put_ids
 
-   !> A field as one table with the names of its components, or each component as a table that says whose it is.
+   !> A field as one table with the names of its components, or each component as a table that says whose it
+   !> is.
    subroutine put_field(file, where_to, field, n_total, error)
       type(hdf5_file_t), intent(in) :: file
       type(file_layout_t), intent(in) :: where_to

@@ -1,8 +1,9 @@
 !> Curves over time: one Tecplot zone in point packing, which numpy.loadtxt reads once the header is skipped.
 !>
-!> A curve has its name from the beginning and grows by whole rows, about once a second, so that it can be read while the run goes
-!> on or after it was killed. Systems show a file that grows page by page: blanks stand before a row that would lie across the end
-!> of a page, so that a reader never sees a part of one. A run that is taken up again carries over the rows of it.
+!> A curve has its name from the beginning and grows by whole rows, about once a second, so that it can be
+!> read while the run goes on or after it was killed. Systems show a file that grows page by page: blanks
+!> stand before a row that would lie across the end of a page, so that a reader never sees a part of one. A
+!> run that is taken up again carries over the rows of it.
 module m_history
    use m_kinds, only: wp, i8
    use m_constants, only: exit_files, exit_numerical
@@ -27,8 +28,10 @@ module m_history
    type, public :: history_header_t
       character(len=:), allocatable :: title
       character(len=:), allocatable :: zone
-      character(len=history_text_length), allocatable :: columns(:) !< with units: `time [s]`; the first one is the time
-      character(len=history_text_length), allocatable :: notes(:)   !< `name=value`, facts that hold for all rows; may be absent
+      character(len=history_text_length), allocatable :: columns(:) !< with units: `time [s]`; the first one
+                                                                    !< is the time
+      character(len=history_text_length), allocatable :: notes(:) !< `name=value`, facts that hold for all
+                                                                  !< rows; may be absent
       integer :: strand = 1
       real(wp) :: solution_time = 0.0_wp !< s, of the start of the curve
    end type history_header_t
@@ -54,9 +57,9 @@ module m_history
 
 contains
 
-   !> Collective: begin `path`. What an earlier run left under that name is replaced; with `keep_until` its rows up to that time (s,
-   !> first column) are carried over, or those of the curve `from`. Whenever the program is killed meanwhile, the old rows are
-   !> there. All ranks leave with the same error (exit_files).
+   !> Collective: begin `path`. What an earlier run left under that name is replaced; with `keep_until` its
+   !> rows up to that time (s, first column) are carried over, or those of the curve `from`. Whenever the
+   !> program is killed meanwhile, the old rows are there. All ranks leave with the same error (exit_files).
    subroutine open_history(self, communicator, path, header, error, keep_until, from)
       class(history_t), intent(inout) :: self
       type(communicator_t), intent(in) :: communicator
@@ -118,7 +121,8 @@ contains
       character(len=value_width*size(values)) :: line
       if (.not. self%is_open) return
       if (size(values) /= self%columns) then
-         call fail(error, exit_numerical, self%path//': '//to_text(size(values))//' values for '//to_text(self%columns)//' columns')
+         call fail(error, exit_numerical, self%path//': '//to_text(size(values))//' values for '// &
+                   to_text(self%columns)//' columns')
          return
       end if
       write (line, value_format) values
@@ -200,7 +204,8 @@ contains
    pure function identifier(text) result(name)
       character(len=*), intent(in) :: text
       character(len=:), allocatable :: name
-      character(len=*), parameter :: allowed = 'abcdefghijklmnopqrstuvwxyzABCDEFGHIJKLMNOPQRSTUVWXYZ0123456789_'
+      character(len=*), &
+         parameter :: allowed = 'abcdefghijklmnopqrstuvwxyzABCDEFGHIJKLMNOPQRSTUVWXYZ0123456789_'
       integer :: i
       name = text
       do i = 1, len(name)

@@ -1,17 +1,20 @@
-!> The lock on an output directory, `run.lock`: one run at a time writes there, on all machines that share the file system.
+!> The lock on an output directory, `run.lock`: one run at a time writes there, on all machines that share the
+!> file system.
 !>
-!> The file appears whole, as a second name of a file of this run's own (link is one step on every file system, NFS too), and says
-!> who holds it. It needs no locks of the file system. A run touches it every half minute. A lock is dead, and taken over, where its
-!> process has gone from this machine; of another machine, whose processes cannot be seen from here, where it has not been touched
-!> for ten minutes. Both times are those of the file system's clock. A run that finds its lock in other hands (it was stopped for
-!> that long) ends without writing.
+!> The file appears whole, as a second name of a file of this run's own (link is one step on every file
+!> system, NFS too), and says who holds it. It needs no locks of the file system. A run touches it every half
+!> minute. A lock is dead, and taken over, where its process has gone from this machine; of another machine,
+!> whose processes cannot be seen from here, where it has not been touched for ten minutes. Both times are
+!> those of the file system's clock. A run that finds its lock in other hands (it was stopped for that long)
+!> ends without writing.
 module m_output_lock
    use, intrinsic :: iso_c_binding, only: c_char, c_int, c_int64_t, c_null_char
    use m_kinds, only: wp
    use m_constants, only: exit_files
    use m_errors, only: error_t, fail
    use m_communicator, only: communicator_t
-   use m_filesystem, only: make_directory, read_file, link_file, create_file, touch_file, time_of_file, rename_file, remove_file
+   use m_filesystem, only: make_directory, read_file, link_file, create_file, touch_file, time_of_file, &
+                           rename_file, remove_file
    use m_process, only: process_t, this_process
    use m_part_file, only: part_name
    use m_text_file, only: text_file_t
@@ -29,7 +32,8 @@ module m_output_lock
 
    !> Only rank 0 holds it; the other ranks know nothing of it.
    type, public :: output_lock_t
-      character(len=:), allocatable :: note         !< what was found and taken over; not there where there was nothing
+      character(len=:), allocatable :: note !< what was found and taken over; not there where there was
+                                            !< nothing
       real(wp) :: touch_every = touch_every         !< s
       character(len=:), allocatable, private :: directory, path, text
       logical, private :: held = .false.
@@ -42,12 +46,14 @@ module m_output_lock
    end type output_lock_t
 
    integer, parameter :: longest_path = 4096
-   character(kind=c_char) :: held_path(longest_path) = c_null_char !< the lock that this process holds; empty: none
+   character(kind=c_char) :: held_path(longest_path) = c_null_char !< the lock that this process holds; empty:
+                                                                   !< none
 
 contains
 
-   !> Collective: take the lock of a directory, which is made where it is not there. Where a run that goes on holds it all ranks
-   !> leave with an error (exit_files), and nothing has been changed. Does nothing if it is held already.
+   !> Collective: take the lock of a directory, which is made where it is not there. Where a run that goes on
+   !> holds it all ranks leave with an error (exit_files), and nothing has been changed. Does nothing if it is
+   !> held already.
    subroutine take(self, communicator, directory, error)
       class(output_lock_t), intent(inout) :: self
       type(communicator_t), intent(in) :: communicator
@@ -84,17 +90,20 @@ contains
       do try = 1, most_tries
          if (error%happened()) exit
          call link_file(part_name(mine), self%path, self%held)
-         if (.not. self%held .and. time_of_file(self%path) < 0) call create_file(self%path, self%text, self%held)
+         if (.not. self%held .and. time_of_file(self%path) < 0) call create_file(self%path, self%text, &
+               self%held)
          if (.not. self%held) call self%take_over(own, part_name(mine), error)
          if (self%held) exit
       end do
       call remove_file(part_name(mine), ignored)
       self%touched = wall_time()
       if (self%held) call remember(self%path)
-      if (.not. self%held) call fail(error, exit_files, 'cannot write '//self%path//': others make and remove it all the time')
+      if (.not. self%held) call fail(error, exit_files, 'cannot write '//self%path// &
+                                     ': others make and remove it all the time')
    end subroutine take_alone
 
-   !> Look who holds the lock: refuse if that is a run that goes on, else remove it. `mine` is a file written just now.
+   !> Look who holds the lock: refuse if that is a run that goes on, else remove it. `mine` is a file written
+   !> just now.
    subroutine take_over(self, own, mine, error)
       class(output_lock_t), intent(inout) :: self
       type(process_t), intent(in) :: own
@@ -111,20 +120,25 @@ contains
       if (self%held) return
       other = process_in(text)
       who = 'a process that its lock does not name'
-      if (other%id > 0) who = 'process '//to_text(other%id)//' on '//other%host//' since '//value_of(text, 'since')
+      if (other%id > 0) who = 'process '//to_text(other%id)//' on '//other%host//' since '// &
+                              value_of(text, 'since')
       way_out = ': wait for its end, stop it, or give this run another directory'
       if (own%neighbours(other)) then
-         if (other%runs()) call fail(error, exit_files, self%directory//' belongs to a run that is going on, '//who//way_out)
+         if (other%runs()) call fail(error, exit_files, self%directory// &
+                                     ' belongs to a run that is going on, '//who//way_out)
       else if (age <= dead_after) then
-         call fail(error, exit_files, self%directory//' belongs to a run that is going on, '//who//', last seen '// &
-                   duration(real(max(age, 0_c_int64_t), wp))//' ago'//way_out//'; if it is dead, remove '//self%path)
+         call fail(error, exit_files, self%directory//' belongs to a run that is going on, '//who// &
+                   ', last seen '// &
+                   duration(real(max(age, 0_c_int64_t), wp))//' ago'//way_out//'; if it is dead, remove '// &
+                      self%path)
       end if
       if (error%happened()) return
       call remove_dead(self%path, text, mine//'.old')
       self%note = 'of '//who//' taken over: that run is dead'
    end subroutine take_over
 
-   !> Remove the lock that has this text. Somebody else may have done so just now, and have put one there that is not dead.
+   !> Remove the lock that has this text. Somebody else may have done so just now, and have put one there that
+   !> is not dead.
    subroutine remove_dead(path, text, aside)
       character(len=*), intent(in) :: path, text
       character(len=*), intent(in) :: aside !< a name that nobody else uses
@@ -201,7 +215,8 @@ contains
       call date_and_time(values=now)
       write (date, '(i0,"-",i2.2,"-",i2.2," ",i2.2,":",i2.2,":",i2.2)') now(1:3), now(5:7)
       text = first_line//newline//'host '//process%host//newline//'process '//to_text(process%id)//newline// &
-             'started '//process%start//newline//'system '//process%system//newline//'since '//trim(date)//newline
+             'started '//process%start//newline//'system '//process%system//newline//'since '//trim(date)// &
+                newline
    end function text_of
 
    !> The process that a lock names; its id is 0 where it names none.

@@ -46,8 +46,8 @@ contains
       name = path//'.part'
    end function part_name
 
-   !> Words for a sentence on a file that a library could not open, write or read: whether that may be for want of locks. HDF5 locks
-   !> what it opens unless it is told not to.
+   !> Words for a sentence on a file that a library could not open, write or read: whether that may be for
+   !> want of locks. HDF5 locks what it opens unless it is told not to.
    function lock_hint(path) result(words)
       character(len=*), intent(in) :: path
       character(len=:), allocatable :: words
@@ -70,7 +70,8 @@ contains
       logical :: ok
       if (.not. error%happened()) then
          call rename_file(part_name(path), path, ok)
-         if (.not. ok) call fail(error, exit_files, 'cannot write '//path//': '//part_name(path)//' cannot be renamed to it')
+         if (.not. ok) call fail(error, exit_files, 'cannot write '//path//': '//part_name(path)// &
+                                 ' cannot be renamed to it')
       end if
       if (error%happened()) call discard_part(path)
    end subroutine publish_part
@@ -82,8 +83,9 @@ contains
       ignored = c_truncate(part_name(path)//c_null_char, 0_c_long)
    end subroutine empty_part
 
-   !> Collective: make `<path>.part`, so that all ranks may open it, and see that the disk has room for `bytes`: libraries that
-   !> meet a full disk in the middle of a shared file do not get out of it on all ranks. Tells why if that cannot be.
+   !> Collective: make `<path>.part`, so that all ranks may open it, and see that the disk has room for
+   !> `bytes`: libraries that meet a full disk in the middle of a shared file do not get out of it on all
+   !> ranks. Tells why if that cannot be.
    subroutine begin_shared_part(communicator, path, bytes, error)
       type(communicator_t), intent(in) :: communicator
       character(len=*), intent(in) :: path
@@ -123,8 +125,8 @@ contains
       call discard_part(path)
    end subroutine reserve
 
-   !> Collective: all ranks have closed `<path>.part`, which must be `bytes` long (any length if negative). If no rank holds an
-   !> error it gets its name, else it is removed. All ranks leave with the same error.
+   !> Collective: all ranks have closed `<path>.part`, which must be `bytes` long (any length if negative). If
+   !> no rank holds an error it gets its name, else it is removed. All ranks leave with the same error.
    subroutine finish_shared_part(communicator, path, bytes, error)
       type(communicator_t), intent(in) :: communicator
       character(len=*), intent(in) :: path
@@ -135,7 +137,8 @@ contains
       if (communicator%is_root()) then
          inquire (file=part_name(path), size=found)
          if (bytes >= 0 .and. found /= bytes) then
-            call fail(error, exit_files, 'cannot write '//path//': '//to_text(found)//' of '//to_text(bytes)// &
+            call fail(error, exit_files, 'cannot write '//path//': '//to_text(found)//' of '// &
+                      to_text(bytes)// &
                       ' bytes are on the disk')
          end if
          call publish_part(path, error)

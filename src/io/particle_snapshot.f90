@@ -16,8 +16,8 @@ module m_particle_snapshot
 
 contains
 
-   !> Collective: all written fields, the numbers of body and level, the levels' boxes. Particles stand level by level, in the order
-   !> of their blocks' indices, so that the file is the same on any number of ranks.
+   !> Collective: all written fields, the numbers of body and level, the levels' boxes. Particles stand level
+   !> by level, in the order of their blocks' indices, so that the file is the same on any number of ranks.
    subroutine take_snapshot(communicator, levels, snapshot)
       type(communicator_t), intent(in) :: communicator
       type(level_t), intent(in) :: levels(:)
@@ -28,7 +28,8 @@ contains
       if (allocated(snapshot%position)) deallocate (snapshot%position, snapshot%id, snapshot%fields)
       associate (table => levels(1)%table)
          written = count(table%fields%written) - 1 ! the position stands apart
-         allocate (snapshot%position(n, 3), snapshot%id(n), snapshot%fields(written + merge(2, 1, size(levels) > 1)))
+         allocate (snapshot%position(n, 3), snapshot%id(n), snapshot%fields(written &
+               + merge(2, 1, size(levels) > 1)))
          call collect(levels, levels(1)%layout%position, snapshot%position)
          written = 0
          do f = 1, size(table%fields)
@@ -89,7 +90,8 @@ contains
       end do
    end subroutine place_runs
 
-   !> Regions, cells and particles of the levels where there are several. `counts`: particles of the blocks of all levels.
+   !> Regions, cells and particles of the levels where there are several. `counts`: particles of the blocks of
+   !> all levels.
    pure subroutine describe_levels(levels, counts, snapshot)
       type(level_t), intent(in) :: levels(:)
       integer, intent(in) :: counts(:)
@@ -100,7 +102,8 @@ contains
       allocate (snapshot%levels(size(levels)))
       do l = 1, size(levels)
          snapshot%levels(l) = snapshot_level_t(levels(l)%region, levels(l)%grid%cell, &
-                                               sum(int(counts(blocks_before(levels, l) + 1:blocks_before(levels, l + 1)), i8)))
+                                               sum(int(counts(blocks_before(levels, l) &
+                                                     + 1:blocks_before(levels, l + 1)), i8)))
       end do
    end subroutine describe_levels
 
@@ -133,7 +136,8 @@ contains
       do l = 1, size(levels)
          do b = 1, size(levels(l)%blocks)
             n = levels(l)%blocks(b)%particles%count
-            values(begun + 1:begun + n, :) = levels(l)%blocks(b)%particles%column(:n, first:first + size(values, 2) - 1)
+            values(begun + 1:begun + n, :) = levels(l)%blocks(b)%particles%column(:n, first:first &
+                  + size(values, 2) - 1)
             begun = begun + n
          end do
       end do

@@ -1,5 +1,5 @@
-!> Probes: the particle that was nearest to a place at the start, followed as it moves, also when it is split or merged with others
-!> (doc/developer/design.md, Ids).
+!> Probes: the particle that was nearest to a place at the start, followed as it moves, also when it is split
+!> or merged with others (doc/developer/design.md, Ids).
 module m_probe
    use mpi_f08
    use m_kinds, only: wp, i8
@@ -9,7 +9,7 @@ module m_probe
    private
    public :: probe_t, choose_particle, read_probe, kinship
 
-   integer, parameter :: way_bits = 14                         ! of an id: what stands above its lowest 50 bits
+   integer, parameter :: way_bits = 14 ! of an id: what stands above its lowest 50 bits
    integer(i8), parameter :: most_ways = 2_i8**way_bits - 1_i8
 
    !> A probed particle, known by its id.
@@ -31,7 +31,8 @@ contains
       do pass = 1, 2
          do l = 1, size(model%levels)
             do b = 1, size(model%levels(l)%blocks)
-               associate (particles => model%levels(l)%blocks(b)%particles, x => model%levels(l)%layout%position)
+               associate (particles => model%levels(l)%blocks(b)%particles, &
+                          x => model%levels(l)%layout%position)
                   do p = 1, particles%count
                      distance = sum((particles%column(p, x:x + 2) - position)**2)
                      if (pass == 1) nearest = min(nearest, distance)
@@ -46,8 +47,9 @@ contains
       probe%id = id
    end function choose_particle
 
-   !> Collective: position (m), stress (Pa; xx yy zz yz xz xy) and equivalent plastic strain of the probed particle; the last is 0
-   !> when its law has no plastic flow, all are 0 when nothing is left of the particle.
+   !> Collective: position (m), stress (Pa; xx yy zz yz xz xy) and equivalent plastic strain of the probed
+   !> particle; the last is 0 when its law has no plastic flow, all are 0 when nothing is left of the
+   !> particle.
    subroutine read_probe(model, probe, position, stress, plastic_strain)
       type(model_t), intent(in) :: model
       type(probe_t), intent(in) :: probe
@@ -62,21 +64,24 @@ contains
             associate (particles => model%levels(l)%blocks(b)%particles, at => model%levels(l)%layout)
                p = findloc(particles%id(:particles%count), id, dim=1)
                if (p == 0) cycle
-               found(:9) = [particles%column(p, at%position:at%position + 2), particles%column(p, at%stress:at%stress + 5)]
+               found(:9) = [particles%column(p, at%position:at%position + 2), &
+                           particles%column(p, at%stress:at%stress + 5)]
                associate (law => model%materials%slots(model%materials%of_body(particles%body(p)))%law)
                   found(10) = law%equivalent_plastic_strain(particles%column(p, :))
                end associate
             end associate
          end do
       end do
-      call MPI_Allreduce(MPI_IN_PLACE, found, size(found), MPI_DOUBLE_PRECISION, MPI_SUM, model%communicator%comm)
+      call MPI_Allreduce(MPI_IN_PLACE, found, size(found), MPI_DOUBLE_PRECISION, MPI_SUM, &
+                         model%communicator%comm)
       position = found(1:3)
       stress = found(4:9)
       plastic_strain = found(10)
    end subroutine read_probe
 
-   !> Collective: id of the particle that a probed one lives on in: itself or its lowest part, which have its id, or what it was
-   !> merged into, which is of all parts of its first parent the one with which it has most splits in common. -1 if there is none.
+   !> Collective: id of the particle that a probed one lives on in: itself or its lowest part, which have its
+   !> id, or what it was merged into, which is of all parts of its first parent the one with which it has most
+   !> splits in common. -1 if there is none.
    integer(i8) function heir(model, id)
       type(model_t), intent(in) :: model
       integer(i8), intent(in) :: id
@@ -98,9 +103,9 @@ contains
       heir = ior(ibits(id, 0, id_bits), ishft(most_ways - iand(closest, most_ways), id_bits))
    end function heir
 
-   !> How near a particle is to a probed one; -1: not of the same first parent. The bits above the lowest 14: the number of splits
-   !> through which both went the same way, 14 where they are the same; those below: larger for the smaller id, should there be
-   !> several.
+   !> How near a particle is to a probed one; -1: not of the same first parent. The bits above the lowest 14:
+   !> the number of splits through which both went the same way, 14 where they are the same; those below:
+   !> larger for the smaller id, should there be several.
    pure integer(i8) function kinship(id, probed)
       integer(i8), intent(in) :: id, probed
       integer(i8) :: way, common

@@ -80,7 +80,8 @@ contains
       self%title = scene%title
       self%history_every = scene%output%history_every
       if (self%history_every <= 0.0_wp) self%history_every = scene%end_time/default_rows
-      allocate (self%tools(size(scene%tools)), self%probes(size(scene%probes)), self%probed(size(scene%probes)))
+      allocate (self%tools(size(scene%tools)), self%probes(size(scene%probes)), &
+                self%probed(size(scene%probes)))
       if (present(resumption)) call self%resume(model%time, scene%output%every)
       if (.not. self%writes) return
       self%directory = scene%output%directory
@@ -103,12 +104,14 @@ contains
          else
             self%probed(n) = choose_particle(model, scene%probes(n)%position)
          end if
-         call begin(self%probes(n), 'probe_'//scene%probes(n)%name//'.dat', probe_header(self%title, scene%probes(n)%name))
+         call begin(self%probes(n), 'probe_'//scene%probes(n)%name//'.dat', &
+                    probe_header(self%title, scene%probes(n)%name))
       end do
       ok = .false.
       if (present(resumption)) ok = resumption%in_place
       if (ok) then
-         call self%particles_index%start(model%communicator, self%directory, 'particles', error, int(model%step))
+         call self%particles_index%start(model%communicator, self%directory, 'particles', error, &
+                                         int(model%step))
          call self%levels_index%start(model%communicator, self%directory, 'levels', error, int(model%step))
       else
          call self%particles_index%start(model%communicator, self%directory, 'particles', error)
@@ -120,7 +123,8 @@ contains
          character(len=*), intent(in) :: name
          type(history_header_t), intent(in) :: header
          if (present(resumption)) then
-            call history%open(model%communicator, self%directory//'/'//name, header, error, keep_until=model%time, &
+            call history%open(model%communicator, self%directory//'/'//name, header, error, &
+                              keep_until=model%time, &
                               from=resumption%directory//'/'//name)
          else
             call history%open(model%communicator, self%directory//'/'//name, header, error)
@@ -217,9 +221,11 @@ contains
       if (.not. self%writes) return
       if (self%late%happened()) error = self%late
       self%rows_since_mark = self%rows_since_mark + 1
-      call self%energy%append([model%time, balance%now%kinetic, balance%now%strain, balance%now%plastic, balance%damped, &
+      call self%energy%append([model%time, balance%now%kinetic, balance%now%strain, balance%now%plastic, &
+                              balance%damped, &
                                balance%external_work, balance%error(), balance%now%momentum, &
-                               balance%now%angular_momentum, balance%now%mass, balance%particle_work()], error)
+                               balance%now%angular_momentum, balance%now%mass, balance%particle_work()], &
+                                  error)
       do n = 1, size(self%tools)
          associate (tool => model%contact%tools(n), state => model%contact%states(n))
             call self%tools(n)%append([model%time, tool%travel, state%load, state%area, state%overlap], error)
@@ -239,7 +245,8 @@ contains
       self%rows_since_mark = 0
    end subroutine mark
 
-   !> Collective: take away the rows since the mark; the model is again as it was there, and nothing else has been written since.
+   !> Collective: take away the rows since the mark; the model is again as it was there, and nothing else has
+   !> been written since.
    subroutine go_back(self, model, error)
       class(recorder_t), intent(inout) :: self
       type(model_t), intent(in) :: model
@@ -275,11 +282,13 @@ contains
       type(snapshot_t) :: snapshot
       logical :: wanted
       wanted = self%snapshot_is_due(model%time)
-      if (present(now)) wanted = now .and. self%writes .and. (self%hdf5 .or. self%tecplot) .and. model%step /= self%last_snapshot
+      if (present(now)) wanted = now .and. self%writes .and. (self%hdf5 .or. self%tecplot) &
+                                 .and. model%step /= self%last_snapshot
       if (.not. wanted) return
       self%last_snapshot = model%step
       self%snapshots = 1
-      if (self%snapshot_every > 0.0_wp) self%snapshots = 1 + int(model%time/self%snapshot_every*(1.0_wp + 1.0e-12_wp))
+      if (self%snapshot_every > 0.0_wp) self%snapshots = 1 + int(model%time/self%snapshot_every*(1.0_wp &
+            + 1.0e-12_wp))
       snapshot%time = model%time
       snapshot%step = int(model%step)
       snapshot%title = self%title
@@ -315,9 +324,12 @@ contains
       type(history_header_t) :: header
       header%title = title
       header%zone = 'energy'
-      header%columns = [character(len=history_text_length) :: 'time [s]', 'kinetic [J]', 'strain [J]', 'plastic [J]', &
-                        'damped [J]', 'external_work [J]', 'balance_error [1]', 'momentum_x [kg m/s]', 'momentum_y [kg m/s]', &
-                        'momentum_z [kg m/s]', 'angular_momentum_x [kg m2/s]', 'angular_momentum_y [kg m2/s]', &
+      header%columns = [character(len=history_text_length) :: 'time [s]', 'kinetic [J]', 'strain [J]', &
+                       'plastic [J]', &
+                        'damped [J]', 'external_work [J]', 'balance_error [1]', 'momentum_x [kg m/s]', &
+                           'momentum_y [kg m/s]', &
+                        'momentum_z [kg m/s]', 'angular_momentum_x [kg m2/s]', &
+                           'angular_momentum_y [kg m2/s]', &
                         'angular_momentum_z [kg m2/s]', 'mass [kg]', 'particle_work [J]']
    end function energy_header
 
@@ -327,7 +339,8 @@ contains
       type(history_header_t) :: header
       header%title = scene%title
       header%zone = 'tool '//scene%tools(n)%name
-      header%columns = [character(len=history_text_length) :: 'time [s]', 'depth [m]', 'load_x [N]', 'load_y [N]', 'load_z [N]', &
+      header%columns = [character(len=history_text_length) :: 'time [s]', 'depth [m]', 'load_x [N]', &
+                       'load_y [N]', 'load_z [N]', &
                         'contact_area [m2]', 'max_gap_violation [m]']
       header%notes = [character(len=history_text_length) :: 'model_share='//to_text(model_share(scene, n))]
    end function tool_header
@@ -343,7 +356,8 @@ contains
          do axis = 1, 3
             do side = 1, 2
                plane = merge(grid%lower(axis), grid%upper(axis), side == 1)
-               if (grid%boundary(2*axis - 2 + side) == boundary_symmetry .and. abs(tool%axis(axis)) < 1.0e-9_wp &
+               if (grid%boundary(2*axis - 2 + side) == boundary_symmetry &
+                   .and. abs(tool%axis(axis)) < 1.0e-9_wp &
                    .and. abs(tool%tip(axis) - plane) < 1.0e-9_wp*grid%cell_size) share = 0.5_wp*share
             end do
          end do
@@ -355,8 +369,10 @@ contains
       type(history_header_t) :: header
       header%title = title
       header%zone = 'probe '//name
-      header%columns = [character(len=history_text_length) :: 'time [s]', 'x [m]', 'y [m]', 'z [m]', 'stress_xx [Pa]', &
-                        'stress_yy [Pa]', 'stress_zz [Pa]', 'stress_yz [Pa]', 'stress_xz [Pa]', 'stress_xy [Pa]', &
+      header%columns = [character(len=history_text_length) :: 'time [s]', 'x [m]', 'y [m]', 'z [m]', &
+                       'stress_xx [Pa]', &
+                        'stress_yy [Pa]', 'stress_zz [Pa]', 'stress_yz [Pa]', 'stress_xz [Pa]', &
+                           'stress_xy [Pa]', &
                         'von_mises [Pa]', 'equivalent_plastic_strain [1]']
    end function probe_header
 

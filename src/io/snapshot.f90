@@ -1,4 +1,5 @@
-!> What a snapshot is made of, as plain arrays: the state of all particles at one moment, spread over the ranks.
+!> What a snapshot is made of, as plain arrays: the state of all particles at one moment, spread over the
+!> ranks.
 module m_snapshot
    use m_kinds, only: wp, i8
    use m_constants, only: exit_numerical
@@ -13,20 +14,22 @@ module m_snapshot
 
    integer, parameter, public :: component_name_length = 16
 
-   !> One quantity of the particles. Every rank states the same fields in the same order, a rank without particles too.
+   !> One quantity of the particles. Every rank states the same fields in the same order, a rank without
+   !> particles too.
    type, public :: snapshot_field_t
       character(len=:), allocatable :: name !< for instance `stress`
       character(len=:), allocatable :: unit !< for instance `Pa`; empty for a pure number
       integer :: components = 1
-      character(len=component_name_length), allocatable :: component_names(:) !< for instance xx yy zz xy yz xz
+      character(len=component_name_length), allocatable :: component_names(:) !< for instance xx yy zz xy yz
+                                                                              !< xz
       real(wp), allocatable :: values(:, :) !< (n_local, components)
    contains
       procedure :: full_name
       procedure :: comes_apart
    end type snapshot_field_t
 
-   !> Where the particles of this rank go in a file: file positions `offset(r)` to `offset(r) + count(r) - 1` (0-based),
-   !> ascending and apart, take the local particles `order(1), order(2), ...` one after the other.
+   !> Where the particles of this rank go in a file: file positions `offset(r)` to `offset(r) + count(r) - 1`
+   !> (0-based), ascending and apart, take the local particles `order(1), order(2), ...` one after the other.
    type, public :: file_layout_t
       integer(i8), allocatable :: offset(:)
       integer, allocatable :: count(:)
@@ -43,8 +46,9 @@ module m_snapshot
       integer(i8) :: particles = 0_i8 !< of all ranks
    end type snapshot_level_t
 
-   !> The particles at one moment. Run r holds `run_count(r)` local particles, one after the other in memory, that belong at
-   !> file position `run_offset(r)` (0-based), so that a file is in the same order on any number of ranks.
+   !> The particles at one moment. Run r holds `run_count(r)` local particles, one after the other in memory,
+   !> that belong at file position `run_offset(r)` (0-based), so that a file is in the same order on any
+   !> number of ranks.
    type, public :: snapshot_t
       real(wp) :: time = 0.0_wp             !< physical time, s
       integer :: step = 0                   !< steps of the coarsest level done
@@ -56,8 +60,8 @@ module m_snapshot
       type(snapshot_field_t), allocatable :: fields(:)
       integer(i8), allocatable :: run_offset(:) !< (runs)
       integer, allocatable :: run_count(:)  !< (runs)
-      type(snapshot_level_t), allocatable :: levels(:) !< the coarsest first, and so the particles in the file; not there where
-                                                       !< there is only one
+      type(snapshot_level_t), allocatable :: levels(:) !< the coarsest first, and so the particles in the
+                                                       !< file; not there where there is only one
    contains
       procedure :: check
       procedure :: layout
@@ -92,8 +96,9 @@ contains
       end if
    end function full_name
 
-   !> Whether its components are tables of their own in HDF5: readers know scalars, vectors and full tensors. They take a symmetric
-   !> tensor for one in another order (each in its own), and ParaView's readers do not all find a column of a table.
+   !> Whether its components are tables of their own in HDF5: readers know scalars, vectors and full tensors.
+   !> They take a symmetric tensor for one in another order (each in its own), and ParaView's readers do not
+   !> all find a column of a table.
    elemental logical function comes_apart(self)
       class(snapshot_field_t), intent(in) :: self
       comes_apart = all(self%components /= [1, 3, 9])
@@ -113,10 +118,12 @@ contains
       given = communicator%sum_count(int(self%n_local, i8))
       positions = communicator%sum_count(where_to%position_sum())
       if (given /= self%n_total) then
-         call fail(error, exit_numerical, 'snapshot of step '//to_text(self%step)//': the ranks hold '//to_text(given)// &
+         call fail(error, exit_numerical, 'snapshot of step '//to_text(self%step)//': the ranks hold '// &
+                   to_text(given)// &
                    ' particles and not '//to_text(self%n_total))
       else if (overlaps(where_to) .or. positions /= triangle(self%n_total)) then
-         call fail(error, exit_numerical, 'snapshot of step '//to_text(self%step)//': the runs of particles overlap')
+         call fail(error, exit_numerical, 'snapshot of step '//to_text(self%step)// &
+                   ': the runs of particles overlap')
       end if
       call communicator%agree(error)
    end subroutine check
@@ -133,7 +140,8 @@ contains
       type(error_t), intent(inout) :: error
       logical :: good
       integer :: f
-      good = allocated(self%position) .and. allocated(self%id) .and. allocated(self%fields) .and. allocated(self%title) &
+      good = allocated(self%position) .and. allocated(self%id) .and. allocated(self%fields) &
+             .and. allocated(self%title) &
              .and. allocated(self%run_offset) .and. allocated(self%run_count)
       if (good) good = size(self%position, 1) == self%n_local .and. size(self%position, 2) == 3 &
                        .and. size(self%id) == self%n_local .and. size(self%run_offset) == size(self%run_count)
@@ -164,7 +172,8 @@ contains
       integer, allocatable :: by_offset(:), first(:)
       integer :: r, s, n, p, runs
       runs = size(self%run_offset)
-      allocate (by_offset(runs), first(runs), where_to%offset(runs), where_to%count(runs), where_to%order(self%n_local))
+      allocate (by_offset(runs), first(runs), where_to%offset(runs), where_to%count(runs), &
+                where_to%order(self%n_local))
       p = 1
       do r = 1, runs
          first(r) = p
@@ -223,7 +232,8 @@ contains
       position_sum = sum(self%count*self%offset + (int(self%count, i8)*(self%count - 1_i8))/2)
    end function position_sum
 
-   !> What of a layout lies at file positions `first` (0-based) to `first + length - 1`; its positions count from `first`.
+   !> What of a layout lies at file positions `first` (0-based) to `first + length - 1`; its positions count
+   !> from `first`.
    pure function part(self, first, length) result(piece)
       class(file_layout_t), intent(in) :: self
       integer(i8), intent(in) :: first, length

@@ -1,4 +1,5 @@
-!> Numbers of a run that are no particles, to a checkpoint or from one by the same calls: what writes them reads them too.
+!> Numbers of a run that are no particles, to a checkpoint or from one by the same calls: what writes them
+!> reads them too.
 module m_state_store
    use, intrinsic :: iso_c_binding, only: c_loc, c_ptr
    use m_kinds, only: wp, i8
@@ -78,7 +79,8 @@ contains
       type(error_t), intent(inout) :: error
       if (self%writes) then
          call self%output%put_rows(name, kind, int(extent, i8), &
-                                   some_rows(0_i8, merge(extent(2), 0, self%communicator%is_root())), numbers, error)
+                                   some_rows(0_i8, merge(extent(2), 0, self%communicator%is_root())), &
+                                      numbers, error)
       else
          call self%input%get_rows(name, kind, int(extent, i8), some_rows(0_i8, extent(2)), numbers, error)
       end if

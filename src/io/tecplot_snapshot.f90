@@ -1,5 +1,6 @@
-!> Snapshots in Tecplot ASCII, as Tecplot, ParaView and VTK open them: one zone a level, block packing, the zone record on one
-!> line. Every value takes one line of fixed width, so that each rank knows where its own go and writes them itself.
+!> Snapshots in Tecplot ASCII, as Tecplot, ParaView and VTK open them: one zone a level, block packing, the
+!> zone record on one line. Every value takes one line of fixed width, so that each rank knows where its own
+!> go and writes them itself.
 module m_tecplot_snapshot
    use mpi_f08
    use m_kinds, only: wp, i8
@@ -17,11 +18,12 @@ module m_tecplot_snapshot
    integer, parameter :: chunk = 65536         ! values that a rank holds as text at a time
    character(len=*), parameter :: real_format = '(es24.16e3)', integer_format = '(i24)'
 
-   ! The file being written: the zone that has been begun, and the types that lead a rank's lines to their places.
+   ! The file being written: the zone that has been begun, and the types that lead a rank's lines to their
+   ! places.
    type :: table_t
       type(MPI_File) :: file
       type(MPI_Datatype) :: line             ! one value as text
-      type(MPI_Datatype) :: lines            ! those of this rank in a block of the values of all particles of the zone
+      type(MPI_Datatype) :: lines ! those of this rank in a block of the values of all particles of the zone
       type(file_layout_t) :: where_to        ! the particles of this rank in the zone
       integer(MPI_OFFSET_KIND) :: start = 0  ! byte at which the next block begins
       integer(i8) :: block_bytes = 0_i8
@@ -30,7 +32,8 @@ module m_tecplot_snapshot
 
 contains
 
-   !> Collective: write `<directory>/particles_<step>.dat`. On an error (exit_files) all ranks hold it and no file is left.
+   !> Collective: write `<directory>/particles_<step>.dat`. On an error (exit_files) all ranks hold it and no
+   !> file is left.
    subroutine write_tecplot_snapshot(communicator, snapshot, directory, error)
       type(communicator_t), intent(in) :: communicator
       type(snapshot_t), intent(in) :: snapshot
@@ -123,8 +126,8 @@ contains
       header = header//newline
    end function header_text
 
-   !> The record of a zone. Without particles there is none: readers stumble over an empty zone. The particles count along J:
-   !> ParaView 5.11 gives nothing for a zone that is long in I alone.
+   !> The record of a zone. Without particles there is none: readers stumble over an empty zone. The particles
+   !> count along J: ParaView 5.11 gives nothing for a zone that is long in I alone.
    pure function zone_text(snapshot, zone, particles) result(text)
       type(snapshot_t), intent(in) :: snapshot
       integer, intent(in) :: zone          !< from 1, also its strand
@@ -132,8 +135,10 @@ contains
       character(len=:), allocatable :: text
       text = ''
       if (particles == 0) return
-      text = 'ZONE T="level '//to_text(merge(zone, 0, allocated(snapshot%levels)))//'", STRANDID='//to_text(zone)// &
-             ', SOLUTIONTIME='//exact_text(snapshot%time)//', I=1, J='//to_text(particles)//', K=1, DATAPACKING=BLOCK'//achar(10)
+      text = 'ZONE T="level '//to_text(merge(zone, 0, allocated(snapshot%levels)))//'", STRANDID='// &
+             to_text(zone)// &
+             ', SOLUTIONTIME='//exact_text(snapshot%time)//', I=1, J='//to_text(particles)// &
+                ', K=1, DATAPACKING=BLOCK'//achar(10)
    end function zone_text
 
    !> Number of values a particle has in the file.
@@ -149,7 +154,8 @@ contains
       type(error_t), intent(inout) :: error
       integer :: status
       if (error%happened()) return
-      call MPI_File_open(communicator%comm, part_name(path), MPI_MODE_WRONLY, MPI_INFO_NULL, table%file, status)
+      call MPI_File_open(communicator%comm, part_name(path), MPI_MODE_WRONLY, MPI_INFO_NULL, table%file, &
+                         status)
       call note(status, path, error)
       call communicator%agree(error)
       if (error%happened()) return
@@ -165,10 +171,12 @@ contains
       type(error_t), intent(inout) :: error
       type(MPI_Status) :: written
       integer :: status
-      call MPI_File_set_view(table%file, table%start, MPI_CHARACTER, MPI_CHARACTER, 'native', MPI_INFO_NULL, status)
+      call MPI_File_set_view(table%file, table%start, MPI_CHARACTER, MPI_CHARACTER, 'native', MPI_INFO_NULL, &
+                             status)
       call note(status, path, error)
       if (communicator%is_root()) then
-         call MPI_File_write_at(table%file, 0_MPI_OFFSET_KIND, text, len(text), MPI_CHARACTER, written, status)
+         call MPI_File_write_at(table%file, 0_MPI_OFFSET_KIND, text, len(text), MPI_CHARACTER, written, &
+                                status)
          call note(status, path, error)
       end if
       table%start = table%start + len(text)
@@ -188,7 +196,8 @@ contains
       allocate (displacement(size(where_to%offset)))
       displacement(:) = int(where_to%offset*width, MPI_ADDRESS_KIND)
       if (size(displacement) > 0) then
-         call MPI_Type_create_hindexed(size(displacement), where_to%count, displacement, table%line, table%lines)
+         call MPI_Type_create_hindexed(size(displacement), where_to%count, displacement, table%line, &
+                                       table%lines)
       else
          call MPI_Type_dup(table%line, table%lines) ! a view must not be empty; nothing is written through it
       end if
@@ -213,8 +222,8 @@ contains
       end do
    end subroutine put_values
 
-   !> One value of every particle of the zone. All ranks take part in every write, also after an error and when they have
-   !> nothing left.
+   !> One value of every particle of the zone. All ranks take part in every write, also after an error and
+   !> when they have nothing left.
    subroutine put_block(table, path, error, reals, ids)
       type(table_t), intent(inout) :: table
       character(len=*), intent(in) :: path
@@ -224,7 +233,8 @@ contains
       character(len=width), allocatable :: lines(:)
       type(MPI_Status) :: written
       integer :: n, k, done, status
-      call MPI_File_set_view(table%file, table%start, table%line, table%lines, 'native', MPI_INFO_NULL, status)
+      call MPI_File_set_view(table%file, table%start, table%line, table%lines, 'native', MPI_INFO_NULL, &
+                             status)
       call note(status, path, error)
       allocate (lines(min(chunk, size(table%where_to%order))))
       done = 0
@@ -235,7 +245,8 @@ contains
             lines(k) (width:width) = achar(10)
          end do
          k = min(chunk, size(table%where_to%order) - done)
-         call MPI_File_write_at_all(table%file, int(done, MPI_OFFSET_KIND), lines, k, table%line, written, status)
+         call MPI_File_write_at_all(table%file, int(done, MPI_OFFSET_KIND), lines, k, table%line, written, &
+                                    status)
          call note(status, path, error)
          done = done + k
       end do

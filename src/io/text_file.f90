@@ -1,6 +1,7 @@
-!> Text files through the C library. The Fortran library reports success where a full disk has taken nothing (libgfortran 12: write,
-!> flush and close alike), so that files would be torn without a word; here every failure is an error. What is on the disk ends with
-!> a whole line at any time, so that a file can be read while it grows.
+!> Text files through the C library. The Fortran library reports success where a full disk has taken nothing
+!> (libgfortran 12: write, flush and close alike), so that files would be torn without a word; here every
+!> failure is an error. What is on the disk ends with a whole line at any time, so that a file can be read
+!> while it grows.
 module m_text_file
    use, intrinsic :: iso_c_binding, only: c_char, c_int, c_long, c_size_t, c_null_char
    use m_kinds, only: i8

@@ -11,8 +11,9 @@ module m_xdmf_entry
 
 contains
 
-   !> The regions of the levels as the lines that their surfaces are bent along, twelve for a box: one grid a level, with its
-   !> number and cell size (m). A line of text is short, so that it can be read again (xdmf_index).
+   !> The regions of the levels as the lines that their surfaces are bent along, twelve for a box: one grid a
+   !> level, with its number and cell size (m). A line of text is short, so that it can be read again
+   !> (xdmf_index).
    function levels_entry(snapshot) result(text)
       type(snapshot_t), intent(in) :: snapshot
       character(len=:), allocatable :: text
@@ -37,19 +38,24 @@ contains
       do n = 1, size(ends, 3)
          pairs = pairs//to_text(2*n - 2)//' '//to_text(2*n - 1)//newline
          do e = 1, 2
-            places = places//exact_text(ends(1, e, n))//' '//exact_text(ends(2, e, n))//' '//exact_text(ends(3, e, n))//newline
+            places = places//exact_text(ends(1, e, n))//' '//exact_text(ends(2, e, n))//' '// &
+                     exact_text(ends(3, e, n))//newline
          end do
       end do
       text = '     <Grid Name="level '//to_text(number)//'" GridType="Uniform">'//newline// &
-             '     <Topology TopologyType="Polyline" NodesPerElement="2" NumberOfElements="'//lines//'">'//newline// &
+             '     <Topology TopologyType="Polyline" NodesPerElement="2" NumberOfElements="'//lines//'">'// &
+                newline// &
              '      <DataItem Format="XML" NumberType="Int" Dimensions="'//lines//' 2">'//newline//pairs// &
              '      </DataItem>'//newline//'     </Topology>'//newline// &
              '     <Geometry GeometryType="XYZ">'//newline// &
-             '      <DataItem Format="XML" NumberType="Float" Precision="8" Dimensions="'//to_text(2*size(ends, 3))//' 3">'// &
+             '      <DataItem Format="XML" NumberType="Float" Precision="8" Dimensions="'// &
+                to_text(2*size(ends, 3))//' 3">'// &
              newline//places//'      </DataItem>'//newline//'     </Geometry>'//newline// &
-             attribute('level', 'Scalar', repeated(size(ends, 3), to_text(number), 'NumberType="Int"'), 'Cell')// &
+             attribute('level', 'Scalar', repeated(size(ends, 3), to_text(number), 'NumberType="Int"'), &
+                       'Cell')// &
              attribute('cell_size', 'Scalar', &
-                       repeated(size(ends, 3), exact_text(level%cell), 'NumberType="Float" Precision="8"'), 'Cell')// &
+                       repeated(size(ends, 3), exact_text(level%cell), &
+                                'NumberType="Float" Precision="8"'), 'Cell')// &
              '     </Grid>'
    end function outline
 
@@ -72,20 +78,23 @@ contains
       points = to_text(snapshot%n_total)
       text = 'GridType="Uniform">'//newline// &
              '     <Time Value="'//exact_text(snapshot%time)//'"/>'//newline// &
-             '     <Topology TopologyType="Polyvertex" NodesPerElement="1" NumberOfElements="'//points//'">'//newline// &
+             '     <Topology TopologyType="Polyvertex" NodesPerElement="1" NumberOfElements="'//points// &
+                '">'//newline// &
              data_item(file, '/VTKHDF/Connectivity', points, 'NumberType="Int" Precision="8"')// &
              '     </Topology>'//newline// &
              '     <Geometry GeometryType="XYZ">'//newline// &
              data_item(file, '/VTKHDF/Points', points//' 3', 'NumberType="Float" Precision="8"')// &
              '     </Geometry>'//newline// &
-             attribute('id', 'Scalar', data_item(file, '/VTKHDF/PointData/id', points, 'NumberType="Int" Precision="8"'))
+             attribute('id', 'Scalar', data_item(file, '/VTKHDF/PointData/id', points, &
+                                                 'NumberType="Int" Precision="8"'))
       do f = 1, size(snapshot%fields)
          text = text//field_text(snapshot%fields(f), file, points)
       end do
       text = text(:len(text) - 1) ! without the last end of line
    end function particles_entry
 
-   !> A field: scalar, vector or tensor as it is; the components of any other one as scalars of their own, from their own tables.
+   !> A field: scalar, vector or tensor as it is; the components of any other one as scalars of their own,
+   !> from their own tables.
    function field_text(field, file, points) result(text)
       type(snapshot_field_t), intent(in) :: field
       character(len=*), intent(in) :: file, points
@@ -99,13 +108,15 @@ contains
       if (field%comes_apart()) then
          do c = 1, field%components
             text = text//attribute(field%full_name(c), 'Scalar', &
-                                   data_item(file, '/VTKHDF/PointData/'//field%full_name(c), points, real_type))
+                                   data_item(file, '/VTKHDF/PointData/'//field%full_name(c), points, &
+                                             real_type))
          end do
       else if (field%components == 1) then
          text = attribute(field%name, 'Scalar', data_item(file, table, points, real_type))
       else
          kind = merge('Vector', 'Tensor', field%components == 3)
-         text = attribute(field%name, kind, data_item(file, table, points//' '//to_text(field%components), real_type))
+         text = attribute(field%name, kind, data_item(file, table, points//' '//to_text(field%components), &
+                                                      real_type))
       end if
    end function field_text
 
@@ -115,14 +126,16 @@ contains
       character(len=:), allocatable :: text
       text = 'Node'
       if (present(center)) text = center
-      text = '     <Attribute Name="'//escaped(name)//'" AttributeType="'//kind//'" Center="'//text//'">'//newline//item// &
+      text = '     <Attribute Name="'//escaped(name)//'" AttributeType="'//kind//'" Center="'//text//'">'// &
+             newline//item// &
              '     </Attribute>'//newline
    end function attribute
 
    pure function data_item(file, table, extent, number_type) result(text)
       character(len=*), intent(in) :: file, table, extent, number_type
       character(len=:), allocatable :: text
-      text = '      <DataItem Format="HDF" '//number_type//' Dimensions="'//extent//'">'//file//':'//escaped(table)// &
+      text = '      <DataItem Format="HDF" '//number_type//' Dimensions="'//extent//'">'//file//':'// &
+             escaped(table)// &
              '</DataItem>'//newline
    end function data_item
 

@@ -1,5 +1,5 @@
-!> Small files that make an animation of a run: `particles.xdmf`, which tells the times of the HDF5 snapshots and points into
-!> them, and `levels.xdmf`, the boxes of the levels. ParaView and VTK open them.
+!> Small files that make an animation of a run: `particles.xdmf`, which tells the times of the HDF5 snapshots
+!> and points into them, and `levels.xdmf`, the boxes of the levels. ParaView and VTK open them.
 module m_xdmf_index
    use m_errors, only: error_t
    use m_communicator, only: communicator_t
@@ -25,13 +25,15 @@ module m_xdmf_index
    end type xdmf_index_t
 
    character(len=1), parameter :: newline = achar(10)
-   character(len=*), parameter :: begin_entry = '    <Grid Name="step ', end_entry = '    </Grid>' ! no line between is as these
+   ! no line between is as these
+   character(len=*), parameter :: begin_entry = '    <Grid Name="step ', end_entry = '    </Grid>'
 
 contains
 
-   !> Begin the index `<directory>/<name>.xdmf`. With `resume_step` the entries of an index that is there are kept as far as that
-   !> step (a run that goes on from a checkpoint); without it, or if the old index cannot be read, the index begins empty. One
-   !> that is there is written anew at once: nobody is to take an older run's snapshots for this one's.
+   !> Begin the index `<directory>/<name>.xdmf`. With `resume_step` the entries of an index that is there are
+   !> kept as far as that step (a run that goes on from a checkpoint); without it, or if the old index cannot
+   !> be read, the index begins empty. One that is there is written anew at once: nobody is to take an older
+   !> run's snapshots for this one's.
    subroutine start(self, communicator, directory, name, error, resume_step)
       class(xdmf_index_t), intent(out) :: self
       type(communicator_t), intent(in) :: communicator
@@ -50,8 +52,8 @@ contains
       call communicator%agree(error)
    end subroutine start
 
-   !> Collective: add what a step has written (the attributes and contents of a Grid, lines) and write the index anew. Entries of
-   !> this step or later ones go: the run was taken up again before them.
+   !> Collective: add what a step has written (the attributes and contents of a Grid, lines) and write the
+   !> index anew. Entries of this step or later ones go: the run was taken up again before them.
    subroutine add(self, communicator, step, text, error)
       class(xdmf_index_t), intent(inout) :: self
       type(communicator_t), intent(in) :: communicator
@@ -95,7 +97,8 @@ contains
       integer :: e
       call file%open(self%path, error)
       if (error%happened()) return
-      call file%put('<?xml version="1.0" ?>'//newline//'<!DOCTYPE Xdmf SYSTEM "Xdmf.dtd" []>'//newline//'<Xdmf Version="2.0">'// &
+      call file%put('<?xml version="1.0" ?>'//newline//'<!DOCTYPE Xdmf SYSTEM "Xdmf.dtd" []>'//newline// &
+                    '<Xdmf Version="2.0">'// &
                     newline//' <Domain>', error)
       call file%put('  <Grid Name="'//self%name//'" GridType="Collection" CollectionType="Temporal">', error)
       do e = 1, size(self%entries)

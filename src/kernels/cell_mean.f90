@@ -1,5 +1,6 @@
-!> Means over the cells of the grid: what the particles of a block give to the cells, and what they take from the sums over blocks
-!> (theory.md, eq. anti-locking). A cell stands in a tile at the place of its lowest node: so the sums of nodes are those of cells.
+!> Means over the cells of the grid: what the particles of a block give to the cells, and what they take from
+!> the sums over blocks (theory.md, eq. anti-locking). A cell stands in a tile at the place of its lowest
+!> node: so the sums of nodes are those of cells.
 module m_cell_mean
    use m_kinds, only: wp, i4
    use m_constants, only: block_size
@@ -9,14 +10,16 @@ module m_cell_mean
    private
    public :: give_to_cells, take_means
 
-   integer, parameter :: values = 8             !< of a place in a tile; here 1 volume, m3, 2 its rate, m3/s, 3 times pressure, J
+   integer, parameter :: values = 8 !< of a place in a tile; here 1 volume, m3, 2 its rate, m3/s, 3 times
+                                    !< pressure, J
    integer, parameter :: width = block_size + 2 !< of a tile
    integer, parameter :: places = width**3
    integer, parameter :: chunk = 64             !< particles at once
 
 contains
 
-   !> The sums over a block's particles of volume, volume times tr L and volume times pressure, on its own tile.
+   !> The sums over a block's particles of volume, volume times tr L and volume times pressure, on its own
+   !> tile.
    pure subroutine give_to_cells(count, bin, column, layout, frame, gradient, tile)
       integer, intent(in) :: count
       integer(i4), intent(in), contiguous :: bin(:)
@@ -30,7 +33,8 @@ contains
       s = layout%stress
       do first = 1, count, chunk
          last = min(first + chunk - 1, count)
-         call find_cells(bin(first:last), column(first:last, layout%position), column(first:last, layout%position + 1), &
+         call find_cells(bin(first:last), column(first:last, layout%position), &
+                         column(first:last, layout%position + 1), &
                          column(first:last, layout%position + 2), frame, place)
          do p = first, last
             associate (volume => column(p, layout%volume), cell => tile(:, place(p - first + 1)))
@@ -42,8 +46,8 @@ contains
       end do
    end subroutine give_to_cells
 
-   !> tr L of each particle becomes the mean of its cell. The pressure stays: how far it lies below the mean goes into the field
-   !> `pressure_shift`.
+   !> tr L of each particle becomes the mean of its cell. The pressure stays: how far it lies below the mean
+   !> goes into the field `pressure_shift`.
    pure subroutine take_means(count, bin, layout, frame, tile, column, gradient)
       integer, intent(in) :: count
       integer(i4), intent(in), contiguous :: bin(:)
@@ -57,7 +61,8 @@ contains
       s = layout%stress
       do first = 1, count, chunk
          last = min(first + chunk - 1, count)
-         call find_cells(bin(first:last), column(first:last, layout%position), column(first:last, layout%position + 1), &
+         call find_cells(bin(first:last), column(first:last, layout%position), &
+                         column(first:last, layout%position + 1), &
                          column(first:last, layout%position + 2), frame, place)
          do p = 1, last - first + 1
             rate(p) = tile(2, place(p))/tile(1, place(p))
@@ -66,7 +71,8 @@ contains
          !$omp simd
          do p = first, last
             call set_trace(rate(p - first + 1), gradient(p, 1), gradient(p, 5), gradient(p, 9))
-            column(p, layout%pressure_shift) = mean(p - first + 1) - pressure(column(p, s), column(p, s + 1), column(p, s + 2))
+            column(p, layout%pressure_shift) = mean(p - first + 1) &
+                                               - pressure(column(p, s), column(p, s + 1), column(p, s + 2))
          end do
       end do
    end subroutine take_means
@@ -95,13 +101,14 @@ contains
       integer :: p
       !$omp simd
       do p = 1, size(bin)
-         place(p) = cell_place(bin(p) - 1, (x(p) - frame%origin(1))*frame%per_cell, (y(p) - frame%origin(2))*frame%per_cell, &
+         place(p) = cell_place(bin(p) - 1, (x(p) - frame%origin(1))*frame%per_cell, &
+                               (y(p) - frame%origin(2))*frame%per_cell, &
                                (z(p) - frame%origin(3))*frame%per_cell)
       end do
    end subroutine find_cells
 
-   !> One of the eight cells around the node of the particle's bin. A bin from before the step's motion will do: a particle that has
-   !> just left it is in one of them all the same.
+   !> One of the eight cells around the node of the particle's bin. A bin from before the step's motion will
+   !> do: a particle that has just left it is in one of them all the same.
    pure elemental integer function cell_place(bin, x, y, z) result(place)
       integer(i4), intent(in) :: bin    !< from 0
       real(wp), intent(in) :: x, y, z   !< place in cells, from the block's first node

@@ -8,22 +8,27 @@ module m_corner_stencil
    private
    public :: corner_stencil_t, corner_weights_t, set_corners, set_corner_weights
 
-   !> The domains of a chunk of particles, one lane a particle, in cells. Vectors may read `batch` - 1 beyond the last.
+   !> The domains of a chunk of particles, one lane a particle, in cells. Vectors may read `batch` - 1 beyond
+   !> the last.
    type :: corner_stencil_t
       type(stencil_t) :: list                  !< which particles; its offsets are set, its weights are not
-      integer :: place(3, chunk)               !< of their bins in the block, from 0: also the lowest of the 27 nodes in the tile
-      real(wp) :: half_edge(chunk + batch, 9)  !< component i of edge k at 3 (k-1) + i, no longer than the nodes extent
+      integer :: place(3, chunk) !< of their bins in the block, from 0: also the lowest of the 27 nodes in the
+                                 !< tile
+      real(wp) :: half_edge(chunk + batch, 9) !< component i of edge k at 3 (k-1) + i, no longer than the
+                                              !< nodes extent
       real(wp) :: inverse(chunk + batch, 9)    !< inverse of their matrix: component i of row k at 3 (k-1) + i
    end type corner_stencil_t
 
-   !> Weights and slopes (1/m) of `batch` particles; node n stands at (a, b, c) cells from the nearest, n = 14 + a + 3 (b + 3 c).
+   !> Weights and slopes (1/m) of `batch` particles; node n stands at (a, b, c) cells from the nearest, n = 14
+   !> + a + 3 (b + 3 c).
    type :: corner_weights_t
       real(wp) :: weight(batch, 27)
       real(wp) :: slope(batch, 27, 3)
    end type corner_weights_t
 
    real(wp), parameter :: sign_of(8, 3) = reshape([-1, 1, -1, 1, -1, 1, -1, 1, -1, -1, 1, 1, -1, -1, 1, 1, &
-                                                   -1, -1, -1, -1, 1, 1, 1, 1], [8, 3]) !< which way edge k leads to a corner
+                                                   -1, -1, -1, -1, 1, 1, 1, 1], [8, 3])
+                                                        !< which way edge k leads to a corner
 
 contains
 
@@ -48,20 +53,25 @@ contains
       do c = 1, 9
          call fetch(corners%list, column(:, layout%domain + c - 1), own)
          corners%half_edge(:n, c) = own(:n)*frame%per_cell
-         corners%half_edge(n + 1:, c) = merge(0.25_wp, 0.0_wp, mod(c, 4) == 1) ! what stands behind the last must have an inverse
+         corners%half_edge(n + 1:, c) = merge(0.25_wp, 0.0_wp, mod(c, 4) == 1) ! what stands behind the last
+                                                                               ! must have an inverse
       end do
       associate (r => corners%half_edge, q => corners%inverse)
          !$omp simd
          do p = 1, chunk + batch
-            call fit_and_invert(r(p, 1), r(p, 2), r(p, 3), r(p, 4), r(p, 5), r(p, 6), r(p, 7), r(p, 8), r(p, 9), &
-                                q(p, 1), q(p, 2), q(p, 3), q(p, 4), q(p, 5), q(p, 6), q(p, 7), q(p, 8), q(p, 9))
+            call fit_and_invert(r(p, 1), r(p, 2), r(p, 3), r(p, 4), r(p, 5), r(p, 6), r(p, 7), r(p, 8), &
+                                r(p, 9), &
+                                q(p, 1), q(p, 2), q(p, 3), q(p, 4), q(p, 5), q(p, 6), q(p, 7), q(p, 8), &
+                                   q(p, 9))
          end do
       end associate
    end subroutine set_corners
 
-   !> Scale the half edges a, b, c down until the domain reaches no further than half a cell along any axis (Homel, Brannon and
-   !> Guilkey 2016); then its corners lie among the 27 nodes. u, v, w: the rows of the inverse of the matrix with columns a, b, c.
-   pure elemental subroutine fit_and_invert(ax, ay, az, bx, by, bz, cx, cy, cz, ux, uy, uz, vx, vy, vz, wx, wy, wz)
+   !> Scale the half edges a, b, c down until the domain reaches no further than half a cell along any axis
+   !> (Homel, Brannon and Guilkey 2016); then its corners lie among the 27 nodes. u, v, w: the rows of the
+   !> inverse of the matrix with columns a, b, c.
+   pure elemental subroutine fit_and_invert(ax, ay, az, bx, by, bz, cx, cy, cz, ux, uy, uz, vx, vy, vz, wx, &
+                                            wy, wz)
       real(wp), intent(inout) :: ax, ay, az, bx, by, bz, cx, cy, cz
       real(wp), intent(out) :: ux, uy, uz, vx, vy, vz, wx, wy, wz
       real(wp) :: extent, fit, per_volume
@@ -79,8 +89,8 @@ contains
       wx = per_volume*wx; wy = per_volume*wy; wz = per_volume*wz
    end subroutine fit_and_invert
 
-   !> Weights of particle `first` of the chunk and the `batch` - 1 behind it: the mean over the corners of the grid's hat
-   !> functions, and the mean slope of what interpolates them between the corners.
+   !> Weights of particle `first` of the chunk and the `batch` - 1 behind it: the mean over the corners of the
+   !> grid's hat functions, and the mean slope of what interpolates them between the corners.
    pure subroutine set_corner_weights(weights, corners, first, per_cell)
       type(corner_weights_t), intent(inout) :: weights
       type(corner_stencil_t), intent(in) :: corners
@@ -92,11 +102,13 @@ contains
          do axis = 1, 3
             !$omp simd private(place)
             do p = 1, batch
-               place = corners%list%offset(first + p - 1, axis) + sign_of(corner, 1)*corners%half_edge(first + p - 1, axis) &
+               place = corners%list%offset(first + p - 1, axis) &
+                       + sign_of(corner, 1)*corners%half_edge(first + p - 1, axis) &
                        + sign_of(corner, 2)*corners%half_edge(first + p - 1, 3 + axis) &
                        + sign_of(corner, 3)*corners%half_edge(first + p - 1, 6 + axis)
                hat(p, -1, axis, corner) = max(0.0_wp, -place)
-               hat(p, 0, axis, corner) = max(0.0_wp, 1.0_wp - abs(place)) ! corners may lie a rounding beyond the next node
+               hat(p, 0, axis, corner) = max(0.0_wp, 1.0_wp - abs(place)) ! corners may lie a rounding beyond
+                                                                          ! the next node
                hat(p, 1, axis, corner) = max(0.0_wp, place)
             end do
          end do
@@ -111,19 +123,25 @@ contains
                n = 14 + a + 3*(b + 3*c)
                !$omp simd
                do p = 1, batch
-                  call mean_of_corners(plane(p, 1)*hat(p, c, 3, 1), plane(p, 2)*hat(p, c, 3, 2), plane(p, 3)*hat(p, c, 3, 3), &
-                                       plane(p, 4)*hat(p, c, 3, 4), plane(p, 5)*hat(p, c, 3, 5), plane(p, 6)*hat(p, c, 3, 6), &
+                  call mean_of_corners(plane(p, 1)*hat(p, c, 3, 1), plane(p, 2)*hat(p, c, 3, 2), &
+                                       plane(p, 3)*hat(p, c, 3, 3), &
+                                       plane(p, 4)*hat(p, c, 3, 4), plane(p, 5)*hat(p, c, 3, 5), &
+                                          plane(p, 6)*hat(p, c, 3, 6), &
                                        plane(p, 7)*hat(p, c, 3, 7), plane(p, 8)*hat(p, c, 3, 8), &
-                                       q(p, 1), q(p, 2), q(p, 3), q(p, 4), q(p, 5), q(p, 6), q(p, 7), q(p, 8), q(p, 9), &
-                                       weights%weight(p, n), weights%slope(p, n, 1), weights%slope(p, n, 2), weights%slope(p, n, 3))
+                                       q(p, 1), q(p, 2), q(p, 3), q(p, 4), q(p, 5), q(p, 6), q(p, 7), &
+                                          q(p, 8), q(p, 9), &
+                                       weights%weight(p, n), weights%slope(p, n, 1), weights%slope(p, n, 2), &
+                                          weights%slope(p, n, 3))
                end do
             end do
          end do
       end do
    end subroutine set_corner_weights
 
-   !> From the hat function of a node at the corners, first edge's sign changing fastest; u, v, w as above, over 8 and in 1/m.
-   pure elemental subroutine mean_of_corners(h1, h2, h3, h4, h5, h6, h7, h8, ux, uy, uz, vx, vy, vz, wx, wy, wz, weight, x, y, z)
+   !> From the hat function of a node at the corners, first edge's sign changing fastest; u, v, w as above,
+   !> over 8 and in 1/m.
+   pure elemental subroutine mean_of_corners(h1, h2, h3, h4, h5, h6, h7, h8, ux, uy, uz, vx, vy, vz, wx, wy, &
+                                             wz, weight, x, y, z)
       real(wp), intent(in) :: h1, h2, h3, h4, h5, h6, h7, h8, ux, uy, uz, vx, vy, vz, wx, wy, wz
       real(wp), intent(out) :: weight, x, y, z
       real(wp) :: along_1, along_2, along_3, low, high

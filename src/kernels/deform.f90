@@ -7,8 +7,8 @@ module m_deform
 
 contains
 
-   !> V <- V det(I + dt L) for the first `count` particles; `smallest` is the smallest of the new volumes, m3: not above 0 where a
-   !> particle was turned inside out.
+   !> V <- V det(I + dt L) for the first `count` particles; `smallest` is the smallest of the new volumes, m3:
+   !> not above 0 where a particle was turned inside out.
    pure subroutine advance_volume(count, gradient, time_step, volume, smallest)
       integer, intent(in) :: count
       real(wp), intent(in), contiguous :: gradient(:, :) !< (:, 9), d v_i / d x_j at 3 (j-1) + i, 1/s
@@ -35,8 +35,8 @@ contains
       end do
    end subroutine advance_volume
 
-   !> r_i <- r_i (1 + dt L_ii) for the half sizes along the axes (theory.md, eq. stretch); `smallest` is the smallest
-   !> of the factors.
+   !> r_i <- r_i (1 + dt L_ii) for the half sizes along the axes (theory.md, eq. stretch); `smallest` is the
+   !> smallest of the factors.
    pure subroutine advance_half_sizes(count, gradient, time_step, half_size, smallest)
       integer, intent(in) :: count
       real(wp), intent(in), contiguous :: gradient(:, :)     !< (:, 9), as above, 1/s
@@ -59,7 +59,8 @@ contains
       integer, intent(in) :: count
       real(wp), intent(in), contiguous :: gradient(:, :)     !< (:, 9), as above, 1/s
       real(wp), intent(in) :: time_step                      !< s
-      real(wp), intent(inout), contiguous :: half_edge(:, :) !< (:, 9), component i of edge k at 3 (k-1) + i, m
+      real(wp), intent(inout), contiguous :: half_edge(:, :) !< (:, 9), component i of edge k at 3 (k-1) + i,
+                                                             !< m
       real(wp) :: x, y, z
       integer :: first, p
       do first = 1, 7, 3
@@ -69,8 +70,10 @@ contains
             y = time_step*half_edge(p, first + 1)
             z = time_step*half_edge(p, first + 2)
             half_edge(p, first) = half_edge(p, first) + gradient(p, 1)*x + gradient(p, 4)*y + gradient(p, 7)*z
-            half_edge(p, first + 1) = half_edge(p, first + 1) + gradient(p, 2)*x + gradient(p, 5)*y + gradient(p, 8)*z
-            half_edge(p, first + 2) = half_edge(p, first + 2) + gradient(p, 3)*x + gradient(p, 6)*y + gradient(p, 9)*z
+            half_edge(p, first + 1) = half_edge(p, first + 1) + gradient(p, 2)*x + gradient(p, 5)*y &
+                                      + gradient(p, 8)*z
+            half_edge(p, first + 2) = half_edge(p, first + 2) + gradient(p, 3)*x + gradient(p, 6)*y &
+                                      + gradient(p, 9)*z
          end do
       end do
    end subroutine advance_half_edges
@@ -100,7 +103,8 @@ contains
       nothing = 0.0_wp
       !$omp simd reduction(+: nothing) private(together)
       do p = 1, count
-         together = (stress(p, 1) + stress(p, 2)) + (stress(p, 3) + stress(p, 4)) + (stress(p, 5) + stress(p, 6))
+         together = (stress(p, 1) + stress(p, 2)) + (stress(p, 3) + stress(p, 4)) &
+                    + (stress(p, 5) + stress(p, 6))
          nothing = nothing + (together - together)
       end do
       finite_stress = abs(nothing) <= 0.0_wp

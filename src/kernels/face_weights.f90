@@ -1,5 +1,6 @@
-!> Weights on the nodes of what acts on a face of a particle's domain: those of the grid's hat functions at the middle of the face,
-!> and where domains are large their mean about it (theory.md, eqs contact-nodes, face-mean).
+!> Weights on the nodes of what acts on a face of a particle's domain: those of the grid's hat functions at
+!> the middle of the face, and where domains are large their mean about it (theory.md, eqs contact-nodes,
+!> face-mean).
 module m_face_weights
    use m_kinds, only: wp
    use m_vectors, only: cross
@@ -8,9 +9,11 @@ module m_face_weights
    private
    public :: face_weights_t, find_face, fit_share, cube_span, weigh_point, weigh_face, weigh, flattening
 
-   real(wp), parameter :: small_domain = 0.3_wp !< half edges up to here, in cells: the middle of the face stands for it
+   real(wp), parameter :: small_domain = 0.3_wp !< half edges up to here, in cells: the middle of the face
+                                                !< stands for it
    real(wp), parameter :: large_domain = 0.4_wp !< from here on the mean is taken over the whole face
-   real(wp), parameter :: flattening = 0.15_wp  !< up to which forces act at the face of a cube that is pressed (eq. contact-face)
+   real(wp), parameter :: flattening = 0.15_wp !< up to which forces act at the face of a cube that is pressed
+                                               !< (eq. contact-face)
 
    !> On the 8 nodes of the cell that holds a point, or on the 27 around a particle's bin.
    type :: face_weights_t
@@ -21,9 +24,9 @@ module m_face_weights
 
 contains
 
-   !> The face of a domain that is met from its centre against a normal: how far away it is, and the halves of what it spans, which
-   !> are 0 where its middle stands for it. Neither goes beyond the domain. With a normal along an edge the span is the whole face
-   !> across it, and none along it.
+   !> The face of a domain that is met from its centre against a normal: how far away it is, and the halves of
+   !> what it spans, which are 0 where its middle stands for it. Neither goes beyond the domain. With a normal
+   !> along an edge the span is the whole face across it, and none along it.
    pure subroutine find_face(half_edge, normal, cell, turns, farthest, distance, span)
       real(wp), intent(in) :: half_edge(3, 3) !< columns; as the weights see them, m
       real(wp), intent(in) :: normal(3)       !< unit vector
@@ -38,9 +41,10 @@ contains
       call span_around(half_edge, distance*along, cell, turns, span)
    end subroutine find_face
 
-   !> Where the force on a domain's share of a patch acts: its middle, given by an arm that follows the material, is drawn back into
-   !> the domain where it has left it, so that no node gets a force without the mass of the same domain (theory.md, eq. pressure). A
-   !> cube does not get shorter when the material is pressed: the force stays at its face, with large ones up to a limit.
+   !> Where the force on a domain's share of a patch acts: its middle, given by an arm that follows the
+   !> material, is drawn back into the domain where it has left it, so that no node gets a force without the
+   !> mass of the same domain (theory.md, eq. pressure). A cube does not get shorter when the material is
+   !> pressed: the force stays at its face, with large ones up to a limit.
    pure subroutine fit_share(half_edge, arm, outward, cell, turns, cube, middle, span)
       real(wp), intent(in) :: half_edge(3, 3) !< columns; as the weights see them, m
       real(wp), intent(in) :: arm(3)          !< from the domain's centre to the middle of the share, m
@@ -65,8 +69,9 @@ contains
       call span_around(half_edge, abs(along)/max(1.0_wp, maxval(abs(along))), cell, turns, span)
    end subroutine fit_share
 
-   !> What of a domain lies about a point, as far as it counts: all of it where the weights are those of the domain's corners, which
-   !> give mass to the nodes behind a corner as soon as that passes a node plane (eq. face-mean).
+   !> What of a domain lies about a point, as far as it counts: all of it where the weights are those of the
+   !> domain's corners, which give mass to the nodes behind a corner as soon as that passes a node plane (eq.
+   !> face-mean).
    pure subroutine span_around(half_edge, along, cell, turns, span)
       real(wp), intent(in) :: half_edge(3, 3), along(3), cell
       logical, intent(in) :: turns
@@ -140,7 +145,8 @@ contains
       end do
    end subroutine weigh_point
 
-   !> The same, in the mean over a face: as the weights of the domain are made, over a box, or over corners where edges turn.
+   !> The same, in the mean over a face: as the weights of the domain are made, over a box, or over corners
+   !> where edges turn.
    pure subroutine weigh_face(weights, node, place, span, turns)
       type(face_weights_t), intent(inout) :: weights
       integer, intent(in) :: node(3)       !< in the block, from 0
@@ -152,14 +158,17 @@ contains
       if (turns) then
          extent = sum(abs(span), dim=2)
          lowest = node + merge(-1, 0, place - extent < node)
-         weights%last = merge(1, 2, all(place + extent <= lowest + 1)) ! the nodes of one cell, where the face lies in it
+         weights%last = merge(1, 2, all(place + extent <= lowest + 1)) ! the nodes of one cell, where the face
+                                                                       ! lies in it
          if (weights%last == 2) lowest = node - 1
          weights%corner = lowest
          weights%weight = 0.0_wp
          do c = 0, 7
-            corner = place + matmul(span, real(2*[ibits(c, 0, 1), ibits(c, 1, 1), ibits(c, 2, 1)] - 1, wp)) - lowest
+            corner = place + matmul(span, real(2*[ibits(c, 0, 1), ibits(c, 1, 1), ibits(c, 2, 1)] - 1, wp)) &
+                     - lowest
             do axis = 1, 3
-               hat(:, axis) = [max(0.0_wp, 1.0_wp - corner(axis)), max(0.0_wp, 1.0_wp - abs(corner(axis) - 1.0_wp)), &
+               hat(:, axis) = [max(0.0_wp, 1.0_wp - corner(axis)), &
+                              max(0.0_wp, 1.0_wp - abs(corner(axis) - 1.0_wp)), &
                                max(0.0_wp, corner(axis) - 1.0_wp)]
             end do
             call add_product(weights, 0.125_wp, hat)

@@ -10,9 +10,11 @@ module m_g2p_boxes
    private
    public :: g2p_boxes, motion_t, fastest_t, taken_t, move, find_fastest
 
-   integer, parameter :: half = 4  !< of them, those of which the gradient is wanted, and those of which it is not
+   integer, parameter :: half = 4 !< of them, those of which the gradient is wanted, and those of which it is
+                                  !< not
 
-   !> How the particles move: x += dt v_grid, v = flip (v + dt a) + (1 - flip) v_grid; then v - v_grid <- unseen (v - v_grid).
+   !> How the particles move: x += dt v_grid, v = flip (v + dt a) + (1 - flip) v_grid; then v - v_grid <-
+   !> unseen (v - v_grid).
    type :: motion_t
       real(wp) :: time_step     !< s; with 0 and flip 1 only the velocity gradient is taken
       real(wp) :: flip_fraction
@@ -21,7 +23,8 @@ module m_g2p_boxes
       integer :: heat = 0       !< column of the energy that is taken from it; 0: none is
    end type motion_t
 
-   !> The particle of a block that the grid carries fastest along an axis, if faster than allowed: an undefined speed is none.
+   !> The particle of a block that the grid carries fastest along an axis, if faster than allowed: an
+   !> undefined speed is none.
    type :: fastest_t
       real(wp) :: speed        !< allowed at first, then that of the particle, m/s
       integer :: particle = 0  !< 0: none is too fast
@@ -33,11 +36,13 @@ module m_g2p_boxes
       real(wp) :: gradient(chunk + batch, 9) !< d v_i / d x_j at 3 (j-1) + i
    end type taken_t
 
-   integer, parameter :: group = 4 !< particles of a bin done together; a single one, or what is left over, is done by itself
+   integer, parameter :: group = 4 !< particles of a bin done together; a single one, or what is left over, is
+                                   !< done by itself
 
 contains
 
-   !> Move a block's particles with its node tile and store their velocity gradients, d v_i / d x_j at 3 (j-1) + i.
+   !> Move a block's particles with its node tile and store their velocity gradients, d v_i / d x_j at 3 (j-1)
+   !> + i.
    pure subroutine g2p_boxes(cells, tile, layout, frame, motion, column, gradient, fastest)
       type(cell_list_t), intent(in) :: cells
       real(wp), intent(in) :: tile(node_values, 0:block_size + 1, 0:block_size + 1, 0:block_size + 1)
@@ -53,7 +58,8 @@ contains
       do first = 1, cells%count, chunk
          call set_stencil(stencil, cells, first, column, layout, frame)
          do r = 1, stencil%runs
-            associate (i => stencil%run_place(1, r), j => stencil%run_place(2, r), k => stencil%run_place(3, r))
+            associate (i => stencil%run_place(1, r), j => stencil%run_place(2, r), &
+                       k => stencil%run_place(3, r))
                p = stencil%run_first(r)
                last = stencil%run_first(r + 1) - 1
                do while (last > p)
@@ -88,10 +94,10 @@ contains
       end do
    end subroutine find_fastest
 
-   !> The particle `first` and those behind it together: one lane a particle, one quantity after the other, so that its seven sums
-   !> and the weights along x fit into sixteen registers. Planes stay a loop (`unroll 1`): as straight code, all loads of the nodes
-   !> come first and are spilled. What is taken by those that are not of the same bin is nonsense, and overwritten when their turn
-   !> comes.
+   !> The particle `first` and those behind it together: one lane a particle, one quantity after the other, so
+   !> that its seven sums and the weights along x fit into sixteen registers. Planes stay a loop (`unroll 1`):
+   !> as straight code, all loads of the nodes come first and are spilled. What is taken by those that are not
+   !> of the same bin is nonsense, and overwritten when their turn comes.
    pure subroutine take_group(stencil, first, i, j, k, tile, taken)
       type(stencil_t), intent(in) :: stencil
       integer, intent(in) :: first, i, j, k
@@ -245,7 +251,8 @@ contains
 
    !> Particles that follow each other along one axis.
    pure subroutine move_along(axis, before, before_in_chunk, count, taken, layout, motion, column)
-      integer, intent(in) :: axis, before, before_in_chunk, count !< particles ahead of them in the block and in the chunk; and they
+      integer, intent(in) :: axis, before, before_in_chunk, count !< particles ahead of them in the block and
+                                                                  !< in the chunk; and they
       type(taken_t), intent(in) :: taken
       type(layout_t), intent(in) :: layout
       type(motion_t), intent(in) :: motion
@@ -262,11 +269,12 @@ contains
          column(p, v) = motion%flip_fraction*(column(p, v) + motion%time_step*taken%motion(q, 3 + axis)) &
                         + (1.0_wp - motion%flip_fraction)*taken%motion(q, axis)
       end do
-      if (motion%heat > 0) call rest_along(axis, before, before_in_chunk, count, taken, layout, motion, column)
+      if (motion%heat > 0) call rest_along(axis, before, before_in_chunk, count, taken, layout, motion, &
+                                           column)
    end subroutine move_along
 
-   !> What nodes do not see of the velocities of particles that follow each other, along one axis, comes to rest (theory.md, eq.
-   !> unseen).
+   !> What nodes do not see of the velocities of particles that follow each other, along one axis, comes to
+   !> rest (theory.md, eq. unseen).
    pure subroutine rest_along(axis, before, before_in_chunk, count, taken, layout, motion, column)
       integer, intent(in) :: axis, before, before_in_chunk, count !< as above
       type(taken_t), intent(in) :: taken
@@ -279,7 +287,8 @@ contains
       !$omp simd private(p, rest)
       do m = 1, count
          p = before + m
-         rest = taken%motion(before_in_chunk + m, axis) + motion%unseen*(column(p, v) - taken%motion(before_in_chunk + m, axis))
+         rest = taken%motion(before_in_chunk + m, axis) + motion%unseen*(column(p, v) &
+               - taken%motion(before_in_chunk + m, axis))
          column(p, motion%heat) = column(p, motion%heat) &
                                   + 0.5_wp*column(p, layout%mass)*(column(p, v) - rest)*(column(p, v) + rest)
          column(p, v) = rest

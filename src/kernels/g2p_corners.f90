@@ -1,5 +1,5 @@
-!> Particles whose domains are parallelepipeds take velocity, acceleration and velocity gradient from their nodes (theory.md, eqs
-!> to-particles, corners).
+!> Particles whose domains are parallelepipeds take velocity, acceleration and velocity gradient from their
+!> nodes (theory.md, eqs to-particles, corners).
 module m_g2p_corners
    use m_kinds, only: wp
    use m_constants, only: block_size
@@ -42,7 +42,8 @@ contains
       end do
    end subroutine g2p_corners
 
-   !> Particle m of the chunk, p of the batch, from the nodes from `place` in the tile on: one lane a node quantity.
+   !> Particle m of the chunk, p of the batch, from the nodes from `place` in the tile on: one lane a node
+   !> quantity.
    pure subroutine take(weights, m, p, place, tile, taken)
       type(corner_weights_t), intent(in) :: weights
       integer, intent(in) :: m, p, place(3)
@@ -63,13 +64,17 @@ contains
             do b = 0, 2
                j = place(2) + b
                n = 1 + 3*(b + 3*c)
-               value = value + (weights%weight(p, n)*tile(q, i, j, k) + weights%weight(p, n + 1)*tile(q, i + 1, j, k) &
+               value = value + (weights%weight(p, n)*tile(q, i, j, k) &
+                                + weights%weight(p, n + 1)*tile(q, i + 1, j, k) &
                           + weights%weight(p, n + 2)*tile(q, i + 2, j, k))
-               x = x + (weights%slope(p, n, 1)*tile(q, i, j, k) + weights%slope(p, n + 1, 1)*tile(q, i + 1, j, k) &
+               x = x + (weights%slope(p, n, 1)*tile(q, i, j, k) &
+                        + weights%slope(p, n + 1, 1)*tile(q, i + 1, j, k) &
                       + weights%slope(p, n + 2, 1)*tile(q, i + 2, j, k))
-               y = y + (weights%slope(p, n, 2)*tile(q, i, j, k) + weights%slope(p, n + 1, 2)*tile(q, i + 1, j, k) &
+               y = y + (weights%slope(p, n, 2)*tile(q, i, j, k) &
+                        + weights%slope(p, n + 1, 2)*tile(q, i + 1, j, k) &
                       + weights%slope(p, n + 2, 2)*tile(q, i + 2, j, k))
-               z = z + (weights%slope(p, n, 3)*tile(q, i, j, k) + weights%slope(p, n + 1, 3)*tile(q, i + 1, j, k) &
+               z = z + (weights%slope(p, n, 3)*tile(q, i, j, k) &
+                        + weights%slope(p, n + 1, 3)*tile(q, i + 1, j, k) &
                       + weights%slope(p, n + 2, 3)*tile(q, i + 2, j, k))
             end do
          end do

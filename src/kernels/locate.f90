@@ -7,13 +7,15 @@ module m_locate
    private
    public :: locate_particles, find_bounds, bin_of
 
-   integer, parameter :: stretch = 128 !< particles among which emigrants are looked for one by one if there are any
+   integer, parameter :: stretch = 128 !< particles among which emigrants are looked for one by one if there
+                                       !< are any
 
 contains
 
    !> Set the bins of the first `count` particles; those outside the block are listed, rising, and keep bin 0.
    !> `lowest` and `highest` bound the centres, so that the caller sees at once whether one has left the grid.
-   pure subroutine locate_particles(count, position, frame, bin, emigrants, emigrant_count, moved, lowest, highest)
+   pure subroutine locate_particles(count, position, frame, bin, emigrants, emigrant_count, moved, lowest, &
+                                    highest)
       integer, intent(in) :: count
       real(wp), intent(in), contiguous :: position(:, :)   !< (:, 3), m
       type(frame_t), intent(in) :: frame
@@ -49,7 +51,8 @@ contains
          high_y = max(high_y, position(p, 2))
          high_z = max(high_z, position(p, 3))
          below = merge(-1, 0, min(x, y, z) < 0.0_wp)
-         now = merge(1 + i + block_size*(j + block_size*k), 0, iand(ior(ior(i, j), ior(k, below)), not(block_size - 1)) == 0)
+         now = merge(1 + i + block_size*(j + block_size*k), 0, iand(ior(ior(i, j), ior(k, below)), &
+               not(block_size - 1)) == 0)
          changes = changes + merge(1, 0, now /= bin(p))
          outside = outside + merge(1, 0, now == 0)
          bin(p) = now

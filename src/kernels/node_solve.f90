@@ -10,12 +10,14 @@ module m_node_solve
 
 contains
 
-   !> In place: mass, momentum p, force f become mass, velocity p/m + dt f/m, acceleration f/m. Nodes without mass become zero.
-   !> There is no mass threshold: weights and their slopes vanish together, so what a particle takes back stays bounded.
+   !> In place: mass, momentum p, force f become mass, velocity p/m + dt f/m, acceleration f/m. Nodes without
+   !> mass become zero. There is no mass threshold: weights and their slopes vanish together, so what a
+   !> particle takes back stays bounded.
    pure subroutine solve_nodes(tile, time_step, extent)
       real(wp), intent(inout) :: tile(node_values, 0:block_size + 1, 0:block_size + 1, 0:block_size + 1)
       real(wp), intent(in) :: time_step !< s
-      integer, intent(in), optional :: extent(2, 3) !< first and last index along each axis of the nodes with mass
+      integer, intent(in), optional :: extent(2, 3) !< first and last index along each axis of the nodes with
+                                                    !< mass
       real(wp) :: per_mass
       integer :: i, j, k, low(3), high(3)
       low = 0

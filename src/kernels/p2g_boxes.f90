@@ -10,19 +10,22 @@ module m_p2g_boxes
    private
    public :: p2g_boxes, add_body_force, load_t, half, clear, set_load
 
-   integer, parameter :: half = 4  !< of them, those that go with the weight, and those that go with its slopes: a register each
+   integer, parameter :: half = 4 !< of them, those that go with the weight, and those that go with its
+                                  !< slopes: a register each
 
    !> What the particles of a chunk give, one lane a node quantity. Lanes that are never written stay 0.
    type :: load_t
-      real(wp) :: momentum(half, 0:3, chunk) = 0.0_wp !< mass and momentum; and what affine momentum adds from node to node along
-                                                      !< each axis, m L h, nothing to the mass
+      real(wp) :: momentum(half, 0:3, chunk) = 0.0_wp !< mass and momentum; and what affine momentum adds from
+                                                      !< node to node along each axis, m L h, nothing to the
+                                                      !< mass
       real(wp) :: force(half, 3, chunk) = 0.0_wp      !< -V sigma, a column an axis; the last lane is spare
    end type load_t
 
 contains
 
    !> Add to a block's node tile what the listed particles give.
-   !> Where the layout has a velocity gradient, it is carried along (affine transfer): m S (v + L (x_i - x_p)).
+   !> Where the layout has a velocity gradient, it is carried along (affine transfer): m S (v + L (x_i -
+   !> x_p)).
    pure subroutine p2g_boxes(cells, column, layout, frame, tile)
       type(cell_list_t), intent(in) :: cells
       real(wp), intent(in), contiguous :: column(:, :)
@@ -38,7 +41,8 @@ contains
          call set_load(load, stencil, column, layout, frame%cell)
          call set_face(face, stencil)
          do r = 1, stencil%runs
-            associate (from => stencil%run_first(r), to => stencil%run_first(r + 1) - 1, place => stencil%run_place(:, r))
+            associate (from => stencil%run_first(r), to => stencil%run_first(r + 1) - 1, &
+                       place => stencil%run_place(:, r))
                call add_momentum(load, stencil, face, from, to, place(1), place(2), place(3), tile)
                call add_force(load, stencil, from, to, place(1), place(2), place(3), tile)
             end associate
@@ -49,7 +53,8 @@ contains
    !> Before a block's first chunk: nothing on its nodes.
    pure subroutine clear(tile, extent)
       real(wp), intent(inout) :: tile(node_values, 0:block_size + 1, 0:block_size + 1, 0:block_size + 1)
-      integer, intent(in), optional :: extent(2, 3) !< first and last index along each axis of what can be other than 0
+      integer, intent(in), optional :: extent(2, 3) !< first and last index along each axis of what can be
+                                                    !< other than 0
       if (present(extent)) then
          tile(:, extent(1, 1):extent(2, 1), extent(1, 2):extent(2, 2), extent(1, 3):extent(2, 3)) = 0.0_wp
       else
@@ -57,8 +62,9 @@ contains
       end if
    end subroutine clear
 
-   !> What the particles of a chunk carry, from columns to lanes, one particle after the other. Affine transfer is written about
-   !> the nearest node, so that what goes with an axis is 0 there: m S (v - L h offset) + m S L (x_i - x_nearest), offsets in cells.
+   !> What the particles of a chunk carry, from columns to lanes, one particle after the other. Affine
+   !> transfer is written about the nearest node, so that what goes with an axis is 0 there: m S (v - L h
+   !> offset) + m S L (x_i - x_nearest), offsets in cells.
    pure subroutine set_load(load, stencil, column, layout, cell)
       type(load_t), intent(inout) :: load
       type(stencil_t), intent(in) :: stencil
@@ -99,7 +105,8 @@ contains
       end do
       if (layout%viscous_pressure > 0) &
          call add_pressure(load, stencil, column(:, layout%volume), column(:, layout%viscous_pressure))
-      if (layout%pressure_shift > 0) call add_pressure(load, stencil, column(:, layout%volume), column(:, layout%pressure_shift))
+      if (layout%pressure_shift > 0) call add_pressure(load, stencil, column(:, layout%volume), &
+                                                       column(:, layout%pressure_shift))
    end subroutine set_load
 
    !> What adds to the pressure and is no part of the stress.
@@ -128,8 +135,8 @@ contains
       end do
    end subroutine set_face
 
-   !> Add mass and momentum of a run of particles of one bin to the 27 nodes around it. One lane a node quantity; plane by plane,
-   !> with the plane's nine sums in registers over the particles.
+   !> Add mass and momentum of a run of particles of one bin to the 27 nodes around it. One lane a node
+   !> quantity; plane by plane, with the plane's nine sums in registers over the particles.
    pure subroutine add_momentum(load, stencil, face, first, last, i, j, k, tile)
       type(load_t), intent(in) :: load
       type(stencil_t), intent(in) :: stencil

@@ -1,5 +1,6 @@
-!> Particles whose domains are parallelepipeds give mass, momentum and force to their nodes (theory.md, eqs to-nodes, corners).
-!> The weights are no products of one an axis, so each particle goes to its 27 nodes by itself, one lane a node quantity.
+!> Particles whose domains are parallelepipeds give mass, momentum and force to their nodes (theory.md, eqs
+!> to-nodes, corners). The weights are no products of one an axis, so each particle goes to its 27 nodes by
+!> itself, one lane a node quantity.
 module m_p2g_corners
    use m_kinds, only: wp
    use m_constants, only: block_size
@@ -58,7 +59,8 @@ contains
                n = n + 1
                !$omp simd
                do q = 1, half
-                  tile(q, i, j, k) = tile(q, i, j, k) + weights%weight(p, n)*(row(q) + a*load%momentum(q, 1, m))
+                  tile(q, i, j, k) = tile(q, i, j, k) + weights%weight(p, n)*(row(q) &
+                        + a*load%momentum(q, 1, m))
                end do
                !$omp simd
                do q = 1, half
@@ -93,7 +95,8 @@ contains
             force = column(particle, layout%mass)*acceleration(particle, :)
             do n = 1, 27
                node = corners%place(:, m) + [mod(n - 1, 3), mod((n - 1)/3, 3), (n - 1)/9]
-               tile(f_x:f_z, node(1), node(2), node(3)) = tile(f_x:f_z, node(1), node(2), node(3)) + weights%weight(p, n)*force
+               tile(f_x:f_z, node(1), node(2), node(3)) = tile(f_x:f_z, node(1), node(2), node(3)) &
+                                                          + weights%weight(p, n)*force
             end do
          end do
       end do

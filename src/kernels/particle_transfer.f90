@@ -1,5 +1,6 @@
-!> Between particles and nodes, by the kernels that serve the domains the particles have: boxes along the axes, whose weights are
-!> products, or parallelepipeds (theory.md, eqs weights, corners). Another kind of domain is another branch in each of these three.
+!> Between particles and nodes, by the kernels that serve the domains the particles have: boxes along the
+!> axes, whose weights are products, or parallelepipeds (theory.md, eqs weights, corners). Another kind of
+!> domain is another branch in each of these three.
 module m_particle_transfer
    use m_kinds, only: wp
    use m_constants, only: block_size
@@ -47,8 +48,8 @@ contains
       end if
    end subroutine p2g_body_force
 
-   !> Move the listed particles with a node tile; their velocity gradients go into `gradient`, d v_i / d x_j at 3 (j-1) + i (eq.
-   !> to-particles).
+   !> Move the listed particles with a node tile; their velocity gradients go into `gradient`, d v_i / d x_j
+   !> at 3 (j-1) + i (eq. to-particles).
    pure subroutine g2p(cells, tile, layout, frame, motion, column, gradient, fastest)
       type(cell_list_t), intent(in) :: cells
       real(wp), intent(in) :: tile(node_values, 0:block_size + 1, 0:block_size + 1, 0:block_size + 1)

@@ -1,4 +1,5 @@
-!> Weights of particles on the 27 nodes around their bins, in chunks of those that are gone through; where a block stands.
+!> Weights of particles on the 27 nodes around their bins, in chunks of those that are gone through; where a
+!> block stands.
 module m_stencil
    use m_kinds, only: wp, i4
    use m_constants, only: block_size, short_of
@@ -9,7 +10,8 @@ module m_stencil
    public :: stencil_t, frame_t, set_stencil, list_chunk, fetch, bin_place, hat_weights, gimp_weights
 
    integer, parameter, public :: batch = 8    !< particles in one vector
-   integer, parameter, public :: chunk = 64   !< particles handled together: their weights stay in the first-level cache
+   integer, parameter, public :: chunk = 64 !< particles handled together: their weights stay in the
+                                            !< first-level cache
 
    !> Where a block stands and how large its cells are.
    type :: frame_t
@@ -18,9 +20,10 @@ module m_stencil
       real(wp) :: per_cell  !< 1/m
    end type frame_t
 
-   !> Up to `chunk` particles that are gone through after each other, whatever their bins: weights (1) and slopes (1/m), by
-   !> particle, node (-1, 0, 1) and axis; and the offset from the nearest node (cells). Vectors may read `batch` - 1 beyond the
-   !> last, where something stands from before. Kernels keep theirs from call to call (Makefile): defaults are not set again.
+   !> Up to `chunk` particles that are gone through after each other, whatever their bins: weights (1) and
+   !> slopes (1/m), by particle, node (-1, 0, 1) and axis; and the offset from the nearest node (cells).
+   !> Vectors may read `batch` - 1 beyond the last, where something stands from before. Kernels keep theirs
+   !> from call to call (Makefile): defaults are not set again.
    type :: stencil_t
       real(wp) :: weight(chunk + batch, -1:1, 3) = 0.0_wp
       real(wp) :: slope(chunk + batch, -1:1, 3) = 0.0_wp
@@ -29,8 +32,8 @@ module m_stencil
       integer(i4) :: member(chunk) = 0        !< number of the particle in the block
       logical :: in_order = .false.           !< the particles follow each other in memory too
       integer :: runs = 0                     !< runs of particles of one bin
-      integer :: run_place(3, chunk) = 0      !< their bins' places in the block, from 0: also the lowest of the 27 nodes in the
-                                              !< tile
+      integer :: run_place(3, chunk) = 0 !< their bins' places in the block, from 0: also the lowest of the 27
+                                         !< nodes in the tile
       integer(i4) :: run_first(chunk + 1) = 1 !< of the chunk's particles; run r ends before run_first(r + 1)
    end type stencil_t
 
@@ -53,10 +56,12 @@ contains
       do axis = 1, 3
          if (layout%half_sizes) then
             call fetch(stencil, column(:, layout%half_size + axis - 1), half)
-            half(:stencil%count) = min(short_of*half(:stencil%count), 0.5_wp*frame%cell) ! a longer one is about to be split
+            ! a longer one is about to be split
+            half(:stencil%count) = min(short_of*half(:stencil%count), 0.5_wp*frame%cell)
          end if
          if (stencil%in_order) then
-            call set_axis(stencil, axis, column(from:to, layout%position + axis - 1), half, node(:, axis), frame)
+            call set_axis(stencil, axis, column(from:to, layout%position + axis - 1), half, node(:, axis), &
+                          frame)
          else
             call fetch(stencil, column(:, layout%position + axis - 1), place)
             call set_axis(stencil, axis, place(:stencil%count), half, node(:, axis), frame)
@@ -70,14 +75,15 @@ contains
       integer, intent(in) :: axis
       real(wp), intent(in), contiguous :: place(:) !< of the chunk's particles along the axis, m
       real(wp), intent(in) :: half(chunk)          !< their half sizes, m
-      real(wp), intent(in) :: node(chunk)          !< the place of the node in the middle of their bins, in cells
+      real(wp), intent(in) :: node(chunk) !< the place of the node in the middle of their bins, in cells
       type(frame_t), intent(in) :: frame
       real(wp) :: offset
       integer :: p
       !$omp simd private(offset)
       do p = 1, stencil%count
          offset = (place(p) - frame%origin(axis))*frame%per_cell - node(p)
-         call gimp_weights(offset, half(p)*frame%per_cell, stencil%weight(p, -1, axis), stencil%weight(p, 0, axis), &
+         call gimp_weights(offset, half(p)*frame%per_cell, stencil%weight(p, -1, axis), &
+                           stencil%weight(p, 0, axis), &
                            stencil%weight(p, 1, axis), stencil%slope(p, -1, axis), stencil%slope(p, 1, axis))
          stencil%slope(p, -1, axis) = stencil%slope(p, -1, axis)*frame%per_cell
          stencil%slope(p, 1, axis) = stencil%slope(p, 1, axis)*frame%per_cell
@@ -86,8 +92,8 @@ contains
       end do
    end subroutine set_axis
 
-   !> The particles from the `first` on of those that are gone through, their runs, and the node in the middle of each one's bin;
-   !> no weights.
+   !> The particles from the `first` on of those that are gone through, their runs, and the node in the middle
+   !> of each one's bin; no weights.
    pure subroutine list_chunk(stencil, cells, first, node)
       type(stencil_t), intent(inout) :: stencil
       type(cell_list_t), intent(in) :: cells
@@ -150,11 +156,12 @@ contains
    pure function bin_place(bin) result(place)
       integer, intent(in) :: bin
       integer :: place(3)
-      place = [iand(bin - 1, block_size - 1), iand((bin - 1)/block_size, block_size - 1), (bin - 1)/block_size**2]
+      place = [iand(bin - 1, block_size - 1), iand((bin - 1)/block_size, block_size - 1), &
+              (bin - 1)/block_size**2]
    end function bin_place
 
-   !> The cell around a point and the hat functions of its nodes there. The point belongs to a particle of the bin around `node`,
-   !> and is kept within that bin's nodes, however far the particle has been stretched.
+   !> The cell around a point and the hat functions of its nodes there. The point belongs to a particle of the
+   !> bin around `node`, and is kept within that bin's nodes, however far the particle has been stretched.
    pure subroutine hat_weights(node, place, corner, weight)
       integer, intent(in) :: node(3)           !< in the middle of the bin, in its block, from 0
       real(wp), intent(in) :: place(3)         !< of the point, in cells from the block's first node
@@ -168,12 +175,14 @@ contains
    end subroutine hat_weights
 
    !> Weights and slopes on the nodes at -1, 0, +1 cells from the nearest node, without branches.
-   !> Bardenhagen and Kober (2004), integrated for a hat function and a particle of half size not above half a cell.
+   !> Bardenhagen and Kober (2004), integrated for a hat function and a particle of half size not above half a
+   !> cell.
    pure elemental subroutine gimp_weights(offset, half_size, lower, middle, upper, slope_lower, slope_upper)
       real(wp), intent(in) :: offset    !< place relative to the node in the middle, in cells
       real(wp), intent(in) :: half_size !< half the edge, in cells, above 0, |offset| + half_size <= 1
       real(wp), intent(out) :: lower, middle, upper     !< weights
-      real(wp), intent(out) :: slope_lower, slope_upper !< d weight / d place, 1/cell; the middle one is minus their sum
+      real(wp), intent(out) :: slope_lower, slope_upper !< d weight / d place, 1/cell; the middle one is minus
+                                                        !< their sum
       real(wp) :: reach, overlap, per_edge
       per_edge = 0.5_wp/half_size
       reach = max(0.0_wp, half_size - offset)

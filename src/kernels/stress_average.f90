@@ -1,5 +1,5 @@
-!> Recovered stress (theory.md, eq. recovered): particles give their stress, weighed by volume, to their nodes, and take back
-!> what the nodes' means make at their places, with the weights of the step.
+!> Recovered stress (theory.md, eq. recovered): particles give their stress, weighed by volume, to their
+!> nodes, and take back what the nodes' means make at their places, with the weights of the step.
 module m_stress_average
    use m_kinds, only: wp
    use m_constants, only: block_size
@@ -11,7 +11,8 @@ module m_stress_average
    private
    public :: give_stress, take_stress
 
-   integer, parameter :: values = 8 !< of a node; here 1 volume, m3, 2 to 7 volume times stress, J, then the mean stress, Pa
+   integer, parameter :: values = 8 !< of a node; here 1 volume, m3, 2 to 7 volume times stress, J, then the
+                                    !< mean stress, Pa
    integer, parameter :: last = block_size + 1
 
    !> The weights of a chunk of particles on the 27 nodes around each of them, whatever their domains are.
@@ -46,7 +47,8 @@ contains
             do c = 0, 2
                do b = 0, 2
                   do a = 0, 2
-                     associate (node => tile(1:7, shares%place(1, m) + a, shares%place(2, m) + b, shares%place(3, m) + c))
+                     associate (node => tile(1:7, shares%place(1, m) + a, shares%place(2, m) + b, &
+                                             shares%place(3, m) + c))
                         node = node + shares%share(1 + a + 3*(b + 3*c), m)*given
                      end associate
                   end do
@@ -63,7 +65,7 @@ contains
       type(layout_t), intent(in) :: layout
       type(frame_t), intent(in) :: frame
       real(wp), intent(inout) :: tile(values, 0:last, 0:last, 0:last) !< sums; on return means
-      real(wp), intent(out) :: stress(:, :)                           !< (6, particles), in their order of storage
+      real(wp), intent(out) :: stress(:, :) !< (6, particles), in their order of storage
       type(shares_t) :: shares
       integer :: a, b, c, first, i, j, k, m
       do k = 0, last
@@ -82,7 +84,8 @@ contains
                   do b = 0, 2
                      do a = 0, 2
                         own = own + shares%share(1 + a + 3*(b + 3*c), m) &
-                                    *tile(2:7, shares%place(1, m) + a, shares%place(2, m) + b, shares%place(3, m) + c)
+                                    *tile(2:7, shares%place(1, m) + a, shares%place(2, m) + b, &
+                                          shares%place(3, m) + c)
                      end do
                   end do
                end do
@@ -106,7 +109,8 @@ contains
          shares%member = shares%corners%list%member
          shares%place = shares%corners%place
          do m = 1, shares%count
-            if (mod(m - 1, batch) == 0) call set_corner_weights(shares%weights, shares%corners, m, frame%per_cell)
+            if (mod(m - 1, batch) == 0) call set_corner_weights(shares%weights, shares%corners, m, &
+                  frame%per_cell)
             shares%share(:, m) = shares%weights%weight(1 + mod(m - 1, batch), :)
          end do
          return
@@ -121,7 +125,8 @@ contains
                do c = -1, 1
                   do b = -1, 1
                      do a = -1, 1
-                        shares%share(14 + a + 3*(b + 3*c), m) = stencil%weight(m, a, 1)*stencil%weight(m, b, 2) &
+                        shares%share(14 + a + 3*(b + 3*c), m) = stencil%weight(m, a, 1)*stencil%weight(m, &
+                              b, 2) &
                                                                 *stencil%weight(m, c, 3)
                      end do
                   end do

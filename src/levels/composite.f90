@@ -20,20 +20,21 @@ module m_composite
    !> Without edges, as beyond the finest and the coarsest level, it is empty: nothing is asked of any block.
    type :: composite_t
       type(patch_exchange_t) :: exchange
-      logical :: corrects_lag = .false.       !< velocities at the edge have several time levels, and particles
-                                              !< carry their gradients (eq. lag)
+      logical :: corrects_lag = .false. !< velocities at the edge have several time levels, and particles
+                                        !< carry their gradients (eq. lag)
       logical, allocatable :: receiving(:)    !< of this rank's blocks of the coarser level: receives(b)
       type(edge_t), allocatable, private :: edges(:) !< of this rank's blocks by rising index, then those of
                                                      !< others with their parent here
       integer, private :: own = 0             !< of them, how many are of this rank's blocks
-      integer, allocatable, private :: by_index(:) !< those with their parent here, by rising index of the block:
-                                                   !< the order in which a parent adds
+      integer, allocatable, private :: by_index(:) !< those with their parent here, by rising index of the
+                                                   !< block: the order in which a parent adds
       integer, allocatable, private :: edge_of(:) !< of each of this rank's finer blocks, 0 without one
       logical, allocatable, private :: parents(:) !< of this rank's blocks of the coarser level
       logical, allocatable, private :: adds(:)    !< blocks next to those that receive
       integer, allocatable, private :: receiver(:) !< number of a block among those that receive, 0 for others
       integer, private :: values = node_values    !< of a node of a patch; 3 more where the lag is corrected
-      real(wp), dimension(:, :, :, :, :), allocatable, private :: up, down, & !< (values, 0:5, 0:5, 0:5, edges)
+      real(wp), dimension(:, :, :, :, :), allocatable, private :: up, down, & !< (values, 0:5, 0:5, 0:5,
+                                                                              !< edges)
                                                                   first !< `up` in the first of two steps, own
       ! of the nodes of the coarser level's tiles, (3, 0:9, 0:9, 0:9):
       real(wp), allocatable, private :: pushed(:, :, :, :, :)       !< acceleration by effects on nodes, m/s2
@@ -58,7 +59,8 @@ contains
       type(communicator_t), intent(in) :: communicator
       type(level_t), intent(inout) :: coarse !< gets tiles for what is restricted up
       type(level_t), intent(in) :: fine
-      integer, allocatable :: own(:), others(:), numbers(:), indices(:) !< own blocks' numbers, others' indices
+      integer, allocatable :: own(:), others(:), numbers(:), indices(:) !< own blocks' numbers, others'
+                                                                        !< indices
       integer :: b, index, n, place(3)
       call self%release()
       self%corrects_lag = fine%layout%corrects_lag()
@@ -272,7 +274,8 @@ contains
       type(level_t), intent(in) :: coarse
       integer, intent(in) :: b
       real(wp), intent(out) :: tile(node_values, 0:tile_last, 0:tile_last, 0:tile_last)
-      real(wp), intent(in), optional :: sums(node_values, 0:tile_last, 0:tile_last, 0:tile_last) !< of the second, as in `correct`
+      real(wp), intent(in), optional :: sums(node_values, 0:tile_last, 0:tile_last, 0:tile_last)
+                                                        !< of the second, as in `correct`
       real(wp) :: force(3), mass
       integer :: i, j, k
       tile = 0.0_wp
@@ -300,7 +303,8 @@ contains
       integer, intent(in) :: b
       real(wp), intent(in) :: time_step  !< of the finer level, s
       integer, intent(in) :: asked(2, 3) !< first and last index along each axis of what is asked for
-      real(wp), intent(inout) :: tile(node_values, 0:tile_last, 0:tile_last, 0:tile_last) !< in the places of the velocity
+      real(wp), intent(inout) :: tile(node_values, 0:tile_last, 0:tile_last, 0:tile_last)
+                                                        !< in the places of the velocity
       if (.not. self%has_edge(b)) return
       call interpolate_lag(self%edges(self%edge_of(b)), self%down(:, :, :, :, self%edge_of(b)), time_step, &
                            asked, tile)
@@ -310,7 +314,8 @@ contains
    pure subroutine add_parent_lag(self, b, tile)
       class(composite_t), intent(in) :: self
       integer, intent(in) :: b
-      real(wp), intent(inout) :: tile(node_values, 0:tile_last, 0:tile_last, 0:tile_last) !< in the places of the velocity
+      real(wp), intent(inout) :: tile(node_values, 0:tile_last, 0:tile_last, 0:tile_last)
+                                                        !< in the places of the velocity
       if (.not. self%receives(b)) return
       tile(v_x:v_z, :, :, :) = tile(v_x:v_z, :, :, :) + self%lag_velocity(:, :, :, :, self%receiver(b))
    end subroutine add_parent_lag
@@ -353,7 +358,8 @@ contains
       type(level_t), intent(in) :: coarse
       integer, intent(in) :: b
       real(wp), intent(in) :: motion(node_values, 0:tile_last, 0:tile_last, 0:tile_last)
-      real(wp), intent(in), optional :: sums(node_values, 0:tile_last, 0:tile_last, 0:tile_last) !< for gradient_acceleration
+      real(wp), intent(in), optional :: sums(node_values, 0:tile_last, 0:tile_last, 0:tile_last)
+                                                        !< for gradient_acceleration
       real(wp) :: known(node_values, 0:tile_last, 0:tile_last, 0:tile_last)
       integer :: e
       if (self%corrects_lag) call gradient_acceleration(self, coarse, b, known, sums)

@@ -19,12 +19,14 @@ module m_edge
    use m_migration, only: frame_of
    implicit none
    private
-   public :: edge_t, has_constrained, make_edge, clear_covered, restrict_sums, restrict_lag, prolong_motion, prolong_lag, &
+   public :: edge_t, has_constrained, make_edge, clear_covered, restrict_sums, restrict_lag, &
+             prolong_motion, prolong_lag, &
              interpolate_motion, interpolate_lag
 
    integer, parameter, public :: patch_last = 5 !< patches run from 0 to here
    integer, parameter, public :: lag_first = node_values + 1, lag_last = node_values + 3 !< up: the force that
-                                                                  !< has grown, down: how far gradients are to be ahead
+                                                                  !< has grown, down: how far gradients are to
+                                                                  !< be ahead
    real(wp), parameter :: shares(0:3) = [1.0_wp, 0.5_wp, 0.25_wp, 0.125_wp] !< of a constrained node that lies
                                                                             !< between nodes along so many
                                                                             !< axes

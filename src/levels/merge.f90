@@ -14,13 +14,13 @@ module m_merge
    private
    public :: merge_siblings
 
-   real(wp), parameter :: distance = 0.5_wp !< of the merged particle from the finer level's region, in cells: it is not to turn
-                                            !< back soon
+   real(wp), parameter :: distance = 0.5_wp !< of the merged particle from the finer level's region, in cells:
+                                            !< it is not to turn back soon
 
 contains
 
-   !> Merge what can be merged in block b of a level that the finer level's particles come out to. Mass, momentum and volume are
-   !> kept; `lost` is the energy that is not (J).
+   !> Merge what can be merged in block b of a level that the finer level's particles come out to. Mass,
+   !> momentum and volume are kept; `lost` is the energy that is not (J).
    subroutine merge_siblings(level, finer, b, materials, merged, lost)
       type(level_t), intent(inout) :: level
       type(level_t), intent(in) :: finer
@@ -40,7 +40,8 @@ contains
          if (n < 8) return
          small = pack([(int(p, i4), p=1, block%particles%count)], &
                       block%particles%column(:block%particles%count, at%refinement) > level%number - 0.5_wp)
-         key = [(parent_id(block%particles%id(small(p)), nint(block%particles%column(small(p), at%generation))), p=1, n)]
+         key = [(parent_id(block%particles%id(small(p)), nint(block%particles%column(small(p), &
+               at%generation))), p=1, n)]
          small = small(sorted_order(key, block%particles%id(small)))
          allocate (gone(0))
          first = 1
@@ -50,7 +51,8 @@ contains
                if (parent(last + 1) /= parent(first)) exit
                last = last + 1
             end do
-            if (last == first + 7) call merge_eight(level, finer, b, small(first:last), materials, merged, lost, gone)
+            if (last == first + 7) call merge_eight(level, finer, b, small(first:last), materials, merged, &
+                                                    lost, gone)
             first = last + 1
          end do
          if (merged == 0) return
@@ -62,7 +64,8 @@ contains
       integer(i8) function parent(p)
          integer, intent(in) :: p
          associate (particles => level%blocks(b)%particles)
-            parent = parent_id(particles%id(small(p)), nint(particles%column(small(p), level%layout%generation)))
+            parent = parent_id(particles%id(small(p)), nint(particles%column(small(p), &
+                  level%layout%generation)))
          end associate
       end function parent
    end subroutine merge_siblings
@@ -116,7 +119,8 @@ contains
          lost = lost + energy(1, 8) - energy(9, 9)
          call block%reserve(block%particles%count + 1, level%table%columns)
          call block%particles%append(values(9, :), parent_id(block%particles%id(eight(1)), generation), body)
-         block%cells%bin(block%particles%count) = bin_of(values(9, at%position:at%position + 2), frame_of(level, block))
+         block%cells%bin(block%particles%count) = bin_of(values(9, at%position:at%position + 2), &
+                                                         frame_of(level, block))
          merged = merged + 1
          gone = [gone, eight]
       end associate
@@ -128,7 +132,8 @@ contains
          integer :: p
          call inner_motion(values, first, last, level%layout, inner, angular)
          associate (law => materials%slots(materials%of_body(body))%law, v => level%layout%velocity)
-            energy = inner + law%strain_energy(values, level%layout, first, last) + law%plastic_energy(values, first, last)
+            energy = inner + law%strain_energy(values, level%layout, first, last) &
+                     + law%plastic_energy(values, first, last)
             do p = first, last
                energy = energy + 0.5_wp*values(p, level%layout%mass)*sum(values(p, v:v + 2)**2)
             end do
@@ -136,7 +141,8 @@ contains
       end function energy
    end subroutine merge_eight
 
-   !> The faces that parts of a particle carry become one: the areas are summed already, its middle is the mean by area.
+   !> The faces that parts of a particle carry become one: the areas are summed already, its middle is the
+   !> mean by area.
    pure subroutine join_faces(values, shares, x)
       real(wp), intent(inout) :: values(:, :) !< (9, columns): eight parts and the whole
       type(shares_t), intent(in) :: shares

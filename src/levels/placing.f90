@@ -1,5 +1,5 @@
-!> Where moving levels go: with a tool, or where stress or strain change most from cell to cell (theory.md, eqs level-follow,
-!> level-criterion).
+!> Where moving levels go: with a tool, or where stress or strain change most from cell to cell (theory.md,
+!> eqs level-follow, level-criterion).
 module m_placing
    use mpi_f08
    use m_kinds, only: wp
@@ -16,15 +16,16 @@ module m_placing
 
    integer, parameter :: smallest_width = 4 !< of a region, in cells of the coarser level
    integer, parameter :: smallest_gap = 2   !< between an edge and the coarser level's, in its cells
-   integer, parameter :: margin = 1         !< around the cells that a criterion chooses, in cells of the coarser level
+   integer, parameter :: margin = 1 !< around the cells that a criterion chooses, in cells of the coarser
+                                    !< level
    integer, parameter :: classes = 48       !< of changes, each smaller by a factor
    real(wp), parameter :: factor = 0.8_wp
 
 contains
 
-   !> Collective: the region of the level `fine` that is the smallest box around the cells of the coarser level in which von Mises
-   !> stress (or strain) changes most, as many as the budget allows. `found` is false where nothing changes, and where the budget
-   !> does not allow the smallest box there.
+   !> Collective: the region of the level `fine` that is the smallest box around the cells of the coarser
+   !> level in which von Mises stress (or strain) changes most, as many as the budget allows. `found` is false
+   !> where nothing changes, and where the budget does not allow the smallest box there.
    subroutine judge_region(communicator, levels, fine, materials, criterion, max_cells, found, region)
       type(communicator_t), intent(in) :: communicator
       type(level_t), intent(in) :: levels(:)
@@ -71,8 +72,8 @@ contains
       end do
    end subroutine judge_region
 
-   !> The box of the placed level around cells a to z of the coarser one: with a margin, wide enough, inside the box around the
-   !> coarser region. It is allowed within the budget, inside that region.
+   !> The box of the placed level around cells a to z of the coarser one: with a margin, wide enough, inside
+   !> the box around the coarser region. It is allowed within the budget, inside that region.
    pure subroutine box_around(levels, fine, a, z, max_cells, region, allowed)
       type(level_t), intent(in) :: levels(:)
       integer, intent(in) :: fine, a(3), z(3), max_cells
@@ -95,8 +96,10 @@ contains
             low(axis) = max(low(axis), lowest)
             if (high(axis) > highest) low(axis) = min(low(axis), highest - smallest_width)
             high(axis) = min(high(axis), highest)
-            if (low(axis) < smallest_gap) low(axis) = merge(0, low(axis), lowest == 0) ! no strip of less than two cells outside
-            if (highest == above%grid%cells(axis) .and. high(axis) > highest - smallest_gap) high(axis) = highest
+            ! no strip of less than two cells outside
+            if (low(axis) < smallest_gap) low(axis) = merge(0, low(axis), lowest == 0)
+            if (highest == above%grid%cells(axis) .and. high(axis) > highest &
+                - smallest_gap) high(axis) = highest
          end associate
       end do
       region = make_region(levels(fine)%grid, 2*low, 2*high)
@@ -104,7 +107,8 @@ contains
                 .not. levels(fine - 1)%region%any_outer(low - smallest_gap + 1, high + smallest_gap - 1)
    end subroutine box_around
 
-   !> Collective: the largest value in each cell of a grid; -1 where there is no material. The same bits on any number of ranks.
+   !> Collective: the largest value in each cell of a grid; -1 where there is no material. The same bits on
+   !> any number of ranks.
    subroutine cell_peaks(communicator, levels, grid, materials, criterion, value)
       type(communicator_t), intent(in) :: communicator
       type(level_t), intent(in) :: levels(:)
@@ -120,7 +124,8 @@ contains
          do b = 1, size(levels(l)%blocks)
             associate (particles => levels(l)%blocks(b)%particles, x => levels(l)%layout%position)
                do p = 1, particles%count
-                  cell = min(max(int((particles%column(p, x:x + 2) - grid%lower)*grid%per_cell), 0), grid%cells - 1)
+                  cell = min(max(int((particles%column(p, x:x + 2) - grid%lower)*grid%per_cell), 0), &
+                             grid%cells - 1)
                   associate (peak => value(cell(1), cell(2), cell(3)))
                      peak = max(peak, quantity(levels(l), particles%column(p, :), criterion, &
                                                materials%slots(materials%of_body(particles%body(p)))%law))
@@ -162,7 +167,8 @@ contains
                   associate (here => value(i, j, k), there => value(next(1), next(2), next(3)))
                      if (here < 0.0_wp .or. there < 0.0_wp) cycle
                      change(i, j, k) = max(change(i, j, k), abs(here - there))
-                     change(next(1), next(2), next(3)) = max(change(next(1), next(2), next(3)), abs(here - there))
+                     change(next(1), next(2), next(3)) = max(change(next(1), next(2), next(3)), &
+                           abs(here - there))
                   end associate
                end do
             end do

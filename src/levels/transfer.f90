@@ -184,9 +184,12 @@ contains
          generation = nint(parts(fine%layout%generation, n))
          if (generation + 3 > most_generations) then
             associate (x => parts(fine%layout%position:fine%layout%position + 2, n))
-               call fail(error, exit_numerical, 'particle '//to_text(ids(n))//' of body '//to_text(int(body))// &
-                         ' at ('//to_text(x(1))//', '//to_text(x(2))//', '//to_text(x(3))//') m has been split '// &
-                         to_text(generation)//' times and cannot be split for level '//to_text(fine%number)// &
+               call fail(error, exit_numerical, 'particle '//to_text(ids(n))//' of body '// &
+                         to_text(int(body))// &
+                         ' at ('//to_text(x(1))//', '//to_text(x(2))//', '//to_text(x(3))// &
+                            ') m has been split '// &
+                         to_text(generation)//' times and cannot be split for level '// &
+                            to_text(fine%number)// &
                          "; try fewer levels, or domain='fixed'")
             end associate
             return

@@ -1,7 +1,8 @@
 !> One uniform grid: cubic cells, nodes at their corners, nodes grouped into blocks.
 !>
-!> Node (i,j,k), counted from 0, stands at lower + (i,j,k) cell. A particle belongs to the bin of its nearest node, so that
-!> it touches the 27 nodes around that one. Block (a,b,c) holds the nodes and bins 8a..8a+7, 8b..8b+7, 8c..8c+7.
+!> Node (i,j,k), counted from 0, stands at lower + (i,j,k) cell. A particle belongs to the bin of its nearest
+!> node, so that it touches the 27 nodes around that one. Block (a,b,c) holds the nodes and bins 8a..8a+7,
+!> 8b..8b+7, 8c..8c+7.
 module m_grid_level
    use m_kinds, only: wp
    use m_constants, only: block_size
@@ -29,8 +30,8 @@ module m_grid_level
 
 contains
 
-   !> The grid that a scene asks for, or one of the finer ones over it: level 1 is the scene's, each next one has cells half as
-   !> large.
+   !> The grid that a scene asks for, or one of the finer ones over it: level 1 is the scene's, each next one
+   !> has cells half as large.
    pure function make_grid_level(spec, level) result(grid)
       type(grid_spec_t), intent(in) :: spec
       integer, intent(in), optional :: level !< 1 where it is not given

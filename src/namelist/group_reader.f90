@@ -1,7 +1,8 @@
-!> Typed access to the variables of one group: each is asked for once, by one call that says what is allowed. Begun with
-!> `begin_text` the same calls write the values that they are given: one procedure a group so reads and writes it.
-!> Reading goes on after a fault; `finish` reports the one that matters most: an unknown variable (also the cause of
-!> a missing one), then one that does not belong to the choice made, then the first wrong value.
+!> Typed access to the variables of one group: each is asked for once, by one call that says what is allowed.
+!> Begun with `begin_text` the same calls write the values that they are given: one procedure a group so reads
+!> and writes it. Reading goes on after a fault; `finish` reports the one that matters most: an unknown
+!> variable (also the cause of a missing one), then one that does not belong to the choice made, then the
+!> first wrong value.
 module m_group_reader
    use m_kinds, only: wp
    use m_constants, only: exit_input
@@ -27,7 +28,7 @@ module m_group_reader
       logical :: used(most_known) = .true.                   !< each belongs to the choice made
       character(len=name_length) :: choices(most_known) = '' !< that choice, as shape='box'
       character(len=name_length) :: choice = ''              !< the last one made
-      logical :: set_aside = .false.                         !< what is asked for belongs to a choice that was not made
+      logical :: set_aside = .false. !< what is asked for belongs to a choice that was not made
       logical :: writing = .false.
       character(len=:), allocatable :: lines                 !< written so far
       type(error_t) :: first_fault
@@ -85,7 +86,8 @@ contains
       text = '&'//self%group%name//new_line('a')//self%lines//'/'//new_line('a')
    end function written_text
 
-   !> True while what is asked for belongs to choices that the scene has not made: its names are known, but may not be used.
+   !> True while what is asked for belongs to choices that the scene has not made: its names are known, but
+   !> may not be used.
    subroutine others(self, set_aside)
       class(group_reader_t), intent(inout) :: self
       logical, intent(in) :: set_aside
@@ -110,14 +112,16 @@ contains
       do i = 1, size(self%group%entries)
          associate (entry => self%group%entries(i))
             if (any(self%known(:self%count) == entry%name)) cycle
-            call fail(error, exit_input, 'line '//to_text(entry%line)//', &'//self%group%name//' '//entry%name// &
+            call fail(error, exit_input, 'line '//to_text(entry%line)//', &'//self%group%name//' '// &
+                      entry%name// &
                       ': unknown variable'//advice(entry%name, used))
          end associate
       end do
       do i = 1, size(self%group%entries)
          do k = 1, self%count
             if (self%used(k) .or. self%known(k) /= self%group%entries(i)%name) cycle
-            call fail(error, exit_input, self%group%entry_place(self%group%entries(i)%name)//': not used with '// &
+            call fail(error, exit_input, self%group%entry_place(self%group%entries(i)%name)// &
+                      ': not used with '// &
                       trim(self%choices(k))//'; allowed: '//joined(used))
          end do
       end do
@@ -144,8 +148,8 @@ contains
       is_given = self%group%find_entry(name) > 0
    end function is_given
 
-   !> Record that the value of a variable is wrong; the sentence begins with its place. Nothing is wrong with what is written, or
-   !> belongs to a choice that was not made.
+   !> Record that the value of a variable is wrong; the sentence begins with its place. Nothing is wrong with
+   !> what is written, or belongs to a choice that was not made.
    subroutine refuse(self, name, sentence)
       class(group_reader_t), intent(inout) :: self
       character(len=*), intent(in) :: name, sentence
@@ -153,8 +157,8 @@ contains
       call fail(self%first_fault, exit_input, self%group%entry_place(name)//': '//sentence)
    end subroutine refuse
 
-   !> Note that a variable exists; its index in the group, or 0 when it is not given (refused when it is required). What others
-   !> than the choice made know too stays as it is.
+   !> Note that a variable exists; its index in the group, or 0 when it is not given (refused when it is
+   !> required). What others than the choice made know too stays as it is.
    integer function look_up(self, name, expected, required, used) result(found)
       class(group_reader_t), intent(inout) :: self
       character(len=*), intent(in) :: name, expected
@@ -195,7 +199,8 @@ contains
       if (found == 0) return
       given = size(self%group%entries(found)%values)
       good = given == wanted
-      if (.not. good) call self%refuse(self%group%entries(found)%name, expected//'; '//to_text(given)//' given')
+      if (.not. good) call self%refuse(self%group%entries(found)%name, expected//'; '//to_text(given)// &
+                                       ' given')
    end subroutine check_count
 
    !> One number of a variable, checked.
@@ -402,7 +407,8 @@ contains
       call self%check_count(found, 1, expected, good)
       if (.not. good) return
       text = self%group%entries(found)%value_text(1)
-      good = self%group%entries(found)%values(1)%quoted .and. len(text) > 0 .and. len(text) <= name_length .and. &
+      good = self%group%entries(found)%values(1)%quoted .and. len(text) > 0 &
+             .and. len(text) <= name_length .and. &
              verify(lower_case(text), allowed) == 0
       if (good) value = text
       if (.not. good) call self%refuse(name, expected)
@@ -432,7 +438,8 @@ contains
       integer :: found, i
       logical :: good
       expected = 'must be in quotes, one of '//joined(words)
-      if (size(values) > 1) expected = 'must be '//to_text(size(values))//' words in quotes, each one of '//joined(words)
+      if (size(values) > 1) expected = 'must be '//to_text(size(values))//' words in quotes, each one of '// &
+                                       joined(words)
       found = self%look_up(name, expected, required)
       if (self%writes()) then
          self%lines = self%lines//words_line(name, words(values))

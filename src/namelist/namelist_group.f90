@@ -44,7 +44,8 @@ contains
       short = text
       if (len(text) <= longest_shown) return
       last = longest_shown - 3
-      do while (last > 1 .and. ichar(text(last + 1:last + 1)) >= 128 .and. ichar(text(last + 1:last + 1)) < 192)
+      do while (last > 1 .and. ichar(text(last + 1:last + 1)) >= 128 &
+                .and. ichar(text(last + 1:last + 1)) < 192)
          last = last - 1 ! not within a UTF-8 letter
       end do
       short = text(:last)//'...'
@@ -76,7 +77,8 @@ contains
       end do
    end function find_entry
 
-   !> `line 7, &material young=-70e9`; without its value when the variable is not given, where the group begins.
+   !> `line 7, &material young=-70e9`; without its value when the variable is not given, where the group
+   !> begins.
    function entry_place(self, name) result(text)
       class(group_t), intent(in) :: self
       character(len=*), intent(in) :: name

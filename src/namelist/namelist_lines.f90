@@ -1,4 +1,5 @@
-!> Lines `   name=value` of a namelist, ended by new_line; numbers in the fewest digits that read back to the same bits.
+!> Lines `   name=value` of a namelist, ended by new_line; numbers in the fewest digits that read back to the
+!> same bits.
 module m_namelist_lines
    use m_kinds, only: wp
    use m_number_text, only: reals_text

@@ -1,7 +1,9 @@
-!> The text of a scene as groups, variables and raw values, each with its place. What they mean is not decided here.
+!> The text of a scene as groups, variables and raw values, each with its place. What they mean is not decided
+!> here.
 !>
-!> `&group name = value, value ... /` with ! comments, texts in single or double quotes (a quote inside is doubled), repeat counts
-!> (3*0.0), commas or blanks between values, a group over several lines or several on one. &end ends a group too.
+!> `&group name = value, value ... /` with ! comments, texts in single or double quotes (a quote inside is
+!> doubled), repeat counts (3*0.0), commas or blanks between values, a group over several lines or several on
+!> one. &end ends a group too.
 module m_namelist_text
    use m_constants, only: exit_input
    use m_errors, only: error_t, fail
@@ -13,7 +15,8 @@ module m_namelist_text
    private
 
    integer, parameter :: most_entries = 1000    !< variables in a group
-   integer, parameter :: most_repeats = 1000000 !< of a value; a variable with repeats has no more, or than its text has characters
+   integer, parameter :: most_repeats = 1000000 !< of a value; a variable with repeats has no more, or than
+                                                !< its text has characters
    character(len=*), parameter :: quotes = '''"'
    character(len=*), parameter :: brackets = '()%'
    character(len=*), parameter :: index_sentence = ': an index is not allowed; give all values at once, as name=value,value,value'
@@ -57,7 +60,8 @@ contains
       if (.not. error%happened()) call refuse_other_encodings(text, error)
       if (error%happened()) return
       cursor%text = text
-      if (index(text, char(239)//char(187)//char(191)) == 1) cursor%at = 4 ! the byte order mark of some editors
+      if (index(text, char(239)//char(187)//char(191)) == 1) cursor%at = 4 ! the byte order mark of some
+                                                                           ! editors
       count = 0
       deallocate (self%groups)
       allocate (self%groups(8))
@@ -95,7 +99,8 @@ contains
       end do
    end subroutine refuse_control_characters
 
-   !> A scene is UTF-8: a byte above 127 begins a character of two to four bytes, and as many of 128 to 191 follow.
+   !> A scene is UTF-8: a byte above 127 begins a character of two to four bytes, and as many of 128 to 191
+   !> follow.
    subroutine refuse_other_encodings(text, error)
       character(len=*), intent(in) :: text
       type(error_t), intent(inout) :: error
@@ -114,7 +119,8 @@ contains
          if (code == 10) line = line + 1
       end do
       if (i > len(text) .and. more == 0) return
-      call fail(error, exit_input, 'line '//to_text(line)//': a character is not UTF-8; save the scene as UTF-8')
+      call fail(error, exit_input, 'line '//to_text(line)// &
+                ': a character is not UTF-8; save the scene as UTF-8')
    end subroutine refuse_other_encodings
 
    !> The group that begins at the cursor.
@@ -130,7 +136,8 @@ contains
       allocate (group%entries(0))
       if (cursor%next() /= '&') then
          word = text_to_line_end(cursor)
-         call fail(error, exit_input, 'line '//to_text(cursor%line)//': text outside a group: '//abbreviated(word)// &
+         call fail(error, exit_input, 'line '//to_text(cursor%line)//': text outside a group: '// &
+                   abbreviated(word)// &
                    '; allowed: comments behind !')
          return
       end if
@@ -138,7 +145,8 @@ contains
       call cursor%read_word(word)
       group%name = lower_case(word)
       if (.not. is_name(group%name)) then
-         call fail(error, exit_input, 'line '//to_text(cursor%line)//': & must be followed by the name of a group')
+         call fail(error, exit_input, 'line '//to_text(cursor%line)// &
+                   ': & must be followed by the name of a group')
          return
       end if
       allocate (entries(most_entries))
@@ -146,7 +154,8 @@ contains
       do
          call cursor%skip()
          if (group_ends(cursor, group, error)) exit
-         if (count == most_entries) call fail(error, exit_input, 'line '//to_text(cursor%line)//', &'//group%name// &
+         if (count == most_entries) call fail(error, exit_input, 'line '//to_text(cursor%line)//', &'// &
+                                              group%name// &
                                               ': more than '//to_text(most_entries)//' variables')
          if (error%happened()) exit
          call parse_entry(cursor, group, entries(count + 1), error)
@@ -172,7 +181,8 @@ contains
          cursor%at = cursor%at + 1
          call cursor%read_word(word)
          if (lower_case(word) == 'end') return
-         call fail(error, exit_input, 'line '//to_text(group%line)//', &'//group%name//': not closed before line '// &
+         call fail(error, exit_input, 'line '//to_text(group%line)//', &'//group%name// &
+                   ': not closed before line '// &
                    to_text(cursor%line)//'; a group ends with /')
       case ('')
          call fail(error, exit_input, 'line '//to_text(group%line)//', &'//group%name// &
@@ -189,7 +199,8 @@ contains
       integer :: i
       do i = 1, size(entries)
          if (entries(i)%name /= new%name) cycle
-         call fail(error, exit_input, 'line '//to_text(new%line)//', &'//group%name//' '//new%name//'='//new%shown// &
+         call fail(error, exit_input, 'line '//to_text(new%line)//', &'//group%name//' '//new%name//'='// &
+                   new%shown// &
                    ': given twice; first on line '//to_text(entries(i)%line))
       end do
    end subroutine refuse_twice
@@ -212,15 +223,19 @@ contains
       end if
       call cursor%read_word(word)
       new%name = lower_case(word)
-      if (scan(word, brackets) > 0) call fail(error, exit_input, start//' '//abbreviated(word)//index_sentence)
-      if (.not. is_plain(word)) call fail(error, exit_input, start//': only plain letters may stand outside quotes')
+      if (scan(word, brackets) > 0) call fail(error, exit_input, start//' '//abbreviated(word)// &
+                                              index_sentence)
+      if (.not. is_plain(word)) call fail(error, exit_input, start// &
+                                          ': only plain letters may stand outside quotes')
       if (.not. is_name(new%name)) then
-         call fail(error, exit_input, start//': '//abbreviated(word)//' is not the name of a variable; a group holds name=value')
+         call fail(error, exit_input, start//': '//abbreviated(word)// &
+                   ' is not the name of a variable; a group holds name=value')
       end if
       if (error%happened()) return
       call cursor%skip()
       if (cursor%next() /= '=') then
-         call fail(error, exit_input, start//' '//abbreviated(word)//': no = follows; a group holds name=value')
+         call fail(error, exit_input, start//' '//abbreviated(word)// &
+                   ': no = follows; a group holds name=value')
          return
       end if
       cursor%at = cursor%at + 1
@@ -285,13 +300,16 @@ contains
       begin = cursor%at
       repeats = 1
       call cursor%read_word(word)
-      if (scan(word, brackets) > 0) call fail(error, exit_input, start//'='//abbreviated(word)//index_sentence)
-      if (.not. is_plain(word)) call fail(error, exit_input, start//': only plain letters may stand outside quotes')
+      if (scan(word, brackets) > 0) call fail(error, exit_input, start//'='//abbreviated(word)// &
+                                              index_sentence)
+      if (.not. is_plain(word)) call fail(error, exit_input, start// &
+                                          ': only plain letters may stand outside quotes')
       star = index(word, '*')
       if (star > 1) then
          call read_integer(word(:star - 1), repeats, good)
          if (.not. good .or. repeats < 1 .or. repeats > most_repeats) then
-            call fail(error, exit_input, start//'='//abbreviated(word)//': the repeat count must be between 1 and '// &
+            call fail(error, exit_input, start//'='//abbreviated(word)// &
+                      ': the repeat count must be between 1 and '// &
                       to_text(most_repeats))
          end if
       end if
@@ -300,7 +318,8 @@ contains
       if (len(word) == star) then
          new%quoted = scan(cursor%next(), quotes) > 0 .and. cursor%next() /= ''
          if (new%quoted) call read_quoted(cursor, origin, new, start, error)
-         if (.not. new%quoted) call fail(error, exit_input, start//'='//word//': a value is missing after the repeat count')
+         if (.not. new%quoted) call fail(error, exit_input, start//'='//word// &
+                                         ': a value is missing after the repeat count')
       end if
       if (error%happened()) return
       if (len(shown) > 0) shown = shown//','
@@ -313,7 +332,8 @@ contains
       values(count + 1:count + repeats) = new
       count = count + repeats
       if (count > max(most_repeats, cursor%at - origin)) & ! those without repeats are as many as wanted
-         call fail(error, exit_input, start//': more than '//to_text(most_repeats)//' values by repeat counts')
+         call fail(error, exit_input, start//': more than '//to_text(most_repeats)// &
+                   ' values by repeat counts')
    end subroutine parse_value
 
    !> A text in quotes at the cursor, a quote inside doubled.
@@ -367,7 +387,8 @@ contains
       character(len=*), intent(in) :: word
       is_name = .false.
       if (len(word) == 0 .or. len(word) > 64) return
-      is_name = verify(word, 'abcdefghijklmnopqrstuvwxyz0123456789_') == 0 .and. verify(word(1:1), '0123456789_') == 1
+      is_name = verify(word, 'abcdefghijklmnopqrstuvwxyz0123456789_') == 0 &
+                .and. verify(word(1:1), '0123456789_') == 1
    end function is_name
 
    function text_to_line_end(cursor) result(text)

@@ -12,7 +12,7 @@ module m_number_text
    integer, parameter, public :: number_infinite = 2 !< NaN or infinity
    integer, parameter, public :: number_size = 3     !< too large or too small in size (see largest_exponent)
 
-   integer, parameter :: largest_exponent = 100      !< sizes from 1e-100 to 1e100: squares and cubes stay finite
+   integer, parameter :: largest_exponent = 100 !< sizes from 1e-100 to 1e100: squares and cubes stay finite
    integer, parameter :: longest_number = 400        !< characters
 
 contains
@@ -61,7 +61,8 @@ contains
       at = at + count
    end subroutine read_digits
 
-   !> The exponent that follows a mantissa, up to the end of the text; `status` is not 0 when something else does.
+   !> The exponent that follows a mantissa, up to the end of the text; `status` is not 0 when something else
+   !> does.
    pure subroutine read_exponent(text, at, exponent, status)
       character(len=*), intent(in) :: text
       integer, intent(inout) :: at

@@ -1,4 +1,5 @@
-!> What a scene may call for by name: a material law (`model='...'` of &material) or an effect (a group of its own).
+!> What a scene may call for by name: a material law (`model='...'` of &material) or an effect (a group of its
+!> own).
 module m_offer
    use m_text, only: to_text
    use m_group_reader, only: group_reader_t, name_length
@@ -31,8 +32,9 @@ module m_offer
    end type catalogue_t
 
    abstract interface
-      !> Ask for each variable once, in the order of the documentation. The same procedure reads a group, tells which names it
-      !> knows, and writes case.nml (then `group` takes the values): the values that come in are the defaults.
+      !> Ask for each variable once, in the order of the documentation. The same procedure reads a group,
+      !> tells which names it knows, and writes case.nml (then `group` takes the values): the values that come
+      !> in are the defaults.
       subroutine variables_interface(self, group)
          import :: offer_t, group_reader_t
          class(offer_t), intent(inout) :: self
@@ -50,7 +52,8 @@ contains
       if (self%line > 0) text = 'line '//to_text(self%line)//', '//text
    end function group_text
 
-   !> True of a law that is made for large strains: domains of particles follow the material where the scene does not say.
+   !> True of a law that is made for large strains: domains of particles follow the material where the scene
+   !> does not say.
    pure logical function for_large_strains(self)
       class(offer_t), intent(in) :: self
       for_large_strains = .false.

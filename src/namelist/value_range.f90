@@ -54,7 +54,8 @@ contains
       real(wp), intent(in) :: value
       holds = .true.
       if (self%has_lower) holds = value > self%lower .or. (value >= self%lower .and. .not. self%lower_open)
-      if (holds .and. self%has_upper) holds = value < self%upper .or. (value <= self%upper .and. .not. self%upper_open)
+      if (holds .and. self%has_upper) holds = value < self%upper &
+                                              .or. (value <= self%upper .and. .not. self%upper_open)
    end function holds
 
    !> `above -1 and below 0.5`, `at least 0 s`, `in m`; empty when there is nothing to say.

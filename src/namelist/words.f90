@@ -58,7 +58,8 @@ contains
       end do
    end function nearest_word
 
-   !> Letters to put in, take out or change to make one word of another (Levenshtein); of long words the beginnings.
+   !> Letters to put in, take out or change to make one word of another (Levenshtein); of long words the
+   !> beginnings.
    pure integer function edit_distance(a, b) result(distance)
       character(len=*), intent(in) :: a, b
       integer :: row(0:longest), i, j, corner, above

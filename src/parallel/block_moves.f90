@@ -1,7 +1,7 @@
-!> What a partition of the blocks leaves to be gained, and what it costs to get there. METIS balances each constraint in itself and
-!> up to a tolerance, and numbers its parts as it likes; a step takes as long as the slowest rank of each constraint. Where blocks
-!> are few, moves of single blocks shorten it by some per cent; where blocks have a rank already, they are often all that
-!> is needed.
+!> What a partition of the blocks leaves to be gained, and what it costs to get there. METIS balances each
+!> constraint in itself and up to a tolerance, and numbers its parts as it likes; a step takes as long as the
+!> slowest rank of each constraint. Where blocks are few, moves of single blocks shorten it by some per cent;
+!> where blocks have a rank already, they are often all that is needed.
 module m_block_moves
    use m_kinds, only: wp, i8
    use m_sorting, only: sorted_order
@@ -17,8 +17,10 @@ module m_block_moves
       integer, allocatable :: weight(:, :) !< (constraints, blocks)
       real(wp), allocatable :: times(:)    !< (constraints): how often that is done
       real(wp) :: edge_cost = 0.0_wp       !< of each weight of an edge between ranks
-      integer, allocatable :: home(:)      !< (blocks): ranks on which they are now; not allocated where they are on none
-      real(wp) :: move_cost = 0.0_wp       !< of each weight that goes to another rank, in every step that the partition is for
+      integer, allocatable :: home(:) !< (blocks): ranks on which they are now; not allocated where they are
+                                      !< on none
+      real(wp) :: move_cost = 0.0_wp !< of each weight that goes to another rank, in every step that the
+                                     !< partition is for
    end type block_graph_t
 
    !> A block that goes to another rank.
@@ -30,8 +32,8 @@ module m_block_moves
 contains
 
    !> Hand single blocks of the slowest ranks to ranks next to them, until no step becomes shorter by that:
-   !> sum over constraints of times * slowest rank, plus edge_cost * cut. Each change must also be worth its move_cost to its two
-   !> ranks: what the slowest of many has too much, the next has almost.
+   !> sum over constraints of times * slowest rank, plus edge_cost * cut. Each change must also be worth its
+   !> move_cost to its two ranks: what the slowest of many has too much, the next has almost.
    pure subroutine shorten_step(graph, ranks, part)
       type(block_graph_t), intent(in) :: graph
       integer, intent(in) :: ranks
@@ -64,8 +66,9 @@ contains
       end do
    end subroutine shorten_step
 
-   !> A step, and a step's share of the moves that lead to the partition: sum over constraints of times * slowest rank, edge_cost *
-   !> cut, and move_cost times what leaves and enters the rank that has most to move.
+   !> A step, and a step's share of the moves that lead to the partition: sum over constraints of times *
+   !> slowest rank, edge_cost * cut, and move_cost times what leaves and enters the rank that has most to
+   !> move.
    pure real(wp) function step_length(graph, ranks, part) result(length)
       type(block_graph_t), intent(in) :: graph
       integer, intent(in) :: ranks, part(:) !< as in shorten_step
@@ -112,7 +115,8 @@ contains
       end do
    end function load_of
 
-   !> Number the parts so that much stays where it is: what a part and a rank have in common decides, the largest first.
+   !> Number the parts so that much stays where it is: what a part and a rank have in common decides, the
+   !> largest first.
    pure subroutine stay_at_home(graph, ranks, part)
       type(block_graph_t), intent(in) :: graph
       integer, intent(in) :: ranks

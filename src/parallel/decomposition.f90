@@ -1,4 +1,5 @@
-!> The blocks of a rank: those it owns, ghosts of its neighbours' next to them, and how all of them are numbered.
+!> The blocks of a rank: those it owns, ghosts of its neighbours' next to them, and how all of them are
+!> numbered.
 module m_decomposition
    use m_kinds, only: wp
    use m_node_values, only: tile_last
@@ -10,7 +11,8 @@ module m_decomposition
 
 contains
 
-   !> Number of the block of level l with index 1 among the blocks of all levels, minus 1: levels one after the other.
+   !> Number of the block of level l with index 1 among the blocks of all levels, minus 1: levels one after
+   !> the other.
    pure integer function blocks_before(levels, l) result(before)
       type(level_t), intent(in) :: levels(:)
       integer, intent(in) :: l
@@ -44,8 +46,9 @@ contains
       end do
    end function all_owners
 
-   !> Make this rank's blocks, ghosts, slots and pools fit the owners. Blocks that stay keep their particles; blocks that
-   !> are new here are empty; the particles of blocks that went elsewhere must have been taken out before.
+   !> Make this rank's blocks, ghosts, slots and pools fit the owners. Blocks that stay keep their particles;
+   !> blocks that are new here are empty; the particles of blocks that went elsewhere must have been taken out
+   !> before.
    subroutine settle_blocks(level, rank)
       type(level_t), intent(inout) :: level
       integer, intent(in) :: rank
@@ -103,8 +106,8 @@ contains
       call move_tiles(level%nodes, old, holds)
    end subroutine make_pools
 
-   !> Tiles that hold go from their old places to those of their blocks. Both rise, so that none is in the way of another: first all
-   !> that go down, from the lowest on, then all that go up, from the highest on.
+   !> Tiles that hold go from their old places to those of their blocks. Both rise, so that none is in the way
+   !> of another: first all that go down, from the lowest on, then all that go up, from the highest on.
    pure subroutine move_tiles(pool, old, holds)
       real(wp), intent(inout), contiguous :: pool(:, :, :, :, :)
       integer, intent(in) :: old(:)
@@ -136,8 +139,8 @@ contains
       end do
    end subroutine find_own
 
-   !> Of the own blocks from a block to its neighbour in the n-th of 27 directions, both included, the one whose turn comes first:
-   !> those without remote neighbours go first, each part by rising index.
+   !> Of the own blocks from a block to its neighbour in the n-th of 27 directions, both included, the one
+   !> whose turn comes first: those without remote neighbours go first, each part by rising index.
    pure integer function first_between(blocks, neighbour, n) result(first)
       type(block_t), intent(in) :: blocks(:)
       integer, intent(in) :: neighbour(27), n !< slots
@@ -160,13 +163,14 @@ contains
       end do
    end function first_between
 
-   !> Ghosts of the remote neighbours, slots of all, each block's table of neighbours, and the order in which blocks are gone
-   !> through where messages are on their way.
+   !> Ghosts of the remote neighbours, slots of all, each block's table of neighbours, and the order in which
+   !> blocks are gone through where messages are on their way.
    subroutine find_ghosts(level, rank)
       type(level_t), intent(inout) :: level
       integer, intent(in) :: rank
       integer :: b, index, m, n, place(3), other(3)
-      if (.not. allocated(level%slot)) allocate (level%slot(0:level%grid%blocks(1) - 1, 0:level%grid%blocks(2) - 1, &
+      if (.not. allocated(level%slot)) allocate (level%slot(0:level%grid%blocks(1) - 1, &
+                                                            0:level%grid%blocks(2) - 1, &
                                                       0:level%grid%blocks(3) - 1))
       level%slot = 0
       do b = 1, size(level%blocks)
@@ -196,7 +200,8 @@ contains
       end do
       do b = 1, size(level%blocks)
          do n = 1, 27
-            level%blocks(b)%owns_shared_sum(n) = n /= 14 .and. b == first_between(level%blocks, level%blocks(b)%neighbour, n)
+            level%blocks(b)%owns_shared_sum(n) = n /= 14 .and. b == first_between(level%blocks, &
+                  level%blocks(b)%neighbour, n)
          end do
       end do
       level%interior_first = [pack([(b, b=1, size(level%blocks))], .not. level%blocks%shared), &

@@ -10,8 +10,8 @@ module m_halo
    private
    public :: halo_t
 
-   !> What neighbours have put here: two columns each halo, used in turn, for a neighbour may still read what it
-   !> got last, but has synchronised since it read what it got before that.
+   !> What neighbours have put here: two columns each halo, used in turn, for a neighbour may still read what
+   !> it got last, but has synchronised since it read what it got before that.
    real(wp), allocatable :: inbox(:, :)[:]
    logical, allocatable :: taken(:) !< by numbers of halos
 
@@ -32,8 +32,8 @@ module m_halo
 
 contains
 
-   !> Collective: the messages to and from so many neighbours, in place of those before. A model of one rank takes
-   !> no part.
+   !> Collective: the messages to and from so many neighbours, in place of those before. A model of one rank
+   !> takes no part.
    subroutine connect(self, communicator, ranks, send, receive)
       class(halo_t), intent(inout) :: self
       type(communicator_t), intent(in) :: communicator
@@ -52,7 +52,8 @@ contains
       allocate (self%place(size(ranks)), self%gathered(maxval([0_i8, send%values])))
       before = 0
       do r = 1, size(ranks)
-         call MPI_Sendrecv(before, 1, MPI_INTEGER8, ranks(r), 1, self%place(r), 1, MPI_INTEGER8, ranks(r), 1, &
+         call MPI_Sendrecv(before, 1, MPI_INTEGER8, ranks(r), 1, self%place(r), 1, MPI_INTEGER8, ranks(r), &
+                           1, &
                            communicator%comm, MPI_STATUS_IGNORE)
          before = before + receive(r)%values
       end do

@@ -1,5 +1,5 @@
-!> Halo fill by MPI: one message to and from each neighbour rank, straight from and into the pool of tiles. What
-!> of the pool belongs to a message is an MPI derived datatype, made once a decomposition.
+!> Halo fill by MPI: one message to and from each neighbour rank, straight from and into the pool of tiles.
+!> What of the pool belongs to a message is an MPI derived datatype, made once a decomposition.
 module m_halo
    use mpi_f08
    use m_kinds, only: wp, i8

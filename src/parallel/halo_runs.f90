@@ -71,8 +71,8 @@ contains
       end do
    end function shared_nodes
 
-   !> Append the runs of the marked nodes of one slot to the first `count`. Rows along x have at most two, which
-   !> begin or end at a side.
+   !> Append the runs of the marked nodes of one slot to the first `count`. Rows along x have at most two,
+   !> which begin or end at a side.
    subroutine add_runs(shared, slot, count, runs)
       logical, intent(in) :: shared(0:tile_last, 0:tile_last, 0:tile_last)
       integer, intent(in) :: slot

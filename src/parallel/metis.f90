@@ -7,10 +7,13 @@ module m_metis
    public :: partition_graph
 
    abstract interface
-      integer(c_int) function metis_routine(vertices, constraints, offsets, adjacent, vertex_weights, vertex_sizes, &
-                                            edge_weights, parts, shares, imbalance, options, cut, part) bind(c)
+      integer(c_int) function metis_routine(vertices, constraints, offsets, adjacent, vertex_weights, &
+                                            vertex_sizes, &
+                                            edge_weights, parts, shares, imbalance, options, cut, &
+                                               part) bind(c)
          import :: c_int, c_float, c_ptr
-         integer(c_int), intent(in) :: vertices, constraints, offsets(*), adjacent(*), vertex_weights(*), edge_weights(*), parts
+         integer(c_int), intent(in) :: vertices, constraints, offsets(*), adjacent(*), vertex_weights(*), &
+                                       edge_weights(*), parts
          real(c_float), intent(in) :: imbalance(*)
          type(c_ptr), value :: vertex_sizes, shares, options
          integer(c_int), intent(out) :: cut, part(*)
@@ -22,15 +25,17 @@ module m_metis
 
 contains
 
-   !> Part (from 0) of every vertex of a graph; `offsets` and `adjacent` count from 0 (METIS manual, CSR). By halves of halves, or
-   !> all parts at once. `failed` when METIS refuses. METIS adds up weights in 32 bits: where they come to more, it is given smaller
-   !> ones in the same proportions.
-   subroutine partition_graph(offsets, adjacent, vertex_weights, edge_weights, parts, by_halves, imbalance, part, cut, failed)
+   !> Part (from 0) of every vertex of a graph; `offsets` and `adjacent` count from 0 (METIS manual, CSR). By
+   !> halves of halves, or all parts at once. `failed` when METIS refuses. METIS adds up weights in 32 bits:
+   !> where they come to more, it is given smaller ones in the same proportions.
+   subroutine partition_graph(offsets, adjacent, vertex_weights, edge_weights, parts, by_halves, imbalance, &
+                              part, cut, failed)
       integer(c_int), intent(in) :: offsets(:), adjacent(:), edge_weights(:), parts
-      integer(c_int), intent(in), contiguous :: vertex_weights(:, :) !< (constraints, vertices): each is balanced in itself
+      integer(c_int), intent(in), contiguous :: vertex_weights(:, :) !< (constraints, vertices): each is
+                                                                     !< balanced in itself
       logical, intent(in) :: by_halves
-      real(wp), intent(in) :: imbalance(:)  !< (constraints or more): the heaviest part over the mean that is allowed, if it can be
-                                            !< had
+      real(wp), intent(in) :: imbalance(:) !< (constraints or more): the heaviest part over the mean that is
+                                           !< allowed, if it can be had
       integer(c_int), intent(out) :: part(:)
       integer, intent(out) :: cut       !< weight of the edges between parts
       logical, intent(out) :: failed
@@ -47,11 +52,13 @@ contains
          where (vertex_weights(c, :) > 0) weights(c, :) = max(weights(c, :), 1)
       end do
       if (by_halves) then
-         status = metis_part_graph_recursive(size(part, kind=c_int), size(vertex_weights, 1, kind=c_int), offsets, adjacent, &
+         status = metis_part_graph_recursive(size(part, kind=c_int), size(vertex_weights, 1, kind=c_int), &
+                                             offsets, adjacent, &
                                              weights, c_null_ptr, edge_weights, parts, c_null_ptr, &
                                              real(imbalance, c_float), c_null_ptr, cut, part)
       else
-         status = metis_part_graph_kway(size(part, kind=c_int), size(vertex_weights, 1, kind=c_int), offsets, adjacent, &
+         status = metis_part_graph_kway(size(part, kind=c_int), size(vertex_weights, 1, kind=c_int), &
+                                        offsets, adjacent, &
                                         weights, c_null_ptr, edge_weights, parts, c_null_ptr, &
                                         real(imbalance, c_float), c_null_ptr, cut, part)
       end if

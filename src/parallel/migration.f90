@@ -16,14 +16,16 @@ module m_migration
    !> What a record holds behind a particle's columns.
    integer, parameter :: at_id = 1       !< the bits of its id
    integer, parameter :: at_body = 2
-   integer, parameter :: at_block = 3    !< index of the block where it goes. If the block moves as a whole, of that:
+   integer, parameter :: at_block = 3 !< index of the block where it goes. If the block moves as a whole, of
+                                      !< that:
    integer, parameter :: at_breaks = 4   !< run breaks when they were last counted
    integer, parameter :: at_disorder = 5 !< their sum since its particles were sorted
    integer, parameter :: at_average = 6  !< and their average
    integer, parameter :: extra = 6
 
    integer, parameter :: neighbours_tag = 2 !< of emigrants
-   integer, parameter :: first_tag = 16     !< of messages that are not asked for: this and the number of the level
+   integer, parameter :: first_tag = 16 !< of messages that are not asked for: this and the number of the
+                                        !< level
    integer, parameter :: fewest = 64        !< records that there is room for, where there is any
 
    !> Records of particles under way: one column a particle.
@@ -77,7 +79,8 @@ contains
          do m = 1, block%emigrant_count
             p = block%emigrants(m)
             place = entered(level, block, p)
-            call address(self, communicator%rank, level%owner_at(place), block%particles%column(p, :), block%particles%id(p), &
+            call address(self, communicator%rank, level%owner_at(place), block%particles%column(p, :), &
+                         block%particles%id(p), &
                          block%particles%body(p), level%grid%block_index(place))
          end do
          call take_out(block)
@@ -137,7 +140,8 @@ contains
       integer :: n
       do n = 1, size(neighbours)
          associate (parcel => self%outgoing(neighbours(n)))
-            call MPI_Isend(parcel%records, parcel%count, self%record, neighbours(n), neighbours_tag, communicator%comm, requests(n))
+            call MPI_Isend(parcel%records, parcel%count, self%record, neighbours(n), neighbours_tag, &
+                           communicator%comm, requests(n))
          end associate
       end do
       do n = 1, size(neighbours)
@@ -156,7 +160,8 @@ contains
       integer :: count
       call MPI_Get_count(status, self%record, count)
       call make_room(self%incoming, count)
-      call MPI_Mrecv(self%incoming%records(:, self%incoming%count + 1:self%incoming%count + count), count, self%record, message, &
+      call MPI_Mrecv(self%incoming%records(:, self%incoming%count + 1:self%incoming%count + count), count, &
+                     self%record, message, &
                      MPI_STATUS_IGNORE)
       self%incoming%count = self%incoming%count + count
    end subroutine receive
@@ -179,7 +184,8 @@ contains
       end if
    end subroutine address
 
-   !> A particle, that changes level, for the block of this level in which its centre lies, and which must exist.
+   !> A particle, that changes level, for the block of this level in which its centre lies, and which must
+   !> exist.
    subroutine send_to_level(self, communicator, level, values, id, body)
       class(migration_t), intent(inout) :: self
       type(communicator_t), intent(in) :: communicator
@@ -191,7 +197,8 @@ contains
       associate (x => level%layout%position)
          place = level%grid%block_of(values(x:x + 2))
       end associate
-      call address(self, communicator%rank, level%owner_at(place), values, id, body, level%grid%block_index(place))
+      call address(self, communicator%rank, level%owner_at(place), values, id, body, &
+                   level%grid%block_index(place))
    end subroutine send_to_level
 
    !> Collective: what was sent to this level arrives, in the order of ids.
@@ -229,9 +236,10 @@ contains
       call block%cells%outdate()
    end subroutine take_out
 
-   !> Collective: what this rank has for others goes to them, who need not know that anything comes; what comes in is added to
-   !> `incoming`. All is there when every rank has been told that its messages have been received (nonblocking consensus: Hoefler,
-   !> Siebert and Lumsdaine 2010). A rank may leave while another is still asked: exchanges in a row need different tags.
+   !> Collective: what this rank has for others goes to them, who need not know that anything comes; what
+   !> comes in is added to `incoming`. All is there when every rank has been told that its messages have been
+   !> received (nonblocking consensus: Hoefler, Siebert and Lumsdaine 2010). A rank may leave while another is
+   !> still asked: exchanges in a row need different tags.
    subroutine exchange_unasked(self, communicator, tag)
       class(migration_t), intent(inout) :: self
       type(communicator_t), intent(in) :: communicator
@@ -245,7 +253,8 @@ contains
       do r = 0, communicator%ranks - 1
          if (self%outgoing(r)%count == 0) cycle
          n = n + 1
-         call MPI_Issend(self%outgoing(r)%records, self%outgoing(r)%count, self%record, r, tag, communicator%comm, requests(n))
+         call MPI_Issend(self%outgoing(r)%records, self%outgoing(r)%count, self%record, r, tag, &
+                         communicator%comm, requests(n))
       end do
       received = .false.
       over = .false.
@@ -263,16 +272,19 @@ contains
       end do
    end subroutine exchange_unasked
 
-   !> Store what has come in, sorted by block and id, so that the order of arrivals does not depend on the ranks.
+   !> Store what has come in, sorted by block and id, so that the order of arrivals does not depend on the
+   !> ranks.
    subroutine insert(self, level)
       class(migration_t), intent(inout) :: self
       type(level_t), intent(inout) :: level
       integer :: order(self%incoming%count), n, r
       n = level%table%columns
       associate (records => self%incoming%records, count => self%incoming%count)
-         order = sorted_order(int(records(n + at_block, :count), i8), transfer(records(n + at_id, :count), [0_i8]))
+         order = sorted_order(int(records(n + at_block, :count), i8), &
+                              transfer(records(n + at_id, :count), [0_i8]))
          do r = 1, count
-            call store(records(:, order(r)), level, level%blocks(slot_of(level, records(n + at_block, order(r)))))
+            call store(records(:, order(r)), level, level%blocks(slot_of(level, &
+                  records(n + at_block, order(r)))))
          end do
       end associate
       if (self%incoming%count > 0) call level%size_work()
@@ -307,8 +319,9 @@ contains
       block%pressed = .true.
    end subroutine store
 
-   !> Collective: take the particles of the blocks whose owner changes out of this rank and send them; returns when all
-   !> records are here. Then the level settles into its new owners, and `unpack_blocks` puts the records into their blocks.
+   !> Collective: take the particles of the blocks whose owner changes out of this rank and send them; returns
+   !> when all records are here. Then the level settles into its new owners, and `unpack_blocks` puts the
+   !> records into their blocks.
    subroutine move_blocks(self, communicator, level, new_owner)
       class(migration_t), intent(inout) :: self
       type(communicator_t), intent(in) :: communicator
@@ -320,7 +333,8 @@ contains
             rank = new_owner(block%place(1), block%place(2), block%place(3))
             if (rank == communicator%rank) cycle
             do p = 1, block%particles%count
-               call self%outgoing(rank)%add(block%particles%column(p, :), block%particles%id(p), block%particles%body(p), &
+               call self%outgoing(rank)%add(block%particles%column(p, :), block%particles%id(p), &
+                                            block%particles%body(p), &
                                             block%index, block)
             end do
             block%particles%count = 0
@@ -378,7 +392,8 @@ contains
       self%homeless%count = 0
    end subroutine clear
 
-   !> Append a particle, bound for the block `index`; with the block that it belongs to, if that moves as a whole.
+   !> Append a particle, bound for the block `index`; with the block that it belongs to, if that moves as a
+   !> whole.
    subroutine add(self, values, id, body, index, block)
       class(parcel_t), intent(inout) :: self
       real(wp), intent(in) :: values(:)

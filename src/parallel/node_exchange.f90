@@ -1,9 +1,9 @@
 !> Sums of node values across blocks and ranks.
 !>
-!> Every block's tile overlaps its neighbours' by two node layers. Each rank receives the overlapping parts of its
-!> remote neighbours' tiles into ghost slots. Then all tiles here that hold a node take, in place of what they have,
-!> the sum over them and the ghosts, in the order of their block indices: they get the same bits, on any number of
-!> ranks, and nothing has to be sent back.
+!> Every block's tile overlaps its neighbours' by two node layers. Each rank receives the overlapping parts of
+!> its remote neighbours' tiles into ghost slots. Then all tiles here that hold a node take, in place of what
+!> they have, the sum over them and the ghosts, in the order of their block indices: they get the same bits,
+!> on any number of ranks, and nothing has to be sent back.
 module m_node_exchange
    use m_kinds, only: wp, i8
    use m_constants, only: block_size
@@ -36,7 +36,8 @@ module m_node_exchange
    !> A tile that holds nodes that blocks share.
    type :: holder_t
       integer :: slot = 0
-      integer(i8) :: start = 0 !< place in the pool of node (0, 0, 0) of the tile of the block that asks, were it there
+      integer(i8) :: start = 0 !< place in the pool of node (0, 0, 0) of the tile of the block that asks, were
+                               !< it there
       integer :: first(3) = 0, last(3) = 0 !< of these nodes those that it reaches: indices in that tile
    end type holder_t
 
@@ -59,8 +60,8 @@ contains
       call self%halo%connect(communicator, self%ranks, send, receive)
    end subroutine build
 
-   !> Begin to exchange the tiles of shared blocks, which must be complete. Until `wait` nobody may change what they
-   !> share with other ranks, or ask for ghosts.
+   !> Begin to exchange the tiles of shared blocks, which must be complete. Until `wait` nobody may change
+   !> what they share with other ranks, or ask for ghosts.
    subroutine start(self, tiles)
       class(node_exchange_t), intent(inout) :: self
       real(wp), intent(inout), contiguous, asynchronous :: tiles(:, :, :, :, :)
@@ -89,15 +90,17 @@ contains
       call self%halo%release()
    end subroutine release
 
-   !> In place of what the tiles hold of the nodes that blocks share: the sums over all tiles that hold them, in the order of their
-   !> block indices. Each node's are made once, for all tiles here that hold it, by the first of these blocks in the order
-   !> `interior_first` of the level, so that those without remote neighbours need no message, and nobody asks for their tiles after
-   !> that.
+   !> In place of what the tiles hold of the nodes that blocks share: the sums over all tiles that hold them,
+   !> in the order of their block indices. Each node's are made once, for all tiles here that hold it, by the
+   !> first of these blocks in the order `interior_first` of the level, so that those without remote
+   !> neighbours need no message, and nobody asks for their tiles after that.
    pure subroutine sum_tiles(blocks, adders, tiles, extent, wanted)
       type(block_t), intent(in) :: blocks(:)
-      integer, intent(in) :: adders(:) !< whose sums are made: those of either part of `interior_first`, or of both
+      integer, intent(in) :: adders(:) !< whose sums are made: those of either part of `interior_first`, or of
+                                       !< both
       real(wp), intent(inout) :: tiles(node_values, 0:tile_last, 0:tile_last, 0:tile_last, *) !< by slots
-      integer, intent(in), optional :: extent(2, 3, *) !< by slots: only what tiles reach is added, and changed
+      integer, intent(in), optional :: extent(2, 3, *) !< by slots: only what tiles reach is added, and
+                                                       !< changed
       logical, intent(in), optional :: wanted(:)      !< by own blocks: only nodes that one of these has
       type(holder_t) :: holder(8)
       integer :: a, n, held
@@ -109,7 +112,8 @@ contains
             if (present(wanted)) then
                if (.not. any(is_wanted(holder(:held)%slot))) cycle
             end if
-            if (held == 2 .and. all(holder(:2)%slot <= size(blocks)) .and. all(holder(1)%first == holder(2)%first) &
+            if (held == 2 .and. all(holder(:2)%slot <= size(blocks)) &
+                .and. all(holder(1)%first == holder(2)%first) &
                 .and. all(holder(1)%last == holder(2)%last)) then
                call sum_two(holder(1), holder(2), tiles)
             else
@@ -125,8 +129,8 @@ contains
       end function is_wanted
    end subroutine sum_tiles
 
-   !> The tiles that hold the nodes that a block shares with all its neighbours between it and one direction, and with no other: by
-   !> rising block index, without those that do not reach any.
+   !> The tiles that hold the nodes that a block shares with all its neighbours between it and one direction,
+   !> and with no other: by rising block index, without those that do not reach any.
    pure subroutine find_holders(neighbour, direction, extent, holder, held)
       integer, intent(in) :: neighbour(27) !< slots around the block, 0 where there is none
       integer, intent(in) :: direction(3)
@@ -142,7 +146,8 @@ contains
                   if (slot == 0) cycle
                   shift = block_size*[x, y, z]
                   new%slot = slot
-                  new%start = node_values*(width**3*(slot - 1_i8) - shift(1) - width*(shift(2) + width*shift(3)))
+                  new%start = node_values*(width**3*(slot - 1_i8) - shift(1) &
+                                           - width*(shift(2) + width*shift(3)))
                   new%first = shared_first(direction)
                   new%last = shared_last(direction)
                   if (present(extent)) then
@@ -211,10 +216,12 @@ contains
    pure logical function has_row(holder, j, k)
       type(holder_t), intent(in) :: holder
       integer, intent(in) :: j, k
-      has_row = j >= holder%first(2) .and. j <= holder%last(2) .and. k >= holder%first(3) .and. k <= holder%last(3)
+      has_row = j >= holder%first(2) .and. j <= holder%last(2) .and. k >= holder%first(3) &
+                .and. k <= holder%last(3)
    end function has_row
 
-   !> First and last tile index, along an axis, of what a block shares with all neighbours between it and a direction alone.
+   !> First and last tile index, along an axis, of what a block shares with all neighbours between it and a
+   !> direction alone.
    pure elemental integer function shared_first(direction)
       integer, intent(in) :: direction
       shared_first = merge(tile_last - 1, merge(0, 2, direction == -1), direction == 1)

@@ -1,6 +1,6 @@
-!> Which rank owns which block: METIS on the graph of the blocks of all levels, weighted by particles and contact points, one
-!> constraint a level and one for contact, for ranks wait for each other after each of them; and by the nodes that neighbours,
-!> parents and children share.
+!> Which rank owns which block: METIS on the graph of the blocks of all levels, weighted by particles and
+!> contact points, one constraint a level and one for contact, for ranks wait for each other after each of
+!> them; and by the nodes that neighbours, parents and children share.
 module m_placement
    use mpi_f08
    use m_kinds, only: wp
@@ -20,30 +20,38 @@ module m_placement
    !> What there is to do in the blocks of all levels, by number, as if in so many particles.
    type :: work_t
       logical, allocatable :: exists(:)     !< (blocks)
-      integer, allocatable :: weight(:, :)  !< (levels, and contact where it is shared out; blocks): in one step of the level
+      integer, allocatable :: weight(:, :) !< (levels, and contact where it is shared out; blocks): in one
+                                           !< step of the level
       real(wp), allocatable :: times(:)     !< how often that is done in a step of the coarsest level
    end type work_t
 
    integer, parameter :: block_cost = 64 !< of a block's node tile, in particles
    real(wp), parameter :: bin_cost = 0.75_wp !< of a bin that has particles, in particles
-   real(wp), parameter :: jump_cost = 1.75_wp !< of a jump of the particles' order (cell_list.f90), in particles; with it goes how
-                                              !< uneven the bins are, and how often the particles are sorted
-   integer, parameter :: point_cost = 48 !< of a contact point, in particles: in E2, what its rank takes longer for contact than the
-                                         !< other
+   real(wp), parameter :: jump_cost = 1.75_wp !< of a jump of the particles' order (cell_list.f90), in
+                                              !< particles; with it goes how uneven the bins are, and how
+                                              !< often the particles are sorted
+   integer, parameter :: point_cost = 48 !< of a contact point, in particles: in E2, what its rank takes
+                                         !< longer for contact than the other
    real(wp), parameter :: shared_cost = 0.1_wp !< of a node shared with another rank, in particles
    real(wp), parameter :: move_cost = 6.0_wp    !< of a particle that leaves or enters a rank, in its steps
-   real(wp), parameter :: well_shared = 1.01_wp !< a step over one of evenly shared work that need not be shorter
-   integer, parameter :: asking_cost = 30       !< of METIS, once, for a block, in steps of a particle; and one more for each rank
-   integer, parameter :: ways = 6               !< of asking it: by halves or by all parts at once, and three sets of tolerances
-   integer, parameter :: shared_with_parent = 6**3 !< nodes of the level above that a block exchanges with its parent
+   real(wp), parameter :: well_shared = 1.01_wp !< a step over one of evenly shared work that need not be
+                                                !< shorter
+   integer, parameter :: asking_cost = 30 !< of METIS, once, for a block, in steps of a particle; and one more
+                                          !< for each rank
+   integer, parameter :: ways = 6 !< of asking it: by halves or by all parts at once, and three sets of
+                                  !< tolerances
+   integer, parameter :: shared_with_parent = 6**3 !< nodes of the level above that a block exchanges with its
+                                                   !< parent
 
 contains
 
-   !> The work of the blocks from what they hold. Contact is on the finest level. Ranks wait for each other there, and the points
-   !> are shared out as a constraint of their own, but where one block has most of them: then no placement shortens the wait.
+   !> The work of the blocks from what they hold. Contact is on the finest level. Ranks wait for each other
+   !> there, and the points are shared out as a constraint of their own, but where one block has most of them:
+   !> then no placement shortens the wait.
    pure function work_of(levels, particles, steps, points, order) result(work)
       type(level_t), intent(in) :: levels(:)     !< only their grids matter
-      integer, intent(in) :: particles(:)        !< of each block of each level, by number; -1 where there is no block
+      integer, intent(in) :: particles(:) !< of each block of each level, by number; -1 where there is no
+                                          !< block
       integer, intent(in), optional :: steps(:)  !< of each level in one of the coarsest; 1 where not given
       integer, intent(in), optional :: points(:) !< contact points of each block; none where not given
       integer, intent(in), optional :: order(:)  !< from order_work, of each block; nothing where not given
@@ -70,17 +78,18 @@ contains
       work%times(constraints) = work%times(size(levels))
    end function work_of
 
-   !> What it costs in a step that a block's particles lie in many bins and out of order, as if it had so many particles more
-   !> (performance.md, 'Which block costs what').
+   !> What it costs in a step that a block's particles lie in many bins and out of order, as if it had so many
+   !> particles more (performance.md, 'Which block costs what').
    pure integer function order_work(bins, run_breaks)
       integer, intent(in) :: bins   !< that have particles
       real(wp), intent(in) :: run_breaks !< of the particles' order, on average
       order_work = nint(bin_cost*bins + jump_cost*run_breaks)
    end function order_work
 
-   !> Collective: an owner for every block that exists, the same on every rank; -1 elsewhere. Where blocks have owners already,
-   !> `steps` says for how many steps the new ones are to stand: what they save in so many must be worth the move. Then blocks stay,
-   !> but for single ones that move, unless that leaves too much to be gained and METIS has something better, moves included.
+   !> Collective: an owner for every block that exists, the same on every rank; -1 elsewhere. Where blocks
+   !> have owners already, `steps` says for how many steps the new ones are to stand: what they save in so
+   !> many must be worth the move. Then blocks stay, but for single ones that move, unless that leaves too
+   !> much to be gained and METIS has something better, moves included.
    subroutine choose_owners(communicator, levels, work, owner, error, steps)
       type(communicator_t), intent(in) :: communicator
       type(level_t), intent(in) :: levels(:)     !< only their grids matter
@@ -106,13 +115,15 @@ contains
          call ask_metis(communicator, graph, size(levels), offered, refused)
          if (.not. present(steps)) then
             if (refused) then
-               call fail(error, exit_numerical, 'METIS could not place the blocks on the ranks; try another number of ranks')
+               call fail(error, exit_numerical, &
+                         'METIS could not place the blocks on the ranks; try another number of ranks')
                return
             end if
             part = offered
          else if (communicator%is_root() .and. .not. refused) then
             call stay_at_home(graph, communicator%ranks, offered)
-            if (step_length(graph, communicator%ranks, offered) < step_length(graph, communicator%ranks, part)) part = offered
+            if (step_length(graph, communicator%ranks, offered) < step_length(graph, communicator%ranks, &
+                  part)) part = offered
          end if
       end if
       call MPI_Bcast(part, size(part), MPI_INTEGER, 0, communicator%comm)
@@ -145,16 +156,19 @@ contains
       turns = (ways + sharing - 1)/sharing
    end function turns
 
-   !> Collective: of what METIS offers for two methods and several tolerances, which the ranks share, what makes the shortest step;
-   !> moves of single blocks then make it shorter. With no more blocks than ranks, one block a rank.
+   !> Collective: of what METIS offers for two methods and several tolerances, which the ranks share, what
+   !> makes the shortest step; moves of single blocks then make it shorter. With no more blocks than ranks,
+   !> one block a rank.
    subroutine ask_metis(communicator, graph, levels, best, refused)
       type(communicator_t), intent(in) :: communicator
       type(block_graph_t), intent(in) :: graph
       integer, intent(in) :: levels !< of its constraints, the first ones
       integer, allocatable, intent(out) :: best(:)
       logical, intent(out) :: refused
-      real(wp), parameter :: tolerances(2, ways/2) = reshape([1.01_wp, 1.2_wp, 1.03_wp, 1.2_wp, 1.2_wp, 1.03_wp], [2, ways/2]) !<
-                                                                             ! heaviest part over the mean: of levels, of contact
+      real(wp), parameter :: tolerances(2, ways/2) = reshape([1.01_wp, 1.2_wp, 1.03_wp, 1.2_wp, 1.2_wp, &
+            1.03_wp], [2, ways/2]) !< 
+                                                                             ! heaviest part over the mean: of
+                                                                             ! levels, of contact
       type(block_graph_t) :: anywhere
       integer :: part(size(graph%weight, 2)), cut, n, ranks, sharing, way
       real(wp) :: shortest(2), length
@@ -171,8 +185,10 @@ contains
       shortest = [huge(shortest), real(communicator%rank, wp)]
       call MPI_Comm_size(communicator%comm, sharing)
       do way = 1 + communicator%rank, ways, sharing
-         call partition_graph(graph%offsets, graph%adjacent, graph%weight, graph%edge_weights, ranks, way <= ways/2, &
-                              [spread(tolerances(1, 1 + mod(way, ways/2)), 1, levels), tolerances(2, 1 + mod(way, ways/2))], &
+         call partition_graph(graph%offsets, graph%adjacent, graph%weight, graph%edge_weights, ranks, &
+                              way <= ways/2, &
+                              [spread(tolerances(1, 1 + mod(way, ways/2)), 1, levels), &
+                                 tolerances(2, 1 + mod(way, ways/2))], &
                               part, cut, unable)
          if (unable) cycle
          length = step_length(anywhere, ranks, part)
@@ -202,8 +218,9 @@ contains
       call make_graph(levels, vertex, there, graph%offsets, graph%adjacent, graph%edge_weights)
    end function graph_of
 
-   !> The graph of the blocks that exist, by their vertices, which count as their numbers do: edges to neighbours, parents and
-   !> children, weighted by the nodes that two blocks share (METIS manual, CSR; vertices from 0).
+   !> The graph of the blocks that exist, by their vertices, which count as their numbers do: edges to
+   !> neighbours, parents and children, weighted by the nodes that two blocks share (METIS manual, CSR;
+   !> vertices from 0).
    subroutine make_graph(levels, vertex, there, offsets, adjacent, edge_weights)
       type(level_t), intent(in) :: levels(:)
       integer, intent(in) :: vertex(:) !< of each block, from 1; 0 where there is none
@@ -226,7 +243,8 @@ contains
          end do
          if (l > 1) call connect(l - 1, position/2, shared_with_parent)
          do n = 0, 7
-            if (l < size(levels)) call connect(l + 1, 2*position + [ibits(n, 0, 1), ibits(n, 1, 1), ibits(n, 2, 1)], &
+            if (l < size(levels)) call connect(l + 1, 2*position + [ibits(n, 0, 1), ibits(n, 1, 1), &
+                                               ibits(n, 2, 1)], &
                                                shared_with_parent)
          end do
          offsets(v + 1) = edges

@@ -8,11 +8,14 @@ module m_block
    public :: block_t, contents_t
 
    integer, private :: n
-   !> Directions -1, 0, 1 along each axis of the 27 blocks around a block; the 14th is that of the block itself.
-   integer, parameter, public :: directions(3, 27) = reshape([(mod(n - 1, 3) - 1, mod((n - 1)/3, 3) - 1, (n - 1)/9 - 1, n=1, 27)], &
+   !> Directions -1, 0, 1 along each axis of the 27 blocks around a block; the 14th is that of the block
+   !> itself.
+   integer, parameter, public :: directions(3, 27) = reshape([(mod(n - 1, 3) - 1, mod((n - 1)/3, 3) - 1, &
+         (n - 1)/9 - 1, n=1, 27)], &
                                                              [3, 27])
 
-   integer, parameter, public :: sum_count = 12 !< quantities that histories sum over all particles (stepping/energy.f90)
+   integer, parameter, public :: sum_count = 12 !< quantities that histories sum over all particles
+                                                !< (stepping/energy.f90)
 
    !> What a block holds, and what is known of it: moves as a whole when blocks are numbered anew.
    type :: contents_t
@@ -20,9 +23,11 @@ module m_block
       type(cell_list_t), allocatable :: cells
       integer(i4), allocatable :: emigrants(:) !< particles that left during this step, rising
       integer :: emigrant_count = 0
-      real(wp) :: disorder = 0.0_wp      !< run breaks of its particles' order, summed over the steps since they were sorted
+      real(wp) :: disorder = 0.0_wp !< run breaks of its particles' order, summed over the steps since they
+                                    !< were sorted
       real(wp) :: run_breaks = 0.0_wp    !< the same, on average over the last steps: they cost time
-      logical :: pressed = .true.        !< some particle may carry a contact pressure, of the last step or the one before
+      logical :: pressed = .true. !< some particle may carry a contact pressure, of the last step or the one
+                                  !< before
       integer :: deposited = 0           !< its tile is P2G of so many of its first particles, of a generation
       integer(i8) :: deposit_of = -1
       real(wp) :: sums(sum_count) = 0.0_wp !< of its particles, as energy.f90 numbers them, of a state of them
@@ -37,10 +42,11 @@ module m_block
       integer :: place(3) = 0            !< which block of the level, from 0
       integer :: index = 0               !< its number in the level (grid_level%block_index)
       real(wp) :: origin(3) = 0.0_wp     !< place of its first node, m
-      integer :: neighbour(27) = 0       !< slots of the blocks around, x fastest, 14 is this one; 0 where there is none
+      integer :: neighbour(27) = 0 !< slots of the blocks around, x fastest, 14 is this one; 0 where there is
+                                   !< none
       logical :: shared = .false.        !< a neighbour lives on another rank
-      logical :: owns_shared_sum(27) = .false. !< it makes the sums of the nodes that it shares with those between it and a
-                                               !< direction alone
+      logical :: owns_shared_sum(27) = .false. !< it makes the sums of the nodes that it shares with those
+                                               !< between it and a direction alone
    contains
       procedure :: reserve
       procedure :: take_contents
@@ -55,8 +61,8 @@ module m_block
       procedure :: bytes
    end type block_t
 
-   real(wp), parameter :: sort_share = 0.45_wp !< sort when so many run_breaks a particle have been paid for: as much as sorting
-                                               !< costs
+   real(wp), parameter :: sort_share = 0.45_wp !< sort when so many run_breaks a particle have been paid for:
+                                               !< as much as sorting costs
    real(wp), parameter :: averaged = 64.0_wp   !< steps
 
 contains
@@ -102,8 +108,9 @@ contains
       rests = self%at_rest .and. all(self%located == self%particles%state())
    end function rests
 
-   !> True when the run breaks, which are up to date, and those of the steps before have cost as much as sorting does. A block that
-   !> comes to rest is sorted then, for while it rests nothing looks at its order: sorting must not depend on how long that was.
+   !> True when the run breaks, which are up to date, and those of the steps before have cost as much as
+   !> sorting does. A block that comes to rest is sorted then, for while it rests nothing looks at its order:
+   !> sorting must not depend on how long that was.
    pure logical function wants_sorting(self)
       class(block_t), intent(in) :: self
       wants_sorting = self%disorder + self%cells%run_breaks > sort_share*self%particles%count
@@ -122,8 +129,9 @@ contains
       self%disorder = 0.0_wp
    end subroutine sort
 
-   !> Once a step, with its order as it is used: what its run breaks cost, on average and since the particles were sorted. What has
-   !> come since it was counted does not count: sorting, which decides the last digits of sums, must not depend on ranks.
+   !> Once a step, with its order as it is used: what its run breaks cost, on average and since the particles
+   !> were sorted. What has come since it was counted does not count: sorting, which decides the last digits
+   !> of sums, must not depend on ranks.
    pure subroutine count_disorder(self)
       class(block_t), intent(inout) :: self
       self%disorder = self%disorder + self%cells%run_breaks

@@ -11,7 +11,8 @@ module m_body
    private
    public :: lattice_extent, fill_block, count_in_block, expected_count
 
-   !> The lattice of a body: particle (i,j,k) has its centre at anchor + (i + 1/2, ...) spacing, first <= i <= last.
+   !> The lattice of a body: particle (i,j,k) has its centre at anchor + (i + 1/2, ...) spacing, first <= i <=
+   !> last.
    type :: lattice_t
       real(wp) :: anchor(3)
       real(wp) :: spacing
@@ -55,7 +56,8 @@ contains
       do p = 1, births%count
          associate (birth => births%list(p))
             call initial_values(levels(l), spec, density, birth, values)
-            call block%particles%append(values, child_id(id_base + birth%id, birth%octants, birth%refinement), int(body, i4))
+            call block%particles%append(values, child_id(id_base + birth%id, birth%octants, &
+                                                         birth%refinement), int(body, i4))
          end associate
       end do
    end subroutine fill_block
@@ -72,14 +74,16 @@ contains
       n = births%count
    end function count_in_block
 
-   !> About how many particles of a body the coarsest level holds, without counting them; finer levels only add to them.
+   !> About how many particles of a body the coarsest level holds, without counting them; finer levels only
+   !> add to them.
    elemental real(wp) function expected_count(spec, grid) result(n)
       type(body_spec_t), intent(in) :: spec
       type(grid_level_t), intent(in) :: grid
       real(wp) :: lower(3), upper(3), share
       call spec%shape%bounding_box(lower, upper)
       share = spec%shape%volume()/product(upper - lower)
-      n = share*spec%particles_per_cell*product(max(0.0_wp, min(upper, grid%upper) - max(lower, grid%lower))/grid%cell)
+      n = share*spec%particles_per_cell*product(max(0.0_wp, min(upper, grid%upper) &
+                                                    - max(lower, grid%lower))/grid%cell)
    end function expected_count
 
    !> False for blocks that lie well outside the region of their level.
@@ -88,11 +92,12 @@ contains
       integer, intent(in) :: place(3)
       real(wp) :: origin(3)
       origin = level%grid%block_origin(place)
-      may_hold = level%region%overlaps(origin - 3.0_wp*level%grid%cell, origin + (block_size + 2)*level%grid%cell)
+      may_hold = level%region%overlaps(origin - 3.0_wp*level%grid%cell, origin &
+                                       + (block_size + 2)*level%grid%cell)
    end function may_hold
 
-   !> The particles of a body that live in the block of level l at a place: the places of the lattice of the coarsest level that
-   !> lie in the body, and where finer regions begin their parts.
+   !> The particles of a body that live in the block of level l at a place: the places of the lattice of the
+   !> coarsest level that lie in the body, and where finer regions begin their parts.
    pure subroutine find_births(levels, l, place, spec, births)
       type(level_t), intent(in) :: levels(:)
       integer, intent(in) :: l, place(3)
@@ -110,17 +115,19 @@ contains
          do j = low(2), high(2)
             do i = low(1), high(1)
                root%x = lattice%anchor + (real([i, j, k], wp) + 0.5_wp)*lattice%spacing
-               if (any(root%x < levels(1)%grid%lower) .or. any(root%x > levels(1)%grid%upper)) cycle ! a symmetry plane cuts it
+               ! a symmetry plane cuts it
+               if (any(root%x < levels(1)%grid%lower) .or. any(root%x > levels(1)%grid%upper)) cycle
                if (.not. spec%shape%inside(root%x)) cycle
-               root%id = 1 + (i - lattice%first(1)) + extent(1)*((j - lattice%first(2)) + extent(2)*(k - lattice%first(3)))
+               root%id = 1 + (i - lattice%first(1)) + extent(1)*((j - lattice%first(2)) &
+                     + extent(2)*(k - lattice%first(3)))
                call settle_down(levels, 1, l, place, root, births)
             end do
          end do
       end do
    end subroutine find_births
 
-   !> A particle on level `now`, or its parts, go to the level where they live (theory.md, Levels). Those that live in the
-   !> block are listed.
+   !> A particle on level `now`, or its parts, go to the level where they live (theory.md, Levels). Those that
+   !> live in the block are listed.
    pure recursive subroutine settle_down(levels, now, l, place, birth, births)
       type(level_t), intent(in) :: levels(:)
       integer, intent(in) :: now, l, place(3)
@@ -135,7 +142,8 @@ contains
          if (now /= l) return
          if (any(levels(l)%grid%nearest_node(birth%x)/block_size /= place)) return
          call births%add(birth)
-      else if (must_split(levels(now + 1)%grid, levels(now + 1)%region, now + 1, birth%refinement, birth%x, birth%half)) then
+      else if (must_split(levels(now + 1)%grid, levels(now + 1)%region, now + 1, birth%refinement, birth%x, &
+                          birth%half)) then
          do octant = 0, 7
             part = birth
             part%half = 0.5_wp*birth%half
@@ -183,7 +191,8 @@ contains
          if (at%domain > 0) values(at%domain:at%domain + 8:4) = birth%half
          if (at%refinement > 0) values(at%refinement) = birth%refinement
          if (at%generation > 0) values(at%generation) = 3*birth%refinement
-         if (at%gradient > 0) values(at%gradient:at%gradient + 8) = [0.0_wp, w(3), -w(2), -w(3), 0.0_wp, w(1), w(2), -w(1), 0.0_wp]
+         if (at%gradient > 0) values(at%gradient:at%gradient + 8) = [0.0_wp, w(3), -w(2), -w(3), 0.0_wp, &
+               w(1), w(2), -w(1), 0.0_wp]
       end associate
    end subroutine initial_values
 
@@ -201,7 +210,8 @@ contains
       lattice%last = ceiling((upper - lattice%anchor)/lattice%spacing - 1.0e-6_wp, i8) - 1
    end function body_lattice
 
-   !> Places of a body's lattice along each axis. Ids of its particles, from 1, count them along x first, then y, then z.
+   !> Places of a body's lattice along each axis. Ids of its particles, from 1, count them along x first, then
+   !> y, then z.
    pure function lattice_extent(spec, cell) result(extent)
       type(body_spec_t), intent(in) :: spec
       real(wp), intent(in) :: cell !< of the coarsest level, m

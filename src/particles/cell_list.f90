@@ -1,5 +1,5 @@
-!> Which particles of a block lie in which of its 8 x 8 x 8 cells, those of the dual grid, centred on its nodes: linked lists, and
-!> in which order particles are gone through.
+!> Which particles of a block lie in which of its 8 x 8 x 8 cells, those of the dual grid, centred on its
+!> nodes: linked lists, and in which order particles are gone through.
 module m_cell_list
    use m_kinds, only: i4, i8
    use m_constants, only: block_size
@@ -9,9 +9,10 @@ module m_cell_list
 
    integer, parameter, public :: bins = block_size**3
 
-   !> The cells (1 to 512, x fastest) of a block's particles, in three ways: the cell of each particle; a linked list of the
-   !> particles of each cell, rising, which `link` brings up to date; and what is known of all of them together. Kernels go through
-   !> `count` particles, as they are stored from `start` on, or through the chosen ones.
+   !> The cells (1 to 512, x fastest) of a block's particles, in three ways: the cell of each particle; a
+   !> linked list of the particles of each cell, rising, which `link` brings up to date; and what is known of
+   !> all of them together. Kernels go through `count` particles, as they are stored from `start` on, or
+   !> through the chosen ones.
    type :: cell_list_t
       integer(i4), allocatable :: bin(:)   !< cell of each particle; set by whoever locates the particles
       integer(i4), allocatable :: first(:) !< first particle of each cell, 0 where it has none
@@ -21,12 +22,12 @@ module m_cell_list
       integer :: count = 0
       logical :: chosen = .false.          !< it is those in `order` that are gone through
       integer(i4), allocatable :: order(:) !< numbers of particles, where lists of chosen ones are made
-      integer :: counted = 0               !< particles of which the following has been counted; -1: bins have changed since
-      integer :: low(3) = block_size, high(3) = -1 !< the first and the last place along each axis, from 0, that has particles,
-                                                   !< those included that came later
+      integer :: counted = 0 !< particles of which the following has been counted; -1: bins have changed since
+      integer :: low(3) = block_size, high(3) = -1 !< the first and the last place along each axis, from 0,
+                                                   !< that has particles, those included that came later
       integer :: occupied = 0              !< bins that have particles
-      integer :: run_breaks = 0            !< runs of particles of one bin beyond one for each bin, and twice the places where the
-                                           !< next one is of a lower bin: 0 where particles are in order
+      integer :: run_breaks = 0 !< runs of particles of one bin beyond one for each bin, and twice the places
+                                !< where the next one is of a lower bin: 0 where particles are in order
    contains
       procedure :: reserve
       procedure :: link
@@ -80,7 +81,8 @@ contains
       self%linked = count
    end subroutine link
 
-   !> A particle has come, behind all others, and its cell been set: it goes to the end of its cell's list, if lists are up to date.
+   !> A particle has come, behind all others, and its cell been set: it goes to the end of its cell's list, if
+   !> lists are up to date.
    pure subroutine link_in(self, p)
       class(cell_list_t), intent(inout) :: self
       integer, intent(in) :: p
@@ -111,7 +113,8 @@ contains
       self%counted = -1
    end subroutine outdate
 
-   !> Where the first `count` particles are, and how far they are out of order. All of them are gone through from here on.
+   !> Where the first `count` particles are, and how far they are out of order. All of them are gone through
+   !> from here on.
    pure subroutine update_statistics(self, count)
       class(cell_list_t), intent(inout) :: self
       integer, intent(in) :: count
@@ -137,7 +140,8 @@ contains
       self%chosen = .false.
    end subroutine go_through
 
-   !> Runs of one bin, and twice the places where the next bin is a lower one. By itself, so that it becomes vectors.
+   !> Runs of one bin, and twice the places where the next bin is a lower one. By itself, so that it becomes
+   !> vectors.
    pure integer function run_breaks_in(bin) result(run_breaks)
       integer(i4), intent(in), contiguous :: bin(:)
       integer :: p
@@ -148,9 +152,11 @@ contains
       end do
    end function run_breaks_in
 
-   !> The first and the last place along each axis, from 0, that has particles; none: the first behind the last.
+   !> The first and the last place along each axis, from 0, that has particles; none: the first behind the
+   !> last.
    pure subroutine find_extent(held, low, high)
-      integer(i4), intent(in) :: held(0:block_size - 1, 0:block_size - 1, 0:block_size - 1) !< above 0 where a bin has some
+      integer(i4), intent(in) :: held(0:block_size - 1, 0:block_size - 1, 0:block_size - 1)
+                                                        !< above 0 where a bin has some
       integer, intent(out) :: low(3), high(3)
       integer :: along_x(0:block_size - 1), along_y(0:block_size - 1), along_z(0:block_size - 1), j, k
       along_x = 0
@@ -183,8 +189,8 @@ contains
       end subroutine ends
    end subroutine find_extent
 
-   !> Choose the particles of some cells among those that another goes through, in that order: sums over them keep their bits. Bins
-   !> stand only for particles that are chosen.
+   !> Choose the particles of some cells among those that another goes through, in that order: sums over them
+   !> keep their bits. Bins stand only for particles that are chosen.
    pure subroutine take_bins(self, whole, wanted)
       class(cell_list_t), intent(inout) :: self
       type(cell_list_t), intent(in) :: whole
@@ -204,7 +210,8 @@ contains
    pure function bins_at(nodes) result(at)
       logical, intent(in) :: nodes(0:block_size + 1, 0:block_size + 1, 0:block_size + 1)
       logical :: at(bins)
-      logical :: x(block_size, 0:block_size + 1, 0:block_size + 1), y(block_size, block_size, 0:block_size + 1)
+      logical :: x(block_size, 0:block_size + 1, 0:block_size + 1), &
+                 y(block_size, block_size, 0:block_size + 1)
       associate (n => block_size)
          x = nodes(:n - 1, :, :) .or. nodes(1:n, :, :) .or. nodes(2:, :, :)
          y = x(:, :n - 1, :) .or. x(:, 1:n, :) .or. x(:, 2:, :)
@@ -212,13 +219,15 @@ contains
       end associate
    end function bins_at
 
-   !> The order in which the particles that are gone through, all of them, are in order: bin by bin, and in a bin as they are
-   !> stored. From here on it is theirs, and the caller brings them into it. Two halves are counted and placed side by side:
-   !> particles of one bin, which follow each other, would wait for each other's sums.
+   !> The order in which the particles that are gone through, all of them, are in order: bin by bin, and in a
+   !> bin as they are stored. From here on it is theirs, and the caller brings them into it. Two halves are
+   !> counted and placed side by side: particles of one bin, which follow each other, would wait for each
+   !> other's sums.
    pure subroutine sort(self, order)
       class(cell_list_t), intent(inout) :: self
       integer(i4), intent(out), contiguous :: order(:) !< (count): the new p-th is the old order(p)-th
-      integer(i4) :: next(bins), later(bins), held(bins) ! of the first half of the particles, of the second, of all
+      integer(i4) :: next(bins), later(bins), held(bins) ! of the first half of the particles, of the second,
+                                                         ! of all
       integer :: b, half, p
       half = self%count/2
       next = 0

@@ -1,4 +1,5 @@
-!> The one table of what a particle carries. A field declared here is allocated, sorted, migrated and written by the table.
+!> The one table of what a particle carries. A field declared here is allocated, sorted, migrated and written
+!> by the table.
 module m_field_table
    implicit none
    private
@@ -13,16 +14,18 @@ module m_field_table
       integer :: components = 0
       integer :: first = 0
       logical :: written = .false. !< stands in snapshots
-      logical :: extensive = .false. !< the halves of a split particle get half of it each, and merged ones its sum; else both get
-                                     !< the same, and merged ones the mean by volume,
+      logical :: extensive = .false. !< the halves of a split particle get half of it each, and merged ones
+                                     !< its sum; else both get the same, and merged ones the mean by volume,
       logical :: by_mass = .false.   !< or by mass
-      integer :: arm_to = 0          !< of an arm to a carried face: first column of the face's area, which goes with it
+      integer :: arm_to = 0 !< of an arm to a carried face: first column of the face's area, which goes with
+                            !< it
    end type field_t
 
    !> How the columns of a particle are shared when it is split, and put together when parts merge.
    type :: shares_t
       logical, allocatable :: extensive(:), by_mass(:) !< by column
-      integer, allocatable :: faces(:, :)  !< (2, faces): first columns of area and arm of the faces that particles carry
+      integer, allocatable :: faces(:, :) !< (2, faces): first columns of area and arm of the faces that
+                                          !< particles carry
    end type shares_t
 
    !> First columns of the fields that the kernels know; 0 where the scene does not call for the field.
@@ -30,11 +33,13 @@ module m_field_table
       integer :: position = 0, velocity = 0, mass = 0, volume = 0, stress = 0
       integer :: half_size = 0     !< of the domain: one for all axes, or (half_sizes) 3 columns, one an axis
       logical :: half_sizes = .false.
-      integer :: domain = 0        !< half edges of the domain instead: 9 columns, component i of edge k at 3 (k-1) + i
+      integer :: domain = 0 !< half edges of the domain instead: 9 columns, component i of edge k at 3 (k-1) +
+                            !< i
       integer :: generation = 0    !< how often the particle has been split
       integer :: refinement = 0    !< how often of that into eight, on the way to a finer level
-      integer :: gradient = 0      !< velocity gradient of the last step, 9 columns, d v_i / d x_j at 3 (j-1) + i
-      integer :: kept_gradient = 0 !< the same, where the step puts it between nodes and stress and nothing else wants it
+      integer :: gradient = 0 !< velocity gradient of the last step, 9 columns, d v_i / d x_j at 3 (j-1) + i
+      integer :: kept_gradient = 0 !< the same, where the step puts it between nodes and stress and nothing
+                                   !< else wants it
       integer :: deformation = 0   !< deformation gradient, 9 columns, the same order
       integer :: edge_stress = 0   !< stress that has grown since the level's region is where it is, 6 columns
       integer :: viscous_pressure = 0 !< adds to the pressure that makes forces, and is no part of the stress
@@ -109,7 +114,8 @@ contains
          associate (field => self%fields(f))
             shares%extensive(field%first:field%first + field%components - 1) = field%extensive
             shares%by_mass(field%first:field%first + field%components - 1) = field%by_mass
-            if (field%arm_to > 0) shares%faces = reshape([shares%faces, field%arm_to, field%first], [2, size(shares%faces, 2) + 1])
+            if (field%arm_to > 0) shares%faces = reshape([shares%faces, field%arm_to, field%first], [2, &
+                                                         size(shares%faces, 2) + 1])
          end associate
       end do
    end function shares
@@ -140,8 +146,8 @@ contains
       layout%next_position = self%column('next_position')
    end function layout
 
-   !> True when, at edges of levels, momenta of particles stand at several times (theory.md, eq. time-levels) and they carry gradients,
-   !> which are to stand where the momenta do (eq. lag).
+   !> True when, at edges of levels, momenta of particles stand at several times (theory.md, eq. time-levels)
+   !> and they carry gradients, which are to stand where the momenta do (eq. lag).
    pure logical function corrects_lag(self)
       class(layout_t), intent(in) :: self
       corrects_lag = self%edge_stress > 0 .and. self%gradient > 0

@@ -1,5 +1,6 @@
-!> The motion within particles that their velocity gradients describe (theory.md, eq. inner-motion): with affine transfer a particle
-!> moves as v + L (x - x_p) over its domain, and this part of its kinetic energy and angular momentum is no less real than m v.
+!> The motion within particles that their velocity gradients describe (theory.md, eq. inner-motion): with
+!> affine transfer a particle moves as v + L (x - x_p) over its domain, and this part of its kinetic energy
+!> and angular momentum is no less real than m v.
 module m_inner_motion
    use m_kinds, only: wp
    use m_field_table, only: layout_t
@@ -9,7 +10,8 @@ module m_inner_motion
 
 contains
 
-   !> Kinetic energy (J) and angular momentum (kg m2/s) of particles about their own centres; 0 where they carry no gradients.
+   !> Kinetic energy (J) and angular momentum (kg m2/s) of particles about their own centres; 0 where they
+   !> carry no gradients.
    pure subroutine inner_motion(column, first, last, layout, kinetic, angular)
       real(wp), intent(in), contiguous :: column(:, :)
       integer, intent(in) :: first, last !< of the particles
@@ -18,14 +20,18 @@ contains
       kinetic = 0.0_wp
       angular = 0.0_wp
       if (layout%gradient == 0) return
-      associate (m => column(first:last, layout%mass), l => column(first:last, layout%gradient:layout%gradient + 8))
+      associate (m => column(first:last, layout%mass), l => column(first:last, &
+            layout%gradient:layout%gradient + 8))
          if (layout%domain > 0) then
-            call of_edges(last - first + 1, m, l, column(first:last, layout%domain:layout%domain + 8), kinetic, angular)
+            call of_edges(last - first + 1, m, l, column(first:last, layout%domain:layout%domain + 8), &
+                          kinetic, angular)
          else if (layout%half_sizes) then
-            call of_boxes(last - first + 1, m, l, column(first:last, layout%half_size), column(first:last, layout%half_size + 1), &
+            call of_boxes(last - first + 1, m, l, column(first:last, layout%half_size), &
+                          column(first:last, layout%half_size + 1), &
                           column(first:last, layout%half_size + 2), kinetic, angular)
          else
-            call of_boxes(last - first + 1, m, l, column(first:last, layout%half_size), column(first:last, layout%half_size), &
+            call of_boxes(last - first + 1, m, l, column(first:last, layout%half_size), &
+                          column(first:last, layout%half_size), &
                           column(first:last, layout%half_size), kinetic, angular)
          end if
       end associate
@@ -44,7 +50,8 @@ contains
          w1 = m(p)*r1(p)**2
          w2 = m(p)*r2(p)**2
          w3 = m(p)*r3(p)**2
-         twice = twice + w1*(l(p, 1)**2 + l(p, 2)**2 + l(p, 3)**2) + w2*(l(p, 4)**2 + l(p, 5)**2 + l(p, 6)**2) &
+         twice = twice + w1*(l(p, 1)**2 + l(p, 2)**2 + l(p, 3)**2) &
+                 + w2*(l(p, 4)**2 + l(p, 5)**2 + l(p, 6)**2) &
                  + w3*(l(p, 7)**2 + l(p, 8)**2 + l(p, 9)**2)
          about_x = about_x + w2*l(p, 6) - w3*l(p, 8)
          about_y = about_y + w3*l(p, 7) - w1*l(p, 3)

@@ -1,4 +1,5 @@
-!> One grid level: its grid, which rank owns which block, this rank's blocks, and the pools of their node tiles.
+!> One grid level: its grid, which rank owns which block, this rank's blocks, and the pools of their node
+!> tiles.
 module m_level
    use m_kinds, only: wp, i4, i8
    use m_constants, only: block_size
@@ -21,26 +22,33 @@ module m_level
       type(region_t) :: region               !< that it refines; the coarsest level's is everything
       type(field_table_t) :: table
       type(layout_t) :: layout
-      integer, allocatable :: owner(:, :, :) !< rank that owns a block, -1 where there is no block; from 0; the same on every rank
-      integer, allocatable :: slot(:, :, :)  !< slot of the block here (own blocks first, then ghosts), 0 if not here
+      integer, allocatable :: owner(:, :, :) !< rank that owns a block, -1 where there is no block; from 0;
+                                             !< the same on every rank
+      integer, allocatable :: slot(:, :, :) !< slot of the block here (own blocks first, then ghosts), 0 if
+                                            !< not here
       type(block_t), allocatable :: blocks(:) !< own blocks, by rising index; block b has slot b
-      integer, allocatable :: ghost_index(:) !< block indices of the neighbours on other ranks; ghost m has slot size(blocks) + m
-      integer, allocatable :: interior_first(:) !< own blocks in two parts: those without remote neighbours, and the others, each by
-                                             !< rising index
+      integer, allocatable :: ghost_index(:) !< block indices of the neighbours on other ranks; ghost m has
+                                             !< slot size(blocks) + m
+      integer, allocatable :: interior_first(:) !< own blocks in two parts: those without remote neighbours,
+                                                !< and the others, each by rising index
       integer :: part_end(0:2) = 0           !< part p of these is part_end(p - 1) + 1 to part_end(p)
-      real(wp), allocatable :: nodes(:, :, :, :, :)    !< (node_values, 0:9, 0:9, 0:9, slots): what a block's particles give; then
-                                                       !< sums over all blocks and ranks; then the motion
-      logical :: sums_wait = .false.         !< tiles hold what their own blocks' particles give; sums over blocks are to be made
-      real(wp), allocatable :: restricted(:, :, :, :, :) !< the same shape, where there is a finer level: what that restricts while
-                                                         !< `nodes` holds the motion
-      integer, allocatable :: extent(:, :, :)           !< (2, 3, slots): first and last index along each axis of the part of a tile
-                                                       !< that can be other than 0: what its particles reach; of ghosts, all
-      real(wp), allocatable :: gradient(:, :)          !< work of one block: columns on their way into order; then body forces;
-                                                       !< then velocity gradients, from nodes to stress
-      integer(i4), allocatable :: order(:)             !< work of one block: the order into which its particles are brought
-      real(wp), allocatable :: lag(:, :)               !< work: what the gradients that particles keep are ahead by (levels: eq.
-                                                       !< lag)
-      type(cell_list_t) :: at_edge                     !< work: those of a block's particles that reach an edge of levels
+      real(wp), allocatable :: nodes(:, :, :, :, :) !< (node_values, 0:9, 0:9, 0:9, slots): what a block's
+                                                    !< particles give; then sums over all blocks and ranks;
+                                                    !< then the motion
+      logical :: sums_wait = .false. !< tiles hold what their own blocks' particles give; sums over blocks are
+                                     !< to be made
+      real(wp), allocatable :: restricted(:, :, :, :, :) !< the same shape, where there is a finer level: what
+                                                         !< that restricts while `nodes` holds the motion
+      integer, allocatable :: extent(:, :, :) !< (2, 3, slots): first and last index along each axis of the
+                                              !< part of a tile that can be other than 0: what its particles
+                                              !< reach; of ghosts, all
+      real(wp), allocatable :: gradient(:, :) !< work of one block: columns on their way into order; then body
+                                              !< forces; then velocity gradients, from nodes to stress
+      integer(i4), allocatable :: order(:) !< work of one block: the order into which its particles are
+                                           !< brought
+      real(wp), allocatable :: lag(:, :) !< work: what the gradients that particles keep are ahead by (levels:
+                                         !< eq. lag)
+      type(cell_list_t) :: at_edge !< work: those of a block's particles that reach an edge of levels
    contains
       procedure :: particle_count
       procedure :: size_work
@@ -73,8 +81,8 @@ contains
       owner_at = self%owner(place(1), place(2), place(3))
    end function owner_at
 
-   !> Thickness of a particle's domain across a normal, 2 sqrt(sum (r_k . n)^2), m: exact along its edges, and the edge of a
-   !> cube whichever way it is turned (theory.md, eq. thickness).
+   !> Thickness of a particle's domain across a normal, 2 sqrt(sum (r_k . n)^2), m: exact along its edges, and
+   !> the edge of a cube whichever way it is turned (theory.md, eq. thickness).
    pure real(wp) function thickness(self, values, normal)
       class(level_t), intent(in) :: self
       real(wp), intent(in) :: values(:) !< the particle's columns
@@ -92,7 +100,8 @@ contains
       if (whole) extent(2, :) = tile_last
    end function range_of
 
-   !> Before a block's tile is given to anew: it is 0, and goes as far as the block's particles reach, or is whole.
+   !> Before a block's tile is given to anew: it is 0, and goes as far as the block's particles reach, or is
+   !> whole.
    subroutine update_extents(self, b, whole)
       class(level_t), intent(inout) :: self
       integer, intent(in) :: b
@@ -106,12 +115,14 @@ contains
       associate (old => self%extent(:, :, b))
          if (any(old(1, :) < extent(1, :)) .or. any(old(2, :) > extent(2, :))) &
             self%nodes(:, old(1, 1):old(2, 1), old(1, 2):old(2, 2), old(1, 3):old(2, 3), b) = 0.0_wp
-         self%nodes(:, extent(1, 1):extent(2, 1), extent(1, 2):extent(2, 2), extent(1, 3):extent(2, 3), b) = 0.0_wp
+         self%nodes(:, extent(1, 1):extent(2, 1), extent(1, 2):extent(2, 2), extent(1, 3):extent(2, 3), &
+                    b) = 0.0_wp
          old = extent
       end associate
    end subroutine update_extents
 
-   !> A block's tile, which is 0 beyond its extent, goes as far as particles that have come reach too, or is whole.
+   !> A block's tile, which is 0 beyond its extent, goes as far as particles that have come reach too, or is
+   !> whole.
    pure subroutine widen_extent(self, b, whole)
       class(level_t), intent(inout) :: self
       integer, intent(in) :: b
@@ -122,8 +133,9 @@ contains
       self%extent(2, :, b) = max(self%extent(2, :, b), extent(2, :))
    end subroutine widen_extent
 
-   !> Count how far a block's particles are out of the order of their cells, and sort them where that has come to cost too much. To
-   !> be called when particles have changed cell or have left, before others come: the order decides the last digits of sums.
+   !> Count how far a block's particles are out of the order of their cells, and sort them where that has come
+   !> to cost too much. To be called when particles have changed cell or have left, before others come: the
+   !> order decides the last digits of sums.
    subroutine keep_order(self, b)
       class(level_t), intent(inout) :: self
       integer, intent(in) :: b
@@ -150,8 +162,8 @@ contains
       if (self%layout%edge_stress > 0) call self%at_edge%reserve(largest, choosing=.true.)
    end subroutine size_work
 
-   !> Room in a pool for so many tiles; what it holds stays. There is room to spare, which takes no memory as long as nobody touches
-   !> it. Pools do not shrink.
+   !> Room in a pool for so many tiles; what it holds stays. There is room to spare, which takes no memory as
+   !> long as nobody touches it. Pools do not shrink.
    subroutine fit_pool(pool, tiles)
       real(wp), allocatable, intent(inout) :: pool(:, :, :, :, :)
       integer, intent(in) :: tiles
@@ -170,7 +182,8 @@ contains
    pure integer(i8) function bytes(self) result(held)
       class(level_t), intent(in) :: self
       integer :: b
-      held = tile_bytes*size(self%extent, 3)*merge(2, 1, allocated(self%restricted)) ! what is in use of the pools
+      ! what is in use of the pools
+      held = tile_bytes*size(self%extent, 3)*merge(2, 1, allocated(self%restricted))
       held = held + 8_i8*(size(self%gradient, kind=i8) + size(self%lag, kind=i8))
       held = held + 4_i8*size(self%order, kind=i8)
       held = held + self%at_edge%bytes()

@@ -5,21 +5,24 @@ module m_particle_store
    private
    public :: particle_store_t
 
-   !> Values in a cache line. A capacity is an odd number of lines: with a power of two, the same rows of all columns would share
-   !> their few places in the caches.
+   !> Values in a cache line. A capacity is an odd number of lines: with a power of two, the same rows of all
+   !> columns would share their few places in the caches.
    integer, parameter :: line = 8
-   real(wp), parameter, public :: spare_room = 0.125_wp !< what a store that grows has to spare, as a share of what it holds
+   real(wp), parameter, public :: spare_room = 0.125_wp !< what a store that grows has to spare, as a share of
+                                                        !< what it holds
    integer, parameter :: together = 4  !< columns that are put in order together
    integer, parameter :: stretch = 256 !< particles whose bodies are compared at once
 
-   !> `column(p, c)` is component c (see m_field_table) of particle p; only the first `count` particles are alive.
+   !> `column(p, c)` is component c (see m_field_table) of particle p; only the first `count` particles are
+   !> alive.
    type :: particle_store_t
       integer :: count = 0
       real(wp), allocatable :: column(:, :)
       integer(i8), allocatable :: id(:)   !< unique over the scene
       integer(i4), allocatable :: body(:) !< number of the body in the scene
-      integer(i8) :: generation = 0 !< rises when particles that are there change, move to another place in the store or leave;
-                                    !< not when one is added: what has been made of some holds while it is the same
+      integer(i8) :: generation = 0 !< rises when particles that are there change, move to another place in
+                                    !< the store or leave; not when one is added: what has been made of some
+                                    !< holds while it is the same
    contains
       procedure :: reserve
       procedure :: append
@@ -100,8 +103,8 @@ contains
       end do
    end subroutine remove
 
-   !> Put the first particles into another order: the new p-th is the old order(p)-th. `work` holds at least so many values of
-   !> `together` columns, in which a particle that comes from far is waited for once.
+   !> Put the first particles into another order: the new p-th is the old order(p)-th. `work` holds at least
+   !> so many values of `together` columns, in which a particle that comes from far is waited for once.
    subroutine permute(self, order, work)
       class(particle_store_t), intent(inout) :: self
       integer(i4), intent(in) :: order(:)

@@ -1,5 +1,5 @@
-!> Particles whose domains have become too long are split in two (doc/developer/theory.md, eq. split). Ids of halves: see
-!> doc/developer/design.md.
+!> Particles whose domains have become too long are split in two (doc/developer/theory.md, eq. split). Ids of
+!> halves: see doc/developer/design.md.
 module m_split
    use m_kinds, only: wp, i8
    use m_constants, only: short_of
@@ -11,27 +11,35 @@ module m_split
    use m_region, only: region_t
    implicit none
    private
-   public :: stuff_t, split_long, split_in_eight, must_split, is_whole, largest_tension, half_edges, fitted_edges, &
+   public :: stuff_t, split_long, split_in_eight, must_split, is_whole, largest_tension, half_edges, &
+             fitted_edges, &
              extents, longest_half_edge, octant_of, child_id, longest
 
-   integer, parameter, public :: id_bits = 50          !< ids of particles that were never split are below 2^id_bits
+   integer, parameter, public :: id_bits = 50 !< ids of particles that were never split are below 2^id_bits
    integer, parameter, public :: most_generations = 12 !< splits that an id has room for; it stays below 2^62
 
-   !> Longest half edge, in cells. One particle a cell begins with 0.5: a body hardly strained is not to be split.
+   !> Longest half edge, in cells. One particle a cell begins with 0.5: a body hardly strained is not to be
+   !> split.
    real(wp), parameter :: longest = 0.525_wp
 
-   real(wp), parameter :: at_end = 1.0e-3_wp !< a carried face so near to the end of its domain, in half edges, lies on it
+   real(wp), parameter :: at_end = 1.0e-3_wp !< a carried face so near to the end of its domain, in half
+                                             !< edges, lies on it
 
    ! Under tension nodes must see more of the motion within a cell (theory.md, eq. pulled).
-   real(wp), parameter :: longest_pulled = 0.35_wp  !< half edge of a particle that bears tension, in cells; shorter where the
-                                                    !< tension comes near the modulus of a wave:
+   real(wp), parameter :: longest_pulled = 0.35_wp !< half edge of a particle that bears tension, in cells;
+                                                   !< shorter where the tension comes near the modulus of a
+                                                   !< wave:
    real(wp), parameter :: longest_at_modulus = 0.28_wp !< where it is the modulus, and inversely to it,
    real(wp), parameter :: shortest_pulled = 0.2_wp  !< but never asked to be shorter than this
-   real(wp), parameter :: longest_whole = 0.505_wp  !< while one particle is all of a cell: the edge that bears the tension,
+   real(wp), parameter :: longest_whole = 0.505_wp !< while one particle is all of a cell: the edge that bears
+                                                   !< the tension,
    real(wp), parameter :: longest_box = 0.50005_wp  !< and the same of a box along the axes
-   real(wp), parameter :: whole = 0.75_wp           !< a particle with more than this of the mass of a cell was never split
-   real(wp), parameter :: least_tension = 0.01_wp  !< of the modulus, that asks for short edges of the others: not that of metals
-   real(wp), parameter :: pulls = 0.1_wp            !< a normal stress of so much of the largest component counts as tension
+   real(wp), parameter :: whole = 0.75_wp !< a particle with more than this of the mass of a cell was never
+                                          !< split
+   real(wp), parameter :: least_tension = 0.01_wp !< of the modulus, that asks for short edges of the others:
+                                                  !< not that of metals
+   real(wp), parameter :: pulls = 0.1_wp !< a normal stress of so much of the largest component counts as
+                                         !< tension
 
    !> What splitting asks of the material of a body.
    type :: stuff_t
@@ -41,9 +49,9 @@ module m_split
 
 contains
 
-   !> Split the particles of a block whose half edges are too long (theory.md, eqs too-long, pulled), each across all of these,
-   !> in the order of storage. The lower part keeps place and id, the others are appended. `worn_out`: a particle that has been
-   !> split too often to be split again, 0 if there is none.
+   !> Split the particles of a block whose half edges are too long (theory.md, eqs too-long, pulled), each
+   !> across all of these, in the order of storage. The lower part keeps place and id, the others are
+   !> appended. `worn_out`: a particle that has been split too often to be split again, 0 if there is none.
    subroutine split_long(block, table, layout, cell, stuff, splits, worn_out)
       type(block_t), intent(inout) :: block
       type(field_table_t), intent(in) :: table
@@ -80,8 +88,8 @@ contains
       call block%cells%outdate()
    end subroutine split_long
 
-   !> Across which of its half edges a particle must be split: the longest, if it is too long for the weights; under tension, all
-   !> that are too long for that.
+   !> Across which of its half edges a particle must be split: the longest, if it is too long for the weights;
+   !> under tension, all that are too long for that.
    pure function edges_to_split(particles, p, layout, cell, stuff) result(across)
       type(particle_store_t), intent(in) :: particles
       integer, intent(in) :: p
@@ -109,8 +117,8 @@ contains
       if (maxval(squares) > (longest*cell)**2) across(maxloc(squares, dim=1)) = .true.
    end function edges_to_split
 
-   !> False where no component of the stress can bear the tension that would split the longest edge (cells): of nearly all
-   !> particles.
+   !> False where no component of the stress can bear the tension that would split the longest edge (cells):
+   !> of nearly all particles.
    pure logical function may_be_pulled(column, p, layout, edge, modulus)
       real(wp), intent(in), contiguous :: column(:, :)
       integer, intent(in) :: p
@@ -134,7 +142,8 @@ contains
       is_whole = mass > whole*stuff%density*cell**3
    end function is_whole
 
-   !> The largest normal stress (Pa) along a half edge of more than the given length, 0 if none counts as tension.
+   !> The largest normal stress (Pa) along a half edge of more than the given length, 0 if none counts as
+   !> tension.
    pure real(wp) function largest_tension(values, layout, length) result(tension)
       real(wp), intent(in) :: values(:) !< the particle's columns
       type(layout_t), intent(in) :: layout
@@ -156,8 +165,9 @@ contains
       end do
    end function largest_tension
 
-   !> True when a particle that goes to a finer level, or lives there, must be split into eight: its centre is inside and it is
-   !> larger than the particles of that level, or it is too large for the weights there (theory.md, eq. level-split).
+   !> True when a particle that goes to a finer level, or lives there, must be split into eight: its centre is
+   !> inside and it is larger than the particles of that level, or it is too large for the weights there
+   !> (theory.md, eq. level-split).
    pure logical function must_split(grid, region, number, refinement, x, half)
       type(grid_level_t), intent(in) :: grid
       type(region_t), intent(in) :: region
@@ -176,7 +186,8 @@ contains
       signs = real(2*[ibits(octant, 0, 1), ibits(octant, 1, 1), ibits(octant, 2, 1)] - 1, wp)
    end function octant_of
 
-   !> Id of a part of a particle: three bits for each split into eight, as if it had been halved along x, y, z.
+   !> Id of a part of a particle: three bits for each split into eight, as if it had been halved along x, y,
+   !> z.
    pure integer(i8) function child_id(id, octants, splits)
       integer(i8), intent(in) :: id, octants !< the last split in the lowest three bits
       integer, intent(in) :: splits
@@ -208,8 +219,9 @@ contains
       length = maxval(norm2(half_edges(values, layout), dim=1))
    end function longest_half_edge
 
-   !> The columns of the eight parts of a particle: halved along all its edges. With the velocity gradient each has the velocity
-   !> of its own centre. The bits of its id that tell the parts apart are those of `generation` to `generation` + 2.
+   !> The columns of the eight parts of a particle: halved along all its edges. With the velocity gradient
+   !> each has the velocity of its own centre. The bits of its id that tell the parts apart are those of
+   !> `generation` to `generation` + 2.
    pure subroutine split_in_eight(values, layout, shares, parts)
       real(wp), intent(in) :: values(:)
       type(layout_t), intent(in) :: layout
@@ -230,7 +242,8 @@ contains
                call share_faces(part, shares, 2.0_wp*r, k, side(k))
             end do
             part(layout%position:layout%position + 2) = values(layout%position:layout%position + 2) + shift
-            part(layout%velocity:layout%velocity + 2) = values(layout%velocity:layout%velocity + 2) + matmul(l, shift)
+            part(layout%velocity:layout%velocity + 2) = values(layout%velocity:layout%velocity + 2) &
+                                                        + matmul(l, shift)
             if (layout%domain > 0) then
                part(layout%domain:layout%domain + 8) = reshape(r, [9])
             else if (layout%half_sizes) then
@@ -313,7 +326,8 @@ contains
       end do
    end subroutine split_across
 
-   !> Split particle p across half edge k. With the velocity gradient L each half has the velocity of its own centre.
+   !> Split particle p across half edge k. With the velocity gradient L each half has the velocity of its own
+   !> centre.
    subroutine halve(particles, p, k, layout, shares)
       type(particle_store_t), intent(inout) :: particles
       integer, intent(in) :: p, k
@@ -327,7 +341,8 @@ contains
       r = half_edges(values, layout)
       shift = 0.5_wp*r(:, k)
       faster = 0.0_wp
-      if (layout%gradient > 0) faster = matmul(reshape(values(layout%gradient:layout%gradient + 8), [3, 3]), shift)
+      if (layout%gradient > 0) faster = matmul(reshape(values(layout%gradient:layout%gradient + 8), [3, 3]), &
+                                               shift)
       generation = nint(values(layout%generation))
       new_id = ibset(particles%id(p), id_bits + generation)
       upper = values
@@ -360,9 +375,9 @@ contains
       columns = [((shares%faces(1, f) + c, shares%faces(2, f) + c, c=0, 2), f=1, size(shares%faces, 2))]
    end function carried
 
-   !> What of the faces that a particle carries goes with one of its halves. Along edge k the middle of a face is at s r_k from the
-   !> centre, and the face reaches from there to the nearer end of the domain and as far the other way: a face at an end goes to
-   !> that half alone, one that lies along the edge is shared.
+   !> What of the faces that a particle carries goes with one of its halves. Along edge k the middle of a face
+   !> is at s r_k from the centre, and the face reaches from there to the nearer end of the domain and as far
+   !> the other way: a face at an end goes to that half alone, one that lies along the edge is shared.
    pure subroutine share_faces(values, shares, r, k, side)
       real(wp), intent(inout) :: values(:) !< columns of the half, with area and arm of the whole
       type(shares_t), intent(in) :: shares

@@ -1,4 +1,5 @@
-!> Against volumetric locking: all particles of a cell change their volume at one rate (theory.md, eq. anti-locking).
+!> Against volumetric locking: all particles of a cell change their volume at one rate (theory.md, eq.
+!> anti-locking).
 module m_anti_locking
    use m_kinds, only: wp
    use m_group_reader, only: group_reader_t
@@ -38,8 +39,8 @@ contains
       declined = self%kind == kind_none
    end function declined
 
-   !> The velocity gradients of all blocks wait for the sums over cells: in a field of their own, where affine transfer has none or
-   !> what it keeps is ahead of the motion (levels, eq. lag).
+   !> The velocity gradients of all blocks wait for the sums over cells: in a field of their own, where affine
+   !> transfer has none or what it keeps is ahead of the motion (levels, eq. lag).
    subroutine declare(self, table)
       class(anti_locking_t), intent(inout) :: self
       type(field_table_t), intent(inout) :: table
@@ -54,7 +55,8 @@ contains
       hooks = hooks_t(on_cells=.true., acts_at_rest=.true.)
    end function hooks
 
-   !> tr L becomes its mean over the cell, weighted by volume: one condition on the volume a cell, where there was one a particle.
+   !> tr L becomes its mean over the cell, weighted by volume: one condition on the volume a cell, where there
+   !> was one a particle.
    pure subroutine on_cells(self, cells, particles, layout, frame, sums, gradient)
       class(anti_locking_t), intent(in) :: self
       type(cell_list_t), intent(in) :: cells

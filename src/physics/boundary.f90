@@ -1,7 +1,8 @@
 !> Conditions on the six sides of the grid, applied to node tiles (theory.md, eq. boundary).
 !>
-!> symmetry  the body goes on beyond the plane as its mirror image: what particles give to the node row outside is what the
-!>           image gives to the row inside, mirrored. A half model so gives what the full model gives.
+!> symmetry  the body goes on beyond the plane as its mirror image: what particles give to the node row
+!> outside is what the image gives to the row inside, mirrored. A half model so gives what the full model
+!> gives.
 !> roller    nodes on the plane and outside do not move along its normal.
 !> fixed     they do not move at all.
 module m_boundary
@@ -11,12 +12,14 @@ module m_boundary
    use m_grid_level, only: grid_level_t
    implicit none
    private
-   public :: fold_symmetry, apply_boundary, has_boundary, held_components, inside, mirror_stress, motion_parity, stress_parity
+   public :: fold_symmetry, apply_boundary, has_boundary, held_components, inside, mirror_stress, &
+             motion_parity, stress_parity
 
    integer, parameter :: last = block_size + 1 ! tiles run from 0 to here
-   integer, parameter :: first_vector = 2, second_vector = 5 !< places of the two vectors of a node (momentum, force)
-   !> What a mirror image across each axis does to the values of a node: mass, momentum, force, spare; and volume, the six
-   !> components of volume times stress, spare.
+   integer, parameter :: first_vector = 2, second_vector = 5 !< places of the two vectors of a node (momentum,
+                                                             !< force)
+   !> What a mirror image across each axis does to the values of a node: mass, momentum, force, spare; and
+   !> volume, the six components of volume times stress, spare.
    real(wp), parameter :: motion_parity(8, 3) = &
       reshape([1, -1, 1, 1, -1, 1, 1, 1, 1, 1, -1, 1, 1, -1, 1, 1, 1, 1, 1, -1, 1, 1, -1, 1], [8, 3])
    real(wp), parameter :: stress_parity(8, 3) = &
@@ -40,7 +43,8 @@ contains
                do u = 0, last
                   out = row_node(axis, plane + outward(side), u, v)
                   in = row_node(axis, plane - outward(side), u, v)
-                  tile(:, in(1), in(2), in(3)) = tile(:, in(1), in(2), in(3)) + parity(:, axis)*tile(:, out(1), out(2), out(3))
+                  tile(:, in(1), in(2), in(3)) = tile(:, in(1), in(2), in(3)) &
+                                                 + parity(:, axis)*tile(:, out(1), out(2), out(3))
                   tile(:, out(1), out(2), out(3)) = 0.0_wp
                end do
             end do
@@ -48,7 +52,8 @@ contains
       end do
    end subroutine fold_symmetry
 
-   !> After the nodes are solved: hold what is held, and give the row outside a symmetry plane the mirror of the row inside.
+   !> After the nodes are solved: hold what is held, and give the row outside a symmetry plane the mirror of
+   !> the row inside.
    pure subroutine apply_boundary(grid, place, tile)
       type(grid_level_t), intent(in) :: grid
       integer, intent(in) :: place(3)
@@ -91,7 +96,8 @@ contains
       end do
    end function has_boundary
 
-   !> After the sum: shear across a symmetry plane vanishes on it, and the row outside is the mirror of the row inside.
+   !> After the sum: shear across a symmetry plane vanishes on it, and the row outside is the mirror of the
+   !> row inside.
    pure subroutine mirror_stress(grid, place, tile)
       type(grid_level_t), intent(in) :: grid
       integer, intent(in) :: place(3)
@@ -105,7 +111,8 @@ contains
             do v = 0, last
                do u = 0, last
                   on = row_node(axis, plane, u, v)
-                  tile(:, on(1), on(2), on(3)) = 0.5_wp*(1.0_wp + stress_parity(:, axis))*tile(:, on(1), on(2), on(3))
+                  tile(:, on(1), on(2), on(3)) = 0.5_wp*(1.0_wp + stress_parity(:, axis))*tile(:, on(1), &
+                        on(2), on(3))
                   if (plane < 1 .or. plane > last - 1) cycle
                   out = row_node(axis, plane + outward(side), u, v)
                   in = row_node(axis, plane - outward(side), u, v)
@@ -146,8 +153,8 @@ contains
       end if
    end subroutine hold
 
-   !> Place along an axis (index in the whole grid) of the node that stands for a node: its mirror image inside where that is
-   !> outside a symmetry plane, else itself.
+   !> Place along an axis (index in the whole grid) of the node that stands for a node: its mirror image
+   !> inside where that is outside a symmetry plane, else itself.
    pure integer function inside(grid, axis, node)
       type(grid_level_t), intent(in) :: grid
       integer, intent(in) :: axis, node

@@ -1,5 +1,5 @@
-!> Artificial bulk viscosity: a pressure against fast compression, which spreads shocks over a few cells (theory.md, eq.
-!> bulk-viscosity).
+!> Artificial bulk viscosity: a pressure against fast compression, which spreads shocks over a few cells
+!> (theory.md, eq. bulk-viscosity).
 module m_bulk_viscosity
    use m_kinds, only: wp
    use m_group_reader, only: group_reader_t
@@ -61,8 +61,8 @@ contains
       end do
    end subroutine prepare
 
-   !> The viscosity makes the fastest wave of the grid faster: xi + sqrt(1 + xi^2), xi its damping ratio at a compression as fast
-   !> as the fastest particle over one cell.
+   !> The viscosity makes the fastest wave of the grid faster: xi + sqrt(1 + xi^2), xi its damping ratio at a
+   !> compression as fast as the fastest particle over one cell.
    pure real(wp) function wave_factor(self, mach)
       class(bulk_viscosity_t), intent(in) :: self
       real(wp), intent(in) :: mach
@@ -71,8 +71,8 @@ contains
       wave_factor = ratio + sqrt(1.0_wp + ratio**2)
    end function wave_factor
 
-   !> q = rho h (quadratic^2 h d^2 + linear c d) where the volume shrinks at the rate d, 0 where it does not. What it takes from the
-   !> motion in the step is booked with the q that acts, that of the step's beginning.
+   !> q = rho h (quadratic^2 h d^2 + linear c d) where the volume shrinks at the rate d, 0 where it does not.
+   !> What it takes from the motion in the step is booked with the q that acts, that of the step's beginning.
    pure subroutine on_stress(self, particles, layout, gradient, cell, time_step)
       class(bulk_viscosity_t), intent(in) :: self
       type(particle_store_t), intent(inout) :: particles
@@ -83,15 +83,18 @@ contains
       first = 1
       do while (first <= particles%count)
          last = particles%run_end(first)
-         call advance(self, self%p_wave_modulus(particles%body(first)), first, last, cell, time_step, gradient, &
-                      particles%column(:, layout%mass), particles%column(:, layout%volume), particles%column(:, self%pressure), &
+         call advance(self, self%p_wave_modulus(particles%body(first)), first, last, cell, time_step, &
+                      gradient, &
+                      particles%column(:, layout%mass), particles%column(:, layout%volume), &
+                         particles%column(:, self%pressure), &
                       particles%column(:, self%heat))
          first = last + 1
       end do
    end subroutine on_stress
 
    !> Particles first..last, all of one material.
-   pure subroutine advance(self, p_wave_modulus, first, last, cell, time_step, gradient, mass, volume, pressure, heat)
+   pure subroutine advance(self, p_wave_modulus, first, last, cell, time_step, gradient, mass, volume, &
+                           pressure, heat)
       class(bulk_viscosity_t), intent(in) :: self
       real(wp), intent(in) :: p_wave_modulus, cell, time_step
       integer, intent(in) :: first, last
@@ -105,7 +108,8 @@ contains
          heat(p) = heat(p) + time_step*pressure(p)*rate*volume(p)
          rate = max(0.0_wp, rate)
          density = mass(p)/volume(p)
-         pressure(p) = cell*rate*(density*self%quadratic**2*cell*rate + self%linear*sqrt(density*p_wave_modulus))
+         pressure(p) = cell*rate*(density*self%quadratic**2*cell*rate &
+                                  + self%linear*sqrt(density*p_wave_modulus))
       end do
    end subroutine advance
 

@@ -1,5 +1,5 @@
-!> Damping of the motion of nodes, and of particles where nodes do not see it, to bring a body to rest (theory.md, eqs damping,
-!> unseen).
+!> Damping of the motion of nodes, and of particles where nodes do not see it, to bring a body to rest
+!> (theory.md, eqs damping, unseen).
 module m_damping
    use m_kinds, only: wp
    use m_constants, only: exit_input
@@ -16,8 +16,8 @@ module m_damping
    public :: damping_t
 
    integer, parameter :: kind_local = 1, kind_viscous = 2
-   real(wp), parameter :: at_most = 0.2_wp !< of the velocity is taken in a step: stable with waves at any safety (theory.md, Time
-                                           !< step)
+   real(wp), parameter :: at_most = 0.2_wp !< of the velocity is taken in a step: stable with waves at any
+                                           !< safety (theory.md, Time step)
    character(len=*), parameter :: kind_words(2) = [character(len=7) :: 'local', 'viscous']
 
    type, extends(effect_t) :: damping_t
@@ -59,8 +59,9 @@ contains
       hooks = hooks_t(on_nodes=.true., dissipates=.true.)
    end function hooks
 
-   !> Local damping must not meet tools: it would take the contact force for one that nothing balances, and every load would come
-   !> out higher by the share that it takes. After contact it would undo what contact has done, and the tool would chatter.
+   !> Local damping must not meet tools: it would take the contact force for one that nothing balances, and
+   !> every load would come out higher by the share that it takes. After contact it would undo what contact
+   !> has done, and the tool would chatter.
    subroutine verify(self, communicator, levels, tools, error)
       class(damping_t), intent(in) :: self
       type(communicator_t), intent(in) :: communicator
@@ -94,7 +95,8 @@ contains
       dissipated = sum(column(first:last, self%heat))
    end function dissipated
 
-   !> a <- a - c |a| sign(v) for each component, or a <- a - c v; v is the velocity at the beginning of the step.
+   !> a <- a - c |a| sign(v) for each component, or a <- a - c v; v is the velocity at the beginning of the
+   !> step.
    pure subroutine on_nodes(self, time, time_step, tile)
       class(damping_t), intent(in) :: self
       real(wp), intent(in) :: time, time_step

@@ -1,5 +1,5 @@
-!> What an optional effect must offer. One effect is one file that extends effect_t, and one line in effects.f90; a scene without
-!> it pays nothing.
+!> What an optional effect must offer. One effect is one file that extends effect_t, and one line in
+!> effects.f90; a scene without it pays nothing.
 module m_effect
    use m_kinds, only: wp
    use m_block, only: block_t
@@ -25,9 +25,11 @@ module m_effect
       logical :: on_cells = .false.
       logical :: on_gradient = .false.
       logical :: on_stress = .false.
-      logical :: acts_at_rest = .false. !< changes material that does not move and bears no stress: nothing may be left out
+      logical :: acts_at_rest = .false. !< changes material that does not move and bears no stress: nothing
+                                        !< may be left out
       logical :: dissipates = .false. !< what it does to nodes counts as damped energy, not as external work
-      logical :: follows_particles = .false. !< particle_work and potential say all of its external work by the motion of particles
+      logical :: follows_particles = .false. !< particle_work and potential say all of its external work by
+                                             !< the motion of particles
    end type hooks_t
 
    type, abstract, extends(offer_t) :: effect_t
@@ -71,8 +73,8 @@ module m_effect
 
 contains
 
-   !> Add the particle fields that the effect needs. Their columns do not change afterwards: the effect may keep
-   !> `table%column(name)`.
+   !> Add the particle fields that the effect needs. Their columns do not change afterwards: the effect may
+   !> keep `table%column(name)`.
    subroutine declare(self, table)
       class(effect_t), intent(inout) :: self
       type(field_table_t), intent(inout) :: table
@@ -103,7 +105,8 @@ contains
       type(error_t), intent(inout) :: error
    end subroutine verify
 
-   !> How much faster the fastest wave of the grid becomes through the effect, at least 1: the time step is shorter by this.
+   !> How much faster the fastest wave of the grid becomes through the effect, at least 1: the time step is
+   !> shorter by this.
    pure real(wp) function wave_factor(self, mach)
       class(effect_t), intent(in) :: self
       real(wp), intent(in) :: mach !< speed of the fastest particle over that of the fastest wave
@@ -116,15 +119,18 @@ contains
       longest_step = huge(1.0_wp)
    end function longest_step
 
-   !> Rate (1/s) at which the effect brings that part of the particles' velocities to rest that nodes do not see, 0 for none. Such
-   !> an effect must declare the field unseen_heat, where the step puts the energy that this takes.
+   !> Rate (1/s) at which the effect brings that part of the particles' velocities to rest that nodes do not
+   !> see, 0 for none. Such an effect must declare the field unseen_heat, where the step puts the energy that
+   !> this takes.
    pure real(wp) function rests_at(self, crossings)
       class(effect_t), intent(in) :: self
-      real(wp), intent(in) :: crossings !< cells of the finest level that the fastest wave crosses in a second, 1/s
+      real(wp), intent(in) :: crossings !< cells of the finest level that the fastest wave crosses in a
+                                        !< second, 1/s
       rests_at = 0.0_wp
    end function rests_at
 
-   !> Energy (J) that the effect has taken out of particles first..last so far, other than through nodes (the model measures that).
+   !> Energy (J) that the effect has taken out of particles first..last so far, other than through nodes (the
+   !> model measures that).
    pure real(wp) function dissipated(self, column, first, last)
       class(effect_t), intent(in) :: self
       real(wp), intent(in), contiguous :: column(:, :)
@@ -140,24 +146,27 @@ contains
       allocate (which(0))
    end function pushed
 
-   !> Work (J) that the forces of add_forces do on a block's particles in a step, by how the particles themselves move: what the
-   !> nodes make of it must be the same (theory.md, Work).
-   pure function particle_work(self, particles, which, layout, gradient, from, way_to, time, time_step) result(work)
+   !> Work (J) that the forces of add_forces do on a block's particles in a step, by how the particles
+   !> themselves move: what the nodes make of it must be the same (theory.md, Work).
+   pure function particle_work(self, particles, which, layout, gradient, from, way_to, time, &
+                               time_step) result(work)
       class(effect_t), intent(in) :: self
       type(particle_store_t), intent(in) :: particles
       integer, intent(in) :: which(:) !< particles: those that are pushed
       type(layout_t), intent(in) :: layout
       real(wp), intent(in), contiguous :: gradient(:, :) !< (:, 9), 1/s
-      real(wp), intent(in), contiguous :: from(:, :)     !< (3, those pushed), centres at the beginning of the step, m
+      real(wp), intent(in), contiguous :: from(:, :) !< (3, those pushed), centres at the beginning of the
+                                                     !< step, m
       integer, intent(in) :: way_to                      !< first column of the centres at its end
       real(wp), intent(in) :: time                       !< s, of the beginning of the step
       real(wp), intent(in) :: time_step                  !< s
-      real(wp) :: work(2) !< with the mean of the forces at the step's beginning and end; of it, by half the force at its end
+      real(wp) :: work(2) !< with the mean of the forces at the step's beginning and end; of it, by half the
+                          !< force at its end
       work = 0.0_wp
    end function particle_work
 
-   !> Energy (J) of particles first..last in the field of an effect that does not change with time, where they were at the time of
-   !> their velocities: what it loses is external work.
+   !> Energy (J) of particles first..last in the field of an effect that does not change with time, where they
+   !> were at the time of their velocities: what it loses is external work.
    pure real(wp) function potential(self, column, layout, first, last, lead) result(energy)
       class(effect_t), intent(in) :: self
       real(wp), intent(in), contiguous :: column(:, :)
@@ -167,7 +176,8 @@ contains
       energy = 0.0_wp
    end function potential
 
-   !> Add to the body force per mass (m/s2) of the block's particles at a time (s). Its work counts as external.
+   !> Add to the body force per mass (m/s2) of the block's particles at a time (s). Its work counts as
+   !> external.
    pure subroutine acceleration(self, particles, table, layout, time, body_force)
       class(effect_t), intent(in) :: self
       type(particle_store_t), intent(in) :: particles
@@ -177,8 +187,8 @@ contains
       real(wp), intent(inout) :: body_force(:, :) !< (:, 3)
    end subroutine acceleration
 
-   !> Add forces (N, places 5 to 7 of a node) to the tile of what a block's own particles give, before the sum over blocks; a
-   !> force outside a symmetry plane is folded back afterwards. Their work counts as external.
+   !> Add forces (N, places 5 to 7 of a node) to the tile of what a block's own particles give, before the sum
+   !> over blocks; a force outside a symmetry plane is folded back afterwards. Their work counts as external.
    pure subroutine add_forces(self, block, table, layout, grid, time, tile)
       class(effect_t), intent(in) :: self
       type(block_t), intent(in) :: block
@@ -189,9 +199,10 @@ contains
       real(wp), intent(inout), contiguous :: tile(:, 0:, 0:, 0:)
    end subroutine add_forces
 
-   !> Change the velocity at the end of the step (2 to 4) and the acceleration (5 to 7) of the solved nodes of a block, before
-   !> what is held is held. All of the tile, from nothing but the node's own values: a node stands in the tiles of several blocks,
-   !> which must all get the same bits. Place 1 is the mass, which may be zero. The model measures the work.
+   !> Change the velocity at the end of the step (2 to 4) and the acceleration (5 to 7) of the solved nodes of
+   !> a block, before what is held is held. All of the tile, from nothing but the node's own values: a node
+   !> stands in the tiles of several blocks, which must all get the same bits. Place 1 is the mass, which may
+   !> be zero. The model measures the work.
    pure subroutine on_nodes(self, time, time_step, tile)
       class(effect_t), intent(in) :: self
       real(wp), intent(in) :: time      !< s, of the beginning of the step
@@ -199,21 +210,22 @@ contains
       real(wp), intent(inout), contiguous :: tile(:, 0:, 0:, 0:)
    end subroutine on_nodes
 
-   !> As on_gradient, and before it, with what the particles of all blocks give to the cells of the grid; costs an exchange a step.
-   !> The effect must declare the field kept_gradient (9) where there is no velocity_gradient, or an
-   !> edge_stress: the step keeps the gradients there.
+   !> As on_gradient, and before it, with what the particles of all blocks give to the cells of the grid;
+   !> costs an exchange a step. The effect must declare the field kept_gradient (9) where there is no
+   !> velocity_gradient, or an edge_stress: the step keeps the gradients there.
    pure subroutine on_cells(self, cells, particles, layout, frame, sums, gradient)
       class(effect_t), intent(in) :: self
       type(cell_list_t), intent(in) :: cells
       type(particle_store_t), intent(inout) :: particles
       type(layout_t), intent(in) :: layout
       type(frame_t), intent(in) :: frame
-      real(wp), intent(in), contiguous :: sums(:, 0:, 0:, 0:) !< at the cell's lowest node: volume, m3; times tr L, m3/s; times p, J
+      real(wp), intent(in), contiguous :: sums(:, 0:, 0:, 0:) !< at the cell's lowest node: volume, m3; times
+                                                              !< tr L, m3/s; times p, J
       real(wp), intent(inout), contiguous :: gradient(:, :) !< (:, 9), 1/s
    end subroutine on_cells
 
-   !> Change the velocity gradients (1/s, d v_i/d x_j at 3 (j-1) + i) that strain the particles of a block. Affine transfer keeps
-   !> them as they were.
+   !> Change the velocity gradients (1/s, d v_i/d x_j at 3 (j-1) + i) that strain the particles of a block.
+   !> Affine transfer keeps them as they were.
    pure subroutine on_gradient(self, cells, particles, layout, time_step, gradient)
       class(effect_t), intent(in) :: self
       type(cell_list_t), intent(in) :: cells
@@ -223,7 +235,8 @@ contains
       real(wp), intent(inout), contiguous :: gradient(:, :) !< (:, 9)
    end subroutine on_gradient
 
-   !> Change stress or own fields of the particles of a block, whose stress and volume have just been advanced by `gradient`.
+   !> Change stress or own fields of the particles of a block, whose stress and volume have just been advanced
+   !> by `gradient`.
    pure subroutine on_stress(self, particles, layout, gradient, cell, time_step)
       class(effect_t), intent(in) :: self
       type(particle_store_t), intent(inout) :: particles

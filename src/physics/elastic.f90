@@ -1,4 +1,5 @@
-!> Isotropic linear elasticity in rate form: objective rate of the Cauchy stress = C : rate of deformation (theory.md, eq. elastic).
+!> Isotropic linear elasticity in rate form: objective rate of the Cauchy stress = C : rate of deformation
+!> (theory.md, eq. elastic).
 module m_elastic
    use m_kinds, only: wp
    use m_field_table, only: layout_t
@@ -16,8 +17,9 @@ module m_elastic
 
 contains
 
-   !> Hughes and Winget (1980): with the increment G = A - A^2/2, A = dt L (midpoint, second order), the stress is turned by
-   !> the Cayley transform of the skew part and then takes C : sym G. Turning alone changes no invariant.
+   !> Hughes and Winget (1980): with the increment G = A - A^2/2, A = dt L (midpoint, second order), the
+   !> stress is turned by the Cayley transform of the skew part and then takes C : sym G. Turning alone
+   !> changes no invariant.
    pure subroutine update(self, column, layout, gradient, time_step, first, last)
       class(elastic_t), intent(in) :: self
       real(wp), intent(inout), contiguous :: column(:, :)
@@ -29,18 +31,23 @@ contains
       s = layout%stress
       !$omp simd
       do p = first, last
-         call turn_and_strain(self%lame, self%shear, time_step, gradient(p, 1), gradient(p, 2), gradient(p, 3), gradient(p, 4), &
-                              gradient(p, 5), gradient(p, 6), gradient(p, 7), gradient(p, 8), gradient(p, 9), column(p, s), &
-                              column(p, s + 1), column(p, s + 2), column(p, s + 3), column(p, s + 4), column(p, s + 5))
+         call turn_and_strain(self%lame, self%shear, time_step, gradient(p, 1), gradient(p, 2), &
+                              gradient(p, 3), gradient(p, 4), &
+                              gradient(p, 5), gradient(p, 6), gradient(p, 7), gradient(p, 8), &
+                                 gradient(p, 9), column(p, s), &
+                              column(p, s + 1), column(p, s + 2), column(p, s + 3), column(p, s + 4), &
+                                 column(p, s + 5))
       end do
    end subroutine update
 
    !> One particle; scalars, so that the loop above becomes one of vectors.
-   pure elemental subroutine turn_and_strain(lame, shear, dt, l11, l21, l31, l12, l22, l32, l13, l23, l33, xx, yy, zz, yz, xz, xy)
+   pure elemental subroutine turn_and_strain(lame, shear, dt, l11, l21, l31, l12, l22, l32, l13, l23, l33, &
+                                             xx, yy, zz, yz, xz, xy)
       real(wp), intent(in) :: lame, shear, dt, l11, l21, l31, l12, l22, l32, l13, l23, l33
       real(wp), intent(inout) :: xx, yy, zz, yz, xz, xy
       real(wp) :: a11, a21, a31, a12, a22, a32, a13, a23, a33, g11, g21, g31, g12, g22, g32, g13, g23, g33
-      real(wp) :: wx, wy, wz, c, r11, r21, r31, r12, r22, r32, r13, r23, r33, t11, t21, t31, t12, t22, t32, t13, t23, t33, volume
+      real(wp) :: wx, wy, wz, c, r11, r21, r31, r12, r22, r32, r13, r23, r33, t11, t21, t31, t12, t22, t32, &
+                  t13, t23, t33, volume
       a11 = dt*l11; a21 = dt*l21; a31 = dt*l31
       a12 = dt*l12; a22 = dt*l22; a32 = dt*l32
       a13 = dt*l13; a23 = dt*l23; a33 = dt*l33
@@ -76,8 +83,8 @@ contains
       xy = t11*r21 + t12*r22 + t13*r23 + shear*(g12 + g21)
    end subroutine turn_and_strain
 
-   !> Sum of the strain energy, J: V sigma : C^-1 : sigma / 2, with the share of it that the change of volume on the way asks for
-   !> (theory.md, eq. elastic-energy).
+   !> Sum of the strain energy, J: V sigma : C^-1 : sigma / 2, with the share of it that the change of volume
+   !> on the way asks for (theory.md, eq. elastic-energy).
    pure real(wp) function strain_energy(self, column, layout, first, last) result(energy)
       class(elastic_t), intent(in) :: self
       real(wp), intent(in), contiguous :: column(:, :)
@@ -96,12 +103,14 @@ contains
                    + 2.0_wp*(column(p, s + 3)**2 + column(p, s + 4)**2 + column(p, s + 5)**2)
          v = per_volume*trace ! logarithm of the change of volume
          energy = energy + column(p, layout%volume)*(squares - share*trace**2) &
-                           *(1.0_wp - v*(1.0_wp/3.0_wp - v*(1.0_wp/12.0_wp - v*(1.0_wp/60.0_wp - v/360.0_wp))))
+                           *(1.0_wp - v*(1.0_wp/3.0_wp - v*(1.0_wp/12.0_wp &
+                                                            - v*(1.0_wp/60.0_wp - v/360.0_wp))))
       end do
       energy = energy/(4.0_wp*self%shear)
    end function strain_energy
 
-   !> exp(n . C^-1 sigma . n): the stress of this law is that of the logarithmic strain, as long as axes do not turn much.
+   !> exp(n . C^-1 sigma . n): the stress of this law is that of the logarithmic strain, as long as axes do
+   !> not turn much.
    pure real(wp) function stretch(self, values, layout, direction)
       class(elastic_t), intent(in) :: self
       real(wp), intent(in) :: values(:)
@@ -110,7 +119,8 @@ contains
       real(wp) :: s(6), trace, along
       s = values(layout%stress:layout%stress + 5)
       trace = s(1) + s(2) + s(3)
-      along = sum(s(1:3)*direction**2) + 2.0_wp*(s(4)*direction(2)*direction(3) + s(5)*direction(1)*direction(3) &
+      along = sum(s(1:3)*direction**2) + 2.0_wp*(s(4)*direction(2)*direction(3) &
+                                                 + s(5)*direction(1)*direction(3) &
                                                  + s(6)*direction(1)*direction(2))
       stretch = exp((along - self%lame*trace/(3.0_wp*self%lame + 2.0_wp*self%shear))/(2.0_wp*self%shear))
    end function stretch

@@ -9,11 +9,11 @@ module m_j2
    private
    public :: j2_t
 
-   !> The yield stress is yield_stress + hardening_modulus times the equivalent plastic strain or, where the table is there,
-   !> linear between its points and held after the last.
+   !> The yield stress is yield_stress + hardening_modulus times the equivalent plastic strain or, where the
+   !> table is there, linear between its points and held after the last.
    type, extends(plastic_t) :: j2_t
       real(wp) :: yield_stress = 0.0_wp             !< at first, Pa
-      real(wp) :: hardening_modulus = 0.0_wp        !< slope of yield stress over equivalent plastic strain, Pa
+      real(wp) :: hardening_modulus = 0.0_wp !< slope of yield stress over equivalent plastic strain, Pa
       real(wp), allocatable :: hardening_strain(:)  !< equivalent plastic strain, rising from 0
       real(wp), allocatable :: hardening_stress(:)  !< yield stress there, Pa
    contains
@@ -30,9 +30,12 @@ contains
       type(group_reader_t), intent(inout) :: group
       logical :: by_table
       call self%elastic_variables(group)
-      by_table = group%is_given('hardening_strain') .or. group%is_given('hardening_stress') .or. allocated(self%hardening_strain)
-      call group%get_list('hardening_strain', self%hardening_strain, at_least(0.0_wp, ''), required=by_table, used=by_table)
-      call group%get_list('hardening_stress', self%hardening_stress, above(0.0_wp, 'Pa'), required=by_table, used=by_table)
+      by_table = group%is_given('hardening_strain') .or. group%is_given('hardening_stress') &
+                 .or. allocated(self%hardening_strain)
+      call group%get_list('hardening_strain', self%hardening_strain, at_least(0.0_wp, ''), &
+                          required=by_table, used=by_table)
+      call group%get_list('hardening_stress', self%hardening_stress, above(0.0_wp, 'Pa'), required=by_table, &
+                          used=by_table)
       call group%get('yield_stress', self%yield_stress, above(0.0_wp, 'Pa'), required=.not. by_table)
       call group%get('hardening_modulus', self%hardening_modulus, at_least(0.0_wp, 'Pa'))
       if (.not. (allocated(self%hardening_strain) .and. allocated(self%hardening_stress))) return
@@ -43,15 +46,18 @@ contains
          end if
          if (strain(1) > 0.0_wp) call group%refuse('hardening_strain', 'must begin with 0')
          if (any(strain(2:) <= strain(:size(strain) - 1))) call group%refuse('hardening_strain', 'must rise')
-         if (any(stress(2:) < stress(:size(stress) - 1))) call group%refuse('hardening_stress', 'must not fall')
+         if (any(stress(2:) < stress(:size(stress) - 1))) call group%refuse('hardening_stress', &
+               'must not fall')
          if (group%is_given('yield_stress') .and. abs(self%yield_stress - stress(1)) > 0.0_wp) &
             call group%refuse('yield_stress', 'must be the first of hardening_stress, or absent')
-         if (self%hardening_modulus > 0.0_wp) call group%refuse('hardening_modulus', 'must be 0 or absent with hardening_strain')
+         if (self%hardening_modulus > 0.0_wp) call group%refuse('hardening_modulus', &
+               'must be 0 or absent with hardening_strain')
          self%yield_stress = stress(1)
       end associate
    end subroutine variables
 
-   !> Segment k of the hardening curve: plastic strain at its two ends, and its slope (Pa). `is_last` has no end.
+   !> Segment k of the hardening curve: plastic strain at its two ends, and its slope (Pa). `is_last` has no
+   !> end.
    pure subroutine segment(self, k, begin, end, slope, is_last)
       class(j2_t), intent(in) :: self
       integer, intent(in) :: k
@@ -72,7 +78,8 @@ contains
       end associate
    end subroutine segment
 
-   !> Walk the segments of the curve from where each particle stands: exact, whatever the number of kinks in a step.
+   !> Walk the segments of the curve from where each particle stands: exact, whatever the number of kinks in a
+   !> step.
    pure subroutine flow(self, column, layout, time_step, first, last, lane)
       class(j2_t), intent(in) :: self
       real(wp), intent(inout), contiguous :: column(:, :)
@@ -92,7 +99,8 @@ contains
          call self%segment(k, begin, end, slope, is_last)
          !$omp simd
          do i = 1, n
-            strength(i) = strength(i) + slope*min(max(column(first + i - 1, self%strain) - begin, 0.0_wp), end - begin)
+            strength(i) = strength(i) + slope*min(max(column(first + i - 1, self%strain) - begin, 0.0_wp), &
+                                                  end - begin)
          end do
       end do
       largest = 0.0_wp
@@ -109,18 +117,21 @@ contains
          call self%segment(k, begin, end, slope, is_last)
          !$omp simd
          do i = 1, n
-            call walk(column(first + i - 1, self%strain), end, slope, 3.0_wp*self%shear, beyond(i), strength(i), lane%strain(i), &
+            call walk(column(first + i - 1, self%strain), end, slope, 3.0_wp*self%shear, beyond(i), &
+                      strength(i), lane%strain(i), &
                       lane%work(i))
          end do
       end do
    end subroutine flow
 
-   !> Flow within one segment until the trial stress is met or the segment ends; nothing where the segment lies behind.
+   !> Flow within one segment until the trial stress is met or the segment ends; nothing where the segment
+   !> lies behind.
    pure elemental subroutine walk(before, end, slope, softening, beyond, strength, strain, work)
       real(wp), intent(in) :: before    !< plastic strain before the step
       real(wp), intent(in) :: end       !< of the segment
       real(wp), intent(in) :: slope     !< Pa
-      real(wp), intent(in) :: softening !< fall of the trial stress per plastic strain, 3 times the shear modulus, Pa
+      real(wp), intent(in) :: softening !< fall of the trial stress per plastic strain, 3 times the shear
+                                        !< modulus, Pa
       real(wp), intent(inout) :: beyond, strength, strain, work
       real(wp) :: part
       part = min(max(end - (before + strain), 0.0_wp), beyond/(softening + slope))

@@ -1,5 +1,5 @@
-!> Johnson and Cook's (1983) plasticity: hardening, rate, temperature, and heating by plastic work (theory.md, eqs return,
-!> johnson-cook).
+!> Johnson and Cook's (1983) plasticity: hardening, rate, temperature, and heating by plastic work (theory.md,
+!> eqs return, johnson-cook).
 module m_johnson_cook
    use m_kinds, only: wp
    use m_value_range, only: above, at_least
@@ -10,7 +10,7 @@ module m_johnson_cook
    private
    public :: johnson_cook_t
 
-   integer, parameter :: most_iterations = 40          !< two to seven are needed, at the very first yield up to 17
+   integer, parameter :: most_iterations = 40 !< two to seven are needed, at the very first yield up to 17
    real(wp), parameter :: residual_allowed = 1.0e-13_wp !< of the yield function, relative to the trial stress
 
    type, extends(plastic_t) :: johnson_cook_t
@@ -74,8 +74,8 @@ contains
       column(first:last, self%temperature) = self%room_temperature
    end subroutine initial
 
-   !> Flow at the temperature of the step's beginning, then heat. Particles that flow are gathered into lanes first: few do, and
-   !> powers are dear.
+   !> Flow at the temperature of the step's beginning, then heat. Particles that flow are gathered into lanes
+   !> first: few do, and powers are dear.
    pure subroutine flow(self, column, layout, time_step, first, last, lane)
       class(johnson_cook_t), intent(in) :: self
       real(wp), intent(inout), contiguous :: column(:, :)
@@ -88,9 +88,11 @@ contains
       !$omp simd
       do p = first, last
          i = p - first + 1
-         warmth(i) = thermal(self%room_temperature, self%melting_temperature, self%thermal_exponent, column(p, self%temperature))
+         warmth(i) = thermal(self%room_temperature, self%melting_temperature, self%thermal_exponent, &
+                             column(p, self%temperature))
          beyond(i) = lane%trial(i) - warmth(i)*(self%yield_stress &
-                                                + self%hardening_modulus*column(p, self%strain)**self%hardening_exponent)
+                                                + self%hardening_modulus*column(p, &
+                                                      self%strain)**self%hardening_exponent)
       end do
       n = 0
       do i = 1, last - first + 1
@@ -113,23 +115,25 @@ contains
       end do
    end subroutine flow
 
-   !> 1 - T*^m, with T* between 0 and 1: cold material is no stronger than at room temperature, molten material has no strength.
+   !> 1 - T*^m, with T* between 0 and 1: cold material is no stronger than at room temperature, molten
+   !> material has no strength.
    pure elemental real(wp) function thermal(room, melting, exponent, temperature)
       real(wp), intent(in) :: room, melting, exponent, temperature
       thermal = 1.0_wp - min(max((temperature - room)/(melting - room), 0.0_wp), 1.0_wp)**exponent
    end function thermal
 
-   !> Where trial - 3 mu d = yield stress(before + d, d/dt), by Newton's iteration in u = ln d. The yield function is concave and
-   !> falls in u (each term of the yield stress is convex and rises), and d = excess/(3 mu) lies to the right of the root: from
-   !> there the iteration comes down to the root and never passes it, so it needs no other safeguard. In d itself it would:
-   !> d^n and ln d are steep at 0. All lanes go on until the last is there.
+   !> Where trial - 3 mu d = yield stress(before + d, d/dt), by Newton's iteration in u = ln d. The yield
+   !> function is concave and falls in u (each term of the yield stress is convex and rises), and d =
+   !> excess/(3 mu) lies to the right of the root: from there the iteration comes down to the root and never
+   !> passes it, so it needs no other safeguard. In d itself it would: d^n and ln d are steep at 0. All lanes
+   !> go on until the last is there.
    pure subroutine solve(self, time_step, trial, before, factor, excess, strain)
       class(johnson_cook_t), intent(in) :: self
       real(wp), intent(in) :: time_step
       real(wp), intent(in), contiguous :: trial(:)   !< von Mises stress, Pa
       real(wp), intent(in), contiguous :: before(:)  !< equivalent plastic strain before the step
       real(wp), intent(in), contiguous :: factor(:)  !< of temperature
-      real(wp), intent(in), contiguous :: excess(:)  !< trial stress less the yield stress at rest, above 0, Pa
+      real(wp), intent(in), contiguous :: excess(:) !< trial stress less the yield stress at rest, above 0, Pa
       real(wp), intent(out), contiguous :: strain(:) !< increment of the equivalent plastic strain
       real(wp) :: u(lanes), slowest, residual, worst
       integer :: i, iteration
@@ -139,7 +143,8 @@ contains
          worst = 0.0_wp
          !$omp simd private(residual) reduction(max: worst)
          do i = 1, size(trial)
-            call improve(self%yield_stress, self%hardening_modulus, self%hardening_exponent, self%rate_coefficient, slowest, &
+            call improve(self%yield_stress, self%hardening_modulus, self%hardening_exponent, &
+                         self%rate_coefficient, slowest, &
                          3.0_wp*self%shear, trial(i), before(i), factor(i), u(i), residual)
             worst = max(worst, residual)
          end do
@@ -158,7 +163,8 @@ contains
       hardening = b*(before + strain)**n
       rate = 1.0_wp + c*max(u - slowest, 0.0_wp)
       beyond = trial - softening*strain - (a + hardening)*rate*factor
-      slope = softening*strain + factor*(n*hardening*strain/(before + strain)*rate + merge(c, 0.0_wp, u > slowest)*(a + hardening))
+      slope = softening*strain + factor*(n*hardening*strain/(before + strain)*rate &
+                                         + merge(c, 0.0_wp, u > slowest)*(a + hardening))
       u = u + beyond/slope
       residual = abs(beyond)/trial
    end subroutine improve

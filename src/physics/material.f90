@@ -1,4 +1,5 @@
-!> What a material law must offer. One law is one file that extends material_t, or isotropic_t, and one line in materials.f90.
+!> What a material law must offer. One law is one file that extends material_t, or isotropic_t, and one line
+!> in materials.f90.
 module m_material
    use m_kinds, only: wp
    use m_field_table, only: field_table_t, layout_t
@@ -37,8 +38,8 @@ module m_material
          real(wp), intent(in) :: stress(6) !< xx yy zz yz xz xy, Pa
       end function stress_interface
 
-      !> Advance the stress of particles first..last (all of this material) by dt times their velocity gradient.
-      !> gradient(:, 9), 1/s: d v_i / d x_j at 3 (j-1) + i. The volume has not been advanced yet.
+      !> Advance the stress of particles first..last (all of this material) by dt times their velocity
+      !> gradient. gradient(:, 9), 1/s: d v_i / d x_j at 3 (j-1) + i. The volume has not been advanced yet.
       pure subroutine update_interface(self, column, layout, gradient, time_step, first, last)
          import :: material_t, layout_t, wp
          class(material_t), intent(in) :: self
@@ -58,7 +59,8 @@ module m_material
          integer, intent(in) :: first, last
       end function energy_interface
 
-      !> How much thicker or thinner a particle has become across a face with this normal: current over first thickness.
+      !> How much thicker or thinner a particle has become across a face with this normal: current over first
+      !> thickness.
       pure real(wp) function stretch_interface(self, values, layout, direction)
          import :: material_t, layout_t, wp
          class(material_t), intent(in) :: self
@@ -70,15 +72,16 @@ module m_material
 
 contains
 
-   !> Add the fields that the law needs beyond stress, and remember their columns; most need none. The particles of all bodies of a
-   !> scene carry them.
+   !> Add the fields that the law needs beyond stress, and remember their columns; most need none. The
+   !> particles of all bodies of a scene carry them.
    pure subroutine declare(self, table, has_tools)
       class(material_t), intent(inout) :: self
       type(field_table_t), intent(inout) :: table
       logical, intent(in) :: has_tools !< the scene has: `stretch` is asked for
    end subroutine declare
 
-   !> First values of the law's own fields for the new particles first..last; those that start at zero need none.
+   !> First values of the law's own fields for the new particles first..last; those that start at zero need
+   !> none.
    pure subroutine initial(self, column, layout, first, last)
       class(material_t), intent(in) :: self
       real(wp), intent(inout), contiguous :: column(:, :)
@@ -86,8 +89,8 @@ contains
       integer, intent(in) :: first, last
    end subroutine initial
 
-   !> True when particles first..last (all of this material) stay as they are, to the bit, as long as they do not move; they bear no
-   !> stress. A law with fields that go on by themselves says until when.
+   !> True when particles first..last (all of this material) stay as they are, to the bit, as long as they do
+   !> not move; they bear no stress. A law with fields that go on by themselves says until when.
    pure logical function is_at_rest(self, column, layout, first, last)
       class(material_t), intent(in) :: self
       real(wp), intent(in), contiguous :: column(:, :)
@@ -96,7 +99,8 @@ contains
       is_at_rest = .true.
    end function is_at_rest
 
-   !> Plastic work of particles first..last since the start (all of this material), J; a law without plastic flow has none.
+   !> Plastic work of particles first..last since the start (all of this material), J; a law without plastic
+   !> flow has none.
    pure real(wp) function plastic_energy(self, column, first, last)
       class(material_t), intent(in) :: self
       real(wp), intent(in), contiguous :: column(:, :)
@@ -114,7 +118,8 @@ contains
    !> Von Mises stress over equivalent elastic strain, Pa; here that of shear in the plane of y and z.
    pure real(wp) function von_mises_modulus(self) result(modulus)
       class(material_t), intent(in) :: self
-      modulus = 0.5_wp/self%complementary_energy([0.0_wp, 0.0_wp, 0.0_wp, sqrt(1.0_wp/3.0_wp), 0.0_wp, 0.0_wp])
+      modulus = 0.5_wp/self%complementary_energy([0.0_wp, 0.0_wp, 0.0_wp, sqrt(1.0_wp/3.0_wp), 0.0_wp, &
+                                                 0.0_wp])
    end function von_mises_modulus
 
 end module m_material

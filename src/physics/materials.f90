@@ -41,7 +41,8 @@ contains
       end subroutine add
    end subroutine known_materials
 
-   !> True when no law changes one of the particles by itself, as long as they do not move; they bear no stress.
+   !> True when no law changes one of the particles by itself, as long as they do not move; they bear no
+   !> stress.
    pure logical function are_at_rest(self, particles, layout)
       class(materials_t), intent(in) :: self
       type(particle_store_t), intent(in) :: particles
@@ -81,8 +82,8 @@ contains
       law%density = spec%density
    end subroutine make_material
 
-   !> A material group of an isotropic law for programs that make a scene themselves. Variables of the law's own keep their
-   !> defaults.
+   !> A material group of an isotropic law for programs that make a scene themselves. Variables of the law's
+   !> own keep their defaults.
    function material_of(name, model, density, young, poisson) result(spec)
       character(len=*), intent(in) :: name, model !< `model` as in a scene
       real(wp), intent(in) :: density             !< kg/m3

@@ -74,7 +74,8 @@ contains
 
    pure real(wp) function determinant(f)
       real(wp), intent(in) :: f(3, 3)
-      determinant = f(1, 1)*(f(2, 2)*f(3, 3) - f(2, 3)*f(3, 2)) - f(1, 2)*(f(2, 1)*f(3, 3) - f(2, 3)*f(3, 1)) &
+      determinant = f(1, 1)*(f(2, 2)*f(3, 3) - f(2, 3)*f(3, 2)) &
+                    - f(1, 2)*(f(2, 1)*f(3, 3) - f(2, 3)*f(3, 1)) &
                     + f(1, 3)*(f(2, 1)*f(3, 2) - f(2, 2)*f(3, 1))
    end function determinant
 
@@ -91,7 +92,8 @@ contains
       do p = first, last
          f = reshape(column(p, layout%deformation:layout%deformation + 8), [3, 3])
          jacobian = determinant(f)
-         density = 0.5_wp*self%shear*(sum(f**2)*jacobian**(-2.0_wp/3.0_wp) - 3.0_wp) + 0.5_wp*bulk*(jacobian - 1.0_wp)**2
+         density = 0.5_wp*self%shear*(sum(f**2)*jacobian**(-2.0_wp/3.0_wp) - 3.0_wp) &
+                   + 0.5_wp*bulk*(jacobian - 1.0_wp)**2
          energy = energy + column(p, layout%volume)/jacobian*density
       end do
    end function strain_energy

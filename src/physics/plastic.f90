@@ -1,5 +1,6 @@
-!> What laws of plastic flow share: an elastic trial step, the return along the deviator to a yield surface in von Mises' stress,
-!> and the fields (theory.md, eqs return, plastic-work). A law says how much a particle flows, in `flow`.
+!> What laws of plastic flow share: an elastic trial step, the return along the deviator to a yield surface in
+!> von Mises' stress, and the fields (theory.md, eqs return, plastic-work). A law says how much a particle
+!> flows, in `flow`.
 module m_plastic
    use m_kinds, only: wp
    use m_field_table, only: field_table_t, layout_t
@@ -8,7 +9,8 @@ module m_plastic
    private
    public :: plastic_t, lane_t, lanes, declare_plastic, initial_plastic
 
-   integer, parameter :: lanes = 128 !< particles at once: what a law needs between its vector loops stays in the nearest cache
+   integer, parameter :: lanes = 128 !< particles at once: what a law needs between its vector loops stays in
+                                     !< the nearest cache
 
    !> One step of up to `lanes` particles.
    type :: lane_t
@@ -34,8 +36,9 @@ module m_plastic
    end type plastic_t
 
    abstract interface
-      !> The flow of particles first..last (at most `lanes`; particle first is lane 1): from lane%trial, Pa, find lane%strain
-      !> and lane%work. `column` still holds the fields of the step's beginning; the law may advance fields of its own.
+      !> The flow of particles first..last (at most `lanes`; particle first is lane 1): from lane%trial, Pa,
+      !> find lane%strain and lane%work. `column` still holds the fields of the step's beginning; the law may
+      !> advance fields of its own.
       pure subroutine flow_interface(self, column, layout, time_step, first, last, lane)
          import :: plastic_t, layout_t, lane_t, wp
          class(plastic_t), intent(in) :: self
@@ -54,15 +57,16 @@ contains
       for_large_strains = .true.
    end function for_large_strains
 
-   !> Plastic flow keeps the volume: with several particles a cell the grid locks (theory.md, eq. anti-locking).
+   !> Plastic flow keeps the volume: with several particles a cell the grid locks (theory.md, eq.
+   !> anti-locking).
    pure function brings(self) result(name)
       class(plastic_t), intent(in) :: self
       character(len=:), allocatable :: name
       name = 'anti_locking'
    end function brings
 
-   !> Equivalent plastic strain and plastic work. The stress says nothing of the thickness of a particle that has flowed: where
-   !> there are tools, which must know it, the left Cauchy-Green tensor is carried too.
+   !> Equivalent plastic strain and plastic work. The stress says nothing of the thickness of a particle that
+   !> has flowed: where there are tools, which must know it, the left Cauchy-Green tensor is carried too.
    pure subroutine declare_plastic(self, table, has_tools)
       class(plastic_t), intent(inout) :: self
       type(field_table_t), intent(inout) :: table
@@ -102,7 +106,8 @@ contains
             to = min(from + lanes - 1, last)
             !$omp simd
             do p = from, to
-               lane%trial(p - from + 1) = von_mises(column(p, s), column(p, s + 1), column(p, s + 2), column(p, s + 3), &
+               lane%trial(p - from + 1) = von_mises(column(p, s), column(p, s + 1), column(p, s + 2), &
+                                                    column(p, s + 3), &
                                                     column(p, s + 4), column(p, s + 5))
             end do
             lane%strain = 0.0_wp
@@ -111,8 +116,10 @@ contains
             if (all(lane%strain <= 0.0_wp)) cycle
             !$omp simd
             do p = from, to
-               call return_along_deviator(3.0_wp*self%shear*lane%strain(p - from + 1), lane%trial(p - from + 1), column(p, s), &
-                                          column(p, s + 1), column(p, s + 2), column(p, s + 3), column(p, s + 4), column(p, s + 5))
+               call return_along_deviator(3.0_wp*self%shear*lane%strain(p - from + 1), &
+                                          lane%trial(p - from + 1), column(p, s), &
+                                          column(p, s + 1), column(p, s + 2), column(p, s + 3), &
+                                             column(p, s + 4), column(p, s + 5))
                column(p, self%strain) = column(p, self%strain) + lane%strain(p - from + 1)
                column(p, self%work) = column(p, self%work) + column(p, layout%volume)*lane%work(p - from + 1)
             end do
@@ -125,7 +132,8 @@ contains
       von_mises = sqrt(0.5_wp*((xx - yy)**2 + (yy - zz)**2 + (zz - xx)**2) + 3.0_wp*(yz**2 + xz**2 + xy**2))
    end function von_mises
 
-   !> Take the share drop/trial off the deviator. As a difference, it leaves a stress that does not flow as it is, to the bit.
+   !> Take the share drop/trial off the deviator. As a difference, it leaves a stress that does not flow as it
+   !> is, to the bit.
    pure elemental subroutine return_along_deviator(drop, trial, xx, yy, zz, yz, xz, xy)
       real(wp), intent(in) :: drop, trial
       real(wp), intent(inout) :: xx, yy, zz, yz, xz, xy
@@ -150,14 +158,17 @@ contains
       integer :: p
       !$omp simd
       do p = first, last
-         call push_forward(time_step, gradient(p, 1), gradient(p, 2), gradient(p, 3), gradient(p, 4), gradient(p, 5), &
-                           gradient(p, 6), gradient(p, 7), gradient(p, 8), gradient(p, 9), column(p, b), column(p, b + 1), &
+         call push_forward(time_step, gradient(p, 1), gradient(p, 2), gradient(p, 3), gradient(p, 4), &
+                           gradient(p, 5), &
+                           gradient(p, 6), gradient(p, 7), gradient(p, 8), gradient(p, 9), column(p, b), &
+                              column(p, b + 1), &
                            column(p, b + 2), column(p, b + 3), column(p, b + 4), column(p, b + 5))
       end do
    end subroutine follow_shape
 
    !> One particle; scalars, so that the loop above becomes one of vectors.
-   pure elemental subroutine push_forward(dt, l11, l21, l31, l12, l22, l32, l13, l23, l33, xx, yy, zz, yz, xz, xy)
+   pure elemental subroutine push_forward(dt, l11, l21, l31, l12, l22, l32, l13, l23, l33, xx, yy, zz, yz, &
+                                          xz, xy)
       real(wp), intent(in) :: dt, l11, l21, l31, l12, l22, l32, l13, l23, l33
       real(wp), intent(inout) :: xx, yy, zz, yz, xz, xy
       real(wp) :: f11, f22, f33, f12, f21, f13, f31, f23, f32, t11, t21, t31, t12, t22, t32, t13, t23, t33
@@ -189,8 +200,8 @@ contains
       strain = values(self%strain)
    end function equivalent_plastic_strain
 
-   !> sqrt(n . b . n), as of a neo-Hookean particle: elastic and plastic stretch together. Only of a law declared where there are
-   !> tools (`shape` above 0).
+   !> sqrt(n . b . n), as of a neo-Hookean particle: elastic and plastic stretch together. Only of a law
+   !> declared where there are tools (`shape` above 0).
    pure real(wp) function stretch(self, values, layout, direction)
       class(plastic_t), intent(in) :: self
       real(wp), intent(in) :: values(:)

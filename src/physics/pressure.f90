@@ -23,8 +23,10 @@ module m_pressure
    private
    public :: pressure_t
 
-   real(wp), parameter :: hair = 1.0e-9_wp     !< cells: so near to a node a face is on it; a node beyond has no mass to speak of
-   real(wp), parameter :: touching = 1.0e-6_wp !< a face lies on the patch's plane within this share of the particle's edge
+   real(wp), parameter :: hair = 1.0e-9_wp !< cells: so near to a node a face is on it; a node beyond has no
+                                           !< mass to speak of
+   real(wp), parameter :: touching = 1.0e-6_wp !< a face lies on the patch's plane within this share of the
+                                               !< particle's edge
    real(wp), parameter :: covered = 1.0e-6_wp  !< so much of the patch may find no face
 
    type, extends(effect_t) :: pressure_t
@@ -57,7 +59,8 @@ contains
       call group%get_list('times', self%times, any_value('s'), required=.true.)
       call group%get_list('values', self%values, any_value('Pa'), required=.true.)
       if (.not. (allocated(self%times) .and. allocated(self%values))) return
-      if (any(self%times(2:) <= self%times(:size(self%times) - 1))) call group%refuse('times', 'must rise strictly')
+      if (any(self%times(2:) <= self%times(:size(self%times) - 1))) call group%refuse('times', &
+            'must rise strictly')
       if (size(self%times) /= size(self%values)) &
          call group%refuse('values', 'must be as many numbers as times, '//to_text(size(self%times))//'; '// &
                            to_text(size(self%values))//' given')
@@ -83,7 +86,8 @@ contains
       self%arm = table%column('pressure_arm_'//to_text(patch))
    end subroutine declare
 
-   !> Particles with a face on the plane of the patch take the part of that face that lies in the patch: together exactly its area.
+   !> Particles with a face on the plane of the patch take the part of that face that lies in the patch:
+   !> together exactly its area.
    subroutine initialise(self, particles, table, layout, grid)
       class(pressure_t), intent(in) :: self
       type(particle_store_t), intent(inout) :: particles
@@ -104,13 +108,15 @@ contains
          to(axis) = 1.0_wp
          if (any(to <= from)) cycle
          particles%column(p, self%area + axis - 1) = outward*product(to - from)
-         from(axis) = position(axis) + outward*half ! its own face, not the plane, which may be off by rounding
+         from(axis) = position(axis) + outward*half ! its own face, not the plane, which may be off by
+                                                    ! rounding
          to(axis) = from(axis)
          particles%column(p, self%arm:self%arm + 2) = 0.5_wp*(from + to) - position
       end do
    end subroutine initialise
 
-   !> Collective: all of the patch must have found a face, on one side of its plane. Inside a body it finds two, which cancel.
+   !> Collective: all of the patch must have found a face, on one side of its plane. Inside a body it finds
+   !> two, which cancel.
    subroutine verify(self, communicator, levels, tools, error)
       class(pressure_t), intent(in) :: self
       type(communicator_t), intent(in) :: communicator
@@ -131,12 +137,13 @@ contains
       found = abs(communicator%sum_real(found))
       patch = product(pack(self%upper - self%lower, self%upper > self%lower))
       if (abs(found - patch) <= covered*patch) return
-      call fail(error, exit_input, self%group_text()//': '//to_text(found, 6)//' m2 of the patch of '//to_text(patch, 6)// &
+      call fail(error, exit_input, self%group_text()//': '//to_text(found, 6)//' m2 of the patch of '// &
+                to_text(patch, 6)// &
                 ' m2 lie on faces of bodies; allowed: a patch that lies wholly on faces of bodies, along the grid')
    end subroutine verify
 
-   !> -p A over each particle's share, through the hat functions of the grid, as a tool's contact force: a uniform pressure makes a
-   !> uniform stress.
+   !> -p A over each particle's share, through the hat functions of the grid, as a tool's contact force: a
+   !> uniform pressure makes a uniform stress.
    pure subroutine add_forces(self, block, table, layout, grid, time, tile)
       class(pressure_t), intent(in) :: self
       type(block_t), intent(in) :: block
@@ -154,7 +161,8 @@ contains
          do p = 1, block%particles%count
             force = -now*column(p, self%area:self%area + 2)
             if (.not. any(abs(force) > 0.0_wp)) cycle
-            call fit_share(fitted_edges(column(p, :), layout, grid%cell), column(p, self%arm:self%arm + 2), force, grid%cell, &
+            call fit_share(fitted_edges(column(p, :), layout, grid%cell), &
+                           column(p, self%arm:self%arm + 2), force, grid%cell, &
                            turns, .not. (turns .or. layout%half_sizes), middle, span)
             place = (column(p, layout%position:layout%position + 2) + middle - block%origin)*grid%per_cell
             where (abs(place - nint(place)) < hair) place = nint(place)
@@ -162,7 +170,8 @@ contains
             do k = 0, face%last
                do j = 0, face%last
                   do i = 0, face%last
-                     associate (at => tile(f_x:f_z, face%corner(1) + 1 + i, face%corner(2) + 1 + j, face%corner(3) + 1 + k))
+                     associate (at => tile(f_x:f_z, face%corner(1) + 1 + i, face%corner(2) + 1 + j, &
+                                           face%corner(3) + 1 + k))
                         at = at + face%weight(i, j, k)*force
                      end associate
                   end do
@@ -190,7 +199,8 @@ contains
    end function pushed
 
    !> -p A times the way of the middle of each share: that of the centre, and dt L arm.
-   pure function particle_work(self, particles, which, layout, gradient, from, way_to, time, time_step) result(work)
+   pure function particle_work(self, particles, which, layout, gradient, from, way_to, time, &
+                               time_step) result(work)
       class(pressure_t), intent(in) :: self
       type(particle_store_t), intent(in) :: particles
       integer, intent(in) :: which(:)

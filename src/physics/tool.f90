@@ -8,8 +8,9 @@ module m_tool
    private
    public :: tool_t, make_tool
 
-   !> A tool that moves along its axis, at given speeds or pushed by given loads. `gap` is the signed distance to its surface:
-   !> positive outside, negative inside. At a convex shape a step that keeps the linearised gap open keeps the gap open.
+   !> A tool that moves along its axis, at given speeds or pushed by given loads. `gap` is the signed distance
+   !> to its surface: positive outside, negative inside. At a convex shape a step that keeps the linearised
+   !> gap open keeps the gap open.
    type :: tool_t
       type(tool_spec_t) :: spec   !< its shape has been prepared
       real(wp) :: travel = 0.0_wp !< along the axis since the start, m
@@ -46,12 +47,14 @@ contains
       is_pushed = allocated(self%spec%loads)
    end function is_pushed
 
-   !> Set the speed of a step: the mean of the given one, or the one to which the loads alone would bring the tool.
+   !> Set the speed of a step: the mean of the given one, or the one to which the loads alone would bring the
+   !> tool.
    pure subroutine begin_step(self, time, time_step)
       class(tool_t), intent(inout) :: self
       real(wp), intent(in) :: time, time_step !< s
       if (self%is_pushed()) then
-         self%speed = self%speed + integral(self%spec%times, self%spec%loads, time, time + time_step)/self%spec%mass
+         self%speed = self%speed + integral(self%spec%times, self%spec%loads, time, time &
+                                            + time_step)/self%spec%mass
       else
          self%speed = self%travel_between(time, time + time_step)/time_step
       end if
@@ -92,7 +95,8 @@ contains
       real(wp), intent(in) :: from, to
       fastest = max(abs(self%speed_at(from)), abs(self%speed_at(to)))
       if (self%is_pushed()) return
-      fastest = max(fastest, maxval(abs(self%spec%speeds), mask=self%spec%times > from .and. self%spec%times < to))
+      fastest = max(fastest, maxval(abs(self%spec%speeds), mask=self%spec%times > from &
+                                    .and. self%spec%times < to))
    end function fastest
 
    !> Distance (m) that the given speeds make between two times (s).
@@ -122,11 +126,13 @@ contains
       class(tool_t), intent(in) :: self
       real(wp), intent(in) :: position(3) !< m
       real(wp), intent(out) :: gap, normal(3)
-      call self%spec%shape%distance_and_normal(position - (self%spec%tip + self%travel*self%spec%axis), gap, normal)
+      call self%spec%shape%distance_and_normal(position - (self%spec%tip + self%travel*self%spec%axis), gap, &
+                                               normal)
    end subroutine gap_and_normal
 
-   !> How far the tool's surface bends away over a width, m: from the middle of chords of this length to the surface, the mean over
-   !> two directions across the normal. 0 under a flat face; width**2/(8 radius) under a sphere.
+   !> How far the tool's surface bends away over a width, m: from the middle of chords of this length to the
+   !> surface, the mean over two directions across the normal. 0 under a flat face; width**2/(8 radius) under
+   !> a sphere.
    pure real(wp) function sagitta(self, position, normal, width)
       class(tool_t), intent(in) :: self
       real(wp), intent(in) :: position(3) !< near the surface, m

@@ -1,5 +1,5 @@
-!> One step of the model, explicit in time: every level takes its step inside that of the next coarser one (theory.md, eqs
-!> half-steps, time-levels).
+!> One step of the model, explicit in time: every level takes its step inside that of the next coarser one
+!> (theory.md, eqs half-steps, time-levels).
 module m_advance
    use mpi_f08
    use m_kinds, only: wp
@@ -16,7 +16,8 @@ module m_advance
    use m_contact_complaints, only: forbid_contact
    use m_complaints, only: report_homeless
    use m_grid_stages, only: particles_to_grid
-   use m_schedule, only: by_blocks, shared_sums, nodal_solve, grid_to_particles, velocity_gradient, stress, cells
+   use m_schedule, only: by_blocks, shared_sums, nodal_solve, grid_to_particles, velocity_gradient, stress, &
+                         cells
    implicit none
    private
    public :: explicit_t, advance
@@ -53,8 +54,8 @@ contains
       call model%timers%leave()
    end subroutine advance
 
-   !> Collective: one step of a level, whose particles and those of all finer levels have given to their nodes, and within it the
-   !> steps of the finer levels.
+   !> Collective: one step of a level, whose particles and those of all finer levels have given to their
+   !> nodes, and within it the steps of the finer levels.
    recursive subroutine advance_level(model, l, clock, error)
       type(model_t), intent(inout) :: model
       integer, intent(in) :: l
@@ -98,7 +99,8 @@ contains
       call by_blocks(model, 1, clock, [velocity_gradient, stress], error)
    end subroutine stress_first
 
-   !> MUSL: the stress comes last, from the velocities that the particles have now; then they move. (One level.)
+   !> MUSL: the stress comes last, from the velocities that the particles have now; then they move. (One
+   !> level.)
    subroutine stress_last(model, l, clock, error)
       type(model_t), intent(inout) :: model
       integer, intent(in) :: l
@@ -111,11 +113,11 @@ contains
       call by_blocks(model, l, clock, [cells], error)
    end subroutine stress_last
 
-   !> P2G of a level and all finer ones, the finest first: each restricts to the next what its constrained nodes were given. Levels
-   !> ask each other for sums: with several they are made here.
+   !> P2G of a level and all finer ones, the finest first: each restricts to the next what its constrained
+   !> nodes were given. Levels ask each other for sums: with several they are made here.
    subroutine p2g_levels(model, first, clock, error)
       type(model_t), intent(inout) :: model
-      integer, intent(in) :: first      !< 1, or the level that begins its second step within one of its parent
+      integer, intent(in) :: first !< 1, or the level that begins its second step within one of its parent
       type(clock_t), intent(in) :: clock !< of that level
       type(error_t), intent(inout) :: error
       real(wp) :: own_step
@@ -145,7 +147,8 @@ contains
       if (.not. model%contact%active()) return
       call model%timers%enter(phase_contact)
       if (l == size(model%levels)) then
-         call model%contact%apply(model%communicator, model%levels(l), model%materials, model%exchange(l)%ranks, clock%time, &
+         call model%contact%apply(model%communicator, model%levels(l), model%materials, &
+                                  model%exchange(l)%ranks, clock%time, &
                                  clock%step, error)
       else
          call forbid_contact(model%contact%tools, model%levels(l), model%levels(size(model%levels)), error)
@@ -160,7 +163,8 @@ contains
       type(error_t), intent(inout) :: error
       call model%timers%enter(phase_control)
       if (model%contact%active() .and. l == size(model%levels)) &
-         call model%contact%finish_step(model%communicator, model%levels(l), clock%time + clock%step, clock%step, error)
+         call model%contact%finish_step(model%communicator, model%levels(l), clock%time + clock%step, &
+                                        clock%step, error)
    end subroutine finish_contact
 
    !> Collective: the nodes that only the stress is made from go with the points that tools press.
@@ -171,13 +175,15 @@ contains
       logical, intent(in) :: first !< before the step's own contact
       if (.not. model%contact%active()) return
       call model%timers%enter(phase_contact)
-      if (first) call find_pressed(model%contact, model%communicator, model%levels(l), model%materials, model%exchange(l)%ranks, &
+      if (first) call find_pressed(model%contact, model%communicator, model%levels(l), model%materials, &
+                                   model%exchange(l)%ranks, &
                                    clock%time, clock%step)
       call keep_pressed_speeds(model%contact, model%levels(l), clock%step)
    end subroutine meet_tools
 
-   !> Collective: the steps of the next finer level within one of level l: two, between which level l is corrected by what the
-   !> first really gave and the second will give; or one, where all levels have one time step.
+   !> Collective: the steps of the next finer level within one of level l: two, between which level l is
+   !> corrected by what the first really gave and the second will give; or one, where all levels have one time
+   !> step.
    recursive subroutine advance_finer(model, l, clock, error)
       type(model_t), intent(inout) :: model
       integer, intent(in) :: l
@@ -203,7 +209,8 @@ contains
       call advance_level(model, l + 1, clock_t(clock%time + half, half, -ahead, ends=clock%ends), error)
    end subroutine advance_finer
 
-   !> Collective: the finer level's force of the stress that has grown, on the nodes of level l (theory.md, eq. lag).
+   !> Collective: the finer level's force of the stress that has grown, on the nodes of level l (theory.md,
+   !> eq. lag).
    subroutine sum_lag_force(model, l)
       type(model_t), intent(inout) :: model
       integer, intent(in) :: l
@@ -214,8 +221,8 @@ contains
       end associate
    end subroutine sum_lag_force
 
-   !> Collective: sums over blocks and ranks of what the next finer level has restricted up to level l, where constrained nodes
-   !> depend on them.
+   !> Collective: sums over blocks and ranks of what the next finer level has restricted up to level l, where
+   !> constrained nodes depend on them.
    subroutine sum_restricted(model, l)
       type(model_t), intent(inout) :: model
       integer, intent(in) :: l
@@ -224,11 +231,13 @@ contains
          call model%exchange(l)%start(level%restricted)
          call model%exchange(l)%wait(level%restricted)
          call model%timers%enter(model%levels_row)
-         call sum_tiles(level%blocks, level%interior_first, level%restricted, wanted=model%composite(l + 1)%receiving)
+         call sum_tiles(level%blocks, level%interior_first, level%restricted, &
+                        wanted=model%composite(l + 1)%receiving)
       end associate
    end subroutine sum_restricted
 
-   !> Collective: the solved nodes of level l take what its own step does not know of the two steps of the finer level.
+   !> Collective: the solved nodes of level l take what its own step does not know of the two steps of the
+   !> finer level.
    subroutine correct(model, l, clock)
       type(model_t), intent(inout) :: model
       integer, intent(in) :: l
@@ -236,11 +245,13 @@ contains
       associate (level => model%levels(l), composite => model%composite(l + 1))
          call composite%collect_change(level)
          call sum_restricted(model, l)
-         call composite%correct(model%communicator, level, clock%step, model%unseen*model%method%flip_fraction)
+         call composite%correct(model%communicator, level, clock%step, &
+                                model%unseen*model%method%flip_fraction)
       end associate
    end subroutine correct
 
-   !> Collective: particles go to the blocks, and with those of the next finer level to the levels, where they are now.
+   !> Collective: particles go to the blocks, and with those of the next finer level to the levels, where they
+   !> are now.
    subroutine migrate(model, l, error)
       type(model_t), intent(inout) :: model
       integer, intent(in) :: l
@@ -260,9 +271,9 @@ contains
       call model%timers%leave()
    end subroutine migrate
 
-   !> Collective, one reduction: largest speeds for the next time step, whether blocks are missing, whether a rank failed, and what
-   !> ranks ask of the run. With several levels blocks are there before particles may reach them: one is missing where a particle
-   !> has moved too far.
+   !> Collective, one reduction: largest speeds for the next time step, whether blocks are missing, whether a
+   !> rank failed, and what ranks ask of the run. With several levels blocks are there before particles may
+   !> reach them: one is missing where a particle has moved too far.
    subroutine agree(model, l, blocks_missing, error)
       type(model_t), intent(inout) :: model
       integer, intent(in) :: l
@@ -275,7 +286,8 @@ contains
       largest(missing) = merge(1.0_wp, 0.0_wp, model%migration(l)%homeless%count > 0)
       largest(failed) = merge(1.0_wp, 0.0_wp, error%happened())
       largest(requested) = real(model%requested_action, wp)
-      call MPI_Allreduce(MPI_IN_PLACE, largest, size(largest), MPI_DOUBLE_PRECISION, MPI_MAX, model%communicator%comm)
+      call MPI_Allreduce(MPI_IN_PLACE, largest, size(largest), MPI_DOUBLE_PRECISION, MPI_MAX, &
+                         model%communicator%comm)
       model%bounds%wave_speed = largest(wave)
       model%bounds%particle_speed = largest(particle)
       model%requested_action = nint(largest(requested))

@@ -1,4 +1,5 @@
-!> The stage of a step that finds the cells where the particles of a block are now: splitting, lists, emigrants, order.
+!> The stage of a step that finds the cells where the particles of a block are now: splitting, lists,
+!> emigrants, order.
 module m_cells_stage
    use m_kinds, only: wp
    use m_constants, only: exit_numerical
@@ -20,15 +21,17 @@ module m_cells_stage
 
 contains
 
-   !> Particles that have become too long are split; the cells of all; what is known of them: where they are, the largest speeds,
-   !> whether they rest. Those that have left the block emigrate, and the others are put in order, before any come.
+   !> Particles that have become too long are split; the cells of all; what is known of them: where they are,
+   !> the largest speeds, whether they rest. Those that have left the block emigrate, and the others are put
+   !> in order, before any come.
    subroutine cells_block(model, l, b, error)
       type(model_t), intent(inout) :: model
       integer, intent(in) :: l, b
       type(error_t), intent(inout) :: error
       logical :: moved
       call model%timers%enter(phase_lists)
-      associate (level => model%levels(l), block => model%levels(l)%blocks(b), x => model%levels(l)%layout%position)
+      associate (level => model%levels(l), block => model%levels(l)%blocks(b), &
+                 x => model%levels(l)%layout%position)
          call block%particles%changed()
          if (level%layout%next_position > 0) call take_next_position(block%particles, level%layout)
          if (block%particles%count == 0) then
@@ -38,14 +41,17 @@ contains
             return
          end if
          if (model%method%domain /= domain_fixed) call split(model, l, b, error)
-         call locate_particles(block%particles%count, block%particles%column(:, x:x + 2), frame_of(level, block), &
-                               block%cells%bin, block%emigrants, block%emigrant_count, moved, block%lowest, block%highest)
+         call locate_particles(block%particles%count, block%particles%column(:, x:x + 2), &
+                               frame_of(level, block), &
+                               block%cells%bin, block%emigrants, block%emigrant_count, moved, block%lowest, &
+                                  block%highest)
          if (moved) call block%cells%outdate()
          if (any(block%lowest < level%grid%lower) .or. any(block%highest > level%grid%upper)) &
             call report_outside(model, l, b, error)
          if (block%emigrant_count > 0) call check_emigrants(model, l, b, error)
          call include_speeds(model%bounds, model%materials, level%layout, block)
-         block%at_rest = block%emigrant_count == 0 .and. .not. moved .and. rests(block%particles, level%layout)
+         block%at_rest = block%emigrant_count == 0 .and. .not. moved &
+                         .and. rests(block%particles, level%layout)
          if (block%at_rest) block%at_rest = model%materials%are_at_rest(block%particles, level%layout)
          if (error%happened()) return
          if (block%emigrant_count > 0) then
@@ -98,10 +104,13 @@ contains
       type(error_t), intent(inout) :: error
       integer :: splits, worn_out
       associate (level => model%levels(l))
-         call split_long(level%blocks(b), level%table, level%layout, level%grid%cell, model%stuff, splits, worn_out)
+         call split_long(level%blocks(b), level%table, level%layout, level%grid%cell, model%stuff, splits, &
+                         worn_out)
       end associate
-      if (worn_out > 0) call fail(error, exit_numerical, particle_text(model, l, b, worn_out)//' has been split '// &
-         to_text(most_generations)//' times and its domain is too long again: the motion is without bound; try a smaller safety', &
+      if (worn_out > 0) call fail(error, exit_numerical, particle_text(model, l, b, worn_out)// &
+                                  ' has been split '// &
+         to_text(most_generations)// &
+            ' times and its domain is too long again: the motion is without bound; try a smaller safety', &
          recoverable=.true.)
       if (splits == 0) return
       model%splits = model%splits + splits

@@ -7,7 +7,8 @@ module m_clock
    type, public :: clock_t
       real(wp) :: time = 0.0_wp      !< at its beginning, s
       real(wp) :: step = 0.0_wp      !< its length, s
-      real(wp) :: remaining = 0.0_wp !< from where its velocities stand, in its middle, to the middle of the coarser level's step, s
+      real(wp) :: remaining = 0.0_wp !< from where its velocities stand, in its middle, to the middle of the
+                                     !< coarser level's step, s
       logical :: ends = .true.       !< when it ends, so does the step of the coarsest level
    end type clock_t
 

@@ -1,4 +1,5 @@
-!> What is wrong with a particle, in a sentence: which, where, on which level, what was found, what is allowed, what to try.
+!> What is wrong with a particle, in a sentence: which, where, on which level, what was found, what is
+!> allowed, what to try.
 module m_complaints
    use mpi_f08
    use m_kinds, only: wp, i8
@@ -11,13 +12,14 @@ module m_complaints
    use m_model, only: model_t
    implicit none
    private
-   public :: particle_text, check_emigrants, report_homeless, report_outside, report_inversion, report_too_fast, report_undefined, &
+   public :: particle_text, check_emigrants, report_homeless, report_outside, report_inversion, &
+             report_too_fast, report_undefined, &
              check_fields, fastest_text
 
    character(len=*), parameter :: unstable = ': the motion is unstable; try a smaller safety'
 
-   real(wp), parameter, public :: most_cells_a_step = 0.5_wp !< of a particle in a step of its level along an axis, in cells of the
-                                                             !< level
+   real(wp), parameter, public :: most_cells_a_step = 0.5_wp !< of a particle in a step of its level along an
+                                                             !< axis, in cells of the level
 
 contains
 
@@ -28,26 +30,32 @@ contains
       type(error_t), intent(inout) :: error
       real(wp) :: position(3), place(3) !< m; cells from the block's first node
       integer :: m, p
-      associate (level => model%levels(l), block => model%levels(l)%blocks(b), x => model%levels(l)%layout%position)
+      associate (level => model%levels(l), block => model%levels(l)%blocks(b), &
+                 x => model%levels(l)%layout%position)
          do m = 1, block%emigrant_count
             p = block%emigrants(m)
             position = block%particles%column(p, x:x + 2)
-            if (all(abs(position - block%origin) <= 2*block_size*level%grid%cell)) then ! what follows cannot overflow
+            ! what follows cannot overflow
+            if (all(abs(position - block%origin) <= 2*block_size*level%grid%cell)) then
                place = (position - block%origin)*level%grid%per_cell
                if (all(abs(place - 0.5_wp*(block_size - 1)) <= 1.5_wp*block_size - 0.5_wp)) cycle
             end if
             if (.not. all(abs(position) <= huge(1.0_wp))) then
-               call fail(error, exit_numerical, particle_text(model, l, b, p)//' has a position that is not a number'//unstable, &
+               call fail(error, exit_numerical, particle_text(model, l, b, p)// &
+                         ' has a position that is not a number'//unstable, &
                          recoverable=.true.)
             else
-               call fail(error, exit_numerical, particle_text(model, l, b, p)//' moved further than the next block, at most '// &
-                         to_text(most_cells_a_step)//' cells a step are allowed'//unstable, recoverable=.true.)
+               call fail(error, exit_numerical, particle_text(model, l, b, p)// &
+                         ' moved further than the next block, at most '// &
+                         to_text(most_cells_a_step)//' cells a step are allowed'//unstable, &
+                            recoverable=.true.)
             end if
          end do
       end associate
    end subroutine check_emigrants
 
-   !> With several levels blocks are there before a particle may reach them: one that enters another has moved too far.
+   !> With several levels blocks are there before a particle may reach them: one that enters another has moved
+   !> too far.
    subroutine report_homeless(model, l, error)
       type(model_t), intent(in) :: model
       integer, intent(in) :: l
@@ -57,8 +65,10 @@ contains
       real(wp) :: place(3)
       do r = 1, model%migration(l)%homeless%count
          call model%migration(l)%identify(model%levels(l), r, id, body, place)
-         call fail(error, exit_numerical, when(model)//'particle '//to_text(id)//' of body '//to_text(body)//' at '// &
-                   place_text(place)//' m on level '//to_text(l)//' moved further than a step of the coarsest level allows'// &
+         call fail(error, exit_numerical, when(model)//'particle '//to_text(id)//' of body '// &
+                   to_text(body)//' at '// &
+                   place_text(place)//' m on level '//to_text(l)// &
+                      ' moved further than a step of the coarsest level allows'// &
                    unstable, recoverable=.true.)
       end do
    end subroutine report_homeless
@@ -70,7 +80,8 @@ contains
       type(error_t), intent(inout) :: error
       character(len=2), parameter :: sides(2, 3) = reshape(['x-', 'x+', 'y-', 'y+', 'z-', 'z+'], [2, 3])
       integer :: axis, p
-      associate (grid => model%levels(l)%grid, block => model%levels(l)%blocks(b), x => model%levels(l)%layout%position)
+      associate (grid => model%levels(l)%grid, block => model%levels(l)%blocks(b), &
+                 x => model%levels(l)%layout%position)
          do p = 1, block%particles%count
             do axis = 1, 3
                if (block%particles%column(p, x + axis - 1) < grid%lower(axis)) call complain(sides(1, axis))
@@ -81,7 +92,8 @@ contains
    contains
       subroutine complain(side)
          character(len=*), intent(in) :: side
-         call fail(error, exit_numerical, particle_text(model, l, b, p)//' left the grid through its side '//side// &
+         call fail(error, exit_numerical, particle_text(model, l, b, p)// &
+                   ' left the grid through its side '//side// &
                    '; try a larger grid, or a boundary there that holds it')
       end subroutine complain
    end subroutine report_outside
@@ -95,14 +107,16 @@ contains
       associate (block => model%levels(l)%blocks(b))
          do p = 1, block%particles%count
             if (block%particles%column(p, model%levels(l)%layout%volume) > 0.0_wp) cycle
-            call fail(error, exit_numerical, particle_text(model, l, b, p)//' was turned inside out (volume '// &
+            call fail(error, exit_numerical, particle_text(model, l, b, p)// &
+                      ' was turned inside out (volume '// &
                       to_text(block%particles%column(p, model%levels(l)%layout%volume))// &
                       ' m3, must be above 0); try a smaller safety', recoverable=.true.)
             return
          end do
       end associate
       call fail(error, exit_numerical, 'step '//to_text(model%step + 1)//', time '//to_text(model%time)// &
-                ' s: a velocity gradient on level '//to_text(l)//' is not a number'//unstable, recoverable=.true.)
+                ' s: a velocity gradient on level '//to_text(l)//' is not a number'//unstable, &
+                   recoverable=.true.)
    end subroutine report_inversion
 
    !> A particle that the grid carried too far in a step.
@@ -114,7 +128,8 @@ contains
       type(error_t), intent(inout) :: error
       call fail(error, exit_numerical, particle_text(model, l, b, fastest%particle)//' moved '// &
                 to_text(fastest%speed*time_step*model%levels(l)%grid%per_cell, 3)//' cells in a step, at '// &
-                to_text(fastest%speed, 3)//' m/s; at most '//to_text(most_cells_a_step)//' cells are allowed'//unstable, &
+                to_text(fastest%speed, 3)//' m/s; at most '//to_text(most_cells_a_step)// &
+                   ' cells are allowed'//unstable, &
                    recoverable=.true.)
    end subroutine report_too_fast
 
@@ -126,7 +141,8 @@ contains
       integer :: f
       associate (table => model%levels(l)%table)
          do f = 1, size(table%fields)
-            if (table%fields(f)%first == model%levels(l)%layout%stress) call name_undefined(model, l, b, table%fields(f), error)
+            if (table%fields(f)%first == model%levels(l)%layout%stress) call name_undefined(model, l, b, &
+                  table%fields(f), error)
          end do
       end associate
    end subroutine report_undefined
@@ -152,7 +168,8 @@ contains
       call model%communicator%agree(error)
    end subroutine check_fields
 
-   !> The first particle of a block in whose field there is something infinite or not a number, if there is one.
+   !> The first particle of a block in whose field there is something infinite or not a number, if there is
+   !> one.
    subroutine name_undefined(model, l, b, field, error)
       type(model_t), intent(in) :: model
       integer, intent(in) :: l, b
@@ -164,14 +181,16 @@ contains
             do p = 1, particles%count
                if (abs(particles%column(p, c)) <= huge(1.0_wp)) cycle
                call fail(error, exit_numerical, particle_text(model, l, b, p)//' has '//field%name//' '// &
-                         to_text(particles%column(p, c))//' '//field%unit//', which must be a number'//unstable, recoverable=.true.)
+                         to_text(particles%column(p, c))//' '//field%unit//', which must be a number'// &
+                            unstable, recoverable=.true.)
                return
             end do
          end do
       end associate
    end subroutine name_undefined
 
-   !> Collective: who has the largest speed of its own and of sound together, and both, for a sentence. The same on all ranks.
+   !> Collective: who has the largest speed of its own and of sound together, and both, for a sentence. The
+   !> same on all ranks.
    function fastest_text(model) result(text)
       type(model_t), intent(in) :: model
       character(len=:), allocatable :: text
@@ -195,7 +214,8 @@ contains
       call MPI_Allreduce(MPI_IN_PLACE, owner, 1, MPI_INTEGER, MPI_MIN, model%communicator%comm)
       if (owner == model%communicator%rank .and. at(1) > 0) then
          call speeds_of(at(1), at(2), at(3), sound, speed)
-         text = particle_text(model, at(1), at(2), at(3))//' moves at '//to_text(speed, 3)//' m/s, sound in it at '// &
+         text = particle_text(model, at(1), at(2), at(3))//' moves at '//to_text(speed, 3)// &
+                ' m/s, sound in it at '// &
                 to_text(sound, 3)//' m/s'
       end if
       call model%communicator%broadcast_text(text, min(owner, model%communicator%ranks - 1))
@@ -203,7 +223,8 @@ contains
       subroutine speeds_of(l, b, p, sound, speed)
          integer, intent(in) :: l, b, p
          real(wp), intent(out) :: sound, speed
-         associate (particles => model%levels(l)%blocks(b)%particles, at => model%levels(l)%layout, materials => model%materials)
+         associate (particles => model%levels(l)%blocks(b)%particles, at => model%levels(l)%layout, &
+                    materials => model%materials)
             speed = norm2(particles%column(p, at%velocity:at%velocity + 2))
             sound = sqrt(materials%slots(materials%of_body(particles%body(p)))%law%p_wave_modulus()* &
                          particles%column(p, at%volume)/particles%column(p, at%mass))
@@ -217,8 +238,10 @@ contains
       integer, intent(in) :: l, b, p
       character(len=:), allocatable :: text
       real(wp) :: place(3), low(3), high(3)
-      associate (level => model%levels(l), block => model%levels(l)%blocks(b), x => model%levels(l)%layout%position)
-         text = when(model)//'particle '//to_text(block%particles%id(p))//' of body '//to_text(int(block%particles%body(p)))
+      associate (level => model%levels(l), block => model%levels(l)%blocks(b), &
+                 x => model%levels(l)%layout%position)
+         text = when(model)//'particle '//to_text(block%particles%id(p))//' of body '// &
+                to_text(int(block%particles%body(p)))
          place = block%particles%column(p, x:x + 2)
          low = block%origin - 0.5_wp*level%grid%cell
          high = block%origin + 7.5_wp*level%grid%cell

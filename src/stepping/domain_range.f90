@@ -1,5 +1,5 @@
-!> Watches whether a run leaves the range in which its choice of domains is right (theory.md, Range of domains): says so once, and
-!> ends a run whose body has come apart.
+!> Watches whether a run leaves the range in which its choice of domains is right (theory.md, Range of
+!> domains): says so once, and ends a run whose body has come apart.
 module m_domain_range
    use mpi_f08
    use m_kinds, only: wp, i8
@@ -21,22 +21,26 @@ module m_domain_range
       integer(i8), allocatable, private :: extent(:, :) !< (3, bodies): places of their lattices
       integer(i8), private :: looked = 0                !< step of the last look
       character(len=:), allocatable :: said             !< the first sentence
-      logical, private :: told(5) = .false. !< of tension, of gaps, of overlap, of loads on a stress that lags, of
-                                           !< cubes that are drawn out
+      logical, private :: told(5) = .false. !< of tension, of gaps, of overlap, of loads on a stress that
+                                            !< lags, of cubes that are drawn out
    contains
       procedure :: start
       procedure :: look
    end type domain_range_t
 
    integer, parameter :: look_every = 400               !< steps
-   real(wp), parameter :: most_tension = 0.01_wp        !< of the modulus of a wave, that boxes of one a cell are to bear
-   real(wp), parameter :: apart = 0.2_wp                !< neighbours so many cells further apart than their strains say are torn,
-   real(wp), parameter :: hardly_stretched = 1.15_wp    !< up to this stretch; beyond, where shear and turning count too:
+   real(wp), parameter :: most_tension = 0.01_wp !< of the modulus of a wave, that boxes of one a cell are to
+                                                 !< bear
+   real(wp), parameter :: apart = 0.2_wp !< neighbours so many cells further apart than their strains say are
+                                         !< torn,
+   real(wp), parameter :: hardly_stretched = 1.15_wp !< up to this stretch; beyond, where shear and turning
+                                                     !< count too:
    real(wp), parameter :: apart_strained = 0.5_wp       !< cells
-   real(wp), parameter :: most_pressed = 0.2_wp         !< strain to which cubes may be pressed; then they overlap
-   real(wp), parameter :: most_drawn = 0.25_wp      !< strain to which cubes may be drawn out; then they leave gaps,
+   real(wp), parameter :: most_pressed = 0.2_wp !< strain to which cubes may be pressed; then they overlap
+   real(wp), parameter :: most_drawn = 0.25_wp !< strain to which cubes may be drawn out; then they leave
+                                               !< gaps,
    real(wp), parameter :: most_drawn_mean = 0.1_wp  !< and with strain rates that are means of cells
-   real(wp), parameter :: hardly_plastic = 0.005_wp     !< up to this plastic strain the stress tells the stretch
+   real(wp), parameter :: hardly_plastic = 0.005_wp !< up to this plastic strain the stress tells the stretch
 
 contains
 
@@ -51,7 +55,8 @@ contains
       end do
    end subroutine start
 
-   !> Collective: every so many steps, and where `now` says so. `news`: what is to be said now, empty if nothing.
+   !> Collective: every so many steps, and where `now` says so. `news`: what is to be said now, empty if
+   !> nothing.
    subroutine look(self, model, now, news, error)
       class(domain_range_t), intent(inout) :: self
       type(model_t), intent(in) :: model
@@ -69,7 +74,8 @@ contains
          call look_at_block(self, model, b, worst, error)
       end do
       call model%communicator%agree(error)
-      call MPI_Allreduce(MPI_IN_PLACE, worst, size(worst), MPI_DOUBLE_PRECISION, MPI_MAX, model%communicator%comm)
+      call MPI_Allreduce(MPI_IN_PLACE, worst, size(worst), MPI_DOUBLE_PRECISION, MPI_MAX, &
+                         model%communicator%comm)
       if (error%happened()) return
       means = size(model%effect_step(1)%on_cells) > 0
       if (model%method%stress_update /= update_usl .and. size(model%effect_step(1)%add_forces) > 0 &
@@ -79,28 +85,34 @@ contains
                 'plane of nodes, which creeps; ends and works may be off by some per cent; take ''usl'''
       else if (worst(1) > most_tension .and. .not. self%told(1)) then
          self%told(1) = .true.
-         news = 'range      particles that are all of a cell bear a tension of '//to_text(worst(1), 2)//' of their modulus: '// &
+         news = 'range      particles that are all of a cell bear a tension of '//to_text(worst(1), 2)// &
+                ' of their modulus: '// &
                 'boxes of one a cell come apart; take particles_per_cell=8 or domain=''corners'''
       else if (worst(2) > 1.0_wp .and. .not. self%told(2)) then
          self%told(2) = .true.
-         news = 'range      particles are stretched to '//to_text(worst(2), 3)//' cells: fixed domains of more than 1 come '// &
+         news = 'range      particles are stretched to '//to_text(worst(2), 3)// &
+                ' cells: fixed domains of more than 1 come '// &
                 'apart; take domain=''stretch'' or ''corners'''
       else if (worst(3) > most_pressed .and. .not. self%told(3)) then
          self%told(3) = .true.
-         news = 'range      particles are pressed by '//to_text(100.0_wp*worst(3), 2)//' %: fixed domains overlap, '// &
+         news = 'range      particles are pressed by '//to_text(100.0_wp*worst(3), 2)// &
+                ' %: fixed domains overlap, '// &
                 'loads and stresses may be off by some per cent; take domain=''stretch'' or ''corners'''
       else if (worst(4) > merge(most_drawn_mean, most_drawn, means) .and. .not. self%told(5)) then
          self%told(5) = .true.
-         news = 'range      particles are drawn out by '//to_text(100.0_wp*worst(4), 2)//' %: fixed domains '// &
-                'leave gaps'//trim(merge(', which &anti_locking widens', '                            ', means))// &
+         news = 'range      particles are drawn out by '//to_text(100.0_wp*worst(4), 2)// &
+                ' %: fixed domains '// &
+                'leave gaps'//trim(merge(', which &anti_locking widens', '                            ', &
+                                         means))// &
                 '; lengths and stresses may be off by some per cent, and soon by much; take domain=''stretch'' '// &
                 'or ''corners'''
       end if
       if (self%said == '') self%said = news
    end subroutine look
 
-   !> The largest tension of particles that are all of a cell, over the modulus; of fixed domains the longest stretched edge, in
-   !> cells, the largest share that is pressed away of one and that it is drawn out by; a fault where neighbours have come apart.
+   !> The largest tension of particles that are all of a cell, over the modulus; of fixed domains the longest
+   !> stretched edge, in cells, the largest share that is pressed away of one and that it is drawn out by; a
+   !> fault where neighbours have come apart.
    subroutine look_at_block(self, model, b, worst, error)
       type(domain_range_t), intent(in) :: self
       type(model_t), intent(in) :: model
@@ -113,12 +125,14 @@ contains
       n = 0
       associate (level => model%levels(1), particles => model%levels(1)%blocks(b)%particles)
          do p = 1, particles%count
-            whole = is_whole(particles%column(p, level%layout%mass), level%grid%cell, model%stuff(particles%body(p)))
+            whole = is_whole(particles%column(p, level%layout%mass), level%grid%cell, &
+                             model%stuff(particles%body(p)))
             if (whole) then
                n = n + 1
                listed(n) = p
             end if
-            if (model%method%domain == domain_corners .or. .not. (whole .or. model%method%domain == domain_fixed)) cycle
+            if (model%method%domain == domain_corners .or. .not. (whole &
+                  .or. model%method%domain == domain_fixed)) cycle
             values = particles%column(p, :)
             tension = largest_tension(values, level%layout, 0.0_wp)
             if (whole) worst(1) = max(worst(1), tension/model%stuff(particles%body(p))%modulus)
@@ -137,7 +151,8 @@ contains
       if (n > 1) call look_for_gaps(self, model, b, listed(:n), error)
    end subroutine look_at_block
 
-   !> Particles that touched each other at the start, in one block still, and are further apart than their strains say.
+   !> Particles that touched each other at the start, in one block still, and are further apart than their
+   !> strains say.
    subroutine look_for_gaps(self, model, b, listed, error)
       type(domain_range_t), intent(in) :: self
       type(model_t), intent(in) :: model
@@ -169,21 +184,28 @@ contains
       integer, intent(in) :: b, p, q
       type(error_t), intent(inout) :: error
       real(wp) :: way(3), far, near
-      associate (level => model%levels(1), particles => model%levels(1)%blocks(b)%particles, x => model%levels(1)%layout%position)
+      associate (level => model%levels(1), particles => model%levels(1)%blocks(b)%particles, &
+                 x => model%levels(1)%layout%position)
          way = particles%column(q, x:x + 2) - particles%column(p, x:x + 2)
          far = norm2(way)
          if (far <= (1.0_wp + apart)*level%grid%cell) return
-         near = 0.5_wp*level%grid%cell*(stretch_along(model, particles%column(p, :), particles%body(p), way/far) &
-                                       + stretch_along(model, particles%column(q, :), particles%body(q), way/far))
-         if (.not. far - near > level%grid%cell*merge(apart, apart_strained, near <= hardly_stretched*level%grid%cell)) return
-         call fail(error, exit_numerical, particle_text(model, 1, b, p)//' and its neighbour '//to_text(particles%id(q))// &
+         near = 0.5_wp*level%grid%cell*(stretch_along(model, particles%column(p, :), particles%body(p), &
+                                                      way/far) &
+                                       + stretch_along(model, particles%column(q, :), particles%body(q), &
+                                                       way/far))
+         if (.not. far - near > level%grid%cell*merge(apart, apart_strained, &
+                                                      near <= hardly_stretched*level%grid%cell)) return
+         call fail(error, exit_numerical, particle_text(model, 1, b, p)//' and its neighbour '// &
+                   to_text(particles%id(q))// &
                    ' are '//to_text(far*level%grid%per_cell, 3)//' cells apart, where their strains say '// &
-                   to_text(near*level%grid%per_cell, 3)//': the body has come apart, which one particle per cell cannot '// &
+                   to_text(near*level%grid%per_cell, 3)// &
+                      ': the body has come apart, which one particle per cell cannot '// &
                    'prevent; take particles_per_cell=8 or domain=''corners''')
       end associate
    end subroutine compare
 
-   !> How much longer a particle has become along a direction, as far as its fields tell; without end where they do not.
+   !> How much longer a particle has become along a direction, as far as its fields tell; without end where
+   !> they do not.
    real(wp) function stretch_along(model, values, body, direction) result(stretch)
       type(model_t), intent(in) :: model
       real(wp), intent(in) :: values(:)    !< the particle's columns

@@ -1,7 +1,8 @@
 !> Calls the effects of a run at their places in the step, and measures the work of what they do to the nodes.
 !>
-!> An effect's push on a block is the force that it gives to the block's own share of each node (theory.md, eq. effect-work): so
-!> every part of the work belongs to one block, and sums over blocks by index have the same bits on any number of ranks.
+!> An effect's push on a block is the force that it gives to the block's own share of each node (theory.md,
+!> eq. effect-work): so every part of the work belongs to one block, and sums over blocks by index have the
+!> same bits on any number of ranks.
 module m_effect_step
    use mpi_f08
    use m_kinds, only: wp
@@ -17,7 +18,8 @@ module m_effect_step
    public :: effect_step_t
 
    integer, parameter :: external = 1, dissipated = 2 !< kinds of work on nodes
-   integer, parameter, public :: kinds_booked = 3     !< what is booked of a block: these, and the work by the particles' motion
+   integer, parameter, public :: kinds_booked = 3 !< what is booked of a block: these, and the work by the
+                                                  !< particles' motion
 
    !> Particles of a block that an effect pushes, and where their centres are at the beginning of the step.
    type :: marked_t
@@ -27,24 +29,30 @@ module m_effect_step
 
    !> Which effects want to be called where (indices of the effects, rising), and their work so far.
    type :: effect_step_t
-      integer, allocatable :: acceleration(:), add_forces(:), on_nodes(:), on_cells(:), on_gradient(:), on_stress(:)
+      integer, allocatable :: acceleration(:), add_forces(:), on_nodes(:), on_cells(:), on_gradient(:), &
+                              on_stress(:)
       logical :: adds_forces = .false. !< some effect gives forces before the sum over blocks
       logical :: acts_on_nodes = .false.   !< some effect pushes nodes
       logical :: acts_at_rest = .false. !< some effect changes material at rest
       real(wp) :: external_work = 0.0_wp !< done by effects up to the last fold, J
       real(wp) :: damped = 0.0_wp        !< taken out by effects up to the last fold, J
-      real(wp) :: particle_work = 0.0_wp !< of forces at points, by the particles' own motion, up to the last fold, J
-      real(wp) :: ahead_work = 0.0_wp !< of that, in the half step by which positions are ahead of velocities, at the last fold, J
+      real(wp) :: particle_work = 0.0_wp !< of forces at points, by the particles' own motion, up to the last
+                                         !< fold, J
+      real(wp) :: ahead_work = 0.0_wp !< of that, in the half step by which positions are ahead of velocities,
+                                      !< at the last fold, J
       logical :: follows_particles = .false. !< all external work is known by the particles' motion too
       integer, allocatable, private :: kind(:) !< of the work of each effect
       real(wp), allocatable, private :: push(:, :, :, :, :, :) !< (3, 0:9, 0:9, 0:9, kinds, own blocks), N
-      real(wp), allocatable, private :: mass(:, :, :, :)       !< each block's own share of that of its nodes, where effects change
-                                                               !< nodes: (0:9, 0:9, 0:9, own blocks), kg
-      real(wp), allocatable, private :: work(:, :)             !< (kinds, blocks of the level by index), J, since the last fold
-      real(wp), allocatable, private :: own_work(:) !< by the particles' motion: (blocks of the level by index), J, the same
-      real(wp), allocatable, private :: ahead(:)               !< of that, what the positions are ahead of the velocities
-      type(marked_t), allocatable, private :: marked(:, :)     !< by each effect that gives forces, in own blocks
-      logical, allocatable, private :: loaded(:)               !< forces act on points of own blocks' particles in this step
+      real(wp), allocatable, private :: mass(:, :, :, :) !< each block's own share of that of its nodes, where
+                                                         !< effects change nodes: (0:9, 0:9, 0:9, own blocks),
+                                                         !< kg
+      real(wp), allocatable, private :: work(:, :) !< (kinds, blocks of the level by index), J, since the last
+                                                   !< fold
+      real(wp), allocatable, private :: own_work(:) !< by the particles' motion: (blocks of the level by
+                                                    !< index), J, the same
+      real(wp), allocatable, private :: ahead(:) !< of that, what the positions are ahead of the velocities
+      type(marked_t), allocatable, private :: marked(:, :) !< by each effect that gives forces, in own blocks
+      logical, allocatable, private :: loaded(:) !< forces act on points of own blocks' particles in this step
    contains
       procedure :: build
       procedure :: add_body_forces
@@ -92,7 +100,8 @@ contains
       if (size(self%add_forces) > 0) allocate (self%own_work(places), self%ahead(places), source=0.0_wp)
    end subroutine build
 
-   !> Body forces and other forces on the tile of what a block's particles give. Begins the push on the block anew.
+   !> Body forces and other forces on the tile of what a block's particles give. Begins the push on the block
+   !> anew.
    subroutine add_body_forces(self, effects, level, b, time, timers)
       class(effect_step_t), intent(inout) :: self
       type(effect_slot_t), intent(in) :: effects(:)
@@ -112,7 +121,8 @@ contains
             do i = 1, size(self%acceleration)
                e = self%acceleration(i)
                call timers%enter(effects(e)%row)
-               call effects(e)%effect%acceleration(block%particles, level%table, level%layout, time, level%gradient(:, 1:3))
+               call effects(e)%effect%acceleration(block%particles, level%table, level%layout, time, &
+                                                   level%gradient(:, 1:3))
             end do
             call timers%enter(phase_p2g)
             call p2g_body_force(block%cells, block%particles%column, level%layout, frame_of(level, block), &
@@ -121,7 +131,8 @@ contains
          do i = 1, size(self%add_forces)
             e = self%add_forces(i)
             call timers%enter(effects(e)%row)
-            call effects(e)%effect%add_forces(block, level%table, level%layout, level%grid, time, level%nodes(:, :, :, :, b))
+            call effects(e)%effect%add_forces(block, level%table, level%layout, level%grid, time, &
+                                              level%nodes(:, :, :, :, b))
          end do
       end associate
       call timers%enter(phase_p2g)
@@ -142,7 +153,8 @@ contains
       allocate (self%loaded(blocks), source=.false.)
    end subroutine fit_push
 
-   !> Before the sums over blocks: each block's own share of the mass of its nodes, if some effect will change them.
+   !> Before the sums over blocks: each block's own share of the mass of its nodes, if some effect will change
+   !> them.
    subroutine keep_masses(self, level)
       class(effect_step_t), intent(inout) :: self
       type(level_t), intent(in) :: level
@@ -151,7 +163,8 @@ contains
       if (allocated(self%mass)) then
          if (size(self%mass, 4) /= size(level%blocks)) deallocate (self%mass)
       end if
-      if (.not. allocated(self%mass)) allocate (self%mass(0:tile_last, 0:tile_last, 0:tile_last, size(level%blocks)))
+      if (.not. allocated(self%mass)) allocate (self%mass(0:tile_last, 0:tile_last, 0:tile_last, &
+                                                          size(level%blocks)))
       do b = 1, size(level%blocks)
          self%mass(:, :, :, b) = level%nodes(mass_, :, :, :, b)
       end do
@@ -164,7 +177,8 @@ contains
       type(level_t), intent(inout) :: level
       integer, intent(in) :: b
       real(wp), intent(in) :: time, time_step !< s
-      integer, intent(in) :: constrained(:, :)      !< nodes of the tile that a coarser level moves: they are left as they are
+      integer, intent(in) :: constrained(:, :) !< nodes of the tile that a coarser level moves: they are left
+                                               !< as they are
       type(timers_t), intent(inout) :: timers
       real(wp) :: before(6, 0:tile_last, 0:tile_last, 0:tile_last)
       integer :: n, e, i, j, k, s
@@ -190,8 +204,8 @@ contains
       call timers%enter(phase_nodes)
    end subroutine change_nodes
 
-   !> Add the work of the step on a block, when its nodes have their last velocity: held, and pushed by tools. dt times force times
-   !> the mean of the velocities at the beginning and at the end.
+   !> Add the work of the step on a block, when its nodes have their last velocity: held, and pushed by tools.
+   !> dt times force times the mean of the velocities at the beginning and at the end.
    subroutine measure(self, level, b, time_step)
       class(effect_step_t), intent(inout) :: self
       type(level_t), intent(in) :: level
@@ -204,7 +218,8 @@ contains
          do k = 0, tile_last
             do j = 0, tile_last
                do i = 0, tile_last
-                  sum_of_tile = sum_of_tile + dot_product(self%push(:, i, j, k, kind, b), level%nodes(v_x:v_z, i, j, k, b) &
+                  sum_of_tile = sum_of_tile + dot_product(self%push(:, i, j, k, kind, b), &
+                                                          level%nodes(v_x:v_z, i, j, k, b) &
                                                           - 0.5_wp*time_step*level%nodes(a_x:a_z, i, j, k, b))
                end do
             end do
@@ -266,7 +281,8 @@ contains
          do i = 1, size(self%add_forces)
             associate (effect => effects(self%add_forces(i))%effect, marked => self%marked(i, b))
                if (.not. allocated(marked%which)) cycle ! at rest
-               work = work + effect%particle_work(block%particles, marked%which, level%layout, gradient, marked%from, way_to, &
+               work = work + effect%particle_work(block%particles, marked%which, level%layout, gradient, &
+                                                  marked%from, way_to, &
                                                   time, time_step)
                deallocate (marked%which, marked%from)
             end associate
@@ -276,8 +292,8 @@ contains
       end associate
    end subroutine follow
 
-   !> Effects on the velocity gradients of a block, before its stress. `nodes` holds the sums over cells, if some effect asks for
-   !> them.
+   !> Effects on the velocity gradients of a block, before its stress. `nodes` holds the sums over cells, if
+   !> some effect asks for them.
    subroutine change_gradient(self, effects, level, b, time_step, timers)
       class(effect_step_t), intent(in) :: self
       type(effect_slot_t), intent(in) :: effects(:)
@@ -289,12 +305,14 @@ contains
       associate (block => level%blocks(b))
          do i = 1, size(self%on_cells)
             call timers%enter(effects(self%on_cells(i))%row)
-            call effects(self%on_cells(i))%effect%on_cells(block%cells, block%particles, level%layout, frame_of(level, block), &
+            call effects(self%on_cells(i))%effect%on_cells(block%cells, block%particles, level%layout, &
+                                                           frame_of(level, block), &
                                                            level%nodes(:, :, :, :, b), level%gradient)
          end do
          do i = 1, size(self%on_gradient)
             call timers%enter(effects(self%on_gradient(i))%row)
-            call effects(self%on_gradient(i))%effect%on_gradient(block%cells, block%particles, level%layout, time_step, &
+            call effects(self%on_gradient(i))%effect%on_gradient(block%cells, block%particles, &
+                  level%layout, time_step, &
                                                                  level%gradient)
          end do
       end associate
@@ -311,13 +329,14 @@ contains
       integer :: i
       do i = 1, size(self%on_stress)
          call timers%enter(effects(self%on_stress(i))%row)
-         call effects(self%on_stress(i))%effect%on_stress(level%blocks(b)%particles, level%layout, level%gradient, &
+         call effects(self%on_stress(i))%effect%on_stress(level%blocks(b)%particles, level%layout, &
+                                                          level%gradient, &
                                                              level%grid%cell, time_step)
       end do
    end subroutine change_stress
 
-   !> Collective: add the work of all blocks to the totals, by their index. Before blocks change rank, so that all of a block's
-   !> work comes from one rank (adding the zeros of the others changes no bit).
+   !> Collective: add the work of all blocks to the totals, by their index. Before blocks change rank, so that
+   !> all of a block's work comes from one rank (adding the zeros of the others changes no bit).
    subroutine fold(self, communicator)
       class(effect_step_t), intent(inout) :: self
       type(communicator_t), intent(in) :: communicator
@@ -325,7 +344,8 @@ contains
       real(wp), allocatable :: all_ahead(:)
       integer :: place
       if (.not. self%acts_on_nodes) return
-      call MPI_Allreduce(MPI_IN_PLACE, self%work, size(self%work), MPI_DOUBLE_PRECISION, MPI_SUM, communicator%comm)
+      call MPI_Allreduce(MPI_IN_PLACE, self%work, size(self%work), MPI_DOUBLE_PRECISION, MPI_SUM, &
+                         communicator%comm)
       total = 0.0_wp
       do place = 1, size(self%work, 2)
          total(:size(self%work, 1)) = total(:size(self%work, 1)) + self%work(:, place)
@@ -334,9 +354,11 @@ contains
       self%damped = self%damped - total(dissipated)
       self%work = 0.0_wp
       if (.not. allocated(self%own_work)) return
-      call MPI_Allreduce(MPI_IN_PLACE, self%own_work, size(self%own_work), MPI_DOUBLE_PRECISION, MPI_SUM, communicator%comm)
+      call MPI_Allreduce(MPI_IN_PLACE, self%own_work, size(self%own_work), MPI_DOUBLE_PRECISION, MPI_SUM, &
+                         communicator%comm)
       all_ahead = self%ahead
-      call MPI_Allreduce(MPI_IN_PLACE, all_ahead, size(all_ahead), MPI_DOUBLE_PRECISION, MPI_SUM, communicator%comm)
+      call MPI_Allreduce(MPI_IN_PLACE, all_ahead, size(all_ahead), MPI_DOUBLE_PRECISION, MPI_SUM, &
+                         communicator%comm)
       self%ahead_work = 0.0_wp
       do place = 1, size(self%own_work)
          self%particle_work = self%particle_work + self%own_work(place)
@@ -346,7 +368,8 @@ contains
       self%ahead = 0.0_wp
    end subroutine fold
 
-   !> Work on a block since the last fold, J: external, dissipated; that of forces at points by the particles' motion.
+   !> Work on a block since the last fold, J: external, dissipated; that of forces at points by the particles'
+   !> motion.
    pure function booked(self, index) result(work)
       class(effect_step_t), intent(in) :: self
       integer, intent(in) :: index !< of the block
@@ -356,7 +379,8 @@ contains
       if (allocated(self%own_work)) work(kinds_booked) = self%own_work(index)
    end function booked
 
-   !> Of the work by the motion of a block's particles, what belongs to the half step after the time of the velocities, J.
+   !> Of the work by the motion of a block's particles, what belongs to the half step after the time of the
+   !> velocities, J.
    pure real(wp) function work_ahead(self, index) result(work)
       class(effect_step_t), intent(in) :: self
       integer, intent(in) :: index !< of the block

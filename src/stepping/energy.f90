@@ -14,7 +14,7 @@ module m_energy
    !> Sums over all particles of all ranks; the same bits on any number of ranks.
    type :: sums_t
       real(wp) :: mass = 0.0_wp               !< kg
-      real(wp) :: kinetic = 0.0_wp            !< with the motion within particles that they carry gradients of, J
+      real(wp) :: kinetic = 0.0_wp !< with the motion within particles that they carry gradients of, J
       real(wp) :: strain = 0.0_wp             !< J
       real(wp) :: plastic = 0.0_wp            !< plastic work since the start, J
       real(wp) :: momentum(3) = 0.0_wp        !< kg m/s
@@ -29,11 +29,12 @@ module m_energy
    type :: balance_t
       type(sums_t) :: start, now
       real(wp) :: external_work = 0.0_wp      !< done by tools and effects, J
-      real(wp) :: damped = 0.0_wp             !< taken out by effects, friction and the merging of particles, J
-      real(wp) :: driven = 0.0_wp             !< what effects that are to take energy out have put in, on balance, J
+      real(wp) :: damped = 0.0_wp !< taken out by effects, friction and the merging of particles, J
+      real(wp) :: driven = 0.0_wp !< what effects that are to take energy out have put in, on balance, J
       real(wp) :: largest = 0.0_wp            !< largest energy or work seen, J: what the error is relative to
       real(wp) :: worst = 0.0_wp              !< largest error seen, J
-      real(wp) :: effects_apart = 0.0_wp      !< work of effects by the nodes' motion, less that by the particles', J
+      real(wp) :: effects_apart = 0.0_wp !< work of effects by the nodes' motion, less that by the particles',
+                                         !< J
       real(wp) :: tools_apart = 0.0_wp        !< the same of tools, by their own motion, J
       real(wp) :: worst_of_effects = 0.0_wp, worst_of_tools = 0.0_wp !< largest size of these seen, J
    contains
@@ -48,15 +49,16 @@ module m_energy
 
 contains
 
-   !> Collective: the sums of a model as it stands. Block by block, then over blocks by their index, so that neither the
-   !> ranks nor the order of arrival matter (adding the zeros of other ranks changes no bit).
+   !> Collective: the sums of a model as it stands. Block by block, then over blocks by their index, so that
+   !> neither the ranks nor the order of arrival matter (adding the zeros of other ranks changes no bit).
    function measure(model) result(sums)
       type(model_t), intent(in) :: model
       type(sums_t) :: sums
       real(wp), allocatable :: parts(:, :) ! of every block that exists, on any rank
       real(wp) :: total(sum_count)
       integer :: b, i, j, k, l, n
-      allocate (parts(sum_count, sum([(count(model%levels(l)%owner >= 0), l=1, size(model%levels))])), source=0.0_wp)
+      allocate (parts(sum_count, sum([(count(model%levels(l)%owner >= 0), l=1, size(model%levels))])), &
+                source=0.0_wp)
       n = 0
       do l = 1, size(model%levels)
          associate (level => model%levels(l), last => model%levels(l)%grid%blocks - 1)
@@ -74,7 +76,8 @@ contains
             end do
          end associate
       end do
-      call MPI_Allreduce(MPI_IN_PLACE, parts, size(parts), MPI_DOUBLE_PRECISION, MPI_SUM, model%communicator%comm)
+      call MPI_Allreduce(MPI_IN_PLACE, parts, size(parts), MPI_DOUBLE_PRECISION, MPI_SUM, &
+                         model%communicator%comm)
       total = 0.0_wp
       do b = 1, size(parts, 2)
          total = total + parts(:, b)
@@ -96,8 +99,8 @@ contains
       energy = self%kinetic + self%strain + self%plastic
    end function energy
 
-   !> Mass, kinetic energy, strain energy, plastic work, momentum, angular momentum of one block, what effects took out, and the
-   !> potential energy in their fields.
+   !> Mass, kinetic energy, strain energy, plastic work, momentum, angular momentum of one block, what effects
+   !> took out, and the potential energy in their fields.
    pure function block_sums(model, l, b) result(sums)
       type(model_t), intent(in) :: model
       integer, intent(in) :: l, b
@@ -122,7 +125,8 @@ contains
          end do
          do m = 1, size(model%effects)
             sums(11) = sums(11) + model%effects(m)%effect%dissipated(particles%column, 1, particles%count)
-            sums(12) = sums(12) + model%effects(m)%effect%potential(particles%column, at, 1, particles%count, &
+            sums(12) = sums(12) + model%effects(m)%effect%potential(particles%column, at, 1, &
+                  particles%count, &
                                                                      0.5_wp*model%last_step/steps(l))
          end do
       end associate
@@ -175,8 +179,8 @@ contains
       call self%take(model, booked)
    end subroutine follow
 
-   !> Collective: the balance as follow would make it, but nothing of the model is changed, also not what is booked. The sums' last
-   !> bits depend on the ranks.
+   !> Collective: the balance as follow would make it, but nothing of the model is changed, also not what is
+   !> booked. The sums' last bits depend on the ranks.
    type(balance_t) function glance(self, model) result(seen)
       class(balance_t), intent(in) :: self
       type(model_t), intent(in) :: model
@@ -187,12 +191,14 @@ contains
       booked = 0.0_wp
       do l = 1, size(model%levels)
          do b = 1, size(model%levels(l)%blocks)
-            booked(:kinds_booked) = booked(:kinds_booked) + model%effect_step(l)%booked(model%levels(l)%blocks(b)%index)
+            booked(:kinds_booked) = booked(:kinds_booked) &
+                                    + model%effect_step(l)%booked(model%levels(l)%blocks(b)%index)
             booked(3) = booked(3) - model%effect_step(l)%work_ahead(model%levels(l)%blocks(b)%index)
          end do
       end do
       booked(kinds_booked + 1) = sum(model%lost_in_merging)
-      call MPI_Allreduce(MPI_IN_PLACE, booked, size(booked), MPI_DOUBLE_PRECISION, MPI_SUM, model%communicator%comm)
+      call MPI_Allreduce(MPI_IN_PLACE, booked, size(booked), MPI_DOUBLE_PRECISION, MPI_SUM, &
+                         model%communicator%comm)
       call seen%take(model, booked)
    end function glance
 
@@ -209,8 +215,10 @@ contains
       self%driven = max(0.0_wp, -taken)
       self%largest = max(self%largest, abs(self%external_work), abs(self%damped), self%now%energy())
       self%worst = max(self%worst, abs(self%excess()))
-      if (all(model%effect_step%follows_particles)) self%effects_apart = by_effects - (self%start%potential - self%now%potential) &
-                                                                - sum(model%effect_step%particle_work) - booked(3)
+      if (all(model%effect_step%follows_particles)) self%effects_apart = by_effects &
+            - (self%start%potential - self%now%potential) &
+                                                                - sum(model%effect_step%particle_work) &
+                                                                      - booked(3)
       associate (states => model%contact%states)
          if (model%contact%followed) self%tools_apart = sum(states%work - states%heat - states%particle_work)
       end associate

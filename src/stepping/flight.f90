@@ -1,5 +1,6 @@
-!> Where bodies in flight will be: the blocks that they enter and the particles that they split into (doc/developer/theory.md,
-!> Forecast). Each is taken to keep its shape and the velocity that its scene gives it.
+!> Where bodies in flight will be: the blocks that they enter and the particles that they split into
+!> (doc/developer/theory.md, Forecast). Each is taken to keep its shape and the velocity that its scene gives
+!> it.
 module m_flight
    use mpi_f08
    use m_kinds, only: wp
@@ -10,8 +11,8 @@ module m_flight
    private
    public :: follow_flight, flight_t
 
-   !> Of all ranks: how many there are now, and at most until the scene ends; and how many times as much as now there is to do in a
-   !> step of the coarsest level, on average until then.
+   !> Of all ranks: how many there are now, and at most until the scene ends; and how many times as much as
+   !> now there is to do in a step of the coarsest level, on average until then.
    type :: flight_t
       real(wp) :: blocks = 1.0_wp, most_blocks = 1.0_wp
       real(wp) :: particles = 1.0_wp, most_particles = 1.0_wp
@@ -30,8 +31,8 @@ module m_flight
       integer :: level = 1 !< where they live now
    end type flyer_t
 
-   real(wp), parameter :: stride = 2.0_wp   !< of the fastest body from one moment to the next, in cells of the finest level: a
-                                            !< quarter of a block
+   real(wp), parameter :: stride = 2.0_wp !< of the fastest body from one moment to the next, in cells of the
+                                          !< finest level: a quarter of a block
    integer, parameter :: most_moments = 1000
    integer, parameter :: most_counts = 20   !< of the blocks that are visited at a time, over all ranks
 
@@ -59,16 +60,19 @@ contains
       flight%most_blocks = flight%blocks
       flight%particles = real(model%communicator%sum_count(model%particle_count()), wp)
       flight%most_particles = flight%particles
-      flight%particle_steps = model%communicator%sum_real(sum([(real(level_steps(l), wp)*model%levels(l)%particle_count(), &
+      flight%particle_steps = model%communicator%sum_real(sum([(real(level_steps(l), &
+            wp)*model%levels(l)%particle_count(), &
                                                                 l=1, size(level_steps))]))
       fastest = maxval([(norm2(scene%bodies(b)%velocity), b=1, size(scene%bodies))])
       ahead = scene%end_time - model%time
-      moments = ceiling(min(fastest*ahead/(stride*model%levels(size(model%levels))%grid%cell), real(most_moments, wp)))
+      moments = ceiling(min(fastest*ahead/(stride*model%levels(size(model%levels))%grid%cell), &
+                            real(most_moments, wp)))
       if (moments <= 0) return
       flyers = all_flyers(scene, model)
       allocate (held(0:moments), steps(0:moments), source=0.0_wp)
       allocate (entered(size(there)), here(size(there)), source=.false.)
-      block_steps = [(spread(real(level_steps(l), wp), 1, product(model%levels(l)%grid%blocks)), l=1, size(model%levels))]
+      block_steps = [(spread(real(level_steps(l), wp), 1, product(model%levels(l)%grid%blocks)), l=1, &
+                      size(model%levels))]
       counts = min(moments, most_counts)
       n = 0
       do moment = 0, moments
@@ -85,13 +89,16 @@ contains
          n = n + 1
       end do
       call MPI_Allreduce(MPI_IN_PLACE, entered, size(entered), MPI_LOGICAL, MPI_LOR, model%communicator%comm)
-      call MPI_Allreduce(MPI_IN_PLACE, held, size(held), MPI_DOUBLE_PRECISION, MPI_SUM, model%communicator%comm)
-      call MPI_Allreduce(MPI_IN_PLACE, steps, size(steps), MPI_DOUBLE_PRECISION, MPI_SUM, model%communicator%comm)
+      call MPI_Allreduce(MPI_IN_PLACE, held, size(held), MPI_DOUBLE_PRECISION, MPI_SUM, &
+                         model%communicator%comm)
+      call MPI_Allreduce(MPI_IN_PLACE, steps, size(steps), MPI_DOUBLE_PRECISION, MPI_SUM, &
+                         model%communicator%comm)
       there = merge(0, -1, there >= 0 .or. entered)
       call add_parents(model%levels, there)
       flight%most_blocks = count(there >= 0)
       flight%most_particles = max(flight%particles, maxval(held))
-      flight%block_load = max(1.0_wp, sum(visited(:n - 1))/(n*max(1.0_wp, visited(0)))) ! bodies that meet do not share theirs
+      ! bodies that meet do not share theirs
+      flight%block_load = max(1.0_wp, sum(visited(:n - 1))/(n*max(1.0_wp, visited(0))))
       flight%particle_load = sum(steps)/(size(steps)*max(1.0_wp, steps(0)))
       flight%particle_steps = flight%particle_load*flight%particle_steps
    end function follow_flight
@@ -109,7 +116,8 @@ contains
             do b = 1, size(blocks)
                parts = flyer_t()
                do p = 1, blocks(b)%particles%count
-                  associate (part => parts(blocks(b)%particles%body(p)), position => blocks(b)%particles%column(p, x:x + 2))
+                  associate (part => parts(blocks(b)%particles%body(p)), &
+                             position => blocks(b)%particles%column(p, x:x + 2))
                      part%low = min(part%low, position)
                      part%high = max(part%high, position)
                      part%particles = part%particles + 1.0_wp
@@ -125,8 +133,8 @@ contains
       end do
    end function all_flyers
 
-   !> Mark the blocks that a part of a body is in when it has gone so far; the level where it lives then, and how many particles it
-   !> is there: eight for one, level by level.
+   !> Mark the blocks that a part of a body is in when it has gone so far; the level where it lives then, and
+   !> how many particles it is there: eight for one, level by level.
    subroutine look(model, flyer, way, entered, particles, home)
       type(model_t), intent(in) :: model
       type(flyer_t), intent(in) :: flyer

@@ -1,5 +1,5 @@
-!> What is still to come in a run: contact points as tools go in, blocks that wake, and the time that measured costs make of them
-!> (doc/developer/theory.md, Forecast).
+!> What is still to come in a run: contact points as tools go in, blocks that wake, and the time that measured
+!> costs make of them (doc/developer/theory.md, Forecast).
 module m_forecast
    use mpi_f08
    use m_kinds, only: wp, i8
@@ -12,19 +12,21 @@ module m_forecast
    use m_time_step, only: steps_between
    implicit none
    private
-   public :: rates_t, prospect_t, rates_of, predict_costs, contact_points, contact_steps, particle_rows, model_bytes
+   public :: rates_t, prospect_t, rates_of, predict_costs, contact_points, contact_steps, particle_rows, &
+             model_bytes
 
    integer, parameter :: halvings = 6       !< of one of them, to find when tools touch
    real(wp), parameter :: many = 1.0e15_wp  !< snapshots: more are not counted
    integer, parameter, public :: parts = 20 !< of the time to come, each with its own number of contact points
 
-   !> Wall-clock time that one step of the coarsest level takes, with all that it steps in it. The seconds of rows are means over
-   !> the ranks.
+   !> Wall-clock time that one step of the coarsest level takes, with all that it steps in it. The seconds of
+   !> rows are means over the ranks.
    type :: rates_t
       real(wp), allocatable :: rows(:, :)   !< of the timers, by level, s: (rows, levels); contact left out
       real(wp) :: step = 0.0_wp             !< all of it without contact, waiting included, s
       real(wp) :: contact = 0.0_wp          !< looking for contact, without any contact point, s
-      real(wp) :: contact_point = 0.0_wp    !< each contact point, in all the steps that the finest level takes meanwhile, s
+      real(wp) :: contact_point = 0.0_wp !< each contact point, in all the steps that the finest level takes
+                                         !< meanwhile, s
       real(wp) :: history = 0.0_wp          !< a row of the histories, s
       real(wp) :: snapshot = 0.0_wp         !< a snapshot, s
    contains
@@ -37,7 +39,7 @@ module m_forecast
       real(wp) :: steps = 0.0_wp            !< of the coarsest level
       real(wp) :: touches = 0.0_wp          !< contact points, summed over those steps
       real(wp) :: most_touches = 0.0_wp     !< at once
-      real(wp) :: rest = 0.0_wp             !< particle-steps of blocks at rest, over the particle-steps of all: at most 1
+      real(wp) :: rest = 0.0_wp !< particle-steps of blocks at rest, over the particle-steps of all: at most 1
       real(wp) :: rows = 0.0_wp             !< of histories
       real(wp) :: snapshots = 0.0_wp
       type(flight_t) :: flight
@@ -55,7 +57,8 @@ contains
       goes = .true.
       goes(:phases) = .false.
       goes([phase_lists, phase_p2g, phase_g2p, phase_stress]) = .true.
-      where (names == 'levels' .or. names == 'checkpoint' .or. names == 'indicators' .or. names == 'guard') goes = .false.
+      where (names == 'levels' .or. names == 'checkpoint' .or. names == 'indicators' &
+             .or. names == 'guard') goes = .false.
    end function particle_rows
 
    !> Time a step of what goes with the particles, on each level, s.
@@ -76,8 +79,9 @@ contains
       blocks = max(0.0_wp, self%step - sum(self%particles(names)))
    end function blocks
 
-   !> Collective: what `steps` steps have cost, from the timers before and after them and the time that went by. `awake` is the
-   !> share of the particle-steps that had anything to do: the rates are those of particles that all have.
+   !> Collective: what `steps` steps have cost, from the timers before and after them and the time that went
+   !> by. `awake` is the share of the particle-steps that had anything to do: the rates are those of particles
+   !> that all have.
    subroutine rates_of(rates, model, before, steps, elapsed, awake)
       type(rates_t), intent(inout) :: rates
       type(model_t), intent(in) :: model
@@ -92,11 +96,13 @@ contains
       rates%rows(:size(before%seconds), :) = rates%rows(:size(before%seconds), :) - before%on_levels
       total = model%timers%seconds
       total(:size(before%seconds)) = total(:size(before%seconds)) - before%seconds
-      call MPI_Allreduce(MPI_IN_PLACE, rates%rows, size(rates%rows), MPI_DOUBLE_PRECISION, MPI_SUM, model%communicator%comm)
+      call MPI_Allreduce(MPI_IN_PLACE, rates%rows, size(rates%rows), MPI_DOUBLE_PRECISION, MPI_SUM, &
+                         model%communicator%comm)
       call MPI_Allreduce(MPI_IN_PLACE, total, rows, MPI_DOUBLE_PRECISION, MPI_SUM, model%communicator%comm)
       rates%rows = rates%rows/(model%communicator%ranks*steps)
       total = total/(model%communicator%ranks*steps)
-      waiting = elapsed/steps - total(phase_contact) - total(phase_output) - sum(rates%rows) + sum(rates%rows(phase_contact, :))
+      waiting = elapsed/steps - total(phase_contact) - total(phase_output) - sum(rates%rows) &
+                + sum(rates%rows(phase_contact, :))
       rates%contact = total(phase_contact)
       rates%contact_point = 0.0_wp
       rates%rows(phase_contact, :) = 0.0_wp
@@ -114,8 +120,8 @@ contains
       end do
    end subroutine scale_up
 
-   !> Collective: what is to come from the model's time to the end of the scene, its tools where they will be in the material as it
-   !> is. Tools that loads push stay where they are.
+   !> Collective: what is to come from the model's time to the end of the scene, its tools where they will be
+   !> in the material as it is. Tools that loads push stay where they are.
    subroutine predict_costs(prospect, scene, model)
       type(prospect_t), intent(out) :: prospect
       type(scene_t), intent(in) :: scene
@@ -129,7 +135,8 @@ contains
          prospect%touches = prospect%touches + touches*steps_between(scene, model, from, to)
          prospect%most_touches = max(prospect%most_touches, touches)
       end do
-      prospect%steps = max(1.0_wp, real(ceiling(steps_between(scene, model, model%time, scene%end_time) - 1.0e-6_wp, i8), wp))
+      prospect%steps = max(1.0_wp, real(ceiling(steps_between(scene, model, model%time, scene%end_time) &
+                                                - 1.0e-6_wp, i8), wp))
       call find_rest(prospect, scene, model)
       prospect%flight = follow_flight(scene, model)
       every = scene%output%history_every
@@ -151,8 +158,9 @@ contains
       if (model%method%subcycle) contact_steps = 2.0_wp**(size(model%levels) - 1)
    end function contact_steps
 
-   !> Collective: how many particles of the finest level the tools touch at a time, the material being where it is: those whose
-   !> contact point is within half an edge of a tool's surface; and the distance (m) of the closest contact point from it.
+   !> Collective: how many particles of the finest level the tools touch at a time, the material being where
+   !> it is: those whose contact point is within half an edge of a tool's surface; and the distance (m) of the
+   !> closest contact point from it.
    subroutine contact_points(model, time, touches, closest, inside)
       type(model_t), intent(in) :: model
       real(wp), intent(in) :: time !< s
@@ -171,7 +179,8 @@ contains
             if (.not. tool%is_pushed()) tool%travel = tool%travel_between(0.0_wp, time)
             do b = 1, size(level%blocks)
                if (level%blocks(b)%particles%count == 0) cycle
-               call tool%gap_and_normal(0.5_wp*(level%blocks(b)%lowest + level%blocks(b)%highest), gap, normal)
+               call tool%gap_and_normal(0.5_wp*(level%blocks(b)%lowest + level%blocks(b)%highest), gap, &
+                                        normal)
                reach = 0.5_wp*norm2(level%blocks(b)%highest - level%blocks(b)%lowest) + level%grid%cell
                if (gap < -reach) then
                   closest = min(closest, gap)
@@ -196,8 +205,9 @@ contains
       if (present(inside)) inside = real(model%communicator%sum_count(beyond), wp)
    end subroutine contact_points
 
-   !> Collective: the share of the particle-steps to come that blocks spend at rest. Motion goes on by one cell a step, from the box
-   !> around the blocks that move now; where none does, from where the tools will touch.
+   !> Collective: the share of the particle-steps to come that blocks spend at rest. Motion goes on by one
+   !> cell a step, from the box around the blocks that move now; where none does, from where the tools will
+   !> touch.
    subroutine find_rest(prospect, scene, model)
       type(prospect_t), intent(inout) :: prospect
       type(scene_t), intent(in) :: scene
@@ -246,7 +256,8 @@ contains
             associate (block => model%levels(l)%blocks(b))
                if (block%particles%count == 0) cycle
                away = 0.0_wp
-               if (block%rests()) away = start + maxval(max(0.0_wp, block%lowest - high, low - block%highest)) &
+               if (block%rests()) away = start + maxval(max(0.0_wp, block%lowest - high, low &
+                                                            - block%highest)) &
                                          /model%levels(1)%grid%cell
                sums = sums + particle_steps*block%particles%count*[min(away, prospect%steps), prospect%steps]
             end associate

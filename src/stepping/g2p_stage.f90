@@ -1,4 +1,5 @@
-!> The stage of a step that takes the motion of the nodes to the particles of a block: G2P (theory.md, eq. to-particles).
+!> The stage of a step that takes the motion of the nodes to the particles of a block: G2P (theory.md, eq.
+!> to-particles).
 module m_g2p_stage
    use m_kinds, only: wp
    use m_errors, only: error_t
@@ -25,7 +26,8 @@ contains
       integer, intent(in) :: l
       real(wp), intent(in) :: time_step !< s
       associate (at => model%levels(l)%layout)
-         motion = motion_t(time_step, model%method%flip_fraction, merge(at%next_position, at%position, at%next_position > 0))
+         motion = motion_t(time_step, model%method%flip_fraction, &
+                           merge(at%next_position, at%position, at%next_position > 0))
          motion%unseen = model%unseen
          motion%heat = at%unseen_heat
       end associate
@@ -38,8 +40,8 @@ contains
       still = motion_t(0.0_wp, 1.0_wp, model%levels(l)%layout%position)
    end function still
 
-   !> True when the particles of a block are at rest and their nodes leave them so: nothing of the rest of the step would change
-   !> a bit of them.
+   !> True when the particles of a block are at rest and their nodes leave them so: nothing of the rest of the
+   !> step would change a bit of them.
    logical function stays_at_rest(model, l, b) result(stays)
       type(model_t), intent(inout) :: model
       integer, intent(in) :: l, b
@@ -62,8 +64,8 @@ contains
       end associate
    end function any_moves
 
-   !> G2P of one block: velocities, places and velocity gradients of its particles. Affine transfer: the gradient stays with them.
-   !> `motion` with no time step: the velocity gradient only, no motion.
+   !> G2P of one block: velocities, places and velocity gradients of its particles. Affine transfer: the
+   !> gradient stays with them. `motion` with no time step: the velocity gradient only, no motion.
    subroutine g2p_block(model, l, b, motion, time, error)
       type(model_t), intent(inout) :: model
       integer, intent(in) :: l, b
@@ -78,27 +80,33 @@ contains
       moves = motion%time_step > 0.0_wp
       fastest%speed = huge(1.0_wp)
       if (moves) fastest%speed = most_cells_a_step*model%levels(l)%grid%cell/motion%time_step
-      associate (level => model%levels(l), block => model%levels(l)%blocks(b), first => model%levels(l)%layout%gradient)
-         if (moves .and. model%effect_step(l)%is_loaded(b)) call model%effect_step(l)%mark(model%effects, level, b)
-         call g2p(block%cells, level%nodes(:, :, :, :, b), level%layout, frame_of(level, block), motion, block%particles%column, &
+      associate (level => model%levels(l), block => model%levels(l)%blocks(b), &
+                 first => model%levels(l)%layout%gradient)
+         if (moves .and. model%effect_step(l)%is_loaded(b)) call model%effect_step(l)%mark(model%effects, &
+               level, b)
+         call g2p(block%cells, level%nodes(:, :, :, :, b), level%layout, frame_of(level, block), motion, &
+                  block%particles%column, &
                   level%gradient, fastest)
          if (fastest%particle > 0) call report_too_fast(model, l, b, fastest, motion%time_step, error)
-         if (moves .and. model%method%stress_update /= update_usl) call follow_loads(model, l, b, motion, time)
+         if (moves .and. model%method%stress_update /= update_usl) call follow_loads(model, l, b, motion, &
+               time)
          call block%particles%changed()
          n = block%particles%count
          if (first > 0) block%particles%column(:n, first:first + 8) = level%gradient(:n, :)
          if (lags) call add_lags(level%at_edge, level%lag, block%particles%column(:, first:first + 8))
          if (size(model%effect_step(l)%on_cells) == 0) return
-         call give_to_cells(n, block%cells%bin, block%particles%column, level%layout, frame_of(level, block), level%gradient, &
+         call give_to_cells(n, block%cells%bin, block%particles%column, level%layout, &
+                            frame_of(level, block), level%gradient, &
                             level%nodes(:, :, :, :, b))
          kept = level%layout%kept_gradient
          if (kept > 0) block%particles%column(:n, kept:kept + 8) = level%gradient(:n, :)
       end associate
    end subroutine g2p_block
 
-   !> The work of loads by the motion that a block's particles have just made (theory.md, eq. particle-work), with the gradient that
-   !> their domains follow: that of the work array after the stress; where the stress has a solve of its own, which has not met the
-   !> tools, that which is kept of it, and if none is, tools are not followed.
+   !> The work of loads by the motion that a block's particles have just made (theory.md, eq. particle-work),
+   !> with the gradient that their domains follow: that of the work array after the stress; where the stress
+   !> has a solve of its own, which has not met the tools, that which is kept of it, and if none is, tools are
+   !> not followed.
    subroutine follow_loads(model, l, b, motion, time)
       type(model_t), intent(inout) :: model
       integer, intent(in) :: l, b
@@ -114,15 +122,18 @@ contains
    contains
       subroutine follow_with(gradient)
          real(wp), intent(in), contiguous :: gradient(:, :)
-         if (model%effect_step(l)%is_loaded(b)) call model%effect_step(l)%follow(model%effects, model%levels(l), b, gradient, &
-                                                                         motion%position, time, motion%time_step)
+         if (model%effect_step(l)%is_loaded(b)) call model%effect_step(l)%follow(model%effects, &
+               model%levels(l), b, gradient, &
+                                                                         motion%position, time, &
+                                                                               motion%time_step)
          if (model%contact%followed .and. l == size(model%levels)) &
             call model%contact%follow(model%levels(l), b, gradient, motion%position, motion%time_step)
       end subroutine follow_with
    end subroutine follow_loads
 
-   !> At the edge of a level: how far the gradients that particles keep are to be ahead of the motion (theory.md, eq. lag), into
-   !> the work array, while particles are where the step began; which particles, into the level's list of those at edges.
+   !> At the edge of a level: how far the gradients that particles keep are to be ahead of the motion
+   !> (theory.md, eq. lag), into the work array, while particles are where the step began; which particles,
+   !> into the level's list of those at edges.
    subroutine find_lag(model, l, b, time_step, lags)
       type(model_t), intent(inout) :: model
       integer, intent(in) :: l, b
@@ -131,10 +142,12 @@ contains
       real(wp) :: tile(node_values, 0:tile_last, 0:tile_last, 0:tile_last)
       logical :: ahead(0:tile_last, 0:tile_last, 0:tile_last)
       lags = .false.
-      if (.not. model%levels(l)%layout%corrects_lag() .or. model%levels(l)%blocks(b)%particles%count == 0) return
+      if (.not. model%levels(l)%layout%corrects_lag() &
+          .or. model%levels(l)%blocks(b)%particles%count == 0) return
       if (.not. (model%composite(l)%has_edge(b) .or. model%composite(l + 1)%receives(b))) return
       tile = 0.0_wp
-      call model%composite(l)%set_constrained_lag(b, time_step, model%levels(l)%blocks(b)%cells%extent(), tile)
+      call model%composite(l)%set_constrained_lag(b, time_step, model%levels(l)%blocks(b)%cells%extent(), &
+                                                  tile)
       call model%composite(l + 1)%add_parent_lag(b, tile)
       associate (level => model%levels(l), block => model%levels(l)%blocks(b))
          call apply_boundary(level%grid, block%place, tile)

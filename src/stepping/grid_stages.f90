@@ -1,4 +1,5 @@
-!> The stages of a step that end on the nodes of one level: P2G, the sums over nodes that blocks share, the nodal solve (theory.md).
+!> The stages of a step that end on the nodes of one level: P2G, the sums over nodes that blocks share, the
+!> nodal solve (theory.md).
 module m_grid_stages
    use m_kinds, only: wp
    use m_timers
@@ -18,8 +19,8 @@ module m_grid_stages
 
 contains
 
-   !> P2G of all blocks of a level, those with remote neighbours first: then the halo is on its way while the others follow. Where
-   !> there is a finer level, what that restricts to this one is added.
+   !> P2G of all blocks of a level, those with remote neighbours first: then the halo is on its way while the
+   !> others follow. Where there is a finer level, what that restricts to this one is added.
    subroutine particles_to_grid(model, l, time)
       type(model_t), intent(inout) :: model
       integer, intent(in) :: l
@@ -45,7 +46,8 @@ contains
       end associate
    end subroutine particles_to_grid
 
-   !> What a block's particles and the effects on it give to its nodes at the beginning of a step. Sums will take its place.
+   !> What a block's particles and the effects on it give to its nodes at the beginning of a step. Sums will
+   !> take its place.
    subroutine begin_tile(model, l, b, time)
       type(model_t), intent(inout) :: model
       integer, intent(in) :: l, b
@@ -60,14 +62,16 @@ contains
       end associate
    end subroutine begin_tile
 
-   !> P2G of one block: all particles that have not given to its tile yet, in the order in which they are stored.
+   !> P2G of one block: all particles that have not given to its tile yet, in the order in which they are
+   !> stored.
    subroutine p2g_block(model, l, b)
       type(model_t), intent(inout) :: model
       integer, intent(in) :: l, b
       logical :: whole
       call model%timers%enter(phase_p2g)
       whole = needs_whole_tile(model, l, b)
-      associate (level => model%levels(l), block => model%levels(l)%blocks(b), n => model%levels(l)%blocks(b)%particles%count)
+      associate (level => model%levels(l), block => model%levels(l)%blocks(b), &
+                 n => model%levels(l)%blocks(b)%particles%count)
          if (block%in_tile() == 0) then
             block%deposited = 0
             call level%update_extents(b, whole)
@@ -75,24 +79,27 @@ contains
             call level%widen_extent(b, whole)
          end if
          call block%cells%go_through(block%deposited + 1, n)
-         call p2g(block%cells, block%particles%column, level%layout, frame_of(level, block), level%nodes(:, :, :, :, b))
+         call p2g(block%cells, block%particles%column, level%layout, frame_of(level, block), &
+                  level%nodes(:, :, :, :, b))
          call block%cells%go_through(1, n)
          block%deposited = n
          block%deposit_of = block%particles%generation
       end associate
    end subroutine p2g_block
 
-   !> True when the nodes of a block matter where its particles do not reach: effects and other levels give to them or ask of them,
-   !> and a side of the grid sets them where anybody wants to know of them.
+   !> True when the nodes of a block matter where its particles do not reach: effects and other levels give to
+   !> them or ask of them, and a side of the grid sets them where anybody wants to know of them.
    pure logical function needs_whole_tile(model, l, b) result(whole)
       type(model_t), intent(in) :: model
       integer, intent(in) :: l, b
       whole = model%effect_step(l)%acts_on_nodes
-      if (.not. whole .and. .not. is_idle(model, l, b)) whole = has_boundary(model%levels(l)%grid, model%levels(l)%blocks(b)%place)
+      if (.not. whole .and. .not. is_idle(model, l, b)) whole = has_boundary(model%levels(l)%grid, &
+            model%levels(l)%blocks(b)%place)
       whole = whole .or. model%composite(l + 1)%receives(b) .or. model%composite(l)%has_edge(b)
    end function needs_whole_tile
 
-   !> True when nobody wants to know of the nodes of a block: it has no particles, is no parent, and restricts nothing.
+   !> True when nobody wants to know of the nodes of a block: it has no particles, is no parent, and restricts
+   !> nothing.
    pure logical function is_idle(model, l, b)
       type(model_t), intent(in) :: model
       integer, intent(in) :: l, b
@@ -100,8 +107,9 @@ contains
       if (is_idle) is_idle = .not. (model%composite(l + 1)%is_parent(b) .or. model%composite(l)%has_edge(b))
    end function is_idle
 
-   !> Sums over blocks and ranks of the nodes of one part of a level's blocks: 1, those without remote neighbours; 2, the others,
-   !> for which messages are waited for. Nobody asks for the tiles of a part any more when it has its sums.
+   !> Sums over blocks and ranks of the nodes of one part of a level's blocks: 1, those without remote
+   !> neighbours; 2, the others, for which messages are waited for. Nobody asks for the tiles of a part any
+   !> more when it has its sums.
    subroutine sum_shared_nodes(model, l, part)
       type(model_t), intent(inout) :: model
       integer, intent(in) :: l, part
@@ -109,7 +117,8 @@ contains
       call model%timers%enter(phase_exchange)
       associate (level => model%levels(l), last => model%levels(l)%part_end)
          if (part == 2) call model%exchange(l)%wait(level%nodes)
-         call sum_tiles(level%blocks, level%interior_first(last(part - 1) + 1:last(part)), level%nodes, level%extent)
+         call sum_tiles(level%blocks, level%interior_first(last(part - 1) + 1:last(part)), level%nodes, &
+                        level%extent)
       end associate
    end subroutine sum_shared_nodes
 
@@ -124,8 +133,8 @@ contains
       call clear_covered(model%levels(l), model%levels(l + 1))
    end subroutine end_sums
 
-   !> Nodal solve of one block: velocities at the end of the step and accelerations, inside the boundary conditions. Constrained
-   !> nodes follow those of the coarser level.
+   !> Nodal solve of one block: velocities at the end of the step and accelerations, inside the boundary
+   !> conditions. Constrained nodes follow those of the coarser level.
    subroutine solve_block(model, l, b, clock)
       type(model_t), intent(inout) :: model
       integer, intent(in) :: l, b
@@ -134,12 +143,15 @@ contains
       call model%timers%enter(phase_nodes)
       call solve_nodes(model%levels(l)%nodes(:, :, :, :, b), clock%step, model%levels(l)%extent(:, :, b))
       call model%composite(l)%set_constrained(b, clock%remaining, model%levels(l)%nodes(:, :, :, :, b))
-      if (size(model%effect_step(l)%on_nodes) > 0 .and. clock%step > 0.0_wp) call change_nodes(model, l, b, clock)
-      call apply_boundary(model%levels(l)%grid, model%levels(l)%blocks(b)%place, model%levels(l)%nodes(:, :, :, :, b))
+      if (size(model%effect_step(l)%on_nodes) > 0 .and. clock%step > 0.0_wp) call change_nodes(model, l, b, &
+            clock)
+      call apply_boundary(model%levels(l)%grid, model%levels(l)%blocks(b)%place, &
+                          model%levels(l)%nodes(:, :, :, :, b))
    end subroutine solve_block
 
-   !> Effects on the solved nodes of a block. What they add to the acceleration is kept where a finer level's two steps will ask for
-   !> it; also of nodes that have no mass yet, for the finer level's particles may reach them in the second.
+   !> Effects on the solved nodes of a block. What they add to the acceleration is kept where a finer level's
+   !> two steps will ask for it; also of nodes that have no mass yet, for the finer level's particles may
+   !> reach them in the second.
    subroutine change_nodes(model, l, b, clock)
       type(model_t), intent(inout) :: model
       integer, intent(in) :: l, b
@@ -164,7 +176,8 @@ contains
       end associate
    end subroutine change_nodes
 
-   !> Where effects want means over the cells, which blocks share: the sums over blocks and ranks, in place of the nodes.
+   !> Where effects want means over the cells, which blocks share: the sums over blocks and ranks, in place of
+   !> the nodes.
    subroutine sum_cells(model, l)
       type(model_t), intent(inout) :: model
       integer, intent(in) :: l
@@ -172,7 +185,8 @@ contains
       call model%timers%enter(phase_exchange)
       associate (level => model%levels(l))
          do b = 1, size(level%blocks) ! parents without particles hold what was restricted to their nodes
-            if (level%blocks(b)%particles%count == 0) call clear(level%nodes(:, :, :, :, b), level%extent(:, :, b))
+            if (level%blocks(b)%particles%count == 0) call clear(level%nodes(:, :, :, :, b), &
+                  level%extent(:, :, b))
          end do
          call model%exchange(l)%start(level%nodes)
          call model%exchange(l)%wait(level%nodes)

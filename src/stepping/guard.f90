@@ -1,9 +1,10 @@
-!> Guards a run: looks whether the state after a step can be trusted, keeps a copy of the last one that could, and where a step has
-!> met a fault goes back to it and takes smaller steps (doc/developer/theory.md, Guard).
+!> Guards a run: looks whether the state after a step can be trusted, keeps a copy of the last one that could,
+!> and where a step has met a fault goes back to it and takes smaller steps (doc/developer/theory.md, Guard).
 !>
-!> What every step and level looks at by itself (particle_step, contact): positions and stresses that are numbers, volumes above 0,
-!> ways of at most half a cell, contact problems that are solved. Here: the time step after each step, and every so many steps,
-!> and before anything is written, all fields of all particles and the balance of energy.
+!> What every step and level looks at by itself (particle_step, contact): positions and stresses that are
+!> numbers, volumes above 0, ways of at most half a cell, contact problems that are solved. Here: the time
+!> step after each step, and every so many steps, and before anything is written, all fields of all particles
+!> and the balance of energy.
 module m_guard
    use m_kinds, only: wp, i8
    use m_constants, only: exit_numerical
@@ -20,7 +21,8 @@ module m_guard
    private
    public :: guard_t
 
-   integer, parameter, public :: guard_facts = 6 !< what a run that goes on from a checkpoint must know of the guard
+   integer, parameter, public :: guard_facts = 6 !< what a run that goes on from a checkpoint must know of the
+                                                 !< guard
 
    type :: guard_t
       private
@@ -61,8 +63,8 @@ module m_guard
 
    real(wp), parameter :: clean_share = 0.1_wp !< of the limit of energy
    real(wp), parameter :: largest_part = 0.5_wp !< of the free memory that the copies may take
-   real(wp), parameter :: quiet_share = 1.0e-10_wp !< of mass times squared wave speed: while loads only begin, work lags by half a
-                                                   !< step
+   real(wp), parameter :: quiet_share = 1.0e-10_wp !< of mass times squared wave speed: while loads only
+                                                   !< begin, work lags by half a step
    real(wp), parameter :: unsettled = 100.0_wp !< times that: below, works are not compared
    integer, parameter :: settling = 20         !< steps that works may be apart while a load or a touch begins
    integer, parameter :: most_doublings = 10   !< of the way that smaller steps are taken past a fault
@@ -83,7 +85,8 @@ contains
       self%looked = model%step
       self%free = free_memory(model%communicator)
       self%saves = fits(self, model)
-      if (self%saves) self%saves = model%communicator%sum_real(real(copy_bytes(model), wp)) <= largest_part*self%free
+      if (self%saves) self%saves = model%communicator%sum_real(real(copy_bytes(model), &
+            wp)) <= largest_part*self%free
       sums = measure(model)
       self%quiet = quiet_share*sums%mass*model%bounds%wave_speed**2
    end subroutine start
@@ -107,7 +110,8 @@ contains
    pure integer(i8) function copy_bytes(model)
       type(model_t), intent(in) :: model
       associate (particles => model%particle_count())
-         copy_bytes = (particles + particles/16)*(bytes_per_column*model%levels(1)%table%columns + bytes_besides)
+         copy_bytes = (particles + particles/16)*(bytes_per_column*model%levels(1)%table%columns &
+                                                  + bytes_besides)
       end associate
    end function copy_bytes
 
@@ -115,7 +119,8 @@ contains
    pure function facts(self) result(values)
       class(guard_t), intent(in) :: self
       real(wp) :: values(guard_facts)
-      values = [real(self%attempt, wp), self%until, real(self%retries, wp), self%last_retry, self%first_step, &
+      values = [real(self%attempt, wp), self%until, real(self%retries, wp), self%last_retry, &
+               self%first_step, &
                 real(self%apart_since, wp)]
    end function facts
 
@@ -147,9 +152,11 @@ contains
          end if
          text = text//'; a fault ends the run'
       else if (self%spec%retries == 0) then
-         text = 'a copy every '//to_text(self%spec%save_every)//' steps, '//si(bytes, 'B')//' a rank; a fault ends the run'
+         text = 'a copy every '//to_text(self%spec%save_every)//' steps, '//si(bytes, 'B')// &
+                ' a rank; a fault ends the run'
       else
-         text = 'a copy every '//to_text(self%spec%save_every)//' steps, '//si(bytes, 'B')//' a rank; up to '// &
+         text = 'a copy every '//to_text(self%spec%save_every)//' steps, '//si(bytes, 'B')// &
+                ' a rank; up to '// &
                 count_text(self%spec%retries)//' of a fault'
       end if
    end function sentence
@@ -160,8 +167,8 @@ contains
       share = 0.5_wp**self%attempt
    end function share
 
-   !> Collective: after each step. Past a trouble the given steps are taken again; a time step that has become very small is a
-   !> fault.
+   !> Collective: after each step. Past a trouble the given steps are taken again; a time step that has become
+   !> very small is a fault.
    subroutine look_at_step(self, model, time_step, error)
       class(guard_t), intent(inout) :: self
       type(model_t), intent(in) :: model
@@ -172,9 +179,12 @@ contains
          self%looked = model%step - self%spec%save_every ! look now, and keep what has been won
       end if
       if (time_step >= self%spec%step_limit*self%first_step) return
-      call fail(error, exit_numerical, fastest_text(model)//': that makes the time step '//to_text(time_step, 3)// &
-                ' s, less than '//to_text(self%spec%step_limit)//' of the first one, '//to_text(self%first_step, 3)// &
-                ' s; try a smaller safety, or a smaller &guard step_limit if this is meant', recoverable=.true.)
+      call fail(error, exit_numerical, fastest_text(model)//': that makes the time step '// &
+                to_text(time_step, 3)// &
+                ' s, less than '//to_text(self%spec%step_limit)//' of the first one, '// &
+                   to_text(self%first_step, 3)// &
+                ' s; try a smaller safety, or a smaller &guard step_limit if this is meant', &
+                   recoverable=.true.)
    end subroutine look_at_step
 
    !> True when all fields are to be looked at after this step.
@@ -216,17 +226,18 @@ contains
       if (self%spec%energy_limit > 0.0_wp .and. .not. balance%excess() <= self%spec%energy_limit*largest) then
          call fail(error, exit_numerical, fastest_text(model)//': '//to_text(balance%excess(), 3)// &
                    ' J of energy came from nowhere, more than '//to_text(self%spec%energy_limit)// &
-                   ' of the largest energy or work, '//to_text(balance%largest, 3)//' J; try a smaller safety', recoverable=.true.)
+                   ' of the largest energy or work, '//to_text(balance%largest, 3)// &
+                      ' J; try a smaller safety', recoverable=.true.)
       end if
    end subroutine look_at_energy
 
-   !> Collective: the work that loads are said to do must be what they do on the particles, but for the first steps of a load or a
-   !> touch. Smaller steps would not change it.
+   !> Collective: the work that loads are said to do must be what they do on the particles, but for the first
+   !> steps of a load or a touch. Smaller steps would not change it.
    subroutine look_at_work(self, model, balance, ends, error)
       class(guard_t), intent(inout) :: self
       type(model_t), intent(in) :: model
       type(balance_t), intent(in) :: balance !< the same on all ranks, but for last bits
-      logical, intent(in) :: ends            !< the scene does with this step: it is looked at for the last time
+      logical, intent(in) :: ends !< the scene does with this step: it is looked at for the last time
       type(error_t), intent(inout) :: error
       associate (apart => max(abs(balance%effects_apart), abs(balance%tools_apart)))
          if (self%spec%work_limit <= 0.0_wp .or. &
@@ -234,10 +245,14 @@ contains
             self%apart_since = -1
          else
             if (self%apart_since < 0) self%apart_since = model%step
-            if (model%step - self%apart_since < settling .and. .not. (ends .and. model%step >= settling)) return
-            call fail(error, exit_numerical, 'time '//si(model%time, 's')//': '//work_text(balance)//': '//to_text(apart, 3)// &
-                      ' J apart, more than '//to_text(self%spec%work_limit)//' of the largest energy or work, '// &
-                      to_text(balance%largest, 3)//' J; try domain=''corners'', 8 or 27 particles per cell, or smaller cells')
+            if (model%step - self%apart_since < settling .and. .not. (ends &
+                  .and. model%step >= settling)) return
+            call fail(error, exit_numerical, 'time '//si(model%time, 's')//': '//work_text(balance)//': '// &
+                      to_text(apart, 3)// &
+                      ' J apart, more than '//to_text(self%spec%work_limit)// &
+                         ' of the largest energy or work, '// &
+                      to_text(balance%largest, 3)// &
+                         ' J; try domain=''corners'', 8 or 27 particles per cell, or smaller cells')
          end if
       end associate
    end subroutine look_at_work
@@ -253,9 +268,9 @@ contains
       end if
    end function work_text
 
-   !> Collective: keep a copy of a state that has passed the look, unless the run is still in the trouble that it went back for or
-   !> some energy looks as if trouble had begun; not for long, though. `written`: this state has gone to the disk and must not go
-   !> there again, so that the copy has to be made.
+   !> Collective: keep a copy of a state that has passed the look, unless the run is still in the trouble that
+   !> it went back for or some energy looks as if trouble had begun; not for long, though. `written`: this
+   !> state has gone to the disk and must not go there again, so that the copy has to be made.
    subroutine save(self, model, balance, written)
       class(guard_t), intent(inout) :: self
       type(model_t), intent(inout) :: model
@@ -283,9 +298,9 @@ contains
       can_go_back = error%recoverable .and. self%saved%holds .and. self%attempt < self%spec%retries
    end function can_go_back
 
-   !> Collective: back to the copy, and from there steps half as long as before, past the fault and as far again, with each further
-   !> retry of a run twice as far: what is unstable at the given step is so again. Takes the error away; `report` says what
-   !> happened.
+   !> Collective: back to the copy, and from there steps half as long as before, past the fault and as far
+   !> again, with each further retry of a run twice as far: what is unstable at the given step is so again.
+   !> Takes the error away; `report` says what happened.
    subroutine go_back(self, model, balance, error, report)
       class(guard_t), intent(inout) :: self
       type(model_t), intent(inout) :: model
@@ -298,7 +313,8 @@ contains
       self%attempt = self%attempt + 1
       fault = model%time
       self%last_retry = fault
-      report = 'retry '//to_text(self%retries)//': '//error%message//'; goes back to step '//to_text(self%saved%step)//', time '// &
+      report = 'retry '//to_text(self%retries)//': '//error%message//'; goes back to step '// &
+               to_text(self%saved%step)//', time '// &
                si(self%saved%time, 's')//', and on with 1/'//to_text(2**self%attempt)//' of the time step'
       call self%saved%give_back(model, balance)
       self%until = max(self%until, fault + 2.0_wp**min(self%retries - 1, most_doublings) &
@@ -318,7 +334,8 @@ contains
       logical, intent(out) :: stands !< the model is one that can be written
       stands = self%saved%holds
       if (.not. stands) return
-      if (self%attempt > 0) error%message = error%message//'; '//count_text(self%attempt)//' with steps down to 1/'// &
+      if (self%attempt > 0) error%message = error%message//'; '//count_text(self%attempt)// &
+                                            ' with steps down to 1/'// &
                                             to_text(2**self%attempt)//' did not get past it'
       call self%saved%give_back(model, balance)
       self%gave_up = .true.
@@ -336,9 +353,11 @@ contains
       class(guard_t), intent(in) :: self
       character(len=:), allocatable :: text
       text = 'guard: no retries'
-      if (self%retries > 0) text = 'guard: '//count_text(self%retries)//', the last at time '//si(self%last_retry, 's')// &
+      if (self%retries > 0) text = 'guard: '//count_text(self%retries)//', the last at time '// &
+                                   si(self%last_retry, 's')// &
                                    ' (run.log has them all)'
-      if (self%gave_up) text = text//'; figures of this summary are of the last good state, step '//to_text(self%saved%step)// &
+      if (self%gave_up) text = text//'; figures of this summary are of the last good state, step '// &
+                               to_text(self%saved%step)// &
                                ', time '//si(self%saved%time, 's')
    end function summary
 

@@ -1,4 +1,5 @@
-!> How far a state may be from the truth: the recovered-stress estimate of the discretisation error (theory.md, eq. recovered).
+!> How far a state may be from the truth: the recovered-stress estimate of the discretisation error
+!> (theory.md, eq. recovered).
 module m_indicators
    use mpi_f08
    use m_kinds, only: wp, i8
@@ -12,14 +13,17 @@ module m_indicators
    private
    public :: stress_error_t, estimate_stress_error
 
-   real(wp), parameter :: edge_width = 2.0_wp !< cells from an edge between levels within which particles are left out
+   real(wp), parameter :: edge_width = 2.0_wp !< cells from an edge between levels within which particles are
+                                              !< left out
 
    !> The estimate, over all ranks.
    type :: stress_error_t
-      real(wp) :: energy = 0.0_wp     !< half the sum of V sigma : C^-1 : sigma of the particles it is about, J
+      real(wp) :: energy = 0.0_wp !< half the sum of V sigma : C^-1 : sigma of the particles it is about, J
       real(wp) :: squares = 0.0_wp    !< the same of what the recovered stress differs by, J
-      real(wp) :: left_out = 0.0_wp   !< energy of particles next to edges between levels, J: in neither of the two
-      real(wp) :: largest = 0.0_wp    !< largest difference: of the stress as the energy weighs it, as a pull along one axis, Pa
+      real(wp) :: left_out = 0.0_wp !< energy of particles next to edges between levels, J: in neither of the
+                                    !< two
+      real(wp) :: largest = 0.0_wp !< largest difference: of the stress as the energy weighs it, as a pull
+                                   !< along one axis, Pa
       real(wp) :: stress = 0.0_wp     !< largest stress, weighed in the same way, Pa
       real(wp) :: place(3) = 0.0_wp   !< of the particle with the largest difference, m
       integer(i8) :: id = 0           !< of that particle
@@ -37,8 +41,8 @@ contains
       if (self%energy > 0.0_wp) share = sqrt(self%squares/self%energy)
    end function share
 
-   !> Collective: the estimate for the model as it stands, at the end of a step. Overwrites the node tiles, which the next step
-   !> sets anew.
+   !> Collective: the estimate for the model as it stands, at the end of a step. Overwrites the node tiles,
+   !> which the next step sets anew.
    subroutine estimate_stress_error(model, error)
       type(model_t), intent(inout) :: model
       type(stress_error_t), intent(out) :: error
@@ -98,7 +102,8 @@ contains
       real(wp) :: recovered(6, model%levels(l)%blocks(b)%particles%count), own(6), difference, energy
       integer :: p
       associate (level => model%levels(l), block => model%levels(l)%blocks(b), at => model%levels(l)%layout)
-         call take_stress(block%cells, block%particles%column, at, frame_of(level, block), level%nodes(:, :, :, :, b), recovered)
+         call take_stress(block%cells, block%particles%column, at, frame_of(level, block), &
+                          level%nodes(:, :, :, :, b), recovered)
          do p = 1, block%particles%count
             associate (law => model%materials%slots(model%materials%of_body(block%particles%body(p)))%law, &
                        volume => block%particles%column(p, at%volume), column => block%particles%column)
@@ -138,7 +143,8 @@ contains
       width = edge_width*model%levels(l)%grid%cell
       near = .false.
       if (l > 1) near = .not. model%levels(l)%region%holds_box(place, place, width)
-      if (l < size(model%levels)) near = near .or. model%levels(l + 1)%region%overlaps(place - width, place + width)
+      if (l < size(model%levels)) near = near .or. model%levels(l + 1)%region%overlaps(place - width, place &
+            + width)
    end function next_to_edge
 
 end module m_indicators

@@ -12,9 +12,9 @@ module m_integrator
    end type integrator_t
 
    abstract interface
-      !> Collective: advance the model by one step of its coarsest level. Stages that kinds share: P2G and shared sums give the
-      !> internal force of a state (grid_stages.f90), by_blocks moves it on (schedule.f90), saved_state_t keeps it and takes it
-      !> back.
+      !> Collective: advance the model by one step of its coarsest level. Stages that kinds share: P2G and
+      !> shared sums give the internal force of a state (grid_stages.f90), by_blocks moves it on
+      !> (schedule.f90), saved_state_t keeps it and takes it back.
       subroutine step(model, time_step, error)
          import :: model_t, wp, error_t
          type(model_t), intent(inout) :: model

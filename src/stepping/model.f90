@@ -1,4 +1,5 @@
-!> The discretised scene: level, materials, tools, and what the ranks exchange. Everything that a step changes.
+!> The discretised scene: level, materials, tools, and what the ranks exchange. Everything that a step
+!> changes.
 module m_model
    use mpi_f08
    use m_kinds, only: wp, i8
@@ -10,7 +11,8 @@ module m_model
    use m_field_table, only: bytes_per_column
    use m_communicator, only: communicator_t
    use m_timers, only: timers_t, phase_balance
-   use m_scene, only: scene_t, time_spec_t, level_spec_t, update_usl, update_musl, domain_fixed, domain_stretch, &
+   use m_scene, only: scene_t, time_spec_t, level_spec_t, update_usl, update_musl, domain_fixed, &
+                      domain_stretch, &
                       domain_corners
    use m_grid_level, only: make_grid_level
    use m_level, only: level_t
@@ -51,11 +53,12 @@ module m_model
       type(contact_t) :: contact
       type(node_exchange_t), allocatable :: exchange(:) !< one a level
       type(migration_t), allocatable :: migration(:)    !< one a level
-      type(composite_t), allocatable :: composite(:)    !< each level with the one above; the first and one more are empty
+      type(composite_t), allocatable :: composite(:) !< each level with the one above; the first and one more
+                                                     !< are empty
       type(timers_t) :: timers
       integer :: levels_row = 0                       !< of the timers, where there are several levels
       type(bounds_t) :: bounds
-      real(wp) :: unseen = 1.0_wp                     !< what the step leaves of the velocity that nodes do not see
+      real(wp) :: unseen = 1.0_wp !< what the step leaves of the velocity that nodes do not see
       type(level_spec_t), allocatable :: level_specs(:) !< what the scene says of levels 2 and on
       type(region_t), allocatable :: first_regions(:)   !< of all levels, at the start
       integer(i8) :: moves = 0                        !< times that boxes of levels have moved
@@ -63,17 +66,18 @@ module m_model
       real(wp) :: last_step = 0.0_wp                  !< of the coarsest level, s
       integer(i8) :: step = 0
       integer :: requested_action = 0 !< what this rank asks of the run; after a step the largest of all ranks
-      logical :: wants_sums = .false.                 !< histories will ask for the sums over all particles after the next step
+      logical :: wants_sums = .false. !< histories will ask for the sums over all particles after the next
+                                      !< step
       integer(i8) :: particle_steps = 0               !< particle updates on this rank so far
       integer(i8) :: merges = 0                       !< particles that this rank has made of eight others
-      real(wp), allocatable :: lost_in_merging(:)     !< energy, by block of all levels, since the last fold, J
+      real(wp), allocatable :: lost_in_merging(:) !< energy, by block of all levels, since the last fold, J
       real(wp) :: lost = 0.0_wp                       !< energy lost in merging up to the last fold, J
       integer(i8), allocatable :: level_steps(:)      !< of these, those on each level
       integer(i8) :: splits = 0                       !< particles that this rank has made by splitting others
       integer(i8) :: particle_steps_at_rest = 0       !< of these, how many had nothing to do
-      logical :: works_ahead = .true.                 !< to nodes of the next step while blocks are in the cache: the same bits,
-                                                      !< less time
-      logical :: skip_at_rest = .true.                !< leave out blocks that are at rest: the same bits, less time
+      logical :: works_ahead = .true. !< to nodes of the next step while blocks are in the cache: the same
+                                      !< bits, less time
+      logical :: skip_at_rest = .true. !< leave out blocks that are at rest: the same bits, less time
    contains
       procedure :: build
       procedure :: connect
@@ -95,12 +99,14 @@ module m_model
       procedure, private :: place_anew
    end type model_t
 
-   real(wp), parameter :: largest_move = 0.45_wp !< way of a particle in a step of the coarsest level, in its cells: above safety
+   real(wp), parameter :: largest_move = 0.45_wp !< way of a particle in a step of the coarsest level, in its
+                                                 !< cells: above safety
 
 contains
 
-   !> Collective: make the model of a checked scene. Effects that the caller has set are kept, and those of the scene then left out.
-   !> `empty`: without blocks and particles (restore.f90 gives it those of a checkpoint).
+   !> Collective: make the model of a checked scene. Effects that the caller has set are kept, and those of
+   !> the scene then left out. `empty`: without blocks and particles (restore.f90 gives it those of a
+   !> checkpoint).
    subroutine build(self, communicator, scene, error, empty)
       class(model_t), intent(inout) :: self
       type(communicator_t), intent(in) :: communicator
@@ -113,9 +119,11 @@ contains
       self%materials = make_materials(scene)
       associate (materials => self%materials)
          self%stuff = [(stuff_t(materials%slots(materials%of_body(e))%law%density, &
-                                materials%slots(materials%of_body(e))%law%p_wave_modulus()), e=1, size(materials%of_body))]
+                                materials%slots(materials%of_body(e))%law%p_wave_modulus()), e=1, &
+                                   size(materials%of_body))]
       end associate
-      if ((self%method%domain /= domain_fixed .or. has_levels(scene)) .and. first_id(size(scene%bodies) + 1) > 2_i8**id_bits) then
+      if ((self%method%domain /= domain_fixed .or. has_levels(scene)) &
+          .and. first_id(size(scene%bodies) + 1) > 2_i8**id_bits) then
          call fail(error, exit_input, "with levels, or domains other than 'fixed', a scene has at most "// &
                    to_text(2_i8**id_bits/first_id(2))//' bodies')
          return
@@ -132,7 +140,8 @@ contains
       end do
       call self%contact%build(scene%tools, scene%contact)
       self%contact%strains_apart = self%method%stress_update /= update_usl
-      self%contact%followed = self%contact%active() .and. (self%method%affine .or. self%method%stress_update == update_usl)
+      self%contact%followed = self%contact%active() .and. (self%method%affine &
+                                                           .or. self%method%stress_update == update_usl)
       allocate (self%lost_in_merging(blocks_before(self%levels, size(self%levels) + 1)), source=0.0_wp)
       call declare_fields(self)
       do l = 1, size(self%levels)
@@ -151,7 +160,8 @@ contains
       type(error_t), intent(inout) :: error
       integer, allocatable :: counts(:), owner(:)
       integer :: e, finest, l
-      call require_memory(self, scene%place('cell_size'), sum(expected_count(scene%bodies, self%levels(1)%grid)), 0.0_wp, error)
+      call require_memory(self, scene%place('cell_size'), sum(expected_count(scene%bodies, &
+            self%levels(1)%grid)), 0.0_wp, error)
       if (error%happened()) return
       call count_particles(self, scene, counts, error)
       if (error%happened()) return
@@ -160,7 +170,8 @@ contains
                           real(count(counts >= 0) + count(counts(:finest - 1) >= 0), wp), error)
       if (error%happened()) return
       allocate (owner(size(counts)))
-      call choose_owners(self%communicator, self%levels, work_of(self%levels, counts, self%steps_of_levels()), owner, error)
+      call choose_owners(self%communicator, self%levels, work_of(self%levels, counts, &
+            self%steps_of_levels()), owner, error)
       if (error%happened()) return
       call set_owners(self%levels, owner)
       call self%connect()
@@ -189,12 +200,14 @@ contains
                                scene%materials(scene%bodies(body)%material)%density, first_id(body))
                associate (law => self%materials%slots(self%materials%of_body(body))%law)
                   if (block%particles%count > filled) &
-                     call law%initial(block%particles%column, self%levels(l)%layout, filled + 1, block%particles%count)
+                     call law%initial(block%particles%column, self%levels(l)%layout, filled + 1, &
+                                      block%particles%count)
                end associate
             end do
             call set_bins(self%levels(l), block)
             do e = 1, size(self%effects)
-               call self%effects(e)%effect%initialise(block%particles, self%levels(l)%table, self%levels(l)%layout, &
+               call self%effects(e)%effect%initialise(block%particles, self%levels(l)%table, &
+                                                      self%levels(l)%layout, &
                                                       self%levels(l)%grid)
             end do
          end associate
@@ -226,7 +239,8 @@ contains
       n = 1
       if (has_levels(scene)) n = 1 + size(scene%levels)
       if (n > 1) self%level_specs = scene%levels
-      allocate (self%levels(n), self%effect_step(n), self%exchange(n), self%migration(n), self%composite(n + 1))
+      allocate (self%levels(n), self%effect_step(n), self%exchange(n), self%migration(n), &
+                self%composite(n + 1))
       allocate (self%level_steps(n), source=0_i8)
       do l = 1, n
          self%levels(l)%number = l
@@ -234,7 +248,8 @@ contains
          self%levels(l)%region = make_region(self%levels(l)%grid, [0, 0, 0], self%levels(l)%grid%cells)
          if (l == 1) cycle
          associate (grid => self%levels(l)%grid, spec => scene%levels(l - 1))
-            self%levels(l)%region = make_region(grid, 2*nint(0.5_wp*(spec%lower - grid%lower)*grid%per_cell), &
+            self%levels(l)%region = make_region(grid, 2*nint(0.5_wp*(spec%lower &
+                  - grid%lower)*grid%per_cell), &
                                                 2*nint(0.5_wp*(spec%upper - grid%lower)*grid%per_cell))
          end associate
       end do
@@ -277,7 +292,8 @@ contains
             call table%declare('edge_stress', 6, 'Pa', written=.false.)
          call table%declare('stress', 6, 'Pa', written=.true.)
          if (self%method%affine) call table%declare('velocity_gradient', 9, '1/s', written=.false.)
-         if (self%method%stress_update == update_musl) call table%declare('next_position', 3, 'm', written=.false.)
+         if (self%method%stress_update == update_musl) call table%declare('next_position', 3, 'm', &
+               written=.false.)
          if (self%contact%active()) call self%contact%declare(table)
          do m = 1, size(self%materials%slots)
             call self%materials%slots(m)%law%declare(table, self%contact%active())
@@ -294,8 +310,8 @@ contains
       end associate
    end subroutine declare_fields
 
-   !> True when particles' velocities come nearer to the grid's: there are no labels at edges of levels then (theory.md, eq.
-   !> half-steps-pic).
+   !> True when particles' velocities come nearer to the grid's: there are no labels at edges of levels then
+   !> (theory.md, eq. half-steps-pic).
    pure logical function mixes(self)
       class(model_t), intent(in) :: self
       integer :: e
@@ -305,8 +321,8 @@ contains
       end do
    end function mixes
 
-   !> What a step leaves of the velocity that nodes do not see (theory.md, eq. unseen): as much on all levels, since what they give
-   !> to each other needs one share.
+   !> What a step leaves of the velocity that nodes do not see (theory.md, eq. unseen): as much on all levels,
+   !> since what they give to each other needs one share.
    pure real(wp) function share_of_unseen(self, time_step) result(share)
       class(model_t), intent(in) :: self
       real(wp), intent(in) :: time_step !< of the coarsest level, s
@@ -331,12 +347,14 @@ contains
       real(wp) :: needed, free
       free = free_memory(self%communicator)
       needed = particles*(bytes_per_column*self%levels(1)%table%columns + bytes_beside) + tiles*tile_bytes
-      if (needed > free) call fail(error, exit_input, place//': the scene makes about '//to_text(particles, 3)// &
+      if (needed > free) call fail(error, exit_input, place//': the scene makes about '// &
+                                   to_text(particles, 3)// &
          ' particles, which need '//si(needed, 'B')//' of memory; '//si(free, 'B')// &
          ' are free: take larger cells, fewer particles_per_cell or more machines')
    end subroutine require_memory
 
-   !> Collective: particles of each block of each level by index, -1 where there are none; each rank counts a share of the blocks.
+   !> Collective: particles of each block of each level by index, -1 where there are none; each rank counts a
+   !> share of the blocks.
    subroutine count_particles(self, scene, counts, error)
       class(model_t), intent(in) :: self
       type(scene_t), intent(in) :: scene
@@ -350,7 +368,8 @@ contains
          before = blocks_before(self%levels, l)
          do index = 1 + self%communicator%rank, product(self%levels(l)%grid%blocks), self%communicator%ranks
             do body = 1, size(scene%bodies)
-               found = count_in_block(self%levels, l, self%levels(l)%grid%block_place(index), scene%bodies(body))
+               found = count_in_block(self%levels, l, self%levels(l)%grid%block_place(index), &
+                                      scene%bodies(body))
                counts(before + index) = counts(before + index) + found
                of_body(body) = of_body(body) + found
             end do
@@ -366,8 +385,8 @@ contains
       end do
    end subroutine count_particles
 
-   !> Where blocks (values of at least 0) hold constrained nodes their parents are needed too: those that are missing get 0, no
-   !> particles or rank 0.
+   !> Where blocks (values of at least 0) hold constrained nodes their parents are needed too: those that are
+   !> missing get 0, no particles or rank 0.
    subroutine add_parents(levels, values)
       type(level_t), intent(in) :: levels(:)
       integer, intent(inout) :: values(:) !< one a block of each level, as from count_particles or all_owners
@@ -405,13 +424,14 @@ contains
       call self%make_wanted(wanted)
    end subroutine create_blocks
 
-   !> Collective: with several levels, make the blocks that particles may enter before the end of the next step, on their own level,
-   !> in the finer one's region or out of their own, and the parents of those with constrained nodes. Blocks are only made here:
-   !> within a step of the coarsest level all stay where they are.
+   !> Collective: with several levels, make the blocks that particles may enter before the end of the next
+   !> step, on their own level, in the finer one's region or out of their own, and the parents of those with
+   !> constrained nodes. Blocks are only made here: within a step of the coarsest level all stay where they
+   !> are.
    subroutine prepare_blocks(self, edges_moved)
       class(model_t), intent(inout) :: self
-      logical, intent(in), optional :: edges_moved !< other blocks hold constrained nodes than before: all parents are looked for
-                                                   !< anew
+      logical, intent(in), optional :: edges_moved !< other blocks hold constrained nodes than before: all
+                                                   !< parents are looked for anew
       logical, allocatable :: wanted(:)
       if (size(self%levels) == 1) return
       call self%mark_wanted(wanted)
@@ -433,7 +453,8 @@ contains
       end do
    end subroutine mark_wanted
 
-   !> The blocks that particles of a level within a box are in or, with several levels, may enter before the end of the next step.
+   !> The blocks that particles of a level within a box are in or, with several levels, may enter before the
+   !> end of the next step.
    subroutine mark_around(self, l, lowest, highest, wanted)
       class(model_t), intent(in) :: self
       integer, intent(in) :: l
@@ -456,7 +477,8 @@ contains
             end associate
          end if
          if (l > 1) then
-            if (.not. level%region%holds_box(low, high, 2.0_wp*level%grid%cell)) call mark_box(l - 1, low, high)
+            if (.not. level%region%holds_box(low, high, 2.0_wp*level%grid%cell)) call mark_box(l - 1, low, &
+                  high)
          end if
       end associate
    contains
@@ -476,8 +498,8 @@ contains
       end subroutine mark_box
    end subroutine mark_around
 
-   !> Collective: make the blocks that some rank wants and that do not exist yet. A new block belongs to the lowest rank that wants
-   !> it.
+   !> Collective: make the blocks that some rank wants and that do not exist yet. A new block belongs to the
+   !> lowest rank that wants it.
    subroutine make_wanted(self, wanted, edges_moved)
       class(model_t), intent(inout) :: self
       logical, intent(in) :: wanted(:) !< one a block of each level
@@ -497,9 +519,10 @@ contains
       call self%connect()
    end subroutine make_wanted
 
-   !> Collective: place the blocks anew by what they hold now, where that pays in so many steps of the coarsest level; where `steps`
-   !> are not given, as if no block had an owner. A level alone loses its empty blocks by that; of several levels all stay: which
-   !> blocks are there decides in which order constrained nodes are restricted, and must not depend on the ranks.
+   !> Collective: place the blocks anew by what they hold now, where that pays in so many steps of the
+   !> coarsest level; where `steps` are not given, as if no block had an owner. A level alone loses its empty
+   !> blocks by that; of several levels all stay: which blocks are there decides in which order constrained
+   !> nodes are restricted, and must not depend on the ranks.
    subroutine rebalance(self, error, steps)
       class(model_t), intent(inout) :: self
       type(error_t), intent(inout) :: error
@@ -536,7 +559,8 @@ contains
             associate (block => self%levels(l)%blocks(b))
                counts(before + block%index) = block%particles%count
                order(before + block%index) = order_work(block%cells%occupied, block%run_breaks)
-               if (self%contact%active()) points(before + block%index) = self%contact%candidates%pressed(block)
+               if (self%contact%active()) points(before &
+                                                 + block%index) = self%contact%candidates%pressed(block)
             end associate
          end do
       end do
@@ -565,7 +589,8 @@ contains
       end do
    end subroutine place_anew
 
-   !> Collective: add what has been booked in blocks to the totals, by their numbers. Before blocks change rank.
+   !> Collective: add what has been booked in blocks to the totals, by their numbers. Before blocks change
+   !> rank.
    subroutine fold(self)
       class(model_t), intent(inout) :: self
       integer :: b, l
@@ -573,7 +598,8 @@ contains
          call self%effect_step(l)%fold(self%communicator)
       end do
       if (size(self%levels) == 1) return
-      call MPI_Allreduce(MPI_IN_PLACE, self%lost_in_merging, size(self%lost_in_merging), MPI_DOUBLE_PRECISION, MPI_SUM, &
+      call MPI_Allreduce(MPI_IN_PLACE, self%lost_in_merging, size(self%lost_in_merging), &
+                         MPI_DOUBLE_PRECISION, MPI_SUM, &
                          self%communicator%comm)
       do b = 1, size(self%lost_in_merging)
          self%lost = self%lost + self%lost_in_merging(b)
@@ -591,8 +617,8 @@ contains
       end do
    end function particle_count
 
-   !> The cell size (m) that bounds the time step of the coarsest level: its own, where the finer levels take as many more steps as
-   !> their cells are smaller; else that of the finest.
+   !> The cell size (m) that bounds the time step of the coarsest level: its own, where the finer levels take
+   !> as many more steps as their cells are smaller; else that of the finest.
    pure real(wp) function stepped_cell(self)
       class(model_t), intent(in) :: self
       stepped_cell = self%levels(merge(1, size(self%levels), self%method%subcycle))%grid%cell

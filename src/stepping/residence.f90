@@ -24,13 +24,15 @@ contains
       changes = find_changes(model%levels(l), model%levels(l + 1))
       call MPI_Allreduce(MPI_IN_PLACE, changes, 1, MPI_INTEGER, MPI_MAX, model%communicator%comm)
       if (changes == 0) return
-      call change_levels(model%communicator, model%levels(l), model%levels(l + 1), model%migration(l), model%migration(l + 1), &
+      call change_levels(model%communicator, model%levels(l), model%levels(l + 1), model%migration(l), &
+                         model%migration(l + 1), &
                          model%splits, error)
       if (error%happened()) return
       do b = 1, size(model%levels(l)%blocks)
          call merge_siblings(model%levels(l), model%levels(l + 1), b, model%materials, merged, lost)
          model%merges = model%merges + merged
-         associate (booked => model%lost_in_merging(blocks_before(model%levels, l) + model%levels(l)%blocks(b)%index))
+         associate (booked => model%lost_in_merging(blocks_before(model%levels, l) &
+                                                    + model%levels(l)%blocks(b)%index))
             booked = booked + lost
          end associate
       end do

@@ -1,5 +1,5 @@
-!> The state of a model besides its particles as tables, and a model from such tables: which blocks there are, and what has been
-!> booked in them.
+!> The state of a model besides its particles as tables, and a model from such tables: which blocks there are,
+!> and what has been booked in them.
 module m_restore
    use mpi_f08
    use m_kinds, only: wp, i8
@@ -16,11 +16,14 @@ module m_restore
 
    integer, parameter, public :: table_width = 5, bounds_width = 13
 
-   !> All blocks of all levels that exist, a row each: rank by rank, and there by level and index, as particles stand in a file.
+   !> All blocks of all levels that exist, a row each: rank by rank, and there by level and index, as
+   !> particles stand in a file.
    type, public :: block_table_t
-      integer(i8), allocatable :: table(:, :) !< level, index, particles, rank, rows of particles before: (table_width, blocks)
-      real(wp), allocatable :: bounds(:, :) !< lowest and highest place of centres, m; work booked by kinds, loss booked, J;
-                                            !< run_breaks on average; particles that have arrived; disorder
+      integer(i8), allocatable :: table(:, :) !< level, index, particles, rank, rows of particles before:
+                                              !< (table_width, blocks)
+      real(wp), allocatable :: bounds(:, :) !< lowest and highest place of centres, m; work booked by kinds,
+                                            !< loss booked, J; run_breaks on average; particles that have
+                                            !< arrived; disorder
       integer :: first = 0                    !< row of this rank's first block
       integer :: own = 0                      !< this rank's rows
       integer(i8) :: particles = 0            !< of all ranks
@@ -28,7 +31,8 @@ module m_restore
 
 contains
 
-   !> Collective: the table of a model's blocks. Every rank has all of `table`, and the bounds of its own blocks (others: zero).
+   !> Collective: the table of a model's blocks. Every rank has all of `table`, and the bounds of its own
+   !> blocks (others: zero).
    subroutine take_blocks(model, blocks)
       type(model_t), intent(in) :: model
       type(block_table_t), intent(out) :: blocks
@@ -39,7 +43,8 @@ contains
       allocate (counts(size(owner)), source=0)
       do l = 1, size(model%levels)
          do b = 1, size(model%levels(l)%blocks)
-            counts(blocks_before(model%levels, l) + model%levels(l)%blocks(b)%index) = model%levels(l)%blocks(b)%particles%count
+            counts(blocks_before(model%levels, l) &
+                   + model%levels(l)%blocks(b)%index) = model%levels(l)%blocks(b)%particles%count
          end do
       end do
       call MPI_Allreduce(MPI_IN_PLACE, counts, size(counts), MPI_INTEGER, MPI_SUM, model%communicator%comm)
@@ -54,7 +59,8 @@ contains
                do index = 1, product(model%levels(l)%grid%blocks)
                   if (owner(first + index) /= rank) cycle
                   n = n + 1
-                  blocks%table(:, n) = [int(l, i8), int(index, i8), int(counts(first + index), i8), int(rank, i8), before]
+                  blocks%table(:, n) = [int(l, i8), int(index, i8), int(counts(first + index), i8), &
+                                       int(rank, i8), before]
                   before = before + counts(first + index)
                end do
             end associate
@@ -68,16 +74,17 @@ contains
             n = n + 1
             associate (block => model%levels(l)%blocks(b))
                blocks%bounds(:, n) = [block%lowest, block%highest, model%effect_step(l)%booked(block%index), &
-                                      model%lost_in_merging(blocks_before(model%levels, l) + block%index), block%run_breaks, &
+                                      model%lost_in_merging(blocks_before(model%levels, l) + block%index), &
+                                         block%run_breaks, &
                                       real(block%cells%run_breaks, wp), block%disorder]
             end associate
          end do
       end do
    end subroutine take_blocks
 
-   !> Collective: give an empty model its regions and blocks, those with the room for their particles that are to be read. On as
-   !> many ranks as were there before, blocks go to the rank that had them; else they are placed anew. All ranks have the
-   !> whole table.
+   !> Collective: give an empty model its regions and blocks, those with the room for their particles that are
+   !> to be read. On as many ranks as were there before, blocks go to the rank that had them; else they are
+   !> placed anew. All ranks have the whole table.
    subroutine restore_blocks(model, regions, ranks, blocks, error)
       type(model_t), intent(inout) :: model
       integer(i8), intent(in) :: regions(:) !< of levels 2 and on, packed, one after the other
@@ -98,7 +105,8 @@ contains
          end associate
       end do
       if (ranks /= model%communicator%ranks) then
-         call choose_owners(model%communicator, model%levels, work_of(model%levels, counts, model%steps_of_levels()), owner, error)
+         call choose_owners(model%communicator, model%levels, work_of(model%levels, counts, &
+               model%steps_of_levels()), owner, error)
          if (error%happened()) return
       end if
       call set_owners(model%levels, owner)
@@ -132,7 +140,8 @@ contains
       integer :: place(3)
       place = model%levels(l)%grid%block_place(index)
       b = 0
-      if (model%levels(l)%owner_at(place) == model%communicator%rank) b = model%levels(l)%slot(place(1), place(2), place(3))
+      if (model%levels(l)%owner_at(place) == model%communicator%rank) b = model%levels(l)%slot(place(1), &
+            place(2), place(3))
    end function own_block
 
    !> Rows of the table are blocks of this grid, each once, and their particles follow one another.
@@ -152,8 +161,10 @@ contains
          if (good) good = blocks%table(1, n) >= 1 .and. blocks%table(1, n) <= size(model%levels)
          if (good) good = blocks%table(2, n) >= 1 .and. &
                           blocks%table(2, n) <= product(model%levels(int(blocks%table(1, n)))%grid%blocks)
-         if (good) good = blocks%table(3, n) >= 0 .and. blocks%table(4, n) >= 0 .and. blocks%table(4, n) < ranks &
-                          .and. blocks%table(5, n) == before .and. blocks%table(3, n) <= blocks%particles - before
+         if (good) good = blocks%table(3, n) >= 0 .and. blocks%table(4, n) >= 0 &
+                          .and. blocks%table(4, n) < ranks &
+                          .and. blocks%table(5, n) == before .and. blocks%table(3, n) <= blocks%particles &
+                             - before
          if (.not. good) exit
          before = before + blocks%table(3, n)
          associate (number => blocks_before(model%levels, int(blocks%table(1, n))) + int(blocks%table(2, n)))
@@ -176,7 +187,8 @@ contains
       do l = 2, size(model%levels)
          if (good) call unpack_region(model%levels(l)%grid, regions, next, model%levels(l)%region, good)
       end do
-      if (.not. good .or. next <= size(regions)) call fail(error, exit_files, 'its levels are not those of its scene')
+      if (.not. good .or. next <= size(regions)) call fail(error, exit_files, &
+                                                           'its levels are not those of its scene')
    end subroutine restore_regions
 
    !> Collective: what has been read of the particles can be computed with: bins, bodies, places.
@@ -188,14 +200,18 @@ contains
       good = .true.
       do l = 1, size(model%levels)
          do b = 1, size(model%levels(l)%blocks)
-            associate (block => model%levels(l)%blocks(b), x => model%levels(l)%layout%position, cell => model%levels(l)%grid%cell)
+            associate (block => model%levels(l)%blocks(b), x => model%levels(l)%layout%position, &
+                       cell => model%levels(l)%grid%cell)
                n = block%particles%count
                good = good .and. block%cells%run_breaks >= 0 .and. all(block%cells%bin(:n) >= 1 &
                      .and. block%cells%bin(:n) <= bins) .and. &
-                      all(block%particles%body(:n) >= 1 .and. block%particles%body(:n) <= size(model%materials%of_body)) .and. &
+                      all(block%particles%body(:n) >= 1 &
+                          .and. block%particles%body(:n) <= size(model%materials%of_body)) .and. &
                       all(block%particles%id(:n) > 0)
-               if (n > 0 .and. good) good = all(minval(block%particles%column(:n, x:x + 2), dim=1) >= block%origin - cell) .and. &
-                                            all(maxval(block%particles%column(:n, x:x + 2), dim=1) <= block%origin + 9*cell)
+               if (n > 0 .and. good) good = all(minval(block%particles%column(:n, x:x + 2), &
+                                                       dim=1) >= block%origin - cell) .and. &
+                                            all(maxval(block%particles%column(:n, x:x + 2), &
+                                                       dim=1) <= block%origin + 9*cell)
             end associate
          end do
       end do

@@ -1,5 +1,6 @@
-!> A copy in memory of all that a step changes: a model that has met a fault goes back to it. What doc/developer/files.md says of a
-!> checkpoint holds here too, but the particles stay with the rank that had them, and nothing is written.
+!> A copy in memory of all that a step changes: a model that has met a fault goes back to it. What
+!> doc/developer/files.md says of a checkpoint holds here too, but the particles stay with the rank that had
+!> them, and nothing is written.
 module m_saved_state
    use mpi_f08
    use m_kinds, only: wp, i4, i8
@@ -45,7 +46,8 @@ module m_saved_state
       integer, allocatable, private :: count(:)     !< particles of this rank's blocks, level by level
       integer, allocatable, private :: run_breaks(:) !< of the order of their particles, as they were counted
       real(wp), allocatable, private :: disorder(:) !< of the blocks
-      real(wp), allocatable, private :: extent(:, :) !< lowest and highest place of their centres, m: (6, blocks)
+      real(wp), allocatable, private :: extent(:, :) !< lowest and highest place of their centres, m: (6,
+                                                     !< blocks)
       real(wp), allocatable, private :: column(:)   !< block by block, and there column by column
       integer(i8), allocatable, private :: id(:)
       integer(i4), allocatable, private :: body(:), bin(:)
@@ -55,7 +57,8 @@ module m_saved_state
       procedure :: forget
    end type saved_state_t
 
-   integer, parameter, public :: bytes_besides = 16 !< of a particle's copy, besides its columns: id, body, bin
+   integer, parameter, public :: bytes_besides = 16 !< of a particle's copy, besides its columns: id, body,
+                                                    !< bin
 
 contains
 
@@ -86,7 +89,8 @@ contains
       self%contact%drift = model%contact%candidates%drift
       if (.not. allocated(self%levels)) allocate (self%levels(size(model%levels)))
       do l = 1, size(model%levels)
-         associate (saved => self%levels(l), step => model%effect_step(l), places => product(model%levels(l)%grid%blocks))
+         associate (saved => self%levels(l), step => model%effect_step(l), &
+                    places => product(model%levels(l)%grid%blocks))
             saved%region = model%levels(l)%region
             saved%external_work = step%external_work
             saved%damped = step%damped
@@ -146,7 +150,8 @@ contains
       if (allocated(self%count)) then
          if (size(self%count) /= blocks) deallocate (self%count, self%run_breaks, self%disorder, self%extent)
       end if
-      if (.not. allocated(self%count)) allocate (self%count(blocks), self%run_breaks(blocks), self%disorder(blocks), &
+      if (.not. allocated(self%count)) allocate (self%count(blocks), self%run_breaks(blocks), &
+                                                 self%disorder(blocks), &
                                                       self%extent(6, blocks))
       if (allocated(self%id)) then
          if (size(self%id, kind=i8) >= particles) return
@@ -156,7 +161,8 @@ contains
       allocate (self%column(columns*room), self%id(room), self%body(room), self%bin(room))
    end subroutine make_room
 
-   !> Collective: everything as it was, in whatever state the model is; what was counted and timed since stays counted.
+   !> Collective: everything as it was, in whatever state the model is; what was counted and timed since stays
+   !> counted.
    subroutine give_back(self, model, balance)
       class(saved_state_t), intent(in) :: self
       type(model_t), intent(inout) :: model

@@ -1,5 +1,6 @@
-!> The schedule behind the stages of a step: which blocks are gone through when. All stages of a list are carried out on a block
-!> while it is in the cache; inner blocks go first, while the halo is on its way; and P2G of the next step follows at once.
+!> The schedule behind the stages of a step: which blocks are gone through when. All stages of a list are
+!> carried out on a block while it is in the cache; inner blocks go first, while the halo is on its way; and
+!> P2G of the next step follows at once.
 module m_schedule
    use m_kinds, only: wp
    use m_errors, only: error_t
@@ -17,17 +18,19 @@ module m_schedule
    public :: by_blocks
 
    !> Stages, in the order that they have in a step.
-   integer, parameter, public :: shared_sums = 1       !< sums over the nodes that blocks share; of a level that has them: nothing
+   integer, parameter, public :: shared_sums = 1 !< sums over the nodes that blocks share; of a level that has
+                                                 !< them: nothing
    integer, parameter, public :: nodal_solve = 2
    integer, parameter, public :: grid_to_particles = 3 !< velocities, places, velocity gradients
-   integer, parameter, public :: velocity_gradient = 4 !< in its place where only the stress is wanted: particles stand still
+   integer, parameter, public :: velocity_gradient = 4 !< in its place where only the stress is wanted:
+                                                       !< particles stand still
    integer, parameter, public :: stress = 5
    integer, parameter, public :: cells = 6
 
 contains
 
-   !> Collective: carry out stages on all blocks of a level. Where effects want means over cells, which blocks share, all blocks
-   !> have their velocity gradients before the first gets its stress.
+   !> Collective: carry out stages on all blocks of a level. Where effects want means over cells, which blocks
+   !> share, all blocks have their velocity gradients before the first gets its stress.
    subroutine by_blocks(model, l, clock, stages, error)
       type(model_t), intent(inout) :: model
       integer, intent(in) :: l, stages(:)
@@ -35,7 +38,8 @@ contains
       type(error_t), intent(inout) :: error
       integer :: before
       before = size(stages)
-      if (size(model%effect_step(l)%on_cells) > 0 .and. any(stages == stress)) before = findloc(stages, stress, dim=1) - 1
+      if (size(model%effect_step(l)%on_cells) > 0 .and. any(stages == stress)) before = findloc(stages, &
+            stress, dim=1) - 1
       call go_through(model, l, clock, stages(:before), error)
       if (before == size(stages)) return
       call sum_cells(model, l)
@@ -73,7 +77,8 @@ contains
             if (is_idle(model, l, b)) return
             call measure_work(model, l, b, clock%step)
             if (stays_at_rest(model, l, b)) then
-               model%particle_steps_at_rest = model%particle_steps_at_rest + model%levels(l)%blocks(b)%particles%count
+               model%particle_steps_at_rest = model%particle_steps_at_rest &
+                                              + model%levels(l)%blocks(b)%particles%count
                return
             end if
             call g2p_block(model, l, b, motion_of(model, l, clock%step), clock%time, error)
@@ -88,12 +93,14 @@ contains
             call go_to_faces(model, l, b)
          case (cells)
             call cells_block(model, l, b, error)
-            if (model%method%stress_update == update_usl .and. .not. error%happened()) call look_ahead(model, l, b, clock%ends)
+            if (model%method%stress_update == update_usl &
+                .and. .not. error%happened()) call look_ahead(model, l, b, clock%ends)
          end select
       end do
    end subroutine carry_out
 
-   !> The work of effects on the nodes of a block, by their motion; of a parent without particles on what is restricted to it.
+   !> The work of effects on the nodes of a block, by their motion; of a parent without particles on what is
+   !> restricted to it.
    subroutine measure_work(model, l, b, time_step)
       type(model_t), intent(inout) :: model
       integer, intent(in) :: l, b
@@ -113,8 +120,8 @@ contains
       end associate
    end subroutine go_to_faces
 
-   !> While the particles of a block, which have the stress of the end of the step, are in the cache: what histories will ask of
-   !> them, and P2G of the next step. What comes to the block later gives after them.
+   !> While the particles of a block, which have the stress of the end of the step, are in the cache: what
+   !> histories will ask of them, and P2G of the next step. What comes to the block later gives after them.
    subroutine look_ahead(model, l, b, step_ends)
       type(model_t), intent(inout) :: model
       integer, intent(in) :: l, b

@@ -21,7 +21,8 @@ contains
       model%bounds = bounds_t()
       do l = 1, size(model%levels)
          do b = 1, size(model%levels(l)%blocks)
-            call include_speeds(model%bounds, model%materials, model%levels(l)%layout, model%levels(l)%blocks(b))
+            call include_speeds(model%bounds, model%materials, model%levels(l)%layout, &
+                                model%levels(l)%blocks(b))
          end do
       end do
       bounds = [model%bounds%wave_speed, model%bounds%particle_speed]
@@ -46,7 +47,8 @@ contains
             call fastest(particles%column(:, at%velocity:at%velocity + 2), particles%column(:, at%mass), &
                          particles%column(:, at%volume), first, last, speed_squared, specific_volume)
             m = materials%of_body(particles%body(first))
-            block%wave_speed = max(block%wave_speed, sqrt(materials%slots(m)%law%p_wave_modulus()*specific_volume))
+            block%wave_speed = max(block%wave_speed, &
+                                   sqrt(materials%slots(m)%law%p_wave_modulus()*specific_volume))
             bounds%particle_speed = max(bounds%particle_speed, sqrt(speed_squared))
             first = last + 1
          end do

@@ -1,4 +1,5 @@
-!> The stage of a step that takes the velocity gradients of a block's particles to their stress: laws, volumes, domains.
+!> The stage of a step that takes the velocity gradients of a block's particles to their stress: laws,
+!> volumes, domains.
 module m_stress_stage
    use m_kinds, only: wp
    use m_constants, only: exit_numerical
@@ -16,7 +17,8 @@ module m_stress_stage
 
 contains
 
-   !> Material law and volume of one block, with the velocity gradient that its particles have just been given.
+   !> Material law and volume of one block, with the velocity gradient that its particles have just been
+   !> given.
    subroutine stress_block(model, l, b, time_step, error)
       type(model_t), intent(inout) :: model
       integer, intent(in) :: l, b
@@ -36,14 +38,17 @@ contains
          do while (first <= particles%count)
             last = particles%run_end(first)
             call model%materials%slots(model%materials%of_body(particles%body(first)))%law%update(particles%column, &
-                                                                     level%layout, level%gradient, time_step, first, last)
+                                                                     level%layout, level%gradient, &
+                                                                           time_step, first, last)
             first = last + 1
          end do
          call particles%changed()
          if (follows) call add_stress(particles, level%layout, 1.0_wp)
-         call advance_volume(particles%count, level%gradient, time_step, particles%column(:, level%layout%volume), smallest)
+         call advance_volume(particles%count, level%gradient, time_step, &
+                             particles%column(:, level%layout%volume), smallest)
          if (.not. smallest > 0.0_wp) call report_inversion(model, l, b, error)
-         if (.not. finite_stress(particles%count, particles%column(:, level%layout%stress:level%layout%stress + 5))) &
+         if (.not. finite_stress(particles%count, particles%column(:, &
+               level%layout%stress:level%layout%stress + 5))) &
             call report_undefined(model, l, b, error)
          if (model%method%domain /= domain_fixed) call advance_domains(model, l, b, time_step, error)
       end associate
@@ -51,7 +56,8 @@ contains
          call model%effect_step(l)%change_stress(model%effects, model%levels(l), b, time_step, model%timers)
    end subroutine stress_block
 
-   !> Add a multiple of the stress to edge_stress: taken away before a step's law and added after it, this adds the change.
+   !> Add a multiple of the stress to edge_stress: taken away before a step's law and added after it, this
+   !> adds the change.
    pure subroutine add_stress(particles, at, factor)
       type(particle_store_t), intent(inout) :: particles
       type(layout_t), intent(in) :: at
@@ -71,13 +77,16 @@ contains
       real(wp), intent(in) :: time_step
       type(error_t), intent(inout) :: error
       real(wp) :: smallest
-      associate (level => model%levels(l), particles => model%levels(l)%blocks(b)%particles, at => model%levels(l)%layout)
+      associate (level => model%levels(l), particles => model%levels(l)%blocks(b)%particles, &
+                 at => model%levels(l)%layout)
          if (at%domain > 0) then
-            call advance_half_edges(particles%count, level%gradient, time_step, particles%column(:, at%domain:at%domain + 8))
+            call advance_half_edges(particles%count, level%gradient, time_step, &
+                                    particles%column(:, at%domain:at%domain + 8))
          else
             call advance_half_sizes(particles%count, level%gradient, time_step, &
                                     particles%column(:, at%half_size:at%half_size + 2), smallest)
-            if (.not. smallest > 0.0_wp) call fail(error, exit_numerical, particle_text(model, l, b, thinnest(particles, at))// &
+            if (.not. smallest > 0.0_wp) call fail(error, exit_numerical, &
+                                                   particle_text(model, l, b, thinnest(particles, at))// &
                ' has a domain that became thinner than nothing; try a smaller safety', recoverable=.true.)
          end if
       end associate

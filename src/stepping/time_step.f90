@@ -13,7 +13,8 @@ module m_time_step
 
 contains
 
-   !> A given time step must be one with which the explicit scheme can be stable, and the scene must end after some number of steps.
+   !> A given time step must be one with which the explicit scheme can be stable, and the scene must end after
+   !> some number of steps.
    subroutine check_time_step(scene, model, error)
       type(scene_t), intent(in) :: scene
       type(model_t), intent(in) :: model
@@ -26,12 +27,15 @@ contains
          speed = max(speed, model%contact%tools(t)%fastest(model%time, scene%end_time))
       end do
       call allow(safety_limit(scene)*model%stepped_cell()/(model%wave_speed() + speed), &
-                 to_text(safety_limit(scene))//' cells over the speed of sound plus that of the fastest particle or tool')
+                 to_text(safety_limit(scene))// &
+                    ' cells over the speed of sound plus that of the fastest particle or tool')
       do e = 1, size(model%effects)
-         call allow(model%effects(e)%effect%longest_step(), 'the longest that '//model%effects(e)%effect%group_text()//' allows')
+         call allow(model%effects(e)%effect%longest_step(), 'the longest that '// &
+                    model%effects(e)%effect%group_text()//' allows')
       end do
       if (scene%end_time > most_steps*longest_step(scene, model, model%time)) &
-         call fail(error, exit_input, scene%place('end_time')//': would take more than '//to_text(most_steps)//' steps of '// &
+         call fail(error, exit_input, scene%place('end_time')//': would take more than '// &
+                   to_text(most_steps)//' steps of '// &
           to_text(longest_step(scene, model, model%time))//' s')
    contains
       subroutine allow(limit, reason)
@@ -52,9 +56,9 @@ contains
       end do
    end function allowed_by_effects
 
-   !> Time step (s) of the coarsest level: safety cell / (c + |v|), c and |v| as they are now, or what effects allow; or the given
-   !> one. Shortened a little, so that a whole number of such steps ends at the end time: a short last step would show in the
-   !> contact load.
+   !> Time step (s) of the coarsest level: safety cell / (c + |v|), c and |v| as they are now, or what effects
+   !> allow; or the given one. Shortened a little, so that a whole number of such steps ends at the end time:
+   !> a short last step would show in the contact load.
    pure real(wp) function next_time_step(scene, model, share) result(time_step)
       type(scene_t), intent(in) :: scene
       type(model_t), intent(in) :: model
@@ -79,10 +83,12 @@ contains
       do t = 1, size(model%contact%tools)
          speed = max(speed, abs(model%contact%tools(t)%speed_at(time)))
       end do
-      time_step = min(scene%time%safety*model%stepped_cell()/(model%wave_speed() + speed), allowed_by_effects(model))
+      time_step = min(scene%time%safety*model%stepped_cell()/(model%wave_speed() + speed), &
+                      allowed_by_effects(model))
    end function longest_step
 
-   !> Steps of the coarsest level between two times (s), with waves and particles as fast as they are now and tools as they will be.
+   !> Steps of the coarsest level between two times (s), with waves and particles as fast as they are now and
+   !> tools as they will be.
    pure real(wp) function steps_between(scene, model, from, to) result(steps)
       type(scene_t), intent(in) :: scene
       type(model_t), intent(in) :: model
