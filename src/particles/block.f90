@@ -145,6 +145,7 @@ contains
       call self%cells%outdate()
       call self%cells%update_statistics(self%particles%count)
       self%cells%run_breaks = run_breaks
+      self%cells%counted = 0 ! of fewer than there are: they are counted again when they move
    end subroutine recount
 
    !> Widen the bounds to a place.

@@ -86,7 +86,6 @@ module m_model
       procedure :: mark_around
       procedure :: rebalance
       procedure :: steps_of_levels
-      procedure, private :: count_work
       procedure :: particle_count
       procedure :: fold
       procedure :: stepped_cell
@@ -94,13 +93,49 @@ module m_model
       procedure :: mixes
       procedure :: share_of_unseen
       procedure :: release
-      procedure, private :: mark_wanted
-      procedure, private :: make_wanted
-      procedure, private :: place_anew
    end type model_t
 
    real(wp), parameter :: largest_move = 0.45_wp !< way of a particle in a step of the coarsest level, in its
                                                  !< cells: above safety
+
+   interface
+      !> Collective: the blocks that the bodies need, each on its rank, and the particles in them.
+      module subroutine populate(self, scene, error)
+         class(model_t), intent(inout) :: self
+         type(scene_t), intent(in) :: scene
+         type(error_t), intent(inout) :: error
+      end subroutine populate
+      !> Collective: make the blocks that emigrants of the only level have entered and that do not exist yet.
+      module subroutine create_blocks(self)
+         class(model_t), intent(inout) :: self
+      end subroutine create_blocks
+      !> Collective: with several levels, make the blocks that particles may enter before the end of the next
+      !> step, on their own level, in the finer one's region or out of their own, and the parents of those with
+      !> constrained nodes. Blocks are only made here: within a step of the coarsest level all stay where they
+      !> are.
+      module subroutine prepare_blocks(self, edges_moved)
+         class(model_t), intent(inout) :: self
+         logical, intent(in), optional :: edges_moved !< other blocks hold constrained nodes than before: all
+                                                      !< parents are looked for anew
+      end subroutine prepare_blocks
+      !> The blocks that particles of a level within a box are in or, with several levels, may enter before the
+      !> end of the next step.
+      module subroutine mark_around(self, l, lowest, highest, wanted)
+         class(model_t), intent(in) :: self
+         integer, intent(in) :: l
+         real(wp), intent(in) :: lowest(3), highest(3) !< m
+         logical, intent(inout) :: wanted(:) !< by number
+      end subroutine mark_around
+      !> Collective: place the blocks anew by what they hold now, where that pays in so many steps of the
+      !> coarsest level; where `steps` are not given, as if no block had an owner. A level alone loses its empty
+      !> blocks by that; of several levels all stay: which blocks are there decides in which order constrained
+      !> nodes are restricted, and must not depend on the ranks.
+      module subroutine rebalance(self, error, steps)
+         class(model_t), intent(inout) :: self
+         type(error_t), intent(inout) :: error
+         integer, intent(in), optional :: steps
+      end subroutine rebalance
+   end interface
 
 contains
 
@@ -153,71 +188,6 @@ contains
       call populate(self, scene, error)
    end subroutine build
 
-   !> Collective: the blocks that the bodies need, each on its rank, and the particles in them.
-   subroutine populate(self, scene, error)
-      class(model_t), intent(inout) :: self
-      type(scene_t), intent(in) :: scene
-      type(error_t), intent(inout) :: error
-      integer, allocatable :: counts(:), owner(:)
-      integer :: e, finest, l
-      call require_memory(self, scene%place('cell_size'), sum(expected_count(scene%bodies, &
-            self%levels(1)%grid)), 0.0_wp, error)
-      if (error%happened()) return
-      call count_particles(self, scene, counts, error)
-      if (error%happened()) return
-      finest = blocks_before(self%levels, size(self%levels)) + 1 ! the blocks of the others have two tiles
-      call require_memory(self, scene%place('cell_size'), sum(real(max(counts, 0), wp)), &
-                          real(count(counts >= 0) + count(counts(:finest - 1) >= 0), wp), error)
-      if (error%happened()) return
-      allocate (owner(size(counts)))
-      call choose_owners(self%communicator, self%levels, work_of(self%levels, counts, &
-            self%steps_of_levels()), owner, error)
-      if (error%happened()) return
-      call set_owners(self%levels, owner)
-      call self%connect()
-      do l = 1, size(self%levels)
-         call fill(self, scene, l)
-      end do
-      call self%prepare_blocks()
-      if (size(self%levels) > 1) call self%rebalance(error) ! now that all blocks are there
-      do e = 1, size(self%effects)
-         call self%effects(e)%effect%verify(self%communicator, self%levels, size(scene%tools), error)
-      end do
-      call self%communicator%agree(error)
-   end subroutine populate
-
-   !> The particles of one level.
-   subroutine fill(self, scene, l)
-      class(model_t), intent(inout) :: self
-      type(scene_t), intent(in) :: scene
-      integer, intent(in) :: l
-      integer :: b, body, e, filled
-      do b = 1, size(self%levels(l)%blocks)
-         associate (block => self%levels(l)%blocks(b))
-            do body = 1, size(scene%bodies)
-               filled = block%particles%count
-               call fill_block(self%levels, l, block, scene%bodies(body), body, &
-                               scene%materials(scene%bodies(body)%material)%density, first_id(body))
-               associate (law => self%materials%slots(self%materials%of_body(body))%law)
-                  if (block%particles%count > filled) &
-                     call law%initial(block%particles%column, self%levels(l)%layout, filled + 1, &
-                                      block%particles%count)
-               end associate
-            end do
-            call set_bins(self%levels(l), block)
-            do e = 1, size(self%effects)
-               call self%effects(e)%effect%initialise(block%particles, self%levels(l)%table, &
-                                                      self%levels(l)%layout, &
-                                                      self%levels(l)%grid)
-            end do
-         end associate
-      end do
-      call self%levels(l)%size_work()
-      do b = 1, size(self%levels(l)%blocks)
-         call self%levels(l)%keep_order(b)
-      end do
-   end subroutine fill
-
    !> Ids of different bodies do not meet.
    pure integer(i8) function first_id(body)
       integer, intent(in) :: body
@@ -255,21 +225,6 @@ contains
       end do
       self%first_regions = self%levels%region
    end subroutine make_levels
-
-   !> Bins of the particles of a block that has just been filled, and the bounds of their places.
-   subroutine set_bins(level, block)
-      type(level_t), intent(in) :: level
-      type(block_t), intent(inout) :: block
-      integer :: p
-      associate (x => level%layout%position)
-         do p = 1, block%particles%count
-            block%cells%bin(p) = bin_of(block%particles%column(p, x:x + 2), frame_of(level, block))
-            call block%include_place(block%particles%column(p, x:x + 2))
-         end do
-      end associate
-      call block%cells%outdate()
-      call block%particles%changed()
-   end subroutine set_bins
 
    !> The fields that every scene has, and those that materials, effects and choices of the method ask for.
    subroutine declare_fields(self)
@@ -336,55 +291,6 @@ contains
       end do
    end function share_of_unseen
 
-   !> Collective: refuse what does not fit into the memory of the machines.
-   subroutine require_memory(self, place, particles, tiles, error)
-      class(model_t), intent(in) :: self
-      character(len=*), intent(in) :: place    !< how the sentence begins
-      real(wp), intent(in) :: particles, tiles !< how many
-      real(wp), parameter :: bytes_beside = 16.0_wp !< id, body and bin of a particle
-      real(wp), parameter :: tile_bytes = 8.0_wp*node_values*(tile_last + 1)**3 !< of the nodes of a block
-      type(error_t), intent(inout) :: error
-      real(wp) :: needed, free
-      free = free_memory(self%communicator)
-      needed = particles*(bytes_per_column*self%levels(1)%table%columns + bytes_beside) + tiles*tile_bytes
-      if (needed > free) call fail(error, exit_input, place//': the scene makes about '// &
-                                   to_text(particles, 3)// &
-         ' particles, which need '//si(needed, 'B')//' of memory; '//si(free, 'B')// &
-         ' are free: take larger cells, fewer particles_per_cell or more machines')
-   end subroutine require_memory
-
-   !> Collective: particles of each block of each level by index, -1 where there are none; each rank counts a
-   !> share of the blocks.
-   subroutine count_particles(self, scene, counts, error)
-      class(model_t), intent(in) :: self
-      type(scene_t), intent(in) :: scene
-      integer, allocatable, intent(out) :: counts(:)
-      type(error_t), intent(inout) :: error !< a body that holds none
-      integer(i8) :: of_body(size(scene%bodies))
-      integer :: before, body, found, index, l
-      of_body = 0
-      allocate (counts(blocks_before(self%levels, size(self%levels) + 1)), source=0)
-      do l = 1, size(self%levels)
-         before = blocks_before(self%levels, l)
-         do index = 1 + self%communicator%rank, product(self%levels(l)%grid%blocks), self%communicator%ranks
-            do body = 1, size(scene%bodies)
-               found = count_in_block(self%levels, l, self%levels(l)%grid%block_place(index), &
-                                      scene%bodies(body))
-               counts(before + index) = counts(before + index) + found
-               of_body(body) = of_body(body) + found
-            end do
-         end do
-      end do
-      call MPI_Allreduce(MPI_IN_PLACE, counts, size(counts), MPI_INTEGER, MPI_SUM, self%communicator%comm)
-      where (counts == 0) counts = -1
-      call add_parents(self%levels, counts)
-      call MPI_Allreduce(MPI_IN_PLACE, of_body, size(of_body), MPI_INTEGER8, MPI_SUM, self%communicator%comm)
-      do body = 1, size(of_body)
-         if (of_body(body) == 0) call fail(error, exit_input, scene%place('body', body)// &
-            ': the body holds no particle: the centre of none lies in it; allowed: a larger body, or a smaller cell_size')
-      end do
-   end subroutine count_particles
-
    !> Where blocks (values of at least 0) hold constrained nodes their parents are needed too: those that are
    !> missing get 0, no particles or rank 0.
    subroutine add_parents(levels, values)
@@ -415,179 +321,12 @@ contains
       end do
    end subroutine connect
 
-   !> Collective: make the blocks that emigrants of the only level have entered and that do not exist yet.
-   subroutine create_blocks(self)
-      class(model_t), intent(inout) :: self
-      logical, allocatable :: wanted(:)
-      allocate (wanted(size(self%levels(1)%owner)), source=.false.)
-      wanted(self%migration(1)%missing(self%levels(1))) = .true.
-      call self%make_wanted(wanted)
-   end subroutine create_blocks
-
-   !> Collective: with several levels, make the blocks that particles may enter before the end of the next
-   !> step, on their own level, in the finer one's region or out of their own, and the parents of those with
-   !> constrained nodes. Blocks are only made here: within a step of the coarsest level all stay where they
-   !> are.
-   subroutine prepare_blocks(self, edges_moved)
-      class(model_t), intent(inout) :: self
-      logical, intent(in), optional :: edges_moved !< other blocks hold constrained nodes than before: all
-                                                   !< parents are looked for anew
-      logical, allocatable :: wanted(:)
-      if (size(self%levels) == 1) return
-      call self%mark_wanted(wanted)
-      call self%make_wanted(wanted, edges_moved)
-   end subroutine prepare_blocks
-
-   !> The blocks that this rank's particles may enter, by number.
-   subroutine mark_wanted(self, wanted)
-      class(model_t), intent(in) :: self
-      logical, allocatable, intent(out) :: wanted(:)
-      integer :: b, l
-      allocate (wanted(blocks_before(self%levels, size(self%levels) + 1)), source=.false.)
-      do l = 1, size(self%levels)
-         do b = 1, size(self%levels(l)%blocks)
-            associate (block => self%levels(l)%blocks(b))
-               if (block%particles%count > 0) call self%mark_around(l, block%lowest, block%highest, wanted)
-            end associate
-         end do
-      end do
-   end subroutine mark_wanted
-
-   !> The blocks that particles of a level within a box are in or, with several levels, may enter before the
-   !> end of the next step.
-   subroutine mark_around(self, l, lowest, highest, wanted)
-      class(model_t), intent(in) :: self
-      integer, intent(in) :: l
-      real(wp), intent(in) :: lowest(3), highest(3) !< m
-      logical, intent(inout) :: wanted(:) !< by number
-      real(wp) :: low(3), high(3), low_there(3), high_there(3), reach
-      reach = merge(largest_move, 0.0_wp, size(self%levels) > 1)*self%levels(1)%grid%cell
-      low = lowest - reach
-      high = highest + reach
-      call mark_box(l, low, high)
-      associate (level => self%levels(l))
-         if (l < size(self%levels)) then
-            associate (finer => self%levels(l + 1)%region)
-               if (finer%overlaps(low - level%grid%cell, high + level%grid%cell)) then
-                  low_there = low
-                  high_there = high
-                  call finer%clip(level%grid%cell, low_there, high_there)
-                  call mark_box(l + 1, low_there, high_there)
-               end if
-            end associate
-         end if
-         if (l > 1) then
-            if (.not. level%region%holds_box(low, high, 2.0_wp*level%grid%cell)) call mark_box(l - 1, low, &
-                  high)
-         end if
-      end associate
-   contains
-      subroutine mark_box(l, low, high)
-         integer, intent(in) :: l
-         real(wp), intent(in) :: low(3), high(3)
-         integer :: a(3), z(3), i, j, k
-         a = self%levels(l)%grid%block_of(low)
-         z = self%levels(l)%grid%block_of(high)
-         do k = a(3), z(3)
-            do j = a(2), z(2)
-               do i = a(1), z(1)
-                  wanted(blocks_before(self%levels, l) + self%levels(l)%grid%block_index([i, j, k])) = .true.
-               end do
-            end do
-         end do
-      end subroutine mark_box
-   end subroutine mark_around
-
-   !> Collective: make the blocks that some rank wants and that do not exist yet. A new block belongs to the
-   !> lowest rank that wants it.
-   subroutine make_wanted(self, wanted, edges_moved)
-      class(model_t), intent(inout) :: self
-      logical, intent(in) :: wanted(:) !< one a block of each level
-      logical, intent(in), optional :: edges_moved
-      integer, allocatable :: asked(:), owner(:)
-      integer :: missing
-      owner = all_owners(self%levels)
-      missing = merge(1, 0, any(wanted .and. owner < 0))
-      if (present(edges_moved)) missing = max(missing, merge(1, 0, edges_moved))
-      call MPI_Allreduce(MPI_IN_PLACE, missing, 1, MPI_INTEGER, MPI_MAX, self%communicator%comm)
-      if (missing == 0) return
-      asked = merge(self%communicator%rank, self%communicator%ranks, wanted)
-      call MPI_Allreduce(MPI_IN_PLACE, asked, size(asked), MPI_INTEGER, MPI_MIN, self%communicator%comm)
-      where (owner < 0 .and. asked < self%communicator%ranks) owner = asked
-      call add_parents(self%levels, owner)
-      call set_owners(self%levels, owner)
-      call self%connect()
-   end subroutine make_wanted
-
-   !> Collective: place the blocks anew by what they hold now, where that pays in so many steps of the
-   !> coarsest level; where `steps` are not given, as if no block had an owner. A level alone loses its empty
-   !> blocks by that; of several levels all stay: which blocks are there decides in which order constrained
-   !> nodes are restricted, and must not depend on the ranks.
-   subroutine rebalance(self, error, steps)
-      class(model_t), intent(inout) :: self
-      type(error_t), intent(inout) :: error
-      integer, intent(in), optional :: steps
-      type(work_t) :: work
-      integer, allocatable :: now(:), owner(:)
-      if (self%communicator%ranks == 1) return
-      call self%timers%enter(phase_balance)
-      work = self%count_work()
-      now = all_owners(self%levels)
-      owner = now
-      call choose_owners(self%communicator, self%levels, work, owner, error, steps)
-      if (.not. error%happened() .and. any(work%exists .and. owner /= now)) call self%place_anew(owner)
-      call self%timers%leave()
-   end subroutine rebalance
-
    !> Steps that each level takes in one of the coarsest.
    pure function steps_of_levels(self) result(steps)
       class(model_t), intent(in) :: self
       integer :: steps(size(self%levels)), l
       steps = [(2**merge(l - 1, 0, self%method%subcycle), l=1, size(self%levels))]
    end function steps_of_levels
-
-   !> Collective: the work of all blocks: their particles, those of them that a tool pressed, and their order.
-   type(work_t) function count_work(self) result(work)
-      class(model_t), intent(in) :: self
-      integer, allocatable :: counts(:), points(:), order(:)
-      integer :: b, before, l
-      counts = merge(0, -1, all_owners(self%levels) >= 0)
-      allocate (points(size(counts)), order(size(counts)), source=0)
-      do l = 1, size(self%levels)
-         before = blocks_before(self%levels, l)
-         do b = 1, size(self%levels(l)%blocks)
-            associate (block => self%levels(l)%blocks(b))
-               counts(before + block%index) = block%particles%count
-               order(before + block%index) = order_work(block%cells%occupied, block%run_breaks)
-               if (self%contact%active()) points(before &
-                                                 + block%index) = self%contact%candidates%pressed(block)
-            end associate
-         end do
-      end do
-      call MPI_Allreduce(MPI_IN_PLACE, counts, size(counts), MPI_INTEGER, MPI_MAX, self%communicator%comm)
-      call MPI_Allreduce(MPI_IN_PLACE, points, size(points), MPI_INTEGER, MPI_MAX, self%communicator%comm)
-      call MPI_Allreduce(MPI_IN_PLACE, order, size(order), MPI_INTEGER, MPI_MAX, self%communicator%comm)
-      if (size(self%levels) == 1) where (counts == 0) counts = -1
-      work = work_of(self%levels, counts, self%steps_of_levels(), points, order)
-   end function count_work
-
-   !> Collective: blocks go to other owners.
-   subroutine place_anew(self, owner)
-      class(model_t), intent(inout) :: self
-      integer, intent(in) :: owner(:) !< as from choose_owners
-      integer :: before, l, n(3)
-      do l = 1, size(self%levels)
-         before = blocks_before(self%levels, l)
-         n = self%levels(l)%grid%blocks
-         call self%migration(l)%move_blocks(self%communicator, self%levels(l), &
-                                            reshape(owner(before + 1:before + product(n)), n))
-      end do
-      call set_owners(self%levels, owner)
-      call self%connect()
-      do l = 1, size(self%levels)
-         call self%migration(l)%unpack_blocks(self%levels(l))
-      end do
-   end subroutine place_anew
 
    !> Collective: add what has been booked in blocks to the totals, by their numbers. Before blocks change
    !> rank.

@@ -1,0 +1,174 @@
+!> Which blocks there are and which rank owns them: new ones, and placing them anew.
+submodule (m_model) m_model_blocks
+   implicit none
+
+contains
+
+   !> Collective: make the blocks that emigrants of the only level have entered and that do not exist yet.
+   module subroutine create_blocks(self)
+      class(model_t), intent(inout) :: self
+      logical, allocatable :: wanted(:)
+      allocate (wanted(size(self%levels(1)%owner)), source=.false.)
+      wanted(self%migration(1)%missing(self%levels(1))) = .true.
+      call make_wanted(self, wanted)
+   end subroutine create_blocks
+
+   !> Collective: with several levels, make the blocks that particles may enter before the end of the next
+   !> step, on their own level, in the finer one's region or out of their own, and the parents of those with
+   !> constrained nodes. Blocks are only made here: within a step of the coarsest level all stay where they
+   !> are.
+   module subroutine prepare_blocks(self, edges_moved)
+      class(model_t), intent(inout) :: self
+      logical, intent(in), optional :: edges_moved !< other blocks hold constrained nodes than before: all
+                                                   !< parents are looked for anew
+      logical, allocatable :: wanted(:)
+      if (size(self%levels) == 1) return
+      call mark_wanted(self, wanted)
+      call make_wanted(self, wanted, edges_moved)
+   end subroutine prepare_blocks
+
+   !> The blocks that this rank's particles may enter, by number.
+   subroutine mark_wanted(self, wanted)
+      class(model_t), intent(in) :: self
+      logical, allocatable, intent(out) :: wanted(:)
+      integer :: b, l
+      allocate (wanted(blocks_before(self%levels, size(self%levels) + 1)), source=.false.)
+      do l = 1, size(self%levels)
+         do b = 1, size(self%levels(l)%blocks)
+            associate (block => self%levels(l)%blocks(b))
+               if (block%particles%count > 0) call self%mark_around(l, block%lowest, block%highest, wanted)
+            end associate
+         end do
+      end do
+   end subroutine mark_wanted
+
+   !> The blocks that particles of a level within a box are in or, with several levels, may enter before the
+   !> end of the next step.
+   module subroutine mark_around(self, l, lowest, highest, wanted)
+      class(model_t), intent(in) :: self
+      integer, intent(in) :: l
+      real(wp), intent(in) :: lowest(3), highest(3) !< m
+      logical, intent(inout) :: wanted(:) !< by number
+      real(wp) :: low(3), high(3), low_there(3), high_there(3), reach
+      reach = merge(largest_move, 0.0_wp, size(self%levels) > 1)*self%levels(1)%grid%cell
+      low = lowest - reach
+      high = highest + reach
+      call mark_box(l, low, high)
+      associate (level => self%levels(l))
+         if (l < size(self%levels)) then
+            associate (finer => self%levels(l + 1)%region)
+               if (finer%overlaps(low - level%grid%cell, high + level%grid%cell)) then
+                  low_there = low
+                  high_there = high
+                  call finer%clip(level%grid%cell, low_there, high_there)
+                  call mark_box(l + 1, low_there, high_there)
+               end if
+            end associate
+         end if
+         if (l > 1) then
+            if (.not. level%region%holds_box(low, high, 2.0_wp*level%grid%cell)) call mark_box(l - 1, low, &
+                  high)
+         end if
+      end associate
+   contains
+      subroutine mark_box(l, low, high)
+         integer, intent(in) :: l
+         real(wp), intent(in) :: low(3), high(3)
+         integer :: a(3), z(3), i, j, k
+         a = self%levels(l)%grid%block_of(low)
+         z = self%levels(l)%grid%block_of(high)
+         do k = a(3), z(3)
+            do j = a(2), z(2)
+               do i = a(1), z(1)
+                  wanted(blocks_before(self%levels, l) + self%levels(l)%grid%block_index([i, j, k])) = .true.
+               end do
+            end do
+         end do
+      end subroutine mark_box
+   end subroutine mark_around
+
+   !> Collective: make the blocks that some rank wants and that do not exist yet. A new block belongs to the
+   !> lowest rank that wants it.
+   subroutine make_wanted(self, wanted, edges_moved)
+      class(model_t), intent(inout) :: self
+      logical, intent(in) :: wanted(:) !< one a block of each level
+      logical, intent(in), optional :: edges_moved
+      integer, allocatable :: asked(:), owner(:)
+      integer :: missing
+      owner = all_owners(self%levels)
+      missing = merge(1, 0, any(wanted .and. owner < 0))
+      if (present(edges_moved)) missing = max(missing, merge(1, 0, edges_moved))
+      call MPI_Allreduce(MPI_IN_PLACE, missing, 1, MPI_INTEGER, MPI_MAX, self%communicator%comm)
+      if (missing == 0) return
+      asked = merge(self%communicator%rank, self%communicator%ranks, wanted)
+      call MPI_Allreduce(MPI_IN_PLACE, asked, size(asked), MPI_INTEGER, MPI_MIN, self%communicator%comm)
+      where (owner < 0 .and. asked < self%communicator%ranks) owner = asked
+      call add_parents(self%levels, owner)
+      call set_owners(self%levels, owner)
+      call self%connect()
+   end subroutine make_wanted
+
+   !> Collective: place the blocks anew by what they hold now, where that pays in so many steps of the
+   !> coarsest level; where `steps` are not given, as if no block had an owner. A level alone loses its empty
+   !> blocks by that; of several levels all stay: which blocks are there decides in which order constrained
+   !> nodes are restricted, and must not depend on the ranks.
+   module subroutine rebalance(self, error, steps)
+      class(model_t), intent(inout) :: self
+      type(error_t), intent(inout) :: error
+      integer, intent(in), optional :: steps
+      type(work_t) :: work
+      integer, allocatable :: now(:), owner(:)
+      if (self%communicator%ranks == 1) return
+      call self%timers%enter(phase_balance)
+      work = count_work(self)
+      now = all_owners(self%levels)
+      owner = now
+      call choose_owners(self%communicator, self%levels, work, owner, error, steps)
+      if (.not. error%happened() .and. any(work%exists .and. owner /= now)) call place_anew(self, owner)
+      call self%timers%leave()
+   end subroutine rebalance
+
+   !> Collective: the work of all blocks: their particles, those of them that a tool pressed, and their order.
+   type(work_t) function count_work(self) result(work)
+      class(model_t), intent(in) :: self
+      integer, allocatable :: counts(:), points(:), order(:)
+      integer :: b, before, l
+      counts = merge(0, -1, all_owners(self%levels) >= 0)
+      allocate (points(size(counts)), order(size(counts)), source=0)
+      do l = 1, size(self%levels)
+         before = blocks_before(self%levels, l)
+         do b = 1, size(self%levels(l)%blocks)
+            associate (block => self%levels(l)%blocks(b))
+               counts(before + block%index) = block%particles%count
+               order(before + block%index) = order_work(block%cells%occupied, block%run_breaks)
+               if (self%contact%active()) points(before &
+                                                 + block%index) = self%contact%candidates%pressed(block)
+            end associate
+         end do
+      end do
+      call MPI_Allreduce(MPI_IN_PLACE, counts, size(counts), MPI_INTEGER, MPI_MAX, self%communicator%comm)
+      call MPI_Allreduce(MPI_IN_PLACE, points, size(points), MPI_INTEGER, MPI_MAX, self%communicator%comm)
+      call MPI_Allreduce(MPI_IN_PLACE, order, size(order), MPI_INTEGER, MPI_MAX, self%communicator%comm)
+      if (size(self%levels) == 1) where (counts == 0) counts = -1
+      work = work_of(self%levels, counts, self%steps_of_levels(), points, order)
+   end function count_work
+
+   !> Collective: blocks go to other owners.
+   subroutine place_anew(self, owner)
+      class(model_t), intent(inout) :: self
+      integer, intent(in) :: owner(:) !< as from choose_owners
+      integer :: before, l, n(3)
+      do l = 1, size(self%levels)
+         before = blocks_before(self%levels, l)
+         n = self%levels(l)%grid%blocks
+         call self%migration(l)%move_blocks(self%communicator, self%levels(l), &
+                                            reshape(owner(before + 1:before + product(n)), n))
+      end do
+      call set_owners(self%levels, owner)
+      call self%connect()
+      do l = 1, size(self%levels)
+         call self%migration(l)%unpack_blocks(self%levels(l))
+      end do
+   end subroutine place_anew
+
+end submodule m_model_blocks

@@ -1,0 +1,136 @@
+!> The blocks that the bodies of a scene need, and the particles in them.
+submodule (m_model) m_model_filling
+   implicit none
+
+contains
+
+   !> Collective: the blocks that the bodies need, each on its rank, and the particles in them.
+   module subroutine populate(self, scene, error)
+      class(model_t), intent(inout) :: self
+      type(scene_t), intent(in) :: scene
+      type(error_t), intent(inout) :: error
+      integer, allocatable :: counts(:), owner(:)
+      integer :: e, finest, l
+      call require_memory(self, scene%place('cell_size'), sum(expected_count(scene%bodies, &
+            self%levels(1)%grid)), 0.0_wp, error)
+      if (error%happened()) return
+      call count_particles(self, scene, counts, error)
+      if (error%happened()) return
+      finest = blocks_before(self%levels, size(self%levels)) + 1 ! the blocks of the others have two tiles
+      call require_memory(self, scene%place('cell_size'), sum(real(max(counts, 0), wp)), &
+                          real(count(counts >= 0) + count(counts(:finest - 1) >= 0), wp), error)
+      if (error%happened()) return
+      allocate (owner(size(counts)))
+      call choose_owners(self%communicator, self%levels, work_of(self%levels, counts, &
+            self%steps_of_levels()), owner, error)
+      if (error%happened()) return
+      call set_owners(self%levels, owner)
+      call self%connect()
+      do l = 1, size(self%levels)
+         call fill(self, scene, l)
+      end do
+      call self%prepare_blocks()
+      if (size(self%levels) > 1) call self%rebalance(error) ! now that all blocks are there
+      do e = 1, size(self%effects)
+         call self%effects(e)%effect%verify(self%communicator, self%levels, size(scene%tools), error)
+      end do
+      call self%communicator%agree(error)
+   end subroutine populate
+
+   !> The particles of one level.
+   subroutine fill(self, scene, l)
+      class(model_t), intent(inout) :: self
+      type(scene_t), intent(in) :: scene
+      integer, intent(in) :: l
+      integer :: b, body, e, filled
+      do b = 1, size(self%levels(l)%blocks)
+         associate (block => self%levels(l)%blocks(b))
+            do body = 1, size(scene%bodies)
+               filled = block%particles%count
+               call fill_block(self%levels, l, block, scene%bodies(body), body, &
+                               scene%materials(scene%bodies(body)%material)%density, first_id(body))
+               associate (law => self%materials%slots(self%materials%of_body(body))%law)
+                  if (block%particles%count > filled) &
+                     call law%initial(block%particles%column, self%levels(l)%layout, filled + 1, &
+                                      block%particles%count)
+               end associate
+            end do
+            call set_bins(self%levels(l), block)
+            do e = 1, size(self%effects)
+               call self%effects(e)%effect%initialise(block%particles, self%levels(l)%table, &
+                                                      self%levels(l)%layout, &
+                                                      self%levels(l)%grid)
+            end do
+         end associate
+      end do
+      call self%levels(l)%size_work()
+      do b = 1, size(self%levels(l)%blocks)
+         call self%levels(l)%keep_order(b)
+      end do
+   end subroutine fill
+
+   !> Bins of the particles of a block that has just been filled, and the bounds of their places.
+   subroutine set_bins(level, block)
+      type(level_t), intent(in) :: level
+      type(block_t), intent(inout) :: block
+      integer :: p
+      associate (x => level%layout%position)
+         do p = 1, block%particles%count
+            block%cells%bin(p) = bin_of(block%particles%column(p, x:x + 2), frame_of(level, block))
+            call block%include_place(block%particles%column(p, x:x + 2))
+         end do
+      end associate
+      call block%cells%outdate()
+      call block%particles%changed()
+   end subroutine set_bins
+
+   !> Collective: refuse what does not fit into the memory of the machines.
+   subroutine require_memory(self, place, particles, tiles, error)
+      class(model_t), intent(in) :: self
+      character(len=*), intent(in) :: place    !< how the sentence begins
+      real(wp), intent(in) :: particles, tiles !< how many
+      real(wp), parameter :: bytes_beside = 16.0_wp !< id, body and bin of a particle
+      real(wp), parameter :: tile_bytes = 8.0_wp*node_values*(tile_last + 1)**3 !< of the nodes of a block
+      type(error_t), intent(inout) :: error
+      real(wp) :: needed, free
+      free = free_memory(self%communicator)
+      needed = particles*(bytes_per_column*self%levels(1)%table%columns + bytes_beside) + tiles*tile_bytes
+      if (needed > free) call fail(error, exit_input, place//': the scene makes about '// &
+                                   to_text(particles, 3)// &
+         ' particles, which need '//si(needed, 'B')//' of memory; '//si(free, 'B')// &
+         ' are free: take larger cells, fewer particles_per_cell or more machines')
+   end subroutine require_memory
+
+   !> Collective: particles of each block of each level by index, -1 where there are none; each rank counts a
+   !> share of the blocks.
+   subroutine count_particles(self, scene, counts, error)
+      class(model_t), intent(in) :: self
+      type(scene_t), intent(in) :: scene
+      integer, allocatable, intent(out) :: counts(:)
+      type(error_t), intent(inout) :: error !< a body that holds none
+      integer(i8) :: of_body(size(scene%bodies))
+      integer :: before, body, found, index, l
+      of_body = 0
+      allocate (counts(blocks_before(self%levels, size(self%levels) + 1)), source=0)
+      do l = 1, size(self%levels)
+         before = blocks_before(self%levels, l)
+         do index = 1 + self%communicator%rank, product(self%levels(l)%grid%blocks), self%communicator%ranks
+            do body = 1, size(scene%bodies)
+               found = count_in_block(self%levels, l, self%levels(l)%grid%block_place(index), &
+                                      scene%bodies(body))
+               counts(before + index) = counts(before + index) + found
+               of_body(body) = of_body(body) + found
+            end do
+         end do
+      end do
+      call MPI_Allreduce(MPI_IN_PLACE, counts, size(counts), MPI_INTEGER, MPI_SUM, self%communicator%comm)
+      where (counts == 0) counts = -1
+      call add_parents(self%levels, counts)
+      call MPI_Allreduce(MPI_IN_PLACE, of_body, size(of_body), MPI_INTEGER8, MPI_SUM, self%communicator%comm)
+      do body = 1, size(of_body)
+         if (of_body(body) == 0) call fail(error, exit_input, scene%place('body', body)// &
+            ': the body holds no particle: the centre of none lies in it; allowed: a larger body, or a smaller cell_size')
+      end do
+   end subroutine count_particles
+
+end submodule m_model_filling
