@@ -309,6 +309,7 @@ contains
             block
                type(block_t) :: one
                one%place = place
+               call one%reserve(1, levels(l)%table%columns)
                call fill_block(levels, l, one, body, 4, density, base)
                n = one%particles%count
                if (count_in_block(levels, l, place, body) /= n) wrong(4) = wrong(4) + 1
