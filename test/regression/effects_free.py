@@ -21,9 +21,9 @@ SCENE = """&scene    title='{name}', end_time=1e-2 /
 # Fields of every scene, and rows with their calls
 FIELDS = {"position": 3, "velocity": 3, "mass": 1, "volume": 1, "half_size": 1, "stress": 6}
 EACH = BLOCKS * STEPS
-# Lists and to nodes before the first step, then ahead at the end of each; the begin of the exchange, and sums of inner blocks and
+# Lists at the end of each step; P2G ahead of it, and of what has come at its beginning; the begin of the exchange, and sums of inner blocks and
 # of the others; what a row of the histories asks of each block, and the row itself
-ROWS = {"lists": BLOCKS + 2 * EACH, "to nodes": BLOCKS + EACH, "exchange": 3 * STEPS, "nodes": EACH, "to particles": EACH,
+ROWS = {"lists": EACH, "P2G": 2 * EACH, "exchange": 3 * STEPS, "nodes": EACH, "G2P": EACH,
         "stress": EACH, "migration": STEPS, "control": STEPS, "output": EACH + STEPS + 1,
         "guard": 1, "indicators": 1}  # the copy at the start, the estimate at the end
 FILES = {"case.nml", "cost.dat", "energy.dat", "run.log"}
@@ -40,7 +40,7 @@ J2 = "model='j2', yield_stress=1e3"
 NO_LOCKING = "&anti_locking kind='none' /"
 
 ON_NODES = {"nodes": 2 * EACH}           # nodes go on after the effect; its work is measured
-ON_FORCES = {"to nodes": EACH, "nodes": EACH} # so does to nodes; its work is measured
+ON_FORCES = {"P2G": EACH, "nodes": EACH} # so does P2G; its work is measured
 PATCH = ({"pressure_area_1": 3, "pressure_arm_1": 3}, ON_FORCES | {"pressure": 2 * EACH}, {"pressure": 48})
 LOCKING_FIELDS = {"pressure_shift": 1, "kept_gradient": 9} # the gradient only where transfer does not keep it anyway
 TOUCH = {"contact_pressure": 1, "last_contact_pressure": 1, "contact_gap": 1}
@@ -51,7 +51,7 @@ CASES = [
     ("plain", {}, {}, {}, {}),
     ("affine", {"transfer": "affine"}, {"velocity_gradient": 9}, {}, {"affine transfer": 72}),
     ("musl", {"update": "musl"}, {"next_position": 3},
-     {"lists": 2 * EACH - BLOCKS, "to nodes": EACH - BLOCKS, "exchange": 3 * STEPS, "nodes": EACH, "to particles": EACH,
+     {"exchange": 3 * STEPS, "nodes": EACH, "G2P": EACH,
       "output": -EACH}, {}),  # nothing is done ahead
     ("stretch", {"domain": "stretch"}, {"half_size": 3, "generation": 1}, {}, {"deforming domains": 24}),
     ("corners", {"domain": "corners"}, {"half_size": 0, "domain": 9, "generation": 1}, {}, {"deforming domains": 72}),
@@ -68,7 +68,7 @@ CASES = [
     ("anti_locking", {"groups": ANTI_LOCKING}, LOCKING_FIELDS, {"anti_locking": EACH, "exchange": STEPS}, {"anti_locking": 80}),
     ("together", {"groups": "\n".join([GRAVITY, DAMPING, PRESSURE, VISCOSITY, ANTI_LOCKING])},
      {"unseen_heat": 1} | PATCH[0] | LOCKING_FIELDS | {"viscous_pressure": 1, "viscous_heat": 1},
-     {"to nodes": EACH, "nodes": 2 * EACH, "gravity": EACH, "damping": EACH, "pressure": 2 * EACH, "bulk_viscosity": EACH,
+     {"P2G": EACH, "nodes": 2 * EACH, "gravity": EACH, "damping": EACH, "pressure": 2 * EACH, "bulk_viscosity": EACH,
       "anti_locking": EACH, "exchange": STEPS},
      {"gravity": 0, "damping": 8, "pressure": 48, "bulk_viscosity": 16, "anti_locking": 80}),
     ("probe", {"groups": PROBE}, {}, {}, {"probes": 0}, {"probe_one.dat"}),
@@ -117,7 +117,7 @@ def judge(said, cost, files, fields, calls, effects, others=frozenset()):
     entered = {names[str(int(float(row[0])))]: int(float(row[4])) for row in table if float(row[4]) > 0}
     compare("rows", entered, {row: ROWS.get(row, 0) + calls.get(row, 0) for row in ROWS | calls})
     # no row for what was not called for, not even an empty one
-    phases = ["lists", "to nodes", "exchange", "nodes", "contact", "to particles", "stress", "migration", "control", "balance",
+    phases = ["lists", "P2G", "exchange", "nodes", "contact", "G2P", "stress", "migration", "control", "balance",
               "output"]
     compare("names of rows", list(names.values()), phases + [name for name in effects if name in calls] + ["guard", "indicators", "the rest", "all"])
     compare("steps", re.search(r"^(\d+) steps to", said, re.M)[1], str(STEPS))

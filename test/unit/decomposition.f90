@@ -366,8 +366,7 @@ contains
       integer :: c, r
       is_slowest = .false.
       do c = 1, size(graph%times)
-         if (sum(graph%weight(c, :), mask=part == rank) >= maxval([(sum(graph%weight(c, :), mask=part == r), r=0, ranks - 1)])) &
-            is_slowest = .true.
+         if (rank == maxloc([(sum(graph%weight(c, :), mask=part == r), r=0, ranks - 1)], dim=1) - 1) is_slowest = .true.
       end do
    end function is_slowest
 

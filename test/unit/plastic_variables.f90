@@ -63,7 +63,7 @@ contains
       type(namelist_text_t) :: text
       type(group_reader_t) :: group
       type(error_t) :: error
-      call text%parse('&material '//variables//' /'//new_line('a'), error)
+      call text%parse('&material young=1e9, poisson=0.3, '//variables//' /'//new_line('a'), error)
       call group%begin(text%groups(1))
       select type (law)
       type is (j2_t)
