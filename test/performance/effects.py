@@ -80,31 +80,25 @@ def strip(source):
     drop(listed, r'^ *block; use m_')
     for module in modules:
         (source/f'physics/{module}.f90').unlink()
-    nodes, step = source/'stepping/node_step.f90', source/'stepping/particle_step.f90'
-    for path in nodes, step:
-        replace(path, r' \.and\. \.not\. model%effect_step\(l\)%\w+', '')
-    replace(nodes, r'\.not\. model%effect_step\(l\)%works \.and\. ', '')
-    replace(nodes, r'= model%effect_step\(l\)%works', '= .false.')
-    # means over cells: the second loop over blocks, and what waits for it
-    replace(step, r'(?s)      if \(\.not\. shares_cells\) return\n.*?(?=   end subroutine to_particles)', '')
-    drop(step, 'shares_cells')
-    replace(step, r'if \(size\(model%effect_step\(l\)%on_cells\) == 0\) (?=call update_stress)', '')
-    replace(step, r'(?s)      if \(size\(model%effect_step\(l\)%on_cells\) == 0\) return\n.*?(?=   end subroutine strain)', '')
-    replace(step, r'(?s)         if \(size\(model%effect_step\(l\)%on_cells\) == 0\) return\n.*?(?=      end associate\n   end subroutine scatter)', '')
-    kernel = source/'kernels/particle_to_node.f90'
-    for path, name in (nodes, 'sum_cells'), (step, 'take_back'), (kernel, 'add_pressure'):
-        replace(path, rf'(?s)\n(   !>[^\n]*\n)+   (pure )?subroutine {name}\(.*?end subroutine {name}\n', '\n')
-    for path in nodes, step:
-        replace(path, 'sum_cells, ', '')
+    grid, schedule, g2p, stress, cells = (source/f'stepping/{name}.f90' for name in
+                                          ('grid_stages', 'schedule', 'g2p_stage', 'stress_stage', 'cells_stage'))
+    kernel = source/'kernels/p2g_boxes.f90'
+    replace(grid, r'= model%effect_step\(l\)%acts_on_nodes', '= .false.')
+    replace(g2p, r' \.and\. \.not\. model%effect_step\(l\)%acts_at_rest', '')
+    # means over cells, and the loop over blocks that waits for them
+    replace(g2p, r'(?s)         if \(size\(model%effect_step\(l\)%on_cells\) == 0\) return\n.*?(?=      end associate\n   end subroutine g2p_block)', '')
+    drop(schedule, 'call sum_cells|call measure_work')
+    for path in grid, schedule, g2p, stress:
         drop(path, r'effect_step\(l\)%')
-    drop(step, 'viscous_pressure')
+    drop(cells, 'viscous_pressure')
     drop(kernel, 'viscous_pressure|pressure_shift')
+    replace(kernel, r'(?s)\n(   !>[^\n]*\n)+   pure subroutine add_pressure\(.*?end subroutine add_pressure\n', '\n')
     replace(source/'stepping/model.f90', r'(?s)( *wave_speed = self%bounds%wave_speed\n) *do e = .*?end do\n', r'\1')
     replace(source/'stepping/model.f90', r' *integer :: e\n( *wave_speed = )', r'\1')
     replace(source/'stepping/energy.f90', r'(?s) *do m = 1, size\(model%effects\)\n.*?end do\n', '')
     drop(source/'stepping/model.f90', r'effect_step\(l\)%fold')
-    for path in (nodes, step, kernel):
-        if re.search('effect_step\\(l|viscous|pressure_shift|cells\\(model', path.read_text()):
+    for path in (grid, schedule, g2p, stress, cells, kernel):
+        if re.search('effect_step\\(l|viscous|pressure_shift', path.read_text()):
             raise SystemExit(f'{path} still knows of effects')
 
 
