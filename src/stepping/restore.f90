@@ -222,7 +222,7 @@ contains
          do b = 1, size(model%levels(l)%blocks)
             associate (block => model%levels(l)%blocks(b))
                call block%particles%changed()
-               call block%recount(block%cells%run_breaks)
+               call block%recount((block%cells%run_breaks)) ! a copy: it is counted anew
             end associate
          end do
       end do
