@@ -22,7 +22,7 @@ program transfer
    type(frame_t) :: frame
    type(cell_list_t) :: cells
    real(wp), allocatable :: column(:, :), gradient(:, :)
-   real(wp), dimension(lanes, 0:last, 0:last, 0:last) :: tile, plain
+   real(wp), dimension(lanes, 0:last, 0:last, 0:last) :: tile, plain, followed
    real(wp) :: body_force(2000, 3)
    !> Ways to go through the particles: as they are stored, at first with hardly two of a bin beside each other, then bin by bin.
    character(len=9), parameter :: ways(4) = ['as made  ', 'chosen   ', 'sorted   ', 'from 101 ']
@@ -32,6 +32,7 @@ program transfer
    call make_particles(1500)
    do way = 1, size(ways)
       call arrange(way)
+      call follow(way)
       call to_nodes(affine=.true.)
       call to_nodes(affine=.false.)
       call to_particles(1.0_wp)
@@ -93,14 +94,11 @@ contains
    !> Runs of particles of one bin: hardly any as they were made, of dozens when they are chosen bin by bin or sorted.
    subroutine arrange(way)
       integer, intent(in) :: way
-      type(cell_list_t) :: copy
       integer(i4) :: order(n)
       call cells%update_statistics(n)
       select case (ways(way))
       case ('chosen')
-         copy = cells
-         call copy%sort(order)
-         cells%order(:n) = order
+         cells%order(:n) = in_lists()
          cells%chosen = .true.
       case ('sorted')
          call test%check(cells%run_breaks > n, 'the particles were out of order')
@@ -113,6 +111,34 @@ contains
          call cells%go_through(101, n)
       end select
    end subroutine arrange
+
+   !> The particles cell by cell, as the linked lists have them.
+   function in_lists() result(order)
+      integer(i4) :: order(n)
+      integer :: cell, p, m
+      call cells%outdate()
+      call cells%link(n)
+      m = 0
+      do cell = 1, size(cells%first)
+         p = cells%first(cell)
+         do while (p > 0)
+            m = m + 1
+            order(m) = p
+            p = cells%next(p)
+         end do
+      end do
+      call test%check_equal(m, n, 'the lists have every particle')
+   end function in_lists
+
+   !> P2G along the linked lists, while particles are out of order in memory, and along memory once they are sorted: the same bits.
+   subroutine follow(way)
+      integer, intent(in) :: way
+      tile = 0.0_wp
+      call p2g_boxes(cells, column, layout, frame, tile)
+      if (ways(way) == 'chosen') followed = tile
+      if (ways(way) == 'sorted') &
+         call test%check(all(abs(tile - followed) <= 0.0_wp), 'P2G along the lists and along memory: the same bits')
+   end subroutine follow
 
    pure function node_place(i, j, k) result(place)
       integer, intent(in) :: i, j, k !< in the tile
