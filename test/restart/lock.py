@@ -103,6 +103,9 @@ for dead in (False, True):
         time.sleep(0.05)
     left = [one for one in several if one.poll() is None]
     refused = sum(one.returncode == 4 for one in several)
+    for one in several:
+        if one.returncode not in (None, 4):
+            print(f"   status {one.returncode}: {one.communicate()[0][-600:]}")
     require(f"six at once{', over a dead one' if dead else ''}: {len(left)} runs, {refused} refused", len(left) == 1 and refused == 5)
     for one in left:
         one.send_signal(signal.SIGTERM)
