@@ -18,9 +18,9 @@ module m_migration
    integer, parameter :: at_body = 2
    integer, parameter :: at_block = 3 !< index of the block where it goes. If the block moves as a whole, of
                                       !< that:
-   integer, parameter :: at_breaks = 4   !< run breaks when they were last counted
+   integer, parameter :: at_breaks = 4   !< run breaks
    integer, parameter :: at_disorder = 5 !< their sum since its particles were sorted
-   integer, parameter :: at_average = 6  !< and their average
+   integer, parameter :: at_mean = 6     !< and their mean
    integer, parameter :: extra = 6
 
    integer, parameter :: neighbours_tag = 2 !< of emigrants
@@ -76,6 +76,7 @@ contains
       integer :: m, p, place(3)
       associate (block => level%blocks(b))
          if (block%emigrant_count == 0) return
+         self%moved = self%moved + block%emigrant_count
          do m = 1, block%emigrant_count
             p = block%emigrants(m)
             place = entered(level, block, p)
@@ -101,7 +102,6 @@ contains
                          transfer(record(n + at_id), 0_i8), int(record(n + at_body), i4), index)
          end associate
       end do
-      self%moved = self%moved - self%homeless%count ! counted already
       self%homeless%count = 0
    end subroutine house
 
@@ -173,7 +173,6 @@ contains
       real(wp), intent(in) :: values(:)
       integer(i8), intent(in) :: id
       integer(i4), intent(in) :: body
-      self%moved = self%moved + 1
       if (rank < 0) then
          call self%homeless%add(values, id, body, index)
       else if (rank == here) then
@@ -197,6 +196,7 @@ contains
       associate (x => level%layout%position)
          place = level%grid%block_of(values(x:x + 2))
       end associate
+      self%moved = self%moved + 1
       call address(self, communicator%rank, level%owner_at(place), values, id, body, &
                    level%grid%block_index(place))
    end subroutine send_to_level
@@ -260,9 +260,7 @@ contains
       over = .false.
       do while (.not. over)
          call MPI_Improbe(MPI_ANY_SOURCE, tag, communicator%comm, comes, message, status)
-         if (comes) then
-            call receive(self, message, status)
-         end if
+         if (comes) call receive(self, message, status)
          if (received) then
             call MPI_Test(all_done, over, MPI_STATUS_IGNORE)
          else
@@ -358,9 +356,10 @@ contains
                if (nint(self%incoming%records(n + at_block, r + 1)) == nint(record(n + at_block))) cycle
             end if
             associate (block => level%blocks(b)) ! its last
-               call block%recount(nint(record(n + at_breaks)))
+               call block%cells%outdate()
+               block%run_breaks = nint(record(n + at_breaks))
                block%disorder = record(n + at_disorder)
-               block%run_breaks = record(n + at_average)
+               block%mean_breaks = record(n + at_mean)
             end associate
          end associate
       end do
@@ -412,9 +411,9 @@ contains
          record(columns + at_body) = real(body, wp)
          record(columns + at_block) = real(index, wp)
          if (.not. present(block)) return
-         record(columns + at_breaks) = real(block%cells%run_breaks, wp)
+         record(columns + at_breaks) = real(block%run_breaks, wp)
          record(columns + at_disorder) = block%disorder
-         record(columns + at_average) = block%run_breaks
+         record(columns + at_mean) = block%mean_breaks
       end associate
    end subroutine add
 

@@ -27,7 +27,7 @@ module m_placement
 
    integer, parameter :: block_cost = 64 !< of a block's node tile, in particles
    real(wp), parameter :: bin_cost = 0.75_wp !< of a bin that has particles, in particles
-   real(wp), parameter :: jump_cost = 1.75_wp !< of a jump of the particles' order (cell_list.f90), in
+   real(wp), parameter :: run_break_cost = 1.75_wp !< of a run break of the particles' order (cell_list.f90), in
                                               !< particles; with it goes how uneven the bins are, and how
                                               !< often the particles are sorted
    integer, parameter :: point_cost = 48 !< of a contact point, in particles: in E2, what its rank takes
@@ -83,7 +83,7 @@ contains
    pure integer function order_work(bins, run_breaks)
       integer, intent(in) :: bins   !< that have particles
       real(wp), intent(in) :: run_breaks !< of the particles' order, on average
-      order_work = nint(bin_cost*bins + jump_cost*run_breaks)
+      order_work = nint(bin_cost*bins + run_break_cost*run_breaks)
    end function order_work
 
    !> Collective: an owner for every block that exists, the same on every rank; -1 elsewhere. Where blocks

@@ -5,14 +5,13 @@ module m_block
    use m_cell_list, only: cell_list_t
    implicit none
    private
-   public :: block_t, contents_t
+   public :: block_t
 
    integer, private :: n
    !> Directions -1, 0, 1 along each axis of the 27 blocks around a block; the 14th is that of the block
    !> itself.
-   integer, parameter, public :: directions(3, 27) = reshape([(mod(n - 1, 3) - 1, mod((n - 1)/3, 3) - 1, &
-         (n - 1)/9 - 1, n=1, 27)], &
-                                                             [3, 27])
+   integer, parameter, public :: directions(3, 27) = &
+      reshape([(mod(n - 1, 3) - 1, mod((n - 1)/3, 3) - 1, (n - 1)/9 - 1, n=1, 27)], [3, 27])
 
    integer, parameter, public :: sum_count = 12 !< quantities that histories sum over all particles
                                                 !< (stepping/energy.f90)
@@ -23,9 +22,9 @@ module m_block
       type(cell_list_t), allocatable :: cells
       integer(i4), allocatable :: emigrants(:) !< particles that left during this step, rising
       integer :: emigrant_count = 0
-      real(wp) :: disorder = 0.0_wp !< run breaks of its particles' order, summed over the steps since they
-                                    !< were sorted
-      real(wp) :: run_breaks = 0.0_wp    !< the same, on average over the last steps: they cost time
+      integer :: run_breaks = 0          !< of its particles' order, when it was last seen to (cell_list.f90)
+      real(wp) :: disorder = 0.0_wp      !< their sum over the steps since the particles were sorted
+      real(wp) :: mean_breaks = 0.0_wp   !< and their mean over the last steps: they cost time
       logical :: pressed = .true. !< some particle may carry a contact pressure, of the last step or the one
                                   !< before
       integer :: deposited = 0           !< its tile is P2G of so many of its first particles, of a generation
@@ -56,7 +55,6 @@ module m_block
       procedure :: wants_sorting
       procedure :: sort
       procedure :: count_disorder
-      procedure :: recount
       procedure :: include_place
       procedure :: bytes
    end type block_t
@@ -130,23 +128,13 @@ contains
    end subroutine sort
 
    !> Once a step, with its order as it is used: what its run breaks cost, on average and since the particles
-   !> were sorted. What has come since it was counted does not count: sorting, which decides the last digits
-   !> of sums, must not depend on ranks.
+   !> were sorted. What has come since then does not count: sorting decides the last digits of sums, and must
+   !> not depend on ranks.
    pure subroutine count_disorder(self)
       class(block_t), intent(inout) :: self
-      self%disorder = self%disorder + self%cells%run_breaks
-      self%run_breaks = self%run_breaks + (self%cells%run_breaks - self%run_breaks)/averaged
+      self%disorder = self%disorder + self%run_breaks
+      self%mean_breaks = self%mean_breaks + (self%run_breaks - self%mean_breaks)/averaged
    end subroutine count_disorder
-
-   !> Its particles have been put back in the order that they had: what that had been counted to stays.
-   pure subroutine recount(self, run_breaks)
-      class(block_t), intent(inout) :: self
-      integer, intent(in) :: run_breaks
-      call self%cells%outdate()
-      call self%cells%update_statistics(self%particles%count)
-      self%cells%run_breaks = run_breaks
-      self%cells%counted = 0 ! of fewer than there are: they are counted again when they move
-   end subroutine recount
 
    !> Widen the bounds to a place.
    pure subroutine include_place(self, place)

@@ -100,8 +100,8 @@ contains
       if (whole) extent(2, :) = tile_last
    end function range_of
 
-   !> Before a block's tile is given to anew: it is 0, and goes as far as the block's particles reach, or is
-   !> whole.
+   !> Before a block's tile is given to anew: it goes as far as the block's particles reach, or is whole, and is
+   !> 0 beyond.
    subroutine update_extents(self, b, whole)
       class(level_t), intent(inout) :: self
       integer, intent(in) :: b
@@ -115,8 +115,6 @@ contains
       associate (old => self%extent(:, :, b))
          if (any(old(1, :) < extent(1, :)) .or. any(old(2, :) > extent(2, :))) &
             self%nodes(:, old(1, 1):old(2, 1), old(1, 2):old(2, 2), old(1, 3):old(2, 3), b) = 0.0_wp
-         self%nodes(:, extent(1, 1):extent(2, 1), extent(1, 2):extent(2, 2), extent(1, 3):extent(2, 3), &
-                    b) = 0.0_wp
          old = extent
       end associate
    end subroutine update_extents
@@ -140,8 +138,10 @@ contains
       class(level_t), intent(inout) :: self
       integer, intent(in) :: b
       associate (block => self%blocks(b))
-         if (block%cells%counted /= block%particles%count) call block%cells%update_statistics(block%particles%count)
+         if (block%cells%counted /= block%particles%count) &
+            call block%cells%update_statistics(block%particles%count)
          if (block%wants_sorting()) call block%sort(self%order, self%gradient)
+         block%run_breaks = block%cells%run_breaks
       end associate
    end subroutine keep_order
 

@@ -23,7 +23,7 @@ module m_complaints
 
 contains
 
-   !> Leavers must have gone somewhere, and not further than the next block.
+   !> Emigrants must have gone somewhere, and not further than the next block.
    subroutine check_emigrants(model, l, b, error)
       type(model_t), intent(in) :: model
       integer, intent(in) :: l, b

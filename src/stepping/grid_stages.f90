@@ -75,6 +75,7 @@ contains
          if (block%in_tile() == 0) then
             block%deposited = 0
             call level%update_extents(b, whole)
+            call clear(level%nodes(:, :, :, :, b), level%extent(:, :, b))
          else
             call level%widen_extent(b, whole)
          end if

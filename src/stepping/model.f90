@@ -308,7 +308,7 @@ contains
       end do
    end subroutine add_parents
 
-   !> Collective: fit blocks, mirrors, pools and messages to the owners.
+   !> Collective: fit blocks, ghosts, pools and messages to the owners.
    subroutine connect(self)
       class(model_t), intent(inout) :: self
       integer :: l

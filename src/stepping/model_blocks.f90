@@ -4,28 +4,19 @@ submodule (m_model) m_model_blocks
 
 contains
 
-   !> Collective: make the blocks that emigrants of the only level have entered and that do not exist yet.
-   module subroutine create_blocks(self)
-      class(model_t), intent(inout) :: self
+   module procedure create_blocks
       logical, allocatable :: wanted(:)
       allocate (wanted(size(self%levels(1)%owner)), source=.false.)
       wanted(self%migration(1)%missing(self%levels(1))) = .true.
       call make_wanted(self, wanted)
-   end subroutine create_blocks
+   end procedure create_blocks
 
-   !> Collective: with several levels, make the blocks that particles may enter before the end of the next
-   !> step, on their own level, in the finer one's region or out of their own, and the parents of those with
-   !> constrained nodes. Blocks are only made here: within a step of the coarsest level all stay where they
-   !> are.
-   module subroutine prepare_blocks(self, edges_moved)
-      class(model_t), intent(inout) :: self
-      logical, intent(in), optional :: edges_moved !< other blocks hold constrained nodes than before: all
-                                                   !< parents are looked for anew
+   module procedure prepare_blocks
       logical, allocatable :: wanted(:)
       if (size(self%levels) == 1) return
       call mark_wanted(self, wanted)
       call make_wanted(self, wanted, edges_moved)
-   end subroutine prepare_blocks
+   end procedure prepare_blocks
 
    !> The blocks that this rank's particles may enter, by number.
    subroutine mark_wanted(self, wanted)
@@ -42,13 +33,7 @@ contains
       end do
    end subroutine mark_wanted
 
-   !> The blocks that particles of a level within a box are in or, with several levels, may enter before the
-   !> end of the next step.
-   module subroutine mark_around(self, l, lowest, highest, wanted)
-      class(model_t), intent(in) :: self
-      integer, intent(in) :: l
-      real(wp), intent(in) :: lowest(3), highest(3) !< m
-      logical, intent(inout) :: wanted(:) !< by number
+   module procedure mark_around
       real(wp) :: low(3), high(3), low_there(3), high_there(3), reach
       reach = merge(largest_move, 0.0_wp, size(self%levels) > 1)*self%levels(1)%grid%cell
       low = lowest - reach
@@ -85,7 +70,7 @@ contains
             end do
          end do
       end subroutine mark_box
-   end subroutine mark_around
+   end procedure mark_around
 
    !> Collective: make the blocks that some rank wants and that do not exist yet. A new block belongs to the
    !> lowest rank that wants it.
@@ -108,14 +93,7 @@ contains
       call self%connect()
    end subroutine make_wanted
 
-   !> Collective: place the blocks anew by what they hold now, where that pays in so many steps of the
-   !> coarsest level; where `steps` are not given, as if no block had an owner. A level alone loses its empty
-   !> blocks by that; of several levels all stay: which blocks are there decides in which order constrained
-   !> nodes are restricted, and must not depend on the ranks.
-   module subroutine rebalance(self, error, steps)
-      class(model_t), intent(inout) :: self
-      type(error_t), intent(inout) :: error
-      integer, intent(in), optional :: steps
+   module procedure rebalance
       type(work_t) :: work
       integer, allocatable :: now(:), owner(:)
       if (self%communicator%ranks == 1) return
@@ -126,7 +104,7 @@ contains
       call choose_owners(self%communicator, self%levels, work, owner, error, steps)
       if (.not. error%happened() .and. any(work%exists .and. owner /= now)) call place_anew(self, owner)
       call self%timers%leave()
-   end subroutine rebalance
+   end procedure rebalance
 
    !> Collective: the work of all blocks: their particles, those of them that a tool pressed, and their order.
    type(work_t) function count_work(self) result(work)
@@ -140,7 +118,7 @@ contains
          do b = 1, size(self%levels(l)%blocks)
             associate (block => self%levels(l)%blocks(b))
                counts(before + block%index) = block%particles%count
-               order(before + block%index) = order_work(block%cells%occupied, block%run_breaks)
+               order(before + block%index) = order_work(block%cells%occupied, block%mean_breaks)
                if (self%contact%active()) points(before &
                                                  + block%index) = self%contact%candidates%pressed(block)
             end associate

@@ -4,11 +4,7 @@ submodule (m_model) m_model_filling
 
 contains
 
-   !> Collective: the blocks that the bodies need, each on its rank, and the particles in them.
-   module subroutine populate(self, scene, error)
-      class(model_t), intent(inout) :: self
-      type(scene_t), intent(in) :: scene
-      type(error_t), intent(inout) :: error
+   module procedure populate
       integer, allocatable :: counts(:), owner(:)
       integer :: e, finest, l
       call require_memory(self, scene%place('cell_size'), sum(expected_count(scene%bodies, &
@@ -35,7 +31,7 @@ contains
          call self%effects(e)%effect%verify(self%communicator, self%levels, size(scene%tools), error)
       end do
       call self%communicator%agree(error)
-   end subroutine populate
+   end procedure populate
 
    !> The particles of one level.
    subroutine fill(self, scene, l)

@@ -75,8 +75,7 @@ contains
             associate (block => model%levels(l)%blocks(b))
                blocks%bounds(:, n) = [block%lowest, block%highest, model%effect_step(l)%booked(block%index), &
                                       model%lost_in_merging(blocks_before(model%levels, l) + block%index), &
-                                         block%run_breaks, &
-                                      real(block%cells%run_breaks, wp), block%disorder]
+                                      block%mean_breaks, real(block%run_breaks, wp), block%disorder]
             end associate
          end do
       end do
@@ -122,9 +121,9 @@ contains
             block%highest = blocks%bounds(4:6, n)
             call model%effect_step(l)%book(block%index, blocks%bounds(7:9, n))
             model%lost_in_merging(blocks_before(model%levels, l) + block%index) = blocks%bounds(10, n)
-            block%run_breaks = blocks%bounds(11, n)
-            block%cells%run_breaks = -1 ! not what a run writes
-            if (abs(blocks%bounds(12, n)) <= huge(1)) block%cells%run_breaks = nint(blocks%bounds(12, n))
+            block%mean_breaks = blocks%bounds(11, n)
+            block%run_breaks = -1 ! not what a run writes
+            if (abs(blocks%bounds(12, n)) <= huge(1)) block%run_breaks = nint(blocks%bounds(12, n))
             block%disorder = blocks%bounds(13, n)
          end associate
       end do
@@ -203,7 +202,7 @@ contains
             associate (block => model%levels(l)%blocks(b), x => model%levels(l)%layout%position, &
                        cell => model%levels(l)%grid%cell)
                n = block%particles%count
-               good = good .and. block%cells%run_breaks >= 0 .and. all(block%cells%bin(:n) >= 1 &
+               good = good .and. block%run_breaks >= 0 .and. all(block%cells%bin(:n) >= 1 &
                      .and. block%cells%bin(:n) <= bins) .and. &
                       all(block%particles%body(:n) >= 1 &
                           .and. block%particles%body(:n) <= size(model%materials%of_body)) .and. &
@@ -222,7 +221,7 @@ contains
          do b = 1, size(model%levels(l)%blocks)
             associate (block => model%levels(l)%blocks(b))
                call block%particles%changed()
-               call block%recount((block%cells%run_breaks)) ! a copy: it is counted anew
+               call block%cells%outdate()
             end associate
          end do
       end do

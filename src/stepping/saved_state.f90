@@ -125,7 +125,7 @@ contains
                blocks = blocks + 1
                n = block%particles%count
                self%count(blocks) = n
-               self%run_breaks(blocks) = block%cells%run_breaks
+               self%run_breaks(blocks) = block%run_breaks
                self%disorder(blocks) = block%disorder
                self%extent(:, blocks) = [block%lowest, block%highest]
                do c = 1, columns
@@ -231,7 +231,8 @@ contains
                block%particles%body(:n) = self%body(done + 1:done + n)
                call block%particles%changed()
                block%cells%bin(:n) = self%bin(done + 1:done + n)
-               call block%recount(self%run_breaks(blocks))
+               block%run_breaks = self%run_breaks(blocks)
+               call block%cells%outdate()
                block%pressed = .true.
                block%lowest = self%extent(1:3, blocks)
                block%highest = self%extent(4:6, blocks)

@@ -128,6 +128,8 @@ def try_scene(number, ranks):
 
 
 def main():
+    Path("inside").mkdir()
+    os.chdir("inside") # what is beside it is watched, and must be nothing of other tests
     count = int(sys.argv[1])
     first = int(sys.argv[2]) if len(sys.argv) > 2 else 0
     statuses, wrong = {}, 0

@@ -84,7 +84,7 @@ contains
          do b = 1, size(model%levels(l)%blocks)
             associate (block => model%levels(l)%blocks(b))
                counts(blocks_before(model%levels, l) + block%index) = block%particles%count
-               order(blocks_before(model%levels, l) + block%index) = order_work(block%cells%occupied, block%run_breaks)
+               order(blocks_before(model%levels, l) + block%index) = order_work(block%cells%occupied, block%mean_breaks)
             end associate
          end do
       end do

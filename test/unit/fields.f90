@@ -212,7 +212,7 @@ contains
          call wander(model, round)
       end do
       do b = 1, size(model%levels(1)%blocks)
-         model%levels(1)%blocks(b)%run_breaks = b + 0.5_wp ! those that have just been sorted have none
+         model%levels(1)%blocks(b)%mean_breaks = b + 0.5_wp ! those that have just been sorted have none
       end do
       weighed = what_placement_weighs(model)
       call test%check(comm%maximum(maxval([0, (model%levels(1)%blocks(b)%cells%occupied, b=1, &
@@ -258,7 +258,7 @@ contains
       real(wp), allocatable :: values(:)
       integer :: b
       associate (blocks => model%levels(1)%blocks)
-         values = [(real(blocks(b)%cells%occupied, wp), b=1, size(blocks)), (blocks(b)%run_breaks, b=1, size(blocks))]
+         values = [(real(blocks(b)%cells%occupied, wp), b=1, size(blocks)), (blocks(b)%mean_breaks, b=1, size(blocks))]
       end associate
    end function what_placement_weighs
 
