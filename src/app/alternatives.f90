@@ -71,8 +71,7 @@ contains
       if (size(scene%tools) > 0) call say(console, 'the tools at a tenth of their speed', &
                                           scaled(price, 10.0_wp*step_by_speed(scene, model)), price)
       call say(console, trim(merge('half the safety   ', 'half the time_step', &
-                                   scene%time%time_step <= 0.0_wp)), &
-               scaled(price, 2.0_wp), price)
+                                   scene%time%time_step <= 0.0_wp)), scaled(price, 2.0_wp), price)
    end subroutine say_alternatives
 
    subroutine say(console, name, what, price)
@@ -81,8 +80,7 @@ contains
       type(price_t), intent(in) :: what, price !< otherwise, and as it is
       character(len=120) :: line
       write (line, '(a52,f14.3,f8.2,f15.1,f8.2)') name//repeat(' ', 52), what%time(), &
-         what%time()/price%time(), &
-         1.0e-6_wp*what%memory(), what%memory()/price%memory()
+         what%time()/price%time(), 1.0e-6_wp*what%memory(), what%memory()/price%memory()
       call console%line(trim(line))
    end subroutine say
 
@@ -136,9 +134,8 @@ contains
       other%stores = price%stores*ratio
       other%buffers = price%buffers*ratio
       other%output = price%output*ratio
-      if (scene%time%time_step <= 0.0_wp) other = scaled(other, &
-                                                         max(1.0_wp, &
-                                                         scene%time%safety/largest_safety(number)))
+      if (scene%time%time_step <= 0.0_wp) &
+         other = scaled(other, max(1.0_wp, scene%time%safety/largest_safety(number)))
    end function with_particles
 
    !> Collective: cells half as large in a box half as wide as that of the finest level.
@@ -231,8 +228,8 @@ contains
       now = 0.0_wp
       then = 0.0_wp
       do l = 1, size(model%levels)
-         now = now + real(model%communicator%sum_count(int(count([(model%levels(l)%blocks(b)%particles%count > 0, &
-                                                               b=1, size(model%levels(l)%blocks))]), i8)), wp)
+         now = now + real(model%communicator%sum_count(int(count([(model%levels(l)%blocks(b)%particles%count &
+            > 0, b=1, size(model%levels(l)%blocks))]), i8)), wp)
          then = then + finer_blocks(model%levels(l), model, model%levels(l)%grid%lower, &
                                     model%levels(l)%grid%upper)
       end do

@@ -175,9 +175,8 @@ contains
       end do
       found%rates%history = model%communicator%maximum(wall_time() - began)
       value = text_cost()
-      if (scene%output%present) found%rates%history = found%rates%history &
-                                                      + value*(14 + 7*size(scene%tools) &
-                                                            + 12*size(scene%probes))
+      if (scene%output%present) &
+         found%rates%history = found%rates%history + value*(14 + 7*size(scene%tools) + 12*size(scene%probes))
       if (.not. found%prospect%snapshots > 0.0_wp) return
       began = wall_time()
       snapshot%title = ''
@@ -281,8 +280,8 @@ contains
       integer :: v
       median = values(1)
       do v = 1, size(values)
-         if (count(values <= values(v)) >= (size(values) + 1)/2 &
-             .and. count(values < values(v)) <= size(values)/2) &
+         if (count(values <= values(v)) >= (size(values) + 1)/2 .and. count(values < values(v)) &
+             <= size(values)/2) &
             median = values(v)
       end do
    end function median
@@ -334,8 +333,7 @@ contains
             if (.not. error%happened()) call advance(model, longest_step(sample, model, model%time), error)
          end do
          each = sum(model%timers%seconds - before%seconds, mask=particle_rows(size(before%seconds), &
-               before%names)) &
-                /(steps*real(model%particle_count(), wp))
+            before%names)) /(steps*real(model%particle_count(), wp))
       end if
       each = communicator%maximum(each)
       call model%release()

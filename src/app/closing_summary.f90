@@ -24,8 +24,10 @@ module m_closing_summary
       integer(i8) :: particles = 0       !< when the program began
       integer(i8) :: steps = 0           !< that the program has taken, repeated ones too
       real(wp) :: momentum(3) = 0.0_wp   !< when the program began, kg m/s
-      character(len=:), allocatable :: stop_reason !< why the run ends before the scene does; empty: it does not
-      real(wp) :: early_elapsed = 0.0_wp !< wall-clock time when the last tenth of the scene began, s; 0 before that
+      character(len=:), allocatable :: stop_reason !< why the run ends before the scene does; empty: it does
+                                                   !< not
+      real(wp) :: early_elapsed = 0.0_wp !< wall-clock time when the last tenth of the scene began, s; 0
+                                         !< before that
       real(wp) :: early_contact = 0.0_wp !< of that, in contact, s
    end type course_t
 
@@ -38,7 +40,7 @@ module m_closing_summary
       procedure :: note
    end type facts_t
 
-   real(wp), parameter :: notable = 0.05_wp         !< of the largest energy or work: what is apart or missing is said
+   real(wp), parameter :: notable = 0.05_wp !< of the largest energy or work: what is apart or missing is said
 
 contains
 
@@ -65,7 +67,8 @@ contains
       do l = 1, size(cost%level_steps)
          cost%level_steps(l) = model%communicator%sum_count(model%level_steps(l))
       end do
-      call say_expectation(facts, console, model, expectation, model%time >= scene%end_time .and. .not. error%happened())
+      call say_expectation(facts, console, model, expectation, model%time >= scene%end_time &
+                           .and. .not. error%happened())
       call say_work(facts, scene, model, course, cost%particle_steps)
       call say_conservation(facts, scene, model, balance, course)
       call say_work_done(facts, scene, model, balance)
@@ -81,7 +84,8 @@ contains
       path = ''
       if (scene%output%present) path = scene%output%directory//'/cost.dat'
       call write_cost_report(model%communicator, cost, path, table, trouble)
-      if (trouble%happened()) call fail(error, trouble%status, trouble%message) ! after a fault it is that which counts
+      if (trouble%happened()) call fail(error, trouble%status, trouble%message) ! after a fault it is that
+                                                                                ! which counts
       verdict = 'finished: '//scene%title
       if (course%stop_reason /= '') verdict = course%stop_reason
       if (error%happened()) verdict = 'stopped: '//error%message
@@ -106,7 +110,8 @@ contains
       self%notes = [self%notes, line]
    end subroutine note
 
-   !> Collective: memory held, and what was expected of the run beside what it took. A run that ended early took less.
+   !> Collective: memory held, and what was expected of the run beside what it took. A run that ended early
+   !> took less.
    subroutine say_expectation(facts, console, model, expectation, whole)
       type(facts_t), intent(inout) :: facts
       type(console_t), intent(in) :: console
@@ -122,9 +127,10 @@ contains
       call facts%note('node_blocks', to_text(blocks))
       call facts%note('memory_B', to_text(memory))
       if (.not. (expectation%made .and. whole)) return
-      call facts%say('expected at step '//to_text(expectation%step)//': '//duration(expectation%total)//' and '// &
-                     si(expectation%memory, 'B')//' in all; it took '//off_by(took, expectation%total)//' and '// &
-                     off_by(memory, expectation%memory)//' than that')
+      call facts%say('expected at step '//to_text(expectation%step)//': '//duration(expectation%total)// &
+                     ' and '//si(expectation%memory, 'B')//' in all; it took '// &
+                     off_by(took, expectation%total)//' and '//off_by(memory, expectation%memory)// &
+                     ' than that')
       call facts%note('expected_at_step', to_text(expectation%step))
       call facts%note('expected_elapsed_s', to_text(expectation%total))
       call facts%note('expected_memory_B', to_text(expectation%memory))
@@ -134,7 +140,8 @@ contains
    function off_by(value, expected) result(text)
       real(wp), intent(in) :: value, expected
       character(len=:), allocatable :: text
-      text = to_text(100.0_wp*abs(value - expected)/expected, 2)//' % '//trim(merge('more', 'less', value > expected))
+      text = to_text(100.0_wp*abs(value - expected)/expected, 2)//' % '// &
+             trim(merge('more', 'less', value > expected))
    end function off_by
 
    !> Collective: what the ranks did.
@@ -149,17 +156,19 @@ contains
       resting = model%communicator%sum_count(model%particle_steps_at_rest)
       splits = model%communicator%sum_count(model%splits)
       at_end = model%communicator%sum_count(model%particle_count())
-      messages = model%communicator%maximum(real(sum(model%exchange%messages) + sum(model%composite%exchange%messages), wp) &
-                                            /course%steps)
-      bytes = model%communicator%maximum(real(sum(model%exchange%bytes) + sum(model%composite%exchange%bytes), wp) &
-                                         /course%steps)
+      messages = model%communicator%maximum(real(sum(model%exchange%messages) &
+                                                 + sum(model%composite%exchange%messages), wp) /course%steps)
+      bytes = model%communicator%maximum(real(sum(model%exchange%bytes) &
+                                              + sum(model%composite%exchange%bytes), wp) /course%steps)
       if (resting > 0) call facts%say('at rest: '//to_text(100.0_wp*resting/particle_steps, 3)// &
                                       ' % of the particle-steps had nothing to do')
       call facts%note('particle_steps_at_rest', to_text(resting))
-      if (scene%time%domain /= domain_fixed .or. size(model%levels) > 1) call facts%say('domains: '//to_text(splits)// &
-          ' particles made by splitting, '//to_text(at_end)//' at the end')
-      if (model%communicator%ranks > 1) call facts%say('node sums: at most '//to_text(messages, 4)//' messages and '// &
-                                                       to_text(bytes, 9)//' B sent by a rank in a step')
+      if (scene%time%domain /= domain_fixed .or. size(model%levels) > 1) &
+         call facts%say('domains: '//to_text(splits)//' particles made by splitting, '//to_text(at_end)// &
+                        ' at the end')
+      if (model%communicator%ranks > 1) &
+         call facts%say('node sums: at most '//to_text(messages, 4)//' messages and '//to_text(bytes, 9)// &
+                        ' B sent by a rank in a step')
    end subroutine say_work
 
    !> Collective: energy, momentum, mass.
@@ -174,8 +183,8 @@ contains
       real(wp) :: change(3), impulse(3), mass, scale
       integer :: t
       sums = measure(model)
-      call facts%say('energy balance error: at most '//si(balance%worst, 'J')//' of '//si(balance%largest, 'J')// &
-                     percent(balance%worst, balance%largest))
+      call facts%say('energy balance error: at most '//si(balance%worst, 'J')//' of '// &
+                     si(balance%largest, 'J')//percent(balance%worst, balance%largest))
       call facts%note('energy_balance_error_J', to_text(balance%worst))
       call facts%note('largest_energy_J', to_text(balance%largest))
       change = sums%momentum - course%momentum
@@ -183,11 +192,13 @@ contains
       do t = 1, size(model%contact%states)
          impulse = impulse + model%contact%states(t)%impulse
       end do
-      text = 'momentum: changed by '//to_text(norm2(change), 3)//' kg m/s, tools gave '//to_text(norm2(impulse), 3)//' kg m/s'
+      text = 'momentum: changed by '//to_text(norm2(change), 3)//' kg m/s, tools gave '// &
+             to_text(norm2(impulse), 3)//' kg m/s'
       if (all(scene%grid%boundary == boundary_free) .and. size(model%effects) == 0) then
          scale = norm2(impulse)
          if (scale <= 0.0_wp) scale = sqrt(2.0_wp*sums%mass*balance%largest)
-         text = text//', off by '//to_text(norm2(change - impulse), 3)//' kg m/s'//percent(norm2(change - impulse), scale)
+         text = text//', off by '//to_text(norm2(change - impulse), 3)//' kg m/s'// &
+                percent(norm2(change - impulse), scale)
          if (norm2(impulse) > 0.0_wp) text = text//' of the impulse given'
          if (.not. norm2(impulse) > 0.0_wp) text = text//' of sqrt(2 mass x largest energy)'
          call facts%note('momentum_error_kg_m_s', to_text(norm2(change - impulse)))
@@ -202,8 +213,8 @@ contains
       call facts%note('mass_error_kg', to_text(mass))
    end subroutine say_conservation
 
-   !> How far the work of loads that is booked is from what they do by the motion of the particles that they act on; and what it
-   !> means where that is much.
+   !> How far the work of loads that is booked is from what they do by the motion of the particles that they
+   !> act on; and what it means where that is much.
    subroutine say_work_done(facts, scene, model, balance)
       type(facts_t), intent(inout) :: facts
       type(scene_t), intent(in) :: scene
@@ -238,7 +249,8 @@ contains
       character(len=:), allocatable :: text
       text = 'try smaller cells there'
       if (any(scene%bodies%particles_per_cell == 1)) text = text//', particles_per_cell=8'
-      if (scene%time%domain == domain_fixed .or. (scene%time%domain /= domain_corners .and. size(scene%tools) > 0)) &
+      if (scene%time%domain == domain_fixed .or. (scene%time%domain /= domain_corners &
+                                                  .and. size(scene%tools) > 0)) &
          text = text//', domain=''corners'''
    end function remedy
 
@@ -249,8 +261,8 @@ contains
       type(balance_t), intent(in) :: balance
       character(len=:), allocatable :: text
       if (.not. balance%worst > notable*balance%largest) return
-      text = 'WARNING: energy '//trim(merge('from nowhere', 'lost        ', balance%excess() > 0.0_wp))//': up to '// &
-             si(balance%worst, 'J')//percent(balance%worst, balance%largest)//' of the largest'
+      text = 'WARNING: energy '//trim(merge('from nowhere', 'lost        ', balance%excess() > 0.0_wp))// &
+             ': up to '//si(balance%worst, 'J')//percent(balance%worst, balance%largest)//' of the largest'
       if (balance%excess() > 0.0_wp) then
          text = text//'; '//remedy(scene)//', a smaller safety'
          if (scene%time%stress_update == update_usf) text = text//', stress_update=''usl'''
@@ -288,8 +300,8 @@ contains
          if (.not. (contact%active() .and. contact%solves > 0)) return
          call facts%say('contact: '//to_text(contact%solves)//' solves, '// &
                         to_text(real(contact%iterations, wp)/contact%solves, 3)//' iterations and '// &
-                        to_text(real(contact%system%products, wp)/contact%solves, 3)//' products each, at most '// &
-                        to_text(contact%largest)//' candidates')
+                        to_text(real(contact%system%products, wp)/contact%solves, 3)// &
+                        ' products each, at most '//to_text(contact%largest)//' candidates')
          call facts%say('contact: largest residual '//to_text(contact%worst_residual, 3)//' (relative), '// &
                         to_text(contact%unsolved)//' steps above the tolerance')
          call facts%say('contact: largest overlap '//si(contact%worst_overlap, 'm')//', '// &
@@ -297,16 +309,18 @@ contains
          call facts%note('largest_overlap_m', to_text(contact%worst_overlap))
          call facts%note('largest_overlap_cells', to_text(contact%worst_overlap/cell))
          associate (work => sum(contact%states%constraint_work))
-            call facts%say('contact: the condition itself did '//si(work, 'J')//' of work'//percent(work, largest)// &
-                           ' of the largest energy; gaps carried at most '// &
+            call facts%say('contact: the condition itself did '//si(work, 'J')//' of work'// &
+                           percent(work, largest)//' of the largest energy; gaps carried at most '// &
                            to_text(drift/cell, 3)//' cells off those of the particles')
          end associate
          call facts%note('constraint_work_J', to_text(sum(contact%states%constraint_work)))
          call facts%note('largest_drift_cells', to_text(drift/cell))
-         call facts%say('contact: no tension; force times gap at most '//to_text(bridge, 3)//' of largest force times cell')
+         call facts%say('contact: no tension; force times gap at most '//to_text(bridge, 3)// &
+                        ' of largest force times cell')
          call facts%note('complementarity', to_text(bridge))
          text = 'contact: '//to_text(late(1), 3)//' % of the elapsed time'
-         if (course%early_elapsed > 0.0_wp) text = text//', '//to_text(late(2), 3)//' % over the last tenth of the scene'
+         if (course%early_elapsed > 0.0_wp) &
+            text = text//', '//to_text(late(2), 3)//' % over the last tenth of the scene'
          call facts%say(text)
          if (contact%friction%present) call facts%say('friction: '// &
              to_text(real(contact%friction%sweeps, wp)/contact%solves, 3)//' sweeps and '// &
@@ -315,7 +329,8 @@ contains
       end associate
    end subroutine say_contact
 
-   !> Collective: what share of the time contact took, per cent: over the run, and over the last tenth of the scene.
+   !> Collective: what share of the time contact took, per cent: over the run, and over the last tenth of the
+   !> scene.
    function contact_share(console, model, course) result(share)
       type(console_t), intent(in) :: console
       type(model_t), intent(in) :: model
@@ -332,7 +347,8 @@ contains
       end do
    end function contact_share
 
-   !> Collective: the estimate of the discretisation error of the stress at the end, in a row of the timers of its own.
+   !> Collective: the estimate of the discretisation error of the stress at the end, in a row of the timers of
+   !> its own.
    subroutine say_stress_error(facts, model)
       type(facts_t), intent(inout) :: facts
       type(model_t), intent(inout) :: model
@@ -344,11 +360,13 @@ contains
       if (.not. error%energy > 0.0_wp) return
       text = 'stress: estimated error '//to_text(100.0_wp*error%share(), 3)//' % of its energy norm, sqrt('// &
              si(error%squares, 'J')//' of '//si(error%energy, 'J')//')'
-      if (error%left_out > 0.0_wp) text = text//', without the '//si(error%left_out, 'J')//' beside edges of levels'
+      if (error%left_out > 0.0_wp) &
+         text = text//', without the '//si(error%left_out, 'J')//' beside edges of levels'
       call facts%say(text)
-      call facts%say('stress: largest estimated error '//si(error%largest, 'Pa')//' of '//si(error%stress, 'Pa')//', particle '// &
-                     to_text(error%id)//' at ('//to_text(error%place(1))//', '//to_text(error%place(2))//', '// &
-                     to_text(error%place(3))//') m, level '//to_text(error%level))
+      call facts%say('stress: largest estimated error '//si(error%largest, 'Pa')//' of '// &
+                     si(error%stress, 'Pa')//', particle '//to_text(error%id)//' at ('// &
+                     to_text(error%place(1))//', '//to_text(error%place(2))//', '//to_text(error%place(3))// &
+                     ') m, level '//to_text(error%level))
       call facts%note('stress_error_share', to_text(error%share()))
       call facts%note('stress_error_energy_J', to_text(error%squares))
       call facts%note('strain_energy_J', to_text(error%energy))
@@ -356,8 +374,8 @@ contains
       call facts%note('largest_stress_error_Pa', to_text(error%largest))
       call facts%note('largest_stress_Pa', to_text(error%stress))
       call facts%note('largest_stress_error_particle', to_text(error%id))
-      call facts%note('largest_stress_error_at_m', to_text(error%place(1))//' '//to_text(error%place(2))//' '// &
-                      to_text(error%place(3)))
+      call facts%note('largest_stress_error_at_m', to_text(error%place(1))//' '//to_text(error%place(2))// &
+                      ' '//to_text(error%place(3)))
    end subroutine say_stress_error
 
 end module m_closing_summary

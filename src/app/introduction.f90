@@ -48,13 +48,11 @@ contains
                                 to_text(blocks)//' blocks with material')
          if (size(model%levels) > 1) call introduce_levels(console, model, time_step)
          call console%line('particles  '//to_text(particles)//' on '//to_text(model%communicator%ranks)// &
-                           ' rank(s), '// &
-                                si(real(bytes, wp), 'B')//' in all, '// &
-                                   to_text(real(bytes, wp)/particles, 3)//' B a particle')
+                           ' rank(s), '//si(real(bytes, wp), 'B')//' in all, '// &
+                           to_text(real(bytes, wp)/particles, 3)//' B a particle')
          if (model%time < scene%end_time) then
             call console%line('time       '//si(scene%end_time, 's')//' in steps of '//si(time_step, 's')// &
-                              ', about '// &
-                              to_text(ceiling(scene%end_time/time_step, i8))//' steps')
+                              ', about '//to_text(ceiling(scene%end_time/time_step, i8))//' steps')
          else
             call console%line('time       '//si(scene%end_time, 's')// &
                               ': the run is there; nothing is left to be done')
@@ -70,8 +68,7 @@ contains
                            'for the others'' turns, in contact most of all; take no more ranks than cores')
       if (model%communicator%ranks == 1 .and. tasks_of_job() > 1) &
          call console%line('warning    one rank in a job of '//to_text(tasks_of_job())// &
-                           ' tasks (SLURM_NTASKS); '// &
-                           'mpirun or srun takes them all')
+                           ' tasks (SLURM_NTASKS); '//'mpirun or srun takes them all')
    end subroutine introduce
 
    !> What the program has chosen where the scene does not say, what it costs, and how a scene says no.
@@ -81,10 +78,9 @@ contains
       if (scene%chose_domain) call console%line( &
          "chosen     domain='corners', for the law is made for large strains; 1.5 to 3 times the time of 'fixed'")
       if (.not. allocated(scene%brought)) return
-      if (scene%brought /= '') call console%line('chosen     '//scene%brought// &
-                                                 ', for plastic flow locks without; up to a '// &
-                                                 'quarter more time; &'//scene%brought// &
-                                                    " kind='none' / leaves it out")
+      if (scene%brought /= '') &
+         call console%line('chosen     '//scene%brought//', for plastic flow locks without; up to a '// &
+                           'quarter more time; &'//scene%brought//" kind='none' / leaves it out")
    end subroutine introduce_choices
 
    !> Collective: a line a level, and the cells of all of them beside those of a grid as fine everywhere.
@@ -106,10 +102,9 @@ contains
             blocks = model%communicator%sum_count(int(size(level%blocks), i8))
             particles = model%communicator%sum_count(level%particle_count())
             call console%line('level '//to_text(l)//'    '//place_text(lower)//' to '//place_text(upper)// &
-                              ', '// &
-                                   to_text(level%region%cells())//' cells of '//si(grid%cell, 'm')//', '// &
-                                      to_text(blocks)// &
-                                   ' blocks, '//to_text(particles)//' particles, steps of '//si(step, 's'))
+                              ', '//to_text(level%region%cells())//' cells of '//si(grid%cell, 'm')//', '// &
+                              to_text(blocks)//' blocks, '//to_text(particles)//' particles, steps of '// &
+                              si(step, 's'))
          end associate
       end do
       cells = sum(own)
@@ -150,18 +145,17 @@ contains
          call add(scene%time%affine, 'affine transfer', table%bytes_of('velocity_gradient'))
          call add(scene%time%domain /= domain_fixed, 'deforming domains', &
                   table%bytes_of('domain') + table%bytes_of('half_size') + table%bytes_of('generation') &
-                     - bytes_per_column)
-         call add(size(scene%tools) > 0, 'tool contact', &
-                  table%bytes_of('contact_pressure') + table%bytes_of('last_contact_pressure') &
-                     + table%bytes_of('contact_gap'))
+                  - bytes_per_column)
+         call add(size(scene%tools) > 0, 'tool contact', table%bytes_of('contact_pressure') &
+                  + table%bytes_of('last_contact_pressure') + table%bytes_of('contact_gap'))
          call add(model%contact%friction%present, 'friction', table%bytes_of('contact_friction'))
          call add(size(scene%probes) > 0, 'probes', 0)
          do k = 1, size(catalogue%effects)
             associate (name => catalogue%effects(k)%it%name)
                if (all([(effects(e)%effect%name /= name, e=1, size(effects))])) call add(.false., name, 0)
                do e = 1, size(effects)
-                  if (effects(e)%effect%name == name) call add(.true., name, &
-                        bytes_per_column*effects(e)%columns)
+                  if (effects(e)%effect%name == name) &
+                     call add(.true., name, bytes_per_column*effects(e)%columns)
                end do
             end associate
          end do

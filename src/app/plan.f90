@@ -42,9 +42,8 @@ contains
       price%stores = bytes(1)
       price%tiles = bytes(2)
       price%buffers = found%snapshot_bytes + kept
-      price%base = model%communicator%sum_real(real(peak_memory(), wp)) &
-                   - price%stores/(1.0_wp + spare_room) - price%tiles &
-                   - price%buffers
+      price%base = model%communicator%sum_real(real(peak_memory(), wp)) - price%stores/(1.0_wp + spare_room) &
+                   - price%tiles - price%buffers
       if (found%prospect%snapshots > 0.0_wp .and. scene%output%hdf5) then
          price%buffers = price%buffers + found%writing_bytes
          price%base = price%base + found%library_bytes
@@ -72,21 +71,18 @@ contains
       associate (prospect => found%prospect, flight => found%prospect%flight)
          call console%line('')
          call console%line('plan       by '//to_text(found%steps)//' steps timed on '// &
-                           to_text(model%communicator%ranks)// &
-                           ' rank(s) in '//duration(found%seconds))
+                           to_text(model%communicator%ranks)//' rank(s) in '//duration(found%seconds))
          call console%line('steps      '//to_text(nint(prospect%steps, i8))//' of the coarsest level')
          call console%line('time       '//duration(price%time() + first)//' ('// &
                            to_text(price%time() + first, 4)// &
                            ' s), of that '//to_text(first, 3)//' s until the first step')
          call console%line('memory     '//si(price%memory(), 'B')//' on all ranks together: particles '// &
-                           si(price%stores, 'B')// &
-                           ', node tiles '//si(price%tiles, 'B')//', copies and buffers of output '// &
-                              si(price%buffers, 'B')// &
-                           ', all else '//si(price%base, 'B'))
+                           si(price%stores, 'B')//', node tiles '//si(price%tiles, 'B')// &
+                           ', copies and buffers of output '//si(price%buffers, 'B')//', all else '// &
+                           si(price%base, 'B'))
          call console%line('output     '//to_text(nint(prospect%snapshots, i8))//' snapshots of '// &
-                           si(found%file_bytes, 'B')// &
-                           ', '//to_text(nint(prospect%rows, i8))//' rows of histories, '// &
-                              to_text(price%output, 3)// &
+                           si(found%file_bytes, 'B')//', '//to_text(nint(prospect%rows, i8))// &
+                           ' rows of histories, '//to_text(price%output, 3)// &
                            ' s without the disk''s own time')
          if (prospect%rest > 0.0_wp) call console%line('at rest    '//to_text(100.0_wp*prospect%rest, 3)// &
                                                        ' % of the particle-steps')
@@ -99,9 +95,9 @@ contains
          if (size(scene%tools) > 0) then
             text = 'contact    at most '//to_text(nint(prospect%most_touches))//' contact points; '// &
                    si(found%rates%contact_point, 's')//' each in a step'
-            if (found%pressed_steps > 0) text = text//', measured with the tools where they are at '// &
-                                                si(found%pressed_time, 's')//', '// &
-                                                   to_text(nint(found%pressed_points))//' points'
+            if (found%pressed_steps > 0) &
+               text = text//', measured with the tools where they are at '//si(found%pressed_time, 's')// &
+                      ', '//to_text(nint(found%pressed_points))//' points'
             call console%line(text)
          end if
          if (found%trouble /= '') call console%line('note       '//found%trouble)

@@ -113,8 +113,8 @@ contains
       if (.not. before%happened) then
          self%facts%particles = self%course%particles
          call self%balance%begin(self%model)
-         if (self%scene%output%present) call self%lock%take(self%communicator, self%scene%output%directory, &
-                                                            self%error)
+         if (self%scene%output%present) &
+            call self%lock%take(self%communicator, self%scene%output%directory, self%error)
          if (self%error%happened()) return
          call self%recorder%start(self%scene, self%model, self%error)
          if (self%error%happened()) return
@@ -124,8 +124,8 @@ contains
          call self%console%open_log(self%communicator, self%scene%output%directory//'/run.log', self%error, &
                                     resume=before%in_place)
       if (self%error%happened()) return ! what an older run left to go on from is still there
-      if (.not. before%ended) call self%keeper%start(self%scene, self%model, self%console%elapsed(), &
-                                                     before%newest_here())
+      if (.not. before%ended) &
+         call self%keeper%start(self%scene, self%model, self%console%elapsed(), before%newest_here())
       call self%guard%start(self%scene%guard, self%model, longest_step(self%scene, self%model, &
             self%model%time))
       if (before%happened) call self%guard%remember(self%facts%guard)
@@ -231,8 +231,7 @@ contains
                               closing%message
       else
          self%error%message = self%error%message//'; the last good state, of step '// &
-                              to_text(self%model%step)//', stands in '// &
-                              self%scene%output%directory
+                              to_text(self%model%step)//', stands in '//self%scene%output%directory
       end if
    end subroutine meet_fault
 
@@ -254,10 +253,11 @@ contains
       if (self%recorder%history_is_due(self%model%time)) then
          call self%balance%follow(self%model)
          call self%guard%look_at_energy(self%model, self%balance, self%error)
-         if (.not. self%error%happened()) call self%guard%look_at_work(self%model, self%balance, &
-                                                                           self%model%time >= self%scene%end_time, self%error)
-         if (.not. self%error%happened()) call self%recorder%record_history(self%model, self%balance, &
-               self%error)
+         if (.not. self%error%happened()) &
+            call self%guard%look_at_work(self%model, self%balance, self%model%time >= self%scene%end_time, &
+                                         self%error)
+         if (.not. self%error%happened()) &
+            call self%recorder%record_history(self%model, self%balance, self%error)
       end if
       if (.not. self%error%happened()) call self%recorder%record_snapshot(self%model, self%error)
       call self%model%timers%leave()
@@ -268,10 +268,9 @@ contains
       class(simulation_t), intent(inout) :: self
       call self%recorder%finish(self%error)
       call self%communicator%agree(self%error)
-      if (self%course%steps > 0) call summarise(self%console, self%scene, self%model, self%balance, &
-                                                self%course, &
-                                                self%expectation, self%guard%summary(), self%range%said, &
-                                                   self%error)
+      if (self%course%steps > 0) &
+         call summarise(self%console, self%scene, self%model, self%balance, self%course, self%expectation, &
+                        self%guard%summary(), self%range%said, self%error)
       if (.not. self%error%happened() .and. self%course%stop_reason /= '') &
          call fail(self%error, exit_stopped, self%course%stop_reason)
       status = self%error%status

@@ -14,14 +14,14 @@ module m_launcher
 
    !> Ranks of what was launched, as launchers of MPI say it: Open MPI; MPICH, Intel MPI and Slurm's PMI;
    !> MVAPICH.
-   character(len=name_length), parameter :: by_mpi(*) = [character(len=name_length) :: &
-                                                         'OMPI_COMM_WORLD_SIZE', 'PMI_SIZE', &
-                                                            'MV2_COMM_WORLD_SIZE']
+   character(len=name_length), &
+      parameter :: by_mpi(*) = [character(len=name_length) :: 'OMPI_COMM_WORLD_SIZE', 'PMI_SIZE', &
+      'MV2_COMM_WORLD_SIZE']
    !> The same as batch systems say it of a step that they have launched themselves: srun of Slurm, Flux,
    !> jsrun.
-   character(len=name_length), parameter :: by_system(*) = [character(len=name_length) :: &
-                                                            'SLURM_STEP_NUM_TASKS', 'FLUX_JOB_SIZE', &
-                                                                  'JSM_NAMESPACE_SIZE']
+   character(len=name_length), &
+      parameter :: by_system(*) = [character(len=name_length) :: 'SLURM_STEP_NUM_TASKS', 'FLUX_JOB_SIZE', &
+      'JSM_NAMESPACE_SIZE']
 
 contains
 

@@ -99,10 +99,9 @@ contains
       character(len=:), allocatable :: limits, status
       limits = text_of('/proc/self/limits')
       status = text_of('/proc/self/status')
-      bytes = min(number(line_after(limits, 'Max address space')) &
-                  - 1024.0_wp*number(line_after(status, 'VmSize:')), &
-                  number(line_after(limits, 'Max data size')) - 1024.0_wp*number(line_after(status, &
-                        'VmData:')))
+      bytes = min(number(line_after(limits, 'Max address space')) - 1024.0_wp*number(line_after(status, &
+         'VmSize:')), number(line_after(limits, 'Max data size')) - 1024.0_wp*number(line_after(status, &
+         'VmData:')))
       bytes = max(0.0_wp, bytes)
    end function allowed_process
 

@@ -7,14 +7,11 @@ module m_timers
    public :: timers_t
 
    integer, parameter, public :: phase_lists = 1, phase_p2g = 2, phase_exchange = 3, phase_nodes = 4, &
-                                 phase_contact = 5, &
-                                 phase_g2p = 6, phase_stress = 7, phase_migration = 8, phase_control = 9, &
-                                 phase_balance = 10, phase_output = 11
+                                 phase_contact = 5, phase_g2p = 6, phase_stress = 7, phase_migration = 8, &
+                                 phase_control = 9, phase_balance = 10, phase_output = 11
    integer, parameter, public :: phases = 11
    character(len=12), parameter, public :: phase_names(phases) = [character(len=12) :: 'lists', 'P2G', &
-                                           'exchange', 'nodes', &
-                                           'contact', 'G2P', 'stress', 'migration', 'control', 'balance', &
-                                              'output']
+      'exchange', 'nodes', 'contact', 'G2P', 'stress', 'migration', 'control', 'balance', 'output']
 
    integer, parameter :: name_length = 20 ! of effects' groups too
 

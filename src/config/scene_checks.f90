@@ -54,12 +54,11 @@ contains
       length = grid%upper - grid%lower
       if (any(length <= 0.0_wp)) then
          call fail(error, exit_input, text%place('grid', 1, 'upper')//': must be above lower='// &
-                   reals_text(grid%lower)// &
-                   ' in every direction')
+                   reals_text(grid%lower)//' in every direction')
       else if (any(length/grid%cell_size > most_cells) .or. product(length/grid%cell_size) > most_cells) then
          call fail(error, exit_input, text%place('grid', 1, 'cell_size')//': makes '// &
                    to_text(product(length/grid%cell_size), 3)//' cells; allowed: at most '// &
-                      exact_text(most_cells))
+                   exact_text(most_cells))
       else if (.not. divides(grid%cell_size, length)) then
          call nearest_sizes(grid%cell_size, length, smaller, larger)
          advice = ''
@@ -68,8 +67,7 @@ contains
          if (larger > 0.0_wp) advice = advice//to_text(larger, shown_digits)
          if (advice /= '') advice = '; nearest that do: '//advice
          call fail(error, exit_input, text%place('grid', 1, 'cell_size')// &
-                   ': must divide all lengths of the grid, '// &
-                   reals_text(length, 6)//' m'//advice)
+                   ': must divide all lengths of the grid, '//reals_text(length, 6)//' m'//advice)
       end if
       if (.not. error%happened()) grid%cells = nint(length/grid%cell_size)
    end subroutine check_grid
@@ -124,15 +122,13 @@ contains
          if (any(inner_lower < grid%lower - slack) .or. any(inner_upper > grid%upper + slack)) then
             variable = shape%place_name(down=any(lower < grid%lower - slack))
             call fail(error, exit_input, text%place('body', i, variable)//': the body spans '// &
-                      reals_text(lower, 6)//' to '// &
-                      reals_text(upper, 6)//' m; allowed: inside the grid, '//reals_text(grid%lower, 6)// &
-                         ' to '// &
-                      reals_text(grid%upper, 6)//' m')
+                      reals_text(lower, 6)//' to '//reals_text(upper, 6)//' m; allowed: inside the grid, '// &
+                      reals_text(grid%lower, 6)//' to '//reals_text(grid%upper, 6)//' m')
          end if
          particle = grid%cell_size/nint(body%particles_per_cell**(1.0_wp/3.0_wp))
          call shape%thinnest(thickness, variable)
-         if (shape%is_lattice()) call check_whole_particles(text%place('body', i, variable), lower, upper, &
-                                                            particle, error)
+         if (shape%is_lattice()) &
+            call check_whole_particles(text%place('body', i, variable), lower, upper, particle, error)
          if (thickness >= particle*(1.0_wp - whole)) return
          call fail(error, exit_input, text%place('body', i, variable)//': the body is '// &
                    to_text(thickness, 6)// &
@@ -153,9 +149,8 @@ contains
          count = (upper(axis) - lower(axis))/particle
          if (count < 1.0_wp .or. abs(count - anint(count)) <= 1.0e-6_wp*count) cycle
          call fail(error, exit_input, place//': the box is '//to_text(count, 6)//' particles of '// &
-                   to_text(particle, 6)// &
-                   ' m long in '//axes(axis)//'; allowed: a whole number, nearest '//axes(axis)//'='// &
-                   to_text(lower(axis) + anint(count)*particle, 9))
+                   to_text(particle, 6)//' m long in '//axes(axis)//'; allowed: a whole number, nearest '// &
+                   axes(axis)//'='//to_text(lower(axis) + anint(count)*particle, 9))
          return
       end do
    end subroutine check_whole_particles
@@ -186,10 +181,8 @@ contains
       largest = largest_safety(scene%bodies(i)%particles_per_cell)
       if (scene%time%safety <= largest .or. text%count_groups('time') == 0) return
       call fail(error, exit_input, text%place('time', 1, 'safety')//': must be at most '// &
-                exact_text(largest)// &
-                ' with particles_per_cell='//to_text(scene%bodies(i)%particles_per_cell)// &
-                   ' of the &body on '// &
-                text%line_of('body', i))
+                exact_text(largest)//' with particles_per_cell='// &
+                to_text(scene%bodies(i)%particles_per_cell)//' of the &body on '//text%line_of('body', i))
    end subroutine check_safety
 
    !> No body overlaps another, no tool starts inside a body.
@@ -206,10 +199,9 @@ contains
          do k = 1, i - 1
             if (.not. overlap(scene%bodies(i)%shape, scene%bodies(k)%shape, [0.0_wp, 0.0_wp, 0.0_wp], thin, &
                               coarse)) cycle
-            call fail(error, exit_input, text%place('body', i, &
-                                                    scene%bodies(i)%shape%place_name(down=.true.))// &
-                      ': the body '//scene%bodies(i)%name//' overlaps the body '//scene%bodies(k)%name// &
-                         ' on '// &
+            call fail(error, exit_input, &
+                      text%place('body', i, scene%bodies(i)%shape%place_name(down=.true.))//': the body '// &
+                      scene%bodies(i)%name//' overlaps the body '//scene%bodies(k)%name//' on '// &
                       text%line_of('body', k)//'; bodies must not overlap')
             return
          end do

@@ -167,8 +167,7 @@ contains
       do i = 1, number - 1
          if (name_of(scene, kind, i) /= name_of(scene, kind, number)) cycle
          call fail(error, exit_input, text%place(kind, number, 'name')//': the name '// &
-                   name_of(scene, kind, number)// &
-                   ' is taken by the &'//kind//' on '//text%line_of(kind, i))
+                   name_of(scene, kind, number)//' is taken by the &'//kind//' on '//text%line_of(kind, i))
       end do
    end subroutine check_name
 
@@ -416,8 +415,8 @@ contains
       type(tool_spec_t), intent(inout) :: tool
       call group%get_list('times', tool%times, any_value('s'), required=.true.)
       if (allocated(tool%times)) then
-         if (any(tool%times(2:) <= tool%times(:size(tool%times) - 1))) call group%refuse('times', &
-               'must rise strictly')
+         if (any(tool%times(2:) <= tool%times(:size(tool%times) - 1))) &
+            call group%refuse('times', 'must rise strictly')
       end if
       call group%get_list('speeds', tool%speeds, any_value('m/s'))
       call group%get_list('loads', tool%loads, any_value('N'))
@@ -462,10 +461,10 @@ contains
       end do
       call group%get('lower', level%lower, any_value('m'), required=.true.)
       call group%get('upper', level%upper, any_value('m'), required=.true.)
-      if (group%is_given('follow') .and. size(tools) == 0) call group%refuse('follow', &
-            'the scene has no &tool to follow')
-      if (level%follow > 0 .or. .not. group%is_writing()) call group%get_choice('follow', level%follow, &
-            tool_names)
+      if (group%is_given('follow') .and. size(tools) == 0) &
+         call group%refuse('follow', 'the scene has no &tool to follow')
+      if (level%follow > 0 .or. .not. group%is_writing()) &
+         call group%get_choice('follow', level%follow, tool_names)
       choice = level%criterion + 1
       call group%get_choice('criterion', choice, criterion_words)
       level%criterion = max(choice, 1) - 1

@@ -89,9 +89,8 @@ contains
          if (blocks < most_blocks) cycle
          call fail(error, exit_input, text%line_of('level', l)//', &level: its cells, '// &
                    to_text(scene%grid%cell_size/2.0_wp**l, 6)//' m, would fill the grid with '// &
-                      to_text(blocks, 3)// &
-                   ' blocks of '//edge//' x '//edge//' x '//edge//'; allowed: below '// &
-                      exact_text(most_blocks))
+                   to_text(blocks, 3)//' blocks of '//edge//' x '//edge//' x '//edge//'; allowed: below '// &
+                   exact_text(most_blocks))
          return
       end do
    end subroutine check_number
@@ -108,8 +107,7 @@ contains
       integer :: axis
       if (any(level%upper <= level%lower)) then
          call fail(error, exit_input, text%place('level', l, 'upper')//': must be above lower='// &
-                   reals_text(level%lower)// &
-                   ' in every direction')
+                   reals_text(level%lower)//' in every direction')
          return
       end if
       nest%lower = (level%lower - nest%origin)/nest%cell
@@ -119,10 +117,9 @@ contains
       if (any(nest%lower < nest%parent_lower - slack(nest%parent_lower))) variable = 'lower'
       if (variable /= '') then
          call fail(error, exit_input, text%place('level', l, variable)//': the box spans '// &
-                   reals_text(level%lower, 6)//' to '// &
-                   reals_text(level%upper, 6)//' m; allowed: inside '//nest%parent//', '// &
-                   reals_text([(nest%metres(nest%parent_lower(axis), axis), axis=1, 3)], 6)//' to '// &
-                   reals_text([(nest%metres(nest%parent_upper(axis), axis), axis=1, 3)], 6)//' m')
+                   reals_text(level%lower, 6)//' to '//reals_text(level%upper, 6)//' m; allowed: inside '// &
+                   nest%parent//', '//reals_text([(nest%metres(nest%parent_lower(axis), axis), axis=1, 3)], &
+                   6)//' to '//reals_text([(nest%metres(nest%parent_upper(axis), axis), axis=1, 3)], 6)//' m')
          return
       end if
       call move_to_nodes(text%place('level', l, 'lower'), nest, nest%lower, error)
@@ -157,9 +154,8 @@ contains
       do axis = 1, 3
          if (abs(corner(axis) - anint(corner(axis))) > slack(corner(axis))) then
             call fail(error, exit_input, at//': '//axes(axis)//' lies between nodes of '//nest%parent// &
-                      ', whose cells are '// &
-                      to_text(nest%cell, 6)//' m; allowed: on a node, nearest '//axes(axis)//'='// &
-                      to_text(nest%metres(anint(corner(axis)), axis), shown_digits))
+                      ', whose cells are '//to_text(nest%cell, 6)//' m; allowed: on a node, nearest '// &
+                      axes(axis)//'='//to_text(nest%metres(anint(corner(axis)), axis), shown_digits))
             return
          end if
          corner(axis) = anint(corner(axis))
@@ -231,20 +227,18 @@ contains
             if (level%follow /= scene%levels(first)%follow) &
                call fail(error, exit_input, text%place('level', l, 'follow')//': must be '// &
                          scene%tools(scene%levels(first)%follow)%name//', which the level on '// &
-                            text%line_of('level', first)// &
-                         ' follows; levels follow one tool')
+                         text%line_of('level', first)//' follows; levels follow one tool')
          end if
          if (l == 1) return
          associate (parent => scene%levels(l - 1))
             if (parent%follow > 0 .and. level%follow == 0) &
                call fail(error, exit_input, text%place('level', l, 'follow')//': missing; must be '// &
                          scene%tools(parent%follow)%name//', which the level around it on '// &
-                            text%line_of('level', l - 1)// &
-                         ' follows')
+                         text%line_of('level', l - 1)//' follows')
             if (parent%criterion /= criterion_none .and. level%criterion == criterion_none) &
                call fail(error, exit_input, text%place('level', l, 'criterion')// &
-                         ': must be stress or strain, for the level '// &
-                         'around it on '//text%line_of('level', l - 1)//' is placed by a criterion')
+                         ': must be stress or strain, for the level '//'around it on '// &
+                         text%line_of('level', l - 1)//' is placed by a criterion')
          end associate
       end associate
    end subroutine check_motion

@@ -30,8 +30,8 @@ contains
       ok = .true.
       text = ''
       if (communicator%is_root()) call read_standard_input(longest_scene, text, ok)
-      if (.not. ok) call fail(error, exit_input, &
-                              'standard input cannot be read; give a scene: gimp3d < scene.nml')
+      if (.not. ok) &
+         call fail(error, exit_input, 'standard input cannot be read; give a scene: gimp3d < scene.nml')
       call communicator%agree(error)
       if (error%happened()) return
       call interpret_scene(communicator, catalogue, text, scene, error)
@@ -54,8 +54,8 @@ contains
       if (len(text) > longest_scene) call fail(error, exit_input, 'the scene is longer than 16 MB')
       if (.not. error%happened()) call parsed%parse(text, error)
       if (.not. error%happened()) then
-         if (size(parsed%groups) == 0) call fail(error, exit_input, &
-                                                 'the scene is empty; give one: gimp3d < scene.nml')
+         if (size(parsed%groups) == 0) &
+            call fail(error, exit_input, 'the scene is empty; give one: gimp3d < scene.nml')
       end if
       if (.not. error%happened()) call read_groups(parsed, catalogue, scene, error)
       if (.not. error%happened()) call check_scene(parsed, scene, error)

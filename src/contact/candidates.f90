@@ -84,10 +84,9 @@ contains
             call level%blocks(b)%cells%link(level%blocks(b)%particles%count)
             call self%search(tools(t), level, materials, time_step, b, t, overlap(t))
          end do
-         if (turns .and. level%blocks(b)%pressed) call self%shift_pressure_history(size(tools), &
-               level%blocks(b)%particles%count, &
-                                                                    level%blocks(b)%particles%column, &
-                                                                          level%blocks(b)%pressed)
+         if (turns .and. level%blocks(b)%pressed) &
+            call self%shift_pressure_history(size(tools), level%blocks(b)%particles%count, &
+                                             level%blocks(b)%particles%column, level%blocks(b)%pressed)
       end do
       self%before(size(self%before)) = self%count
    end subroutine find
@@ -103,9 +102,9 @@ contains
       integer :: n
       do n = self%before(b) + 1, self%before(b + 1)
          associate (c => self%list(n))
-            level%blocks(b)%particles%column(c%particle, x:x &
-                                             + 2) = level%blocks(b)%particles%column(c%particle, x:x + 2) &
-                                                                    + drift_of(c)*c%normal
+            level%blocks(b)%particles%column(c%particle, &
+                                             x:x + 2) = level%blocks(b)%particles%column(c%particle, &
+                                             x:x + 2) + drift_of(c)*c%normal
          end associate
       end do
    end subroutine settle
@@ -322,8 +321,7 @@ contains
       call make_room(self)
       p = number(2)
       associate (block => level%blocks(number(1)), column => level%blocks(number(1))%particles%column, &
-                 at => level%layout, &
-                 c => self%list(self%count + 1))
+                 at => level%layout, c => self%list(self%count + 1))
          c = no_candidate
          c%block = number(1)
          c%particle = p
@@ -344,7 +342,7 @@ contains
          end if
          call set_face(c, level%grid, block%place, bin_place(number(3)), at%domain > 0, &
                        (position - to_face*c%normal - block%origin)*level%grid%per_cell, &
-                          span*level%grid%per_cell)
+                       span*level%grid%per_cell)
          c%from = position
          c%arm = -to_face*c%normal
          c%speed = dot_product(c%normal, point_velocity(level, c))

@@ -68,8 +68,7 @@ contains
       end if
       room = rows + rows/2 + 1
       allocate (self%first(room + 1), self%node(each, room), self%row(room), self%weight(each, room), &
-                self%direction(width, room), &
-                self%push(room), self%lane(width, room))
+                self%direction(width, room), self%push(room), self%lane(width, room))
    end subroutine make_room
 
    !> Take the rows with so many nodes.

@@ -161,8 +161,8 @@ contains
          most = [count, merge(1, 0, count > self%solver%capacity)]
          call MPI_Allreduce(MPI_IN_PLACE, most, size(most), MPI_INTEGER, MPI_MAX, communicator%comm)
          self%has_problem = most(1) > 0
-         if (self%has_problem .and. most(2) > 0) call self%solver%fit(communicator%comm%MPI_VAL, &
-               64*((9*count/8)/64 + 1))
+         if (self%has_problem .and. most(2) > 0) &
+            call self%solver%fit(communicator%comm%MPI_VAL, 64*((9*count/8)/64 + 1))
       end associate
    end subroutine make_room
 
@@ -306,8 +306,7 @@ contains
       limit = to_text(hopeless_residual)//' is allowed'
       if (self%step_residual <= hopeless_residual) &
          limit = to_text(far_above)//' times the tolerance, '//to_text(self%spec%tolerance)// &
-                 ', is allowed in '// &
-                 to_text(most_unsolved)//' steps running'
+                 ', is allowed in '//to_text(most_unsolved)//' steps running'
       off = merge(abs(w - b), max(0.0_wp, b - w), x > 0.0_wp)
       worst = maxval([-1.0_wp, off])
       if (worst >= self%system%communicator%maximum(worst) .and. size(off) > 0) &
@@ -372,8 +371,7 @@ contains
       real(wp), intent(in) :: time_step
       associate (first => self%candidates%before(b) + 1, last => self%candidates%before(b + 1))
          call add_particle_work(self%reactions, self%candidates%list(first:last), &
-                                level%blocks(b)%particles%column, &
-                                gradient, way_to, time_step)
+                                level%blocks(b)%particles%column, gradient, way_to, time_step)
       end associate
    end subroutine follow
 
@@ -400,10 +398,9 @@ contains
          call self%tools(t)%end_step(time, time_step)
          if (.not. abs(self%tools(t)%speed)*time_step <= fastest*level%grid%cell) &
             call fail(error, exit_numerical, 'time '//to_text(time)//' s: the tool '// &
-                      self%tools(t)%spec%name// &
-                      ' moves by more than '//to_text(fastest)//' cells in a step; try '// &
-                      trim(merge('a larger mass or smaller loads ', 'a smaller step or slower speeds', &
-                                 self%tools(t)%is_pushed())), recoverable=.true.)
+                      self%tools(t)%spec%name//' moves by more than '//to_text(fastest)// &
+                      ' cells in a step; try '//trim(merge('a larger mass or smaller loads ', &
+                      'a smaller step or slower speeds', self%tools(t)%is_pushed())), recoverable=.true.)
       end do
    end subroutine finish_step
 

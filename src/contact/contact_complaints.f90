@@ -61,11 +61,9 @@ contains
       character(len=:), allocatable :: text
       real(wp) :: low(3), high(3)
       call finest%region%bounding_box(low, high)
-      text = 'contact is allowed inside the finest level, ('//to_text(low(1))//', '//to_text(low(2))// &
-             ', '//to_text(low(3))// &
-             ') to ('//to_text(high(1))//', '//to_text(high(2))//', '//to_text(high(3))// &
-                ') m: try a larger &level, '// &
-             'or one that follows'
+      text = 'contact is allowed inside the finest level, ('//to_text(low(1))//', '//to_text(low(2))//', '// &
+             to_text(low(3))//') to ('//to_text(high(1))//', '//to_text(high(2))//', '//to_text(high(3))// &
+             ') m: try a larger &level, '//'or one that follows'
    end function allowed_text
 
    !> A contact force must not act on a node that is no unknown of the level.

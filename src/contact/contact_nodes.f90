@@ -80,7 +80,7 @@ contains
          self%count = self%count + 1
          number(n) = self%count
          self%grid_node(self%count) = grid_number(self%extent, [x(1 + mod(n - 1, size(x))), &
-                                                  y(1 + mod((n - 1)/size(x), size(y))), &
+                                                                y(1 + mod((n - 1)/size(x), size(y))), &
                                                                 z(1 + (n - 1)/(size(x)*size(y)))])
       end do
       node(:entries) = number(node(:entries))
@@ -182,9 +182,9 @@ contains
       integer :: i
       do i = 1, size(self%shared)
          associate (it => self%shared(i))
-            if (size(it%nodes) > 0) call MPI_Irecv(it%taken, size(it%taken), MPI_DOUBLE_PRECISION, &
-                                                   it%rank, 4, &
-                                                   self%communicator%comm, it%receives)
+            if (size(it%nodes) > 0) &
+               call MPI_Irecv(it%taken, size(it%taken), MPI_DOUBLE_PRECISION, it%rank, 4, &
+                              self%communicator%comm, it%receives)
          end associate
       end do
    end subroutine expect
@@ -240,8 +240,7 @@ contains
             part%node = shared%theirs
             allocate (part%force(size(force, 1), size(part%node)))
             call MPI_Irecv(part%force, size(part%force), MPI_DOUBLE_PRECISION, shared%rank, 5, &
-                           self%communicator%comm, &
-                           requests(2*r - 1))
+                           self%communicator%comm, requests(2*r - 1))
             call MPI_Isend(parts(own)%force, size(parts(own)%force), MPI_DOUBLE_PRECISION, shared%rank, 5, &
                            self%communicator%comm, requests(2*r))
          end associate

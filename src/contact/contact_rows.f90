@@ -48,8 +48,7 @@ contains
          do c = 1, size(list)
             place = places_of(level, list(c))
             call system%add_row(list(c)%face%last, place, list(c)%face%weight, list(c)%reflected_normal, &
-                                list(c)%tool, &
-                                dot_product(list(c)%normal, tools(list(c)%tool)%spec%axis))
+                                list(c)%tool, dot_product(list(c)%normal, tools(list(c)%tool)%spec%axis))
          end do
          compliance(:size(list)) = softness*time_step/list%mass
          do c = 1, size(list)
@@ -57,9 +56,8 @@ contains
             place = places_of(level, list(c))
             do t = 1, 2
                call system%add_row(list(c)%face%last, place, list(c)%face%weight, &
-                                   list(c)%reflection*list(c)%tangent(:, t), &
-                                   list(c)%tool, dot_product(list(c)%tangent(:, t), &
-                                         tools(list(c)%tool)%spec%axis))
+                                   list(c)%reflection*list(c)%tangent(:, t), list(c)%tool, &
+                                   dot_product(list(c)%tangent(:, t), tools(list(c)%tool)%spec%axis))
                compliance(system%rows) = stick_compliance*compliance(c)
             end do
          end do

@@ -182,8 +182,7 @@ contains
          call self%normal_rows%sort(self%nodes%count, self%begins(:n + 1), self%node, self%weight, &
                                     direction(:, :n))
          call self%friction_rows%sort(self%nodes%count, self%begins(n + 1:self%rows + 1), self%node, &
-                                      self%weight, &
-                                      direction(:, n + 1:))
+                                      self%weight, direction(:, n + 1:))
       end associate
    end subroutine group_rows
 
@@ -259,8 +258,8 @@ contains
       real(wp), intent(in), contiguous :: forces(:) !< (active rows)
       self%force(:, :self%nodes%count) = 0.0_wp
       if (self%first <= self%normal) call self%normal_rows%spread(forces, self%force)
-      if (self%last > self%normal) call self%friction_rows%spread(forces(self%normal - self%first + 2:), &
-            self%force)
+      if (self%last > self%normal) &
+         call self%friction_rows%spread(forces(self%normal - self%first + 2:), self%force)
       if (self%gives_way) call self%push_tools(forces)
    end subroutine spread
 
@@ -297,9 +296,9 @@ contains
    subroutine share(self)
       class(contact_system_t), intent(inout) :: self
       call self%nodes%send(self%force)
-      if (self%gives_way) call MPI_Allreduce(MPI_IN_PLACE, self%tool_push, size(self%tool_push), &
-                                             MPI_DOUBLE_PRECISION, MPI_SUM, &
-                                             self%communicator%comm)
+      if (self%gives_way) &
+         call MPI_Allreduce(MPI_IN_PLACE, self%tool_push, size(self%tool_push), MPI_DOUBLE_PRECISION, &
+                            MPI_SUM, self%communicator%comm)
       call self%nodes%add_received(self%force)
    end subroutine share
 
@@ -323,8 +322,8 @@ contains
       class(contact_system_t), intent(inout) :: self
       real(wp), intent(inout), contiguous :: y(:) !< (active rows)
       if (self%first <= self%normal) call self%normal_rows%collect(self%force, y)
-      if (self%last > self%normal) call self%friction_rows%collect(self%force, &
-            y(self%normal - self%first + 2:))
+      if (self%last > self%normal) &
+         call self%friction_rows%collect(self%force, y(self%normal - self%first + 2:))
       if (self%gives_way) call self%add_tools(y)
    end subroutine collect
 

@@ -43,8 +43,7 @@ contains
       real(wp), intent(in) :: place(3)
       real(wp), intent(out) :: distance, normal(3)
       call round(place - dot_product(place, self%along)*self%along + self%radius*self%axis, self%radius, &
-                 self%axis, &
-                 distance, normal)
+                 self%axis, distance, normal)
    end subroutine distance_and_normal
 
 end module m_roller

@@ -12,7 +12,8 @@ contains
    subroutine known_shapes(bodies, tools)
       type(offer_slot_t), allocatable, intent(out) :: bodies(:), tools(:)
       block; use m_box, only: box_t; call body('box', box_t()); end block
-      block; use m_sphere, only: sphere_t; call body('sphere', sphere_t()); call tool('sphere', sphere_t()); end block
+      block; use m_sphere, only: sphere_t; call body('sphere', sphere_t()); call tool('sphere', &
+         sphere_t()); end block
       block; use m_cylinder, only: cylinder_t; call body('cylinder', cylinder_t()); end block
       block; use m_cone, only: cone_t; call tool('cone', cone_t()); end block
       block; use m_flat, only: flat_t; call tool('flat', flat_t()); end block

@@ -247,8 +247,7 @@ contains
          do t = 1, size(contact%tools)
             associate (state => contact%states(t))
                tools(:, t) = [contact%tools(t)%travel, contact%tools(t)%speed, state%load, state%area, &
-                             state%overlap, state%work, &
-                              state%heat, state%particle_work, &
+                              state%overlap, state%work, state%heat, state%particle_work, &
                               state%constraint_work]
             end associate
          end do
@@ -265,8 +264,8 @@ contains
             contact%states(t)%constraint_work = tools(11, t)
          end do
          worth = [contact%worst_residual, contact%worst_overlap, &
-                 model%communicator%maximum(contact%worst_bridge), &
-                  contact%friction%steepest, model%communicator%maximum(contact%candidates%drift)]
+                  model%communicator%maximum(contact%worst_bridge), contact%friction%steepest, &
+                  model%communicator%maximum(contact%candidates%drift)]
          call store%reals('/state/contact', worth, error)
          contact%worst_residual = worth(1)
          contact%worst_overlap = worth(2)
@@ -274,8 +273,7 @@ contains
          contact%friction%steepest = worth(4)
          contact%candidates%drift = worth(5)
          effort = [contact%solves, contact%iterations, contact%unsolved, contact%largest, &
-                  contact%system%products, &
-                   contact%friction%sweeps, contact%friction%iterations]
+                   contact%system%products, contact%friction%sweeps, contact%friction%iterations]
          call store%longs('/state/solves', effort, error)
          contact%solves = effort(1)
          contact%iterations = effort(2)
@@ -299,8 +297,7 @@ contains
       capacity = -1
       if (store%writes) then
          call MPI_Allgather(int(model%contact%solver%capacity, i8), 1, MPI_INTEGER8, capacity, 1, &
-                            MPI_INTEGER8, &
-                            model%communicator%comm)
+                            MPI_INTEGER8, model%communicator%comm)
          call store%longs('/state/solver', capacity, error)
          return
       end if
@@ -408,9 +405,8 @@ contains
             if (allocated(values)) deallocate (values)
             allocate (values(field%components, n))
             call pack_field(model, field, values)
-            call file%put_rows('/particles/'//field%name, rows_of_real, [int(field%components, i8), &
-                               blocks%particles], where_to, &
-                               c_loc(values), error)
+            call file%put_rows('/particles/'//field%name, rows_of_real, &
+                               [int(field%components, i8), blocks%particles], where_to, c_loc(values), error)
             call file%put_text('/particles/'//field%name, 'unit', field%unit, error)
          end associate
       end do
@@ -458,8 +454,7 @@ contains
       do n = 1, size(level)
          associate (block => model%levels(level(n))%blocks(number(n)))
             block%particles%body(:block%particles%count) = int(max(-1_i8, &
-                  min(own(2, done + 1:done + block%particles%count), &
-                  2_i8**30)), i4)
+               min(own(2, done + 1:done + block%particles%count), 2_i8**30)), i4)
             do p = 1, block%particles%count
                block%particles%id(p) = own(1, done + p)
                block%cells%bin(p) = int(max(-1_i8, min(own(3, done + p), 2_i8**30)), i4)

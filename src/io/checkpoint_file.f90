@@ -43,8 +43,7 @@ contains
       character(len=seal_length) :: text
       integer, parameter :: last = seal_length - checksum_digits - 1
       text = magic//newline//'format '//format//newline//'program '//program//newline//'bytes '// &
-             to_text(bytes)//newline// &
-             'checksum '//digits//newline
+             to_text(bytes)//newline//'checksum '//digits//newline
       text(last + 1:) = text_checksum(text(:last))//newline
    end function seal_text
 
@@ -64,9 +63,8 @@ contains
       call file_checksum(communicator, part_name(path), seal_length + 1_i8, bytes, digits, ok)
       if (.not. ok) call fail(error, exit_files, 'cannot write '//path//': it cannot be read back')
       if (communicator%is_root() .and. ok) then
-         open (newunit=unit, file=part_name(path), access='stream', form='unformatted', &
-               action='readwrite', status='old', &
-               iostat=status, iomsg=reason)
+         open (newunit=unit, file=part_name(path), access='stream', form='unformatted', action='readwrite', &
+               status='old', iostat=status, iomsg=reason)
          if (status == 0) write (unit, pos=1, iostat=status, iomsg=reason) &
             seal_text(to_text(checkpoint_format), program_version, bytes - seal_length, digits)
          if (status == 0) close (unit, iostat=status, iomsg=reason)
@@ -163,10 +161,8 @@ contains
       end if
       if (value_of(seal, 'format') /= to_text(checkpoint_format)) then
          call fail(error, exit_input, 'cannot go on from '//path//': it has the format '// &
-                   value_of(seal, 'format')// &
-                   ' of gimp3d '//value_of(seal, 'program')//'; this is gimp3d '//program_version// &
-                      ', which reads format '// &
-                   to_text(checkpoint_format))
+                   value_of(seal, 'format')//' of gimp3d '//value_of(seal, 'program')//'; this is gimp3d '// &
+                   program_version//', which reads format '//to_text(checkpoint_format))
          return
       end if
       bytes = size_of(communicator, path)
@@ -205,9 +201,8 @@ contains
    subroutine remove_parts(directory)
       character(len=*), intent(in) :: directory
       character(len=100), parameter :: begun(*) = [character(len=100) :: any_checkpoint//'.part*', &
-                                       'particles_[0-9]*.part*', &
-                                      '*.dat.part', '*.xdmf.part', 'case.nml.part', 'run.lock.*.part', &
-                                         'run.lock.*.part.old']
+                                                   'particles_[0-9]*.part*', '*.dat.part', '*.xdmf.part', &
+                                                   'case.nml.part', 'run.lock.*.part', 'run.lock.*.part.old']
       type(path_t), allocatable :: paths(:)
       integer :: k, n
       logical :: ignored

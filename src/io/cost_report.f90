@@ -101,7 +101,8 @@ contains
          associate (seconds => values(columns + 2*l - 1, :), each => values(columns + 2*l, :))
             seconds(:rows - 2) = total(:, l)/communicator%ranks
             seconds(rows) = sum(seconds(:rows - 2))
-            if (cost%level_steps(l) > 0) each = 1.0e9_wp*seconds*communicator%ranks/real(cost%level_steps(l), wp)
+            if (cost%level_steps(l) > 0) &
+               each = 1.0e9_wp*seconds*communicator%ranks/real(cost%level_steps(l), wp)
          end associate
       end do
    end subroutine p2g_levels
@@ -176,8 +177,7 @@ contains
          end associate
       end do
       lines(n + 2) = to_text(cost%particle_steps)//' particle-steps on '//to_text(communicator%ranks)// &
-                     ' ranks in '// &
-                     duration(values(4, rows))
+                     ' ranks in '//duration(values(4, rows))
       if (values(4, rows) > 0.0_wp) lines(n + 2) = trim(lines(n + 2))//': '// &
                                                    to_text(real(cost%particle_steps, wp)/values(4, rows), &
                                                            3)//' a second'
@@ -186,8 +186,8 @@ contains
          if (cost%particle_steps > 0) lines(n + 2 + l) = trim(lines(n + 2 + l))//', '// &
             to_text(100.0_wp*real(cost%level_steps(l), wp)/real(cost%particle_steps, wp), 3)//' %'
       end do
-      if (level_count(cost) > 0) call add_level_lines(cost, values(:, shown(:n)), shown(:n), &
-                                                      lines(n + 3 + level_count(cost):))
+      if (level_count(cost) > 0) &
+         call add_level_lines(cost, values(:, shown(:n)), shown(:n), lines(n + 3 + level_count(cost):))
    end subroutine make_lines
 
    !> The same rows by level: seconds (mean of the ranks), and ns per particle-step of the level.

@@ -60,8 +60,8 @@ contains
          call h5pset_fapl_mpio_f(access, communicator%comm%MPI_VAL, MPI_INFO_NULL%MPI_VAL, status)
          if (status >= 0) call h5pcreate_f(H5P_FILE_CREATE_F, creation, status)
          if (present(front) .and. status >= 0) call h5pset_userblock_f(creation, int(front, hsize_t), status)
-         if (status >= 0) call h5fcreate_f(part_name(path), H5F_ACC_TRUNC_F, self%file, status, creation, &
-                                           access)
+         if (status >= 0) &
+            call h5fcreate_f(part_name(path), H5F_ACC_TRUNC_F, self%file, status, creation, access)
          call h5pclose_f(creation, ignored)
          call h5pclose_f(access, ignored)
       end if

@@ -109,8 +109,8 @@ contains
       call make_spaces(extent, where_to, file_space, memory_space, status)
       if (status >= 0) call h5dopen_f(self%file, name, data, status)
       call self%settle(status, 'table '//name, error) ! a rank left alone in a collective read waits for ever
-      if (.not. error%happened()) call h5dread_f(data, number_type(kind), place, status, memory_space, &
-                                                 file_space, self%transfer)
+      if (.not. error%happened()) &
+         call h5dread_f(data, number_type(kind), place, status, memory_space, file_space, self%transfer)
       if (data >= 0) call h5dclose_f(data, ignored)
       if (file_space >= 0) call h5sclose_f(file_space, ignored)
       if (memory_space >= 0) call h5sclose_f(memory_space, ignored)

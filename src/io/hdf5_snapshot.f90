@@ -114,9 +114,8 @@ contains
       type(error_t), intent(inout) :: error
       integer(i8), target :: numbers(1)
       numbers = value
-      call file%put_rows(top//'/'//name, rows_of_long, [1_i8, 1_i8], &
-                         one_run(0_i8, merge(1_i8, 0_i8, communicator%is_root())), &
-                         c_loc(numbers), error)
+      call file%put_rows(top//'/'//name, rows_of_long, [1_i8, 1_i8], one_run(0_i8, &
+         merge(1_i8, 0_i8, communicator%is_root())), c_loc(numbers), error)
    end subroutine put_single
 
    !> The time as field data, which ParaView shows.
@@ -129,8 +128,7 @@ contains
       character(len=*), parameter :: name = top//'/FieldData/TimeValue'
       numbers = time
       call file%put_rows(name, rows_of_real, [1_i8, 1_i8], one_run(0_i8, &
-            merge(1_i8, 0_i8, communicator%is_root())), &
-                         c_loc(numbers), error)
+         merge(1_i8, 0_i8, communicator%is_root())), c_loc(numbers), error)
       call file%put_text(name, 'unit', 's', error)
    end subroutine put_time
 

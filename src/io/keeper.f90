@@ -1,10 +1,12 @@
-!> When a run keeps a checkpoint, which ones stay, and whether it ends with one: by its own times, by signals, by its wall limit.
+!> When a run keeps a checkpoint, which ones stay, and whether it ends with one: by its own times, by signals,
+!> by its wall limit.
 module m_keeper
    use m_kinds, only: wp, i8
    use m_errors, only: error_t
    use m_text, only: to_text, si, duration
    use m_timers, only: wall_time, phase_output
-   use m_signals, only: signal_caught, forget_checkpoint_signal, signal_interrupt, signal_user, signal_terminate
+   use m_signals, only: signal_caught, forget_checkpoint_signal, signal_interrupt, signal_user, &
+                        signal_terminate
    use m_scene, only: scene_t, checkpoint_spec_t
    use m_model, only: model_t
    use m_energy, only: balance_t
@@ -16,10 +18,13 @@ module m_keeper
    public :: keeper_t
 
    !> What a rank asks of the run; the largest of all ranks counts.
-   integer, parameter :: asks_checkpoint = 1, asks_end_limit = 2, asks_end_interrupt = 3, asks_end_terminate = 4
-   integer, parameter, public :: asks_end_lost = 5 !< the directory is another run's now: nothing is to be written any more
+   integer, parameter :: asks_checkpoint = 1, asks_end_limit = 2, asks_end_interrupt = 3, &
+                         asks_end_terminate = 4
+   integer, parameter, public :: asks_end_lost = 5 !< the directory is another run's now: nothing is to be
+                                                   !< written any more
 
-   real(wp), parameter :: slow_disk = 1.0e8_wp !< bytes a second: what no checkpoint has been timed for is taken to need
+   real(wp), parameter :: slow_disk = 1.0e8_wp !< bytes a second: what no checkpoint has been timed for is
+                                               !< taken to need
 
    type :: keeper_t
       private
@@ -33,9 +38,10 @@ module m_keeper
       integer :: made = 0                       !< so many multiples of `every` are behind
       integer :: row = phase_output             !< of the timers
       real(wp) :: began = 0.0_wp, last_wall = 0.0_wp !< s
-      real(wp) :: longest = 0.0_wp              !< a checkpoint has taken, s; before the first, what it may take
+      real(wp) :: longest = 0.0_wp !< a checkpoint has taken, s; before the first, what it may take
       logical :: measured = .false.             !< it is no guess
-      real(wp) :: asked_at = 0.0_wp, step = 0.0_wp !< when this rank was last asked, and the time between two such times, s
+      real(wp) :: asked_at = 0.0_wp, step = 0.0_wp !< when this rank was last asked, and the time between two
+                                                   !< such times, s
    contains
       procedure :: start
       procedure :: request
@@ -47,8 +53,9 @@ module m_keeper
 
 contains
 
-   !> Collective: at the beginning of a run, or where it goes on from the checkpoint `last` (empty: not from one in its directory).
-   !> A run that does not go on from its directory removes the checkpoints there: they are of another run.
+   !> Collective: at the beginning of a run, or where it goes on from the checkpoint `last` (empty: not from
+   !> one in its directory). A run that does not go on from its directory removes the checkpoints there: they
+   !> are of another run.
    subroutine start(self, scene, model, elapsed, last)
       class(keeper_t), intent(inout) :: self
       type(scene_t), intent(in) :: scene
@@ -64,9 +71,10 @@ contains
       self%last_wall = wall_time()
       self%began = self%last_wall - elapsed
       self%asked_at = self%last_wall
+      ! half, for twice the longest is kept free
       if (self%writes .and. self%spec%wall_limit > 0.0_wp) &
-         self%longest = 0.5_wp*particle_bytes(model, model%communicator%sum_count(model%particle_count()))/slow_disk ! half, for
-                                                                                            ! twice the longest is kept free
+         self%longest = 0.5_wp*particle_bytes(model, model%communicator%sum_count(model%particle_count())) &
+                        /slow_disk
       if (self%spec%every > 0.0_wp) self%made = int(model%time/self%spec%every*(1.0_wp + 1.0e-12_wp))
       if (self%spec%present) self%row = model%timers%row_of('checkpoint')
       if (.not. self%writes) return
@@ -88,10 +96,13 @@ contains
       end select
       if (.not. self%root) return
       now = wall_time()
-      if (self%spec%every_wall > 0.0_wp .and. now - self%last_wall >= self%spec%every_wall) request = max(request, asks_checkpoint)
-      self%step = max(now - self%asked_at, 0.9_wp*self%step) ! the longest, but one long ago counts less and less
+      if (self%spec%every_wall > 0.0_wp .and. now - self%last_wall >= self%spec%every_wall) &
+         request = max(request, asks_checkpoint)
+      self%step = max(now - self%asked_at, 0.9_wp*self%step) ! the longest, but one long ago counts less and
+                                                             ! less
       self%asked_at = now
-      if (self%spec%wall_limit > 0.0_wp .and. now - self%began + 2.0_wp*(self%step + self%longest) >= self%spec%wall_limit) &
+      if (self%spec%wall_limit > 0.0_wp .and. now - self%began + 2.0_wp*(self%step + self%longest) &
+          >= self%spec%wall_limit) &
          request = max(request, asks_end_limit)
    end function request
 
@@ -100,13 +111,15 @@ contains
       class(keeper_t), intent(in) :: self
       type(model_t), intent(in) :: model
       is_due = model%requested_action >= asks_checkpoint
-      if (self%spec%every > 0.0_wp) is_due = is_due .or. model%time >= (self%made + 1)*self%spec%every*(1.0_wp - 1.0e-12_wp)
+      if (self%spec%every > 0.0_wp) &
+         is_due = is_due .or. model%time >= (self%made + 1)*self%spec%every*(1.0_wp - 1.0e-12_wp)
       if (self%spec%every_steps > 0) is_due = is_due .or. mod(model%step, int(self%spec%every_steps, i8)) == 0
       if (self%spec%present) is_due = is_due .or. model%time >= self%end_time
       is_due = is_due .and. self%writes .and. model%step /= self%last_step
    end function is_due
 
-   !> Collective: after a step and all that it writes. `reason` says why the run is to end here; empty: it goes on.
+   !> Collective: after a step and all that it writes. `reason` says why the run is to end here; empty: it
+   !> goes on.
    subroutine keep(self, scene, model, balance, facts, recorder, reason, error)
       class(keeper_t), intent(inout) :: self
       type(scene_t), intent(in) :: scene
@@ -137,7 +150,8 @@ contains
       end if
    end subroutine keep
 
-   !> Collective: where a run with &checkpoint ends by a fault, its last good state, unless there is a checkpoint of it.
+   !> Collective: where a run with &checkpoint ends by a fault, its last good state, unless there is a
+   !> checkpoint of it.
    subroutine keep_last(self, scene, model, balance, facts, recorder, error)
       class(keeper_t), intent(inout) :: self
       type(scene_t), intent(in) :: scene
@@ -163,7 +177,8 @@ contains
       call model%timers%enter(self%row)
       self%last_wall = wall_time()
       call recorder%sync(model%communicator, error)
-      if (.not. error%happened()) call write_checkpoint(self%directory, scene, model, balance, facts, path, error)
+      if (.not. error%happened()) &
+         call write_checkpoint(self%directory, scene, model, balance, facts, path, error)
       call model%timers%leave()
       if (error%happened()) return
       if (self%root) call remove_checkpoints(self%directory, path, self%last)

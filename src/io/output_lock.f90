@@ -90,8 +90,8 @@ contains
       do try = 1, most_tries
          if (error%happened()) exit
          call link_file(part_name(mine), self%path, self%held)
-         if (.not. self%held .and. time_of_file(self%path) < 0) call create_file(self%path, self%text, &
-               self%held)
+         if (.not. self%held .and. time_of_file(self%path) < 0) &
+            call create_file(self%path, self%text, self%held)
          if (.not. self%held) call self%take_over(own, part_name(mine), error)
          if (self%held) exit
       end do
@@ -128,9 +128,8 @@ contains
                                      ' belongs to a run that is going on, '//who//way_out)
       else if (age <= dead_after) then
          call fail(error, exit_files, self%directory//' belongs to a run that is going on, '//who// &
-                   ', last seen '// &
-                   duration(real(max(age, 0_c_int64_t), wp))//' ago'//way_out//'; if it is dead, remove '// &
-                      self%path)
+                   ', last seen '//duration(real(max(age, 0_c_int64_t), wp))//' ago'//way_out// &
+                   '; if it is dead, remove '//self%path)
       end if
       if (error%happened()) return
       call remove_dead(self%path, text, mine//'.old')
@@ -216,7 +215,7 @@ contains
       write (date, '(i0,"-",i2.2,"-",i2.2," ",i2.2,":",i2.2,":",i2.2)') now(1:3), now(5:7)
       text = first_line//newline//'host '//process%host//newline//'process '//to_text(process%id)//newline// &
              'started '//process%start//newline//'system '//process%system//newline//'since '//trim(date)// &
-                newline
+             newline
    end function text_of
 
    !> The process that a lock names; its id is 0 where it names none.

@@ -52,8 +52,9 @@ contains
       character(len=*), intent(in) :: path
       character(len=:), allocatable :: words
       words = ''
-      if (locks_are_refused(path)) words = '; its file system refuses to lock files (as NFS and Lustre may): '// &
-                                           'set HDF5_USE_FILE_LOCKING=FALSE in the environment, or have locking turned on there'
+      if (locks_are_refused(path)) &
+         words = '; its file system refuses to lock files (as NFS and Lustre may): '// &
+                 'set HDF5_USE_FILE_LOCKING=FALSE in the environment, or have locking turned on there'
    end function lock_hint
 
    !> One rank: remove what was written of a file that will not be finished.

@@ -103,7 +103,7 @@ contains
       do l = 1, size(levels)
          snapshot%levels(l) = snapshot_level_t(levels(l)%region, levels(l)%grid%cell, &
                                                sum(int(counts(blocks_before(levels, l) &
-                                                     + 1:blocks_before(levels, l + 1)), i8)))
+                                               + 1:blocks_before(levels, l + 1)), i8)))
       end do
    end subroutine describe_levels
 
@@ -121,8 +121,10 @@ contains
       snapshot_field%name = field%name
       snapshot_field%unit = field%unit
       snapshot_field%components = field%components
-      if (field%components == 3) snapshot_field%component_names = [character(len=component_name_length) :: axes]
-      if (field%components == 6) snapshot_field%component_names = [character(len=component_name_length) :: tensor]
+      if (field%components == 3) &
+         snapshot_field%component_names = [character(len=component_name_length) :: axes]
+      if (field%components == 6) &
+         snapshot_field%component_names = [character(len=component_name_length) :: tensor]
       allocate (snapshot_field%values(n, field%components))
    end function empty_field
 

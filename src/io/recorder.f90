@@ -124,8 +124,7 @@ contains
          type(history_header_t), intent(in) :: header
          if (present(resumption)) then
             call history%open(model%communicator, self%directory//'/'//name, header, error, &
-                              keep_until=model%time, &
-                              from=resumption%directory//'/'//name)
+                              keep_until=model%time, from=resumption%directory//'/'//name)
          else
             call history%open(model%communicator, self%directory//'/'//name, header, error)
          end if
@@ -222,10 +221,9 @@ contains
       if (self%late%happened()) error = self%late
       self%rows_since_mark = self%rows_since_mark + 1
       call self%energy%append([model%time, balance%now%kinetic, balance%now%strain, balance%now%plastic, &
-                              balance%damped, &
-                               balance%external_work, balance%error(), balance%now%momentum, &
+                               balance%damped, balance%external_work, balance%error(), balance%now%momentum, &
                                balance%now%angular_momentum, balance%now%mass, balance%particle_work()], &
-                                  error)
+                               error)
       do n = 1, size(self%tools)
          associate (tool => model%contact%tools(n), state => model%contact%states(n))
             call self%tools(n)%append([model%time, tool%travel, state%load, state%area, state%overlap], error)
@@ -325,11 +323,9 @@ contains
       header%title = title
       header%zone = 'energy'
       header%columns = [character(len=history_text_length) :: 'time [s]', 'kinetic [J]', 'strain [J]', &
-                       'plastic [J]', &
-                        'damped [J]', 'external_work [J]', 'balance_error [1]', 'momentum_x [kg m/s]', &
-                           'momentum_y [kg m/s]', &
-                        'momentum_z [kg m/s]', 'angular_momentum_x [kg m2/s]', &
-                           'angular_momentum_y [kg m2/s]', &
+                        'plastic [J]', 'damped [J]', 'external_work [J]', 'balance_error [1]', &
+                        'momentum_x [kg m/s]', 'momentum_y [kg m/s]', 'momentum_z [kg m/s]', &
+                        'angular_momentum_x [kg m2/s]', 'angular_momentum_y [kg m2/s]', &
                         'angular_momentum_z [kg m2/s]', 'mass [kg]', 'particle_work [J]']
    end function energy_header
 
@@ -340,8 +336,7 @@ contains
       header%title = scene%title
       header%zone = 'tool '//scene%tools(n)%name
       header%columns = [character(len=history_text_length) :: 'time [s]', 'depth [m]', 'load_x [N]', &
-                       'load_y [N]', 'load_z [N]', &
-                        'contact_area [m2]', 'max_gap_violation [m]']
+                        'load_y [N]', 'load_z [N]', 'contact_area [m2]', 'max_gap_violation [m]']
       header%notes = [character(len=history_text_length) :: 'model_share='//to_text(model_share(scene, n))]
    end function tool_header
 
@@ -370,10 +365,8 @@ contains
       header%title = title
       header%zone = 'probe '//name
       header%columns = [character(len=history_text_length) :: 'time [s]', 'x [m]', 'y [m]', 'z [m]', &
-                       'stress_xx [Pa]', &
-                        'stress_yy [Pa]', 'stress_zz [Pa]', 'stress_yz [Pa]', 'stress_xz [Pa]', &
-                           'stress_xy [Pa]', &
-                        'von_mises [Pa]', 'equivalent_plastic_strain [1]']
+                        'stress_xx [Pa]', 'stress_yy [Pa]', 'stress_zz [Pa]', 'stress_yz [Pa]', &
+                        'stress_xz [Pa]', 'stress_xy [Pa]', 'von_mises [Pa]', 'equivalent_plastic_strain [1]']
    end function probe_header
 
 end module m_recorder

@@ -119,8 +119,7 @@ contains
       positions = communicator%sum_count(where_to%position_sum())
       if (given /= self%n_total) then
          call fail(error, exit_numerical, 'snapshot of step '//to_text(self%step)//': the ranks hold '// &
-                   to_text(given)// &
-                   ' particles and not '//to_text(self%n_total))
+                   to_text(given)//' particles and not '//to_text(self%n_total))
       else if (overlaps(where_to) .or. positions /= triangle(self%n_total)) then
          call fail(error, exit_numerical, 'snapshot of step '//to_text(self%step)// &
                    ': the runs of particles overlap')
@@ -141,8 +140,7 @@ contains
       logical :: good
       integer :: f
       good = allocated(self%position) .and. allocated(self%id) .and. allocated(self%fields) &
-             .and. allocated(self%title) &
-             .and. allocated(self%run_offset) .and. allocated(self%run_count)
+             .and. allocated(self%title) .and. allocated(self%run_offset) .and. allocated(self%run_count)
       if (good) good = size(self%position, 1) == self%n_local .and. size(self%position, 2) == 3 &
                        .and. size(self%id) == self%n_local .and. size(self%run_offset) == size(self%run_count)
       if (good) good = sum(self%run_count) == self%n_local .and. all(self%run_count >= 0)

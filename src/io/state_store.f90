@@ -78,9 +78,8 @@ contains
       type(c_ptr), intent(in) :: numbers
       type(error_t), intent(inout) :: error
       if (self%writes) then
-         call self%output%put_rows(name, kind, int(extent, i8), &
-                                   some_rows(0_i8, merge(extent(2), 0, self%communicator%is_root())), &
-                                      numbers, error)
+         call self%output%put_rows(name, kind, int(extent, i8), some_rows(0_i8, &
+            merge(extent(2), 0, self%communicator%is_root())), numbers, error)
       else
          call self%input%get_rows(name, kind, int(extent, i8), some_rows(0_i8, extent(2)), numbers, error)
       end if

@@ -136,9 +136,8 @@ contains
       text = ''
       if (particles == 0) return
       text = 'ZONE T="level '//to_text(merge(zone, 0, allocated(snapshot%levels)))//'", STRANDID='// &
-             to_text(zone)// &
-             ', SOLUTIONTIME='//exact_text(snapshot%time)//', I=1, J='//to_text(particles)// &
-                ', K=1, DATAPACKING=BLOCK'//achar(10)
+             to_text(zone)//', SOLUTIONTIME='//exact_text(snapshot%time)//', I=1, J='//to_text(particles)// &
+             ', K=1, DATAPACKING=BLOCK'//achar(10)
    end function zone_text
 
    !> Number of values a particle has in the file.

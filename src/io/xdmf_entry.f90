@@ -44,19 +44,15 @@ contains
       end do
       text = '     <Grid Name="level '//to_text(number)//'" GridType="Uniform">'//newline// &
              '     <Topology TopologyType="Polyline" NodesPerElement="2" NumberOfElements="'//lines//'">'// &
-                newline// &
-             '      <DataItem Format="XML" NumberType="Int" Dimensions="'//lines//' 2">'//newline//pairs// &
-             '      </DataItem>'//newline//'     </Topology>'//newline// &
+             newline//'      <DataItem Format="XML" NumberType="Int" Dimensions="'//lines//' 2">'//newline// &
+             pairs//'      </DataItem>'//newline//'     </Topology>'//newline// &
              '     <Geometry GeometryType="XYZ">'//newline// &
              '      <DataItem Format="XML" NumberType="Float" Precision="8" Dimensions="'// &
-                to_text(2*size(ends, 3))//' 3">'// &
-             newline//places//'      </DataItem>'//newline//'     </Geometry>'//newline// &
-             attribute('level', 'Scalar', repeated(size(ends, 3), to_text(number), 'NumberType="Int"'), &
-                       'Cell')// &
-             attribute('cell_size', 'Scalar', &
-                       repeated(size(ends, 3), exact_text(level%cell), &
-                                'NumberType="Float" Precision="8"'), 'Cell')// &
-             '     </Grid>'
+             to_text(2*size(ends, 3))//' 3">'//newline//places//'      </DataItem>'//newline// &
+             '     </Geometry>'//newline//attribute('level', 'Scalar', &
+             repeated(size(ends, 3), to_text(number), 'NumberType="Int"'), 'Cell')// &
+             attribute('cell_size', 'Scalar', repeated(size(ends, 3), exact_text(level%cell), &
+             'NumberType="Float" Precision="8"'), 'Cell')//'     </Grid>'
    end function outline
 
    !> The same value for all lines.
@@ -107,9 +103,8 @@ contains
       text = ''
       if (field%comes_apart()) then
          do c = 1, field%components
-            text = text//attribute(field%full_name(c), 'Scalar', &
-                                   data_item(file, '/VTKHDF/PointData/'//field%full_name(c), points, &
-                                             real_type))
+            text = text//attribute(field%full_name(c), 'Scalar', data_item(file, '/VTKHDF/PointData/'// &
+               field%full_name(c), points, real_type))
          end do
       else if (field%components == 1) then
          text = attribute(field%name, 'Scalar', data_item(file, table, points, real_type))
@@ -127,16 +122,14 @@ contains
       text = 'Node'
       if (present(center)) text = center
       text = '     <Attribute Name="'//escaped(name)//'" AttributeType="'//kind//'" Center="'//text//'">'// &
-             newline//item// &
-             '     </Attribute>'//newline
+             newline//item//'     </Attribute>'//newline
    end function attribute
 
    pure function data_item(file, table, extent, number_type) result(text)
       character(len=*), intent(in) :: file, table, extent, number_type
       character(len=:), allocatable :: text
       text = '      <DataItem Format="HDF" '//number_type//' Dimensions="'//extent//'">'//file//':'// &
-             escaped(table)// &
-             '</DataItem>'//newline
+             escaped(table)//'</DataItem>'//newline
    end function data_item
 
    !> Text as XML wants it.

@@ -98,8 +98,7 @@ contains
       call file%open(self%path, error)
       if (error%happened()) return
       call file%put('<?xml version="1.0" ?>'//newline//'<!DOCTYPE Xdmf SYSTEM "Xdmf.dtd" []>'//newline// &
-                    '<Xdmf Version="2.0">'// &
-                    newline//' <Domain>', error)
+                    '<Xdmf Version="2.0">'//newline//' <Domain>', error)
       call file%put('  <Grid Name="'//self%name//'" GridType="Collection" CollectionType="Temporal">', error)
       do e = 1, size(self%entries)
          call file%put(self%entries(e)%text, error)

@@ -60,9 +60,8 @@ contains
          !$omp simd
          do p = 1, chunk + batch
             call fit_and_invert(r(p, 1), r(p, 2), r(p, 3), r(p, 4), r(p, 5), r(p, 6), r(p, 7), r(p, 8), &
-                                r(p, 9), &
-                                q(p, 1), q(p, 2), q(p, 3), q(p, 4), q(p, 5), q(p, 6), q(p, 7), q(p, 8), &
-                                   q(p, 9))
+                                r(p, 9), q(p, 1), q(p, 2), q(p, 3), q(p, 4), q(p, 5), q(p, 6), q(p, 7), &
+                                q(p, 8), q(p, 9))
          end do
       end associate
    end subroutine set_corners
@@ -124,14 +123,12 @@ contains
                !$omp simd
                do p = 1, batch
                   call mean_of_corners(plane(p, 1)*hat(p, c, 3, 1), plane(p, 2)*hat(p, c, 3, 2), &
-                                       plane(p, 3)*hat(p, c, 3, 3), &
-                                       plane(p, 4)*hat(p, c, 3, 4), plane(p, 5)*hat(p, c, 3, 5), &
-                                          plane(p, 6)*hat(p, c, 3, 6), &
-                                       plane(p, 7)*hat(p, c, 3, 7), plane(p, 8)*hat(p, c, 3, 8), &
-                                       q(p, 1), q(p, 2), q(p, 3), q(p, 4), q(p, 5), q(p, 6), q(p, 7), &
-                                          q(p, 8), q(p, 9), &
-                                       weights%weight(p, n), weights%slope(p, n, 1), weights%slope(p, n, 2), &
-                                          weights%slope(p, n, 3))
+                                       plane(p, 3)*hat(p, c, 3, 3), plane(p, 4)*hat(p, c, 3, 4), &
+                                       plane(p, 5)*hat(p, c, 3, 5), plane(p, 6)*hat(p, c, 3, 6), &
+                                       plane(p, 7)*hat(p, c, 3, 7), plane(p, 8)*hat(p, c, 3, 8), q(p, 1), &
+                                       q(p, 2), q(p, 3), q(p, 4), q(p, 5), q(p, 6), q(p, 7), q(p, 8), &
+                                       q(p, 9), weights%weight(p, n), weights%slope(p, n, 1), &
+                                       weights%slope(p, n, 2), weights%slope(p, n, 3))
                end do
             end do
          end do

@@ -167,9 +167,8 @@ contains
             corner = place + matmul(span, real(2*[ibits(c, 0, 1), ibits(c, 1, 1), ibits(c, 2, 1)] - 1, wp)) &
                      - lowest
             do axis = 1, 3
-               hat(:, axis) = [max(0.0_wp, 1.0_wp - corner(axis)), &
-                              max(0.0_wp, 1.0_wp - abs(corner(axis) - 1.0_wp)), &
-                               max(0.0_wp, corner(axis) - 1.0_wp)]
+               hat(:, axis) = [max(0.0_wp, 1.0_wp - corner(axis)), max(0.0_wp, &
+                  1.0_wp - abs(corner(axis) - 1.0_wp)), max(0.0_wp, corner(axis) - 1.0_wp)]
             end do
             call add_product(weights, 0.125_wp, hat)
          end do

@@ -269,8 +269,8 @@ contains
          column(p, v) = motion%flip_fraction*(column(p, v) + motion%time_step*taken%motion(q, 3 + axis)) &
                         + (1.0_wp - motion%flip_fraction)*taken%motion(q, axis)
       end do
-      if (motion%heat > 0) call rest_along(axis, before, before_in_chunk, count, taken, layout, motion, &
-                                           column)
+      if (motion%heat > 0) &
+         call rest_along(axis, before, before_in_chunk, count, taken, layout, motion, column)
    end subroutine move_along
 
    !> What nodes do not see of the velocities of particles that follow each other, along one axis, comes to

@@ -66,16 +66,13 @@ contains
                n = 1 + 3*(b + 3*c)
                value = value + (weights%weight(p, n)*tile(q, i, j, k) &
                                 + weights%weight(p, n + 1)*tile(q, i + 1, j, k) &
-                          + weights%weight(p, n + 2)*tile(q, i + 2, j, k))
-               x = x + (weights%slope(p, n, 1)*tile(q, i, j, k) &
-                        + weights%slope(p, n + 1, 1)*tile(q, i + 1, j, k) &
-                      + weights%slope(p, n + 2, 1)*tile(q, i + 2, j, k))
-               y = y + (weights%slope(p, n, 2)*tile(q, i, j, k) &
-                        + weights%slope(p, n + 1, 2)*tile(q, i + 1, j, k) &
-                      + weights%slope(p, n + 2, 2)*tile(q, i + 2, j, k))
-               z = z + (weights%slope(p, n, 3)*tile(q, i, j, k) &
-                        + weights%slope(p, n + 1, 3)*tile(q, i + 1, j, k) &
-                      + weights%slope(p, n + 2, 3)*tile(q, i + 2, j, k))
+                                + weights%weight(p, n + 2)*tile(q, i + 2, j, k))
+               x = x + (weights%slope(p, n, 1)*tile(q, i, j, k) + weights%slope(p, n + 1, 1)*tile(q, i + 1, &
+                  j, k) + weights%slope(p, n + 2, 1)*tile(q, i + 2, j, k))
+               y = y + (weights%slope(p, n, 2)*tile(q, i, j, k) + weights%slope(p, n + 1, 2)*tile(q, i + 1, &
+                  j, k) + weights%slope(p, n + 2, 2)*tile(q, i + 2, j, k))
+               z = z + (weights%slope(p, n, 3)*tile(q, i, j, k) + weights%slope(p, n + 1, 3)*tile(q, i + 1, &
+                  j, k) + weights%slope(p, n + 2, 3)*tile(q, i + 2, j, k))
             end do
          end do
          motion(q) = value

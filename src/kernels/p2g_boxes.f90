@@ -105,8 +105,8 @@ contains
       end do
       if (layout%viscous_pressure > 0) &
          call add_pressure(load, stencil, column(:, layout%volume), column(:, layout%viscous_pressure))
-      if (layout%pressure_shift > 0) call add_pressure(load, stencil, column(:, layout%volume), &
-                                                       column(:, layout%pressure_shift))
+      if (layout%pressure_shift > 0) &
+         call add_pressure(load, stencil, column(:, layout%volume), column(:, layout%pressure_shift))
    end subroutine set_load
 
    !> What adds to the pressure and is no part of the stress.

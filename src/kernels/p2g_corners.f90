@@ -64,10 +64,9 @@ contains
                end do
                !$omp simd
                do q = 1, half
-                  tile(half + q, i, j, k) = tile(half + q, i, j, k) &
-                                            + (weights%slope(p, n, 1)*load%force(q, 1, m) &
-                                               + (weights%slope(p, n, 2)*load%force(q, 2, m) &
-                                                  + weights%slope(p, n, 3)*load%force(q, 3, m)))
+                  tile(half + q, i, j, k) = tile(half + q, i, j, k) + (weights%slope(p, n, 1)*load%force(q, &
+                     1, m) + (weights%slope(p, n, 2)*load%force(q, 2, m) &
+                     + weights%slope(p, n, 3)*load%force(q, 3, m)))
                end do
             end do
          end do

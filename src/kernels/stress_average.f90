@@ -83,9 +83,8 @@ contains
                do c = 0, 2
                   do b = 0, 2
                      do a = 0, 2
-                        own = own + shares%share(1 + a + 3*(b + 3*c), m) &
-                                    *tile(2:7, shares%place(1, m) + a, shares%place(2, m) + b, &
-                                          shares%place(3, m) + c)
+                        own = own + shares%share(1 + a + 3*(b + 3*c), m) *tile(2:7, shares%place(1, m) + a, &
+                           shares%place(2, m) + b, shares%place(3, m) + c)
                      end do
                   end do
                end do
@@ -109,8 +108,8 @@ contains
          shares%member = shares%corners%list%member
          shares%place = shares%corners%place
          do m = 1, shares%count
-            if (mod(m - 1, batch) == 0) call set_corner_weights(shares%weights, shares%corners, m, &
-                  frame%per_cell)
+            if (mod(m - 1, batch) == 0) &
+               call set_corner_weights(shares%weights, shares%corners, m, frame%per_cell)
             shares%share(:, m) = shares%weights%weight(1 + mod(m - 1, batch), :)
          end do
          return
@@ -125,9 +124,8 @@ contains
                do c = -1, 1
                   do b = -1, 1
                      do a = -1, 1
-                        shares%share(14 + a + 3*(b + 3*c), m) = stencil%weight(m, a, 1)*stencil%weight(m, &
-                              b, 2) &
-                                                                *stencil%weight(m, c, 3)
+                        shares%share(14 + a + 3*(b + 3*c), m) = stencil%weight(m, a, 1)*stencil%weight(m, b, &
+                           2) *stencil%weight(m, c, 3)
                      end do
                   end do
                end do

@@ -211,9 +211,8 @@ contains
          e = self%by_index(c)
          associate (a => self%edges(e)%corner, z => self%edges(e)%corner + patch_last, &
                     b => self%edges(e)%parent)
-            tiles(to:to + values - 1, a(1):z(1), a(2):z(2), a(3):z(3), b) = &
-               tiles(to:to + values - 1, a(1):z(1), a(2):z(2), a(3):z(3), b) &
-                  + self%up(from:from + values - 1, :, :, :, e)
+            tiles(to:to + values - 1, a(1):z(1), a(2):z(2), a(3):z(3), b) = tiles(to:to + values - 1, &
+               a(1):z(1), a(2):z(2), a(3):z(3), b) + self%up(from:from + values - 1, :, :, :, e)
          end associate
       end do
    end subroutine add_patches
@@ -443,8 +442,7 @@ contains
       if (.not. allocated(self%edges)) return
       call self%exchange%release()
       deallocate (self%edges, self%edge_of, self%parents, self%receiving, self%adds, self%up, self%down, &
-                  self%first, &
-                  self%receiver, self%lag_force, self%lag_velocity, self%own_mass)
+                  self%first, self%receiver, self%lag_force, self%lag_velocity, self%own_mass)
    end subroutine release
 
 end module m_composite

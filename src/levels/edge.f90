@@ -19,9 +19,8 @@ module m_edge
    use m_migration, only: frame_of
    implicit none
    private
-   public :: edge_t, has_constrained, make_edge, clear_covered, restrict_sums, restrict_lag, &
-             prolong_motion, prolong_lag, &
-             interpolate_motion, interpolate_lag
+   public :: edge_t, has_constrained, make_edge, clear_covered, restrict_sums, restrict_lag, prolong_motion, &
+             prolong_lag, interpolate_motion, interpolate_lag
 
    integer, parameter, public :: patch_last = 5 !< patches run from 0 to here
    integer, parameter, public :: lag_first = node_values + 1, lag_last = node_values + 3 !< up: the force that
@@ -177,10 +176,10 @@ contains
                do i = low(1), high(1)
                   !$omp simd
                   do q = 1, node_values
-                     patch(q, i, j, k) = patch(q, i, j, k) &
-                                        + (given(q) + along(q, 1)*(2*i - low(1) - high(1)) &
-                                           + along(q, 2)*(2*j - low(2) - high(2)) &
-                                           + along(q, 3)*(2*k - low(3) - high(3)))
+                     patch(q, i, j, k) = patch(q, i, j, k) + (given(q) &
+                                                              + along(q, 1)*(2*i - low(1) - high(1)) &
+                                                              + along(q, 2)*(2*j - low(2) - high(2)) &
+                                                              + along(q, 3)*(2*k - low(3) - high(3)))
                   end do
                end do
             end do
@@ -339,8 +338,8 @@ contains
             c = first - 1 + q
             values(q) = 0.125_wp*(((patch(c, i, j, k) + patch(c, x, j, k)) &
                                    + (patch(c, i, y, k) + patch(c, x, y, k))) &
-                                  + ((patch(c, i, j, z) + patch(c, x, j, z)) &
-                                     + (patch(c, i, y, z) + patch(c, x, y, z))))
+                                   + ((patch(c, i, j, z) + patch(c, x, j, z)) &
+                                   + (patch(c, i, y, z) + patch(c, x, y, z))))
          end do
       end associate
    end subroutine interpolate

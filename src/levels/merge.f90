@@ -51,8 +51,8 @@ contains
                if (parent(last + 1) /= parent(first)) exit
                last = last + 1
             end do
-            if (last == first + 7) call merge_eight(level, finer, b, small(first:last), materials, merged, &
-                                                    lost, gone)
+            if (last == first + 7) &
+               call merge_eight(level, finer, b, small(first:last), materials, merged, lost, gone)
             first = last + 1
          end do
          if (merged == 0) return

@@ -45,8 +45,7 @@ contains
                                        rank_beyond == self%ranks(r) .and. (is_own .eqv. side == 1)))
                self%patches(side, r) = size(numbers)
                call MPI_Type_create_indexed_block(size(numbers), values, values*numbers, &
-                                                  MPI_DOUBLE_PRECISION, &
-                                                  self%datatypes(side, r))
+                                                  MPI_DOUBLE_PRECISION, self%datatypes(side, r))
             end associate
             call MPI_Type_commit(self%datatypes(side, r))
          end do

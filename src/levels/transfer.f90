@@ -185,11 +185,9 @@ contains
          if (generation + 3 > most_generations) then
             associate (x => parts(fine%layout%position:fine%layout%position + 2, n))
                call fail(error, exit_numerical, 'particle '//to_text(ids(n))//' of body '// &
-                         to_text(int(body))// &
-                         ' at ('//to_text(x(1))//', '//to_text(x(2))//', '//to_text(x(3))// &
-                            ') m has been split '// &
-                         to_text(generation)//' times and cannot be split for level '// &
-                            to_text(fine%number)// &
+                         to_text(int(body))//' at ('//to_text(x(1))//', '//to_text(x(2))//', '// &
+                         to_text(x(3))//') m has been split '//to_text(generation)// &
+                         ' times and cannot be split for level '//to_text(fine%number)// &
                          "; try fewer levels, or domain='fixed'")
             end associate
             return
@@ -204,9 +202,9 @@ contains
          real(wp), intent(in) :: part(:)
          splits_here = lives_in(fine, part, margin)
          associate (at => fine%layout)
-            if (splits_here) splits_here = &
-               must_split(fine%grid, fine%region, fine%number, nint(part(at%refinement)), &
-                          part(at%position:at%position + 2), longest_half_edge(part, at))
+            if (splits_here) &
+               splits_here = must_split(fine%grid, fine%region, fine%number, nint(part(at%refinement)), &
+                                        part(at%position:at%position + 2), longest_half_edge(part, at))
          end associate
       end function splits_here
    end subroutine split_to_live

@@ -77,9 +77,8 @@ contains
       integer :: a(3), z(3), i, j, k
       a = [findloc(any(any(chosen, 3), 2), .true., 1), findloc(any(any(chosen, 3), 1), .true., 1), &
            findloc(any(any(chosen, 2), 1), .true., 1)]
-      z = [findloc(any(any(chosen, 3), 2), .true., 1, back=.true.), &
-           findloc(any(any(chosen, 3), 1), .true., 1, back=.true.), &
-           findloc(any(any(chosen, 2), 1), .true., 1, back=.true.)]
+      z = [findloc(any(any(chosen, 3), 2), .true., 1, back=.true.), findloc(any(any(chosen, 3), 1), .true., &
+         1, back=.true.), findloc(any(any(chosen, 2), 1), .true., 1, back=.true.)]
       if (.not. any(chosen)) a = 1
       region = region_of_box(grid, low + 2*(a - 1), low + 2*z)
       if (any(chosen) .and. all(chosen(a(1):z(1), a(2):z(2), a(3):z(3)))) return
@@ -91,8 +90,7 @@ contains
                do i = 1, z(1)
                   n(i, j, k) = merge(1, 0, chosen(a(1) + i - 1, a(2) + j - 1, a(3) + k - 1)) &
                                + n(i - 1, j - 1, k - 1) + (n(i - 1, j, k) - n(i - 1, j - 1, k)) &
-                               + (n(i, j - 1, k) - n(i, j - 1, k - 1)) &
-                               + (n(i, j, k - 1) - n(i - 1, j, k - 1))
+                               + (n(i, j - 1, k) - n(i, j - 1, k - 1)) + (n(i, j, k - 1) - n(i - 1, j, k - 1))
                end do
             end do
          end do
@@ -295,9 +293,8 @@ contains
       n = 0
       if (allocated(self%below)) n = (self%high - self%low)/2
       associate (a => self%low/2)
-         numbers = [int([self%low, self%high, product(n)], i8), &
-                    [(((merge(1_i8, 0_i8, all_of(self, a + [i, j, k], a + [i, j, k])), &
-                        i=0, n(1) - 1), j=0, n(2) - 1), k=0, n(3) - 1)]]
+         numbers = [int([self%low, self%high, product(n)], i8), [(((merge(1_i8, 0_i8, &
+            all_of(self, a + [i, j, k], a + [i, j, k])), i=0, n(1) - 1), j=0, n(2) - 1), k=0, n(3) - 1)]]
       end associate
    end function packed
 

@@ -113,16 +113,14 @@ contains
          associate (entry => self%group%entries(i))
             if (any(self%known(:self%count) == entry%name)) cycle
             call fail(error, exit_input, 'line '//to_text(entry%line)//', &'//self%group%name//' '// &
-                      entry%name// &
-                      ': unknown variable'//advice(entry%name, used))
+                      entry%name//': unknown variable'//advice(entry%name, used))
          end associate
       end do
       do i = 1, size(self%group%entries)
          do k = 1, self%count
             if (self%used(k) .or. self%known(k) /= self%group%entries(i)%name) cycle
             call fail(error, exit_input, self%group%entry_place(self%group%entries(i)%name)// &
-                      ': not used with '// &
-                      trim(self%choices(k))//'; allowed: '//joined(used))
+                      ': not used with '//trim(self%choices(k))//'; allowed: '//joined(used))
          end do
       end do
       if (self%first_fault%happened()) call fail(error, self%first_fault%status, self%first_fault%message)
@@ -407,9 +405,8 @@ contains
       call self%check_count(found, 1, expected, good)
       if (.not. good) return
       text = self%group%entries(found)%value_text(1)
-      good = self%group%entries(found)%values(1)%quoted .and. len(text) > 0 &
-             .and. len(text) <= name_length .and. &
-             verify(lower_case(text), allowed) == 0
+      good = self%group%entries(found)%values(1)%quoted .and. len(text) > 0 .and. len(text) <= name_length &
+             .and. verify(lower_case(text), allowed) == 0
       if (good) value = text
       if (.not. good) call self%refuse(name, expected)
    end subroutine get_name

@@ -137,8 +137,7 @@ contains
       if (cursor%next() /= '&') then
          word = text_to_line_end(cursor)
          call fail(error, exit_input, 'line '//to_text(cursor%line)//': text outside a group: '// &
-                   abbreviated(word)// &
-                   '; allowed: comments behind !')
+                   abbreviated(word)//'; allowed: comments behind !')
          return
       end if
       cursor%at = cursor%at + 1
@@ -182,8 +181,7 @@ contains
          call cursor%read_word(word)
          if (lower_case(word) == 'end') return
          call fail(error, exit_input, 'line '//to_text(group%line)//', &'//group%name// &
-                   ': not closed before line '// &
-                   to_text(cursor%line)//'; a group ends with /')
+                   ': not closed before line '//to_text(cursor%line)//'; a group ends with /')
       case ('')
          call fail(error, exit_input, 'line '//to_text(group%line)//', &'//group%name// &
                    ': not closed; a group ends with /')
@@ -200,8 +198,7 @@ contains
       do i = 1, size(entries)
          if (entries(i)%name /= new%name) cycle
          call fail(error, exit_input, 'line '//to_text(new%line)//', &'//group%name//' '//new%name//'='// &
-                   new%shown// &
-                   ': given twice; first on line '//to_text(entries(i)%line))
+                   new%shown//': given twice; first on line '//to_text(entries(i)%line))
       end do
    end subroutine refuse_twice
 
@@ -309,8 +306,7 @@ contains
          call read_integer(word(:star - 1), repeats, good)
          if (.not. good .or. repeats < 1 .or. repeats > most_repeats) then
             call fail(error, exit_input, start//'='//abbreviated(word)// &
-                      ': the repeat count must be between 1 and '// &
-                      to_text(most_repeats))
+                      ': the repeat count must be between 1 and '//to_text(most_repeats))
          end if
       end if
       new%first = begin + star - origin

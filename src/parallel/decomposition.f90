@@ -169,9 +169,9 @@ contains
       type(level_t), intent(inout) :: level
       integer, intent(in) :: rank
       integer :: b, index, m, n, place(3), other(3)
-      if (.not. allocated(level%slot)) allocate (level%slot(0:level%grid%blocks(1) - 1, &
-                                                            0:level%grid%blocks(2) - 1, &
-                                                      0:level%grid%blocks(3) - 1))
+      if (.not. allocated(level%slot)) &
+         allocate (level%slot(0:level%grid%blocks(1) - 1, 0:level%grid%blocks(2) - 1, &
+                              0:level%grid%blocks(3) - 1))
       level%slot = 0
       do b = 1, size(level%blocks)
          place = level%blocks(b)%place

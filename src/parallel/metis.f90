@@ -8,9 +8,8 @@ module m_metis
 
    abstract interface
       integer(c_int) function metis_routine(vertices, constraints, offsets, adjacent, vertex_weights, &
-                                            vertex_sizes, &
-                                            edge_weights, parts, shares, imbalance, options, cut, &
-                                               part) bind(c)
+                                            vertex_sizes, edge_weights, parts, shares, imbalance, options, &
+                                            cut, part) bind(c)
          import :: c_int, c_float, c_ptr
          integer(c_int), intent(in) :: vertices, constraints, offsets(*), adjacent(*), vertex_weights(*), &
                                        edge_weights(*), parts
@@ -53,9 +52,8 @@ contains
       end do
       if (by_halves) then
          status = metis_part_graph_recursive(size(part, kind=c_int), size(vertex_weights, 1, kind=c_int), &
-                                             offsets, adjacent, &
-                                             weights, c_null_ptr, edge_weights, parts, c_null_ptr, &
-                                             real(imbalance, c_float), c_null_ptr, cut, part)
+                                             offsets, adjacent, weights, c_null_ptr, edge_weights, parts, &
+                                             c_null_ptr, real(imbalance, c_float), c_null_ptr, cut, part)
       else
          status = metis_part_graph_kway(size(part, kind=c_int), size(vertex_weights, 1, kind=c_int), &
                                         offsets, adjacent, &

@@ -81,8 +81,7 @@ contains
             p = block%emigrants(m)
             place = entered(level, block, p)
             call address(self, communicator%rank, level%owner_at(place), block%particles%column(p, :), &
-                         block%particles%id(p), &
-                         block%particles%body(p), level%grid%block_index(place))
+                         block%particles%id(p), block%particles%body(p), level%grid%block_index(place))
          end do
          call take_out(block)
       end associate
@@ -161,8 +160,7 @@ contains
       call MPI_Get_count(status, self%record, count)
       call make_room(self%incoming, count)
       call MPI_Mrecv(self%incoming%records(:, self%incoming%count + 1:self%incoming%count + count), count, &
-                     self%record, message, &
-                     MPI_STATUS_IGNORE)
+                     self%record, message, MPI_STATUS_IGNORE)
       self%incoming%count = self%incoming%count + count
    end subroutine receive
 
@@ -332,8 +330,7 @@ contains
             if (rank == communicator%rank) cycle
             do p = 1, block%particles%count
                call self%outgoing(rank)%add(block%particles%column(p, :), block%particles%id(p), &
-                                            block%particles%body(p), &
-                                            block%index, block)
+                                            block%particles%body(p), block%index, block)
             end do
             block%particles%count = 0
             call block%particles%changed()

@@ -112,9 +112,8 @@ contains
             if (present(wanted)) then
                if (.not. any(is_wanted(holder(:held)%slot))) cycle
             end if
-            if (held == 2 .and. all(holder(:2)%slot <= size(blocks)) &
-                .and. all(holder(1)%first == holder(2)%first) &
-                .and. all(holder(1)%last == holder(2)%last)) then
+            if (held == 2 .and. all(holder(:2)%slot <= size(blocks)) .and. all(holder(1)%first &
+               == holder(2)%first) .and. all(holder(1)%last == holder(2)%last)) then
                call sum_two(holder(1), holder(2), tiles)
             else
                call sum_some(holder(:held), size(blocks), tiles)

@@ -27,9 +27,9 @@ module m_placement
 
    integer, parameter :: block_cost = 64 !< of a block's node tile, in particles
    real(wp), parameter :: bin_cost = 0.75_wp !< of a bin that has particles, in particles
-   real(wp), parameter :: run_break_cost = 1.75_wp !< of a run break of the particles' order (cell_list.f90), in
-                                              !< particles; with it goes how uneven the bins are, and how
-                                              !< often the particles are sorted
+   real(wp), parameter :: run_break_cost = 1.75_wp !< of a run break of the particles' order (cell_list.f90),
+                                                   !< in particles; with it goes how uneven the bins are, and
+                                                   !< how often the particles are sorted
    integer, parameter :: point_cost = 48 !< of a contact point, in particles: in E2, what its rank takes
                                          !< longer for contact than the other
    real(wp), parameter :: shared_cost = 0.1_wp !< of a node shared with another rank, in particles
@@ -186,10 +186,8 @@ contains
       call MPI_Comm_size(communicator%comm, sharing)
       do way = 1 + communicator%rank, ways, sharing
          call partition_graph(graph%offsets, graph%adjacent, graph%weight, graph%edge_weights, ranks, &
-                              way <= ways/2, &
-                              [spread(tolerances(1, 1 + mod(way, ways/2)), 1, levels), &
-                                 tolerances(2, 1 + mod(way, ways/2))], &
-                              part, cut, unable)
+                              way <= ways/2, [spread(tolerances(1, 1 + mod(way, ways/2)), 1, levels), &
+                              tolerances(2, 1 + mod(way, ways/2))], part, cut, unable)
          if (unable) cycle
          length = step_length(anywhere, ranks, part)
          if (length >= shortest(1)) cycle
@@ -243,9 +241,9 @@ contains
          end do
          if (l > 1) call connect(l - 1, position/2, shared_with_parent)
          do n = 0, 7
-            if (l < size(levels)) call connect(l + 1, 2*position + [ibits(n, 0, 1), ibits(n, 1, 1), &
-                                               ibits(n, 2, 1)], &
-                                               shared_with_parent)
+            if (l < size(levels)) &
+               call connect(l + 1, 2*position + [ibits(n, 0, 1), ibits(n, 1, 1), ibits(n, 2, 1)], &
+                            shared_with_parent)
          end do
          offsets(v + 1) = edges
       end do

@@ -50,9 +50,8 @@ contains
          w1 = m(p)*r1(p)**2
          w2 = m(p)*r2(p)**2
          w3 = m(p)*r3(p)**2
-         twice = twice + w1*(l(p, 1)**2 + l(p, 2)**2 + l(p, 3)**2) &
-                 + w2*(l(p, 4)**2 + l(p, 5)**2 + l(p, 6)**2) &
-                 + w3*(l(p, 7)**2 + l(p, 8)**2 + l(p, 9)**2)
+         twice = twice + w1*(l(p, 1)**2 + l(p, 2)**2 + l(p, 3)**2) + w2*(l(p, 4)**2 + l(p, 5)**2 &
+            + l(p, 6)**2) + w3*(l(p, 7)**2 + l(p, 8)**2 + l(p, 9)**2)
          about_x = about_x + w2*l(p, 6) - w3*l(p, 8)
          about_y = about_y + w3*l(p, 7) - w1*l(p, 3)
          about_z = about_z + w1*l(p, 2) - w2*l(p, 4)

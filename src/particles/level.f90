@@ -100,8 +100,8 @@ contains
       if (whole) extent(2, :) = tile_last
    end function range_of
 
-   !> Before a block's tile is given to anew: it goes as far as the block's particles reach, or is whole, and is
-   !> 0 beyond.
+   !> Before a block's tile is given to anew: it goes as far as the block's particles reach, or is whole, and
+   !> is 0 beyond.
    subroutine update_extents(self, b, whole)
       class(level_t), intent(inout) :: self
       integer, intent(in) :: b

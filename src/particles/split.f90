@@ -12,8 +12,7 @@ module m_split
    implicit none
    private
    public :: stuff_t, split_long, split_in_eight, must_split, is_whole, largest_tension, half_edges, &
-             fitted_edges, &
-             extents, longest_half_edge, octant_of, child_id, longest
+             fitted_edges, extents, longest_half_edge, octant_of, child_id, longest
 
    integer, parameter, public :: id_bits = 50 !< ids of particles that were never split are below 2^id_bits
    integer, parameter, public :: most_generations = 12 !< splits that an id has room for; it stays below 2^62

@@ -84,10 +84,8 @@ contains
       do while (first <= particles%count)
          last = particles%run_end(first)
          call advance(self, self%p_wave_modulus(particles%body(first)), first, last, cell, time_step, &
-                      gradient, &
-                      particles%column(:, layout%mass), particles%column(:, layout%volume), &
-                         particles%column(:, self%pressure), &
-                      particles%column(:, self%heat))
+                      gradient, particles%column(:, layout%mass), particles%column(:, layout%volume), &
+                      particles%column(:, self%pressure), particles%column(:, self%heat))
          first = last + 1
       end do
    end subroutine on_stress

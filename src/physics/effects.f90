@@ -16,7 +16,8 @@ contains
       block; use m_gravity, only: gravity_t; call add('gravity', gravity_t()); end block
       block; use m_damping, only: damping_t; call add('damping', damping_t()); end block
       block; use m_pressure, only: pressure_t; call add('pressure', pressure_t(repeats=.true.)); end block
-      block; use m_bulk_viscosity, only: bulk_viscosity_t; call add('bulk_viscosity', bulk_viscosity_t()); end block
+      block; use m_bulk_viscosity, only: bulk_viscosity_t; call add('bulk_viscosity', &
+         bulk_viscosity_t()); end block
       block; use m_anti_locking, only: anti_locking_t; call add('anti_locking', anti_locking_t()); end block
    contains
       subroutine add(name, effect)

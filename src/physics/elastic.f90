@@ -102,9 +102,8 @@ contains
          squares = column(p, s)**2 + column(p, s + 1)**2 + column(p, s + 2)**2 &
                    + 2.0_wp*(column(p, s + 3)**2 + column(p, s + 4)**2 + column(p, s + 5)**2)
          v = per_volume*trace ! logarithm of the change of volume
-         energy = energy + column(p, layout%volume)*(squares - share*trace**2) &
-                           *(1.0_wp - v*(1.0_wp/3.0_wp - v*(1.0_wp/12.0_wp &
-                                                            - v*(1.0_wp/60.0_wp - v/360.0_wp))))
+         energy = energy + column(p, layout%volume)*(squares - share*trace**2) *(1.0_wp &
+            - v*(1.0_wp/3.0_wp - v*(1.0_wp/12.0_wp - v*(1.0_wp/60.0_wp - v/360.0_wp))))
       end do
       energy = energy/(4.0_wp*self%shear)
    end function strain_energy

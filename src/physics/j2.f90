@@ -46,12 +46,12 @@ contains
          end if
          if (strain(1) > 0.0_wp) call group%refuse('hardening_strain', 'must begin with 0')
          if (any(strain(2:) <= strain(:size(strain) - 1))) call group%refuse('hardening_strain', 'must rise')
-         if (any(stress(2:) < stress(:size(stress) - 1))) call group%refuse('hardening_stress', &
-               'must not fall')
+         if (any(stress(2:) < stress(:size(stress) - 1))) &
+            call group%refuse('hardening_stress', 'must not fall')
          if (group%is_given('yield_stress') .and. abs(self%yield_stress - stress(1)) > 0.0_wp) &
             call group%refuse('yield_stress', 'must be the first of hardening_stress, or absent')
-         if (self%hardening_modulus > 0.0_wp) call group%refuse('hardening_modulus', &
-               'must be 0 or absent with hardening_strain')
+         if (self%hardening_modulus > 0.0_wp) &
+            call group%refuse('hardening_modulus', 'must be 0 or absent with hardening_strain')
          self%yield_stress = stress(1)
       end associate
    end subroutine variables
@@ -118,8 +118,7 @@ contains
          !$omp simd
          do i = 1, n
             call walk(column(first + i - 1, self%strain), end, slope, 3.0_wp*self%shear, beyond(i), &
-                      strength(i), lane%strain(i), &
-                      lane%work(i))
+                      strength(i), lane%strain(i), lane%work(i))
          end do
       end do
    end subroutine flow

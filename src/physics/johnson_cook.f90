@@ -90,9 +90,8 @@ contains
          i = p - first + 1
          warmth(i) = thermal(self%room_temperature, self%melting_temperature, self%thermal_exponent, &
                              column(p, self%temperature))
-         beyond(i) = lane%trial(i) - warmth(i)*(self%yield_stress &
-                                                + self%hardening_modulus*column(p, &
-                                                      self%strain)**self%hardening_exponent)
+         beyond(i) = lane%trial(i) - warmth(i)*(self%yield_stress + self%hardening_modulus*column(p, &
+            self%strain)**self%hardening_exponent)
       end do
       n = 0
       do i = 1, last - first + 1

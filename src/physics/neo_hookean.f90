@@ -74,9 +74,8 @@ contains
 
    pure real(wp) function determinant(f)
       real(wp), intent(in) :: f(3, 3)
-      determinant = f(1, 1)*(f(2, 2)*f(3, 3) - f(2, 3)*f(3, 2)) &
-                    - f(1, 2)*(f(2, 1)*f(3, 3) - f(2, 3)*f(3, 1)) &
-                    + f(1, 3)*(f(2, 1)*f(3, 2) - f(2, 2)*f(3, 1))
+      determinant = f(1, 1)*(f(2, 2)*f(3, 3) - f(2, 3)*f(3, 2)) - f(1, &
+         2)*(f(2, 1)*f(3, 3) - f(2, 3)*f(3, 1)) + f(1, 3)*(f(2, 1)*f(3, 2) - f(2, 2)*f(3, 1))
    end function determinant
 
    !> Sum of V/J U, J.

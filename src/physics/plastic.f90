@@ -107,8 +107,7 @@ contains
             !$omp simd
             do p = from, to
                lane%trial(p - from + 1) = von_mises(column(p, s), column(p, s + 1), column(p, s + 2), &
-                                                    column(p, s + 3), &
-                                                    column(p, s + 4), column(p, s + 5))
+                                                    column(p, s + 3), column(p, s + 4), column(p, s + 5))
             end do
             lane%strain = 0.0_wp
             lane%work = 0.0_wp
@@ -117,9 +116,9 @@ contains
             !$omp simd
             do p = from, to
                call return_along_deviator(3.0_wp*self%shear*lane%strain(p - from + 1), &
-                                          lane%trial(p - from + 1), column(p, s), &
-                                          column(p, s + 1), column(p, s + 2), column(p, s + 3), &
-                                             column(p, s + 4), column(p, s + 5))
+                                          lane%trial(p - from + 1), column(p, s), column(p, s + 1), &
+                                          column(p, s + 2), column(p, s + 3), column(p, s + 4), &
+                                          column(p, s + 5))
                column(p, self%strain) = column(p, self%strain) + lane%strain(p - from + 1)
                column(p, self%work) = column(p, self%work) + column(p, layout%volume)*lane%work(p - from + 1)
             end do
@@ -159,10 +158,9 @@ contains
       !$omp simd
       do p = first, last
          call push_forward(time_step, gradient(p, 1), gradient(p, 2), gradient(p, 3), gradient(p, 4), &
-                           gradient(p, 5), &
-                           gradient(p, 6), gradient(p, 7), gradient(p, 8), gradient(p, 9), column(p, b), &
-                              column(p, b + 1), &
-                           column(p, b + 2), column(p, b + 3), column(p, b + 4), column(p, b + 5))
+                           gradient(p, 5), gradient(p, 6), gradient(p, 7), gradient(p, 8), gradient(p, 9), &
+                           column(p, b), column(p, b + 1), column(p, b + 2), column(p, b + 3), &
+                           column(p, b + 4), column(p, b + 5))
       end do
    end subroutine follow_shape
 

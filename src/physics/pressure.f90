@@ -59,8 +59,8 @@ contains
       call group%get_list('times', self%times, any_value('s'), required=.true.)
       call group%get_list('values', self%values, any_value('Pa'), required=.true.)
       if (.not. (allocated(self%times) .and. allocated(self%values))) return
-      if (any(self%times(2:) <= self%times(:size(self%times) - 1))) call group%refuse('times', &
-            'must rise strictly')
+      if (any(self%times(2:) <= self%times(:size(self%times) - 1))) &
+         call group%refuse('times', 'must rise strictly')
       if (size(self%times) /= size(self%values)) &
          call group%refuse('values', 'must be as many numbers as times, '//to_text(size(self%times))//'; '// &
                            to_text(size(self%values))//' given')
@@ -161,9 +161,8 @@ contains
          do p = 1, block%particles%count
             force = -now*column(p, self%area:self%area + 2)
             if (.not. any(abs(force) > 0.0_wp)) cycle
-            call fit_share(fitted_edges(column(p, :), layout, grid%cell), &
-                           column(p, self%arm:self%arm + 2), force, grid%cell, &
-                           turns, .not. (turns .or. layout%half_sizes), middle, span)
+            call fit_share(fitted_edges(column(p, :), layout, grid%cell), column(p, self%arm:self%arm + 2), &
+                           force, grid%cell, turns, .not. (turns .or. layout%half_sizes), middle, span)
             place = (column(p, layout%position:layout%position + 2) + middle - block%origin)*grid%per_cell
             where (abs(place - nint(place)) < hair) place = nint(place)
             call weigh(face, bin_place(int(block%cells%bin(p))), place, span*grid%per_cell, turns)

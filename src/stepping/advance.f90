@@ -148,8 +148,7 @@ contains
       call model%timers%enter(phase_contact)
       if (l == size(model%levels)) then
          call model%contact%apply(model%communicator, model%levels(l), model%materials, &
-                                  model%exchange(l)%ranks, clock%time, &
-                                 clock%step, error)
+                                  model%exchange(l)%ranks, clock%time, clock%step, error)
       else
          call forbid_contact(model%contact%tools, model%levels(l), model%levels(size(model%levels)), error)
       end if
@@ -175,9 +174,9 @@ contains
       logical, intent(in) :: first !< before the step's own contact
       if (.not. model%contact%active()) return
       call model%timers%enter(phase_contact)
-      if (first) call find_pressed(model%contact, model%communicator, model%levels(l), model%materials, &
-                                   model%exchange(l)%ranks, &
-                                   clock%time, clock%step)
+      if (first) &
+         call find_pressed(model%contact, model%communicator, model%levels(l), model%materials, &
+                           model%exchange(l)%ranks, clock%time, clock%step)
       call keep_pressed_speeds(model%contact, model%levels(l), clock%step)
    end subroutine meet_tools
 

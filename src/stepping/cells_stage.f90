@@ -42,9 +42,8 @@ contains
          end if
          if (model%method%domain /= domain_fixed) call split(model, l, b, error)
          call locate_particles(block%particles%count, block%particles%column(:, x:x + 2), &
-                               frame_of(level, block), &
-                               block%cells%bin, block%emigrants, block%emigrant_count, moved, block%lowest, &
-                                  block%highest)
+                               frame_of(level, block), block%cells%bin, block%emigrants, &
+                               block%emigrant_count, moved, block%lowest, block%highest)
          if (moved) call block%cells%outdate()
          if (any(block%lowest < level%grid%lower) .or. any(block%highest > level%grid%upper)) &
             call report_outside(model, l, b, error)

@@ -13,8 +13,7 @@ module m_complaints
    implicit none
    private
    public :: particle_text, check_emigrants, report_homeless, report_outside, report_inversion, &
-             report_too_fast, report_undefined, &
-             check_fields, fastest_text
+             report_too_fast, report_undefined, check_fields, fastest_text
 
    character(len=*), parameter :: unstable = ': the motion is unstable; try a smaller safety'
 
@@ -42,13 +41,11 @@ contains
             end if
             if (.not. all(abs(position) <= huge(1.0_wp))) then
                call fail(error, exit_numerical, particle_text(model, l, b, p)// &
-                         ' has a position that is not a number'//unstable, &
-                         recoverable=.true.)
+                         ' has a position that is not a number'//unstable, recoverable=.true.)
             else
                call fail(error, exit_numerical, particle_text(model, l, b, p)// &
-                         ' moved further than the next block, at most '// &
-                         to_text(most_cells_a_step)//' cells a step are allowed'//unstable, &
-                            recoverable=.true.)
+                         ' moved further than the next block, at most '//to_text(most_cells_a_step)// &
+                         ' cells a step are allowed'//unstable, recoverable=.true.)
             end if
          end do
       end associate
@@ -116,7 +113,7 @@ contains
       end associate
       call fail(error, exit_numerical, 'step '//to_text(model%step + 1)//', time '//to_text(model%time)// &
                 ' s: a velocity gradient on level '//to_text(l)//' is not a number'//unstable, &
-                   recoverable=.true.)
+                recoverable=.true.)
    end subroutine report_inversion
 
    !> A particle that the grid carried too far in a step.
@@ -129,8 +126,7 @@ contains
       call fail(error, exit_numerical, particle_text(model, l, b, fastest%particle)//' moved '// &
                 to_text(fastest%speed*time_step*model%levels(l)%grid%per_cell, 3)//' cells in a step, at '// &
                 to_text(fastest%speed, 3)//' m/s; at most '//to_text(most_cells_a_step)// &
-                   ' cells are allowed'//unstable, &
-                   recoverable=.true.)
+                ' cells are allowed'//unstable, recoverable=.true.)
    end subroutine report_too_fast
 
    !> A particle with a stress that is infinite or not a number.
@@ -141,8 +137,8 @@ contains
       integer :: f
       associate (table => model%levels(l)%table)
          do f = 1, size(table%fields)
-            if (table%fields(f)%first == model%levels(l)%layout%stress) call name_undefined(model, l, b, &
-                  table%fields(f), error)
+            if (table%fields(f)%first == model%levels(l)%layout%stress) &
+               call name_undefined(model, l, b, table%fields(f), error)
          end do
       end associate
    end subroutine report_undefined
@@ -182,7 +178,7 @@ contains
                if (abs(particles%column(p, c)) <= huge(1.0_wp)) cycle
                call fail(error, exit_numerical, particle_text(model, l, b, p)//' has '//field%name//' '// &
                          to_text(particles%column(p, c))//' '//field%unit//', which must be a number'// &
-                            unstable, recoverable=.true.)
+                         unstable, recoverable=.true.)
                return
             end do
          end do
@@ -215,8 +211,7 @@ contains
       if (owner == model%communicator%rank .and. at(1) > 0) then
          call speeds_of(at(1), at(2), at(3), sound, speed)
          text = particle_text(model, at(1), at(2), at(3))//' moves at '//to_text(speed, 3)// &
-                ' m/s, sound in it at '// &
-                to_text(sound, 3)//' m/s'
+                ' m/s, sound in it at '//to_text(sound, 3)//' m/s'
       end if
       call model%communicator%broadcast_text(text, min(owner, model%communicator%ranks - 1))
    contains

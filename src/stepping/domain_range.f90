@@ -91,8 +91,7 @@ contains
       else if (worst(2) > 1.0_wp .and. .not. self%told(2)) then
          self%told(2) = .true.
          news = 'range      particles are stretched to '//to_text(worst(2), 3)// &
-                ' cells: fixed domains of more than 1 come '// &
-                'apart; take domain=''stretch'' or ''corners'''
+                ' cells: fixed domains of more than 1 come '//'apart; take domain=''stretch'' or ''corners'''
       else if (worst(3) > most_pressed .and. .not. self%told(3)) then
          self%told(3) = .true.
          news = 'range      particles are pressed by '//to_text(100.0_wp*worst(3), 2)// &
@@ -142,7 +141,8 @@ contains
                direction(axis) = 1.0_wp
                stretch = stretch_along(model, values, particles%body(p), direction)
                if (.not. stretch < huge(stretch)) exit ! nothing tells it
-               if (tension > 0.0_wp) worst(2) = max(worst(2), stretch*2.0_wp*values(level%layout%half_size)*level%grid%per_cell)
+               if (tension > 0.0_wp) &
+                  worst(2) = max(worst(2), stretch*2.0_wp*values(level%layout%half_size)*level%grid%per_cell)
                worst(3) = max(worst(3), 1.0_wp - stretch)
                if (tension > 0.0_wp) worst(4) = max(worst(4), stretch - 1.0_wp)
             end do
@@ -196,10 +196,9 @@ contains
          if (.not. far - near > level%grid%cell*merge(apart, apart_strained, &
                                                       near <= hardly_stretched*level%grid%cell)) return
          call fail(error, exit_numerical, particle_text(model, 1, b, p)//' and its neighbour '// &
-                   to_text(particles%id(q))// &
-                   ' are '//to_text(far*level%grid%per_cell, 3)//' cells apart, where their strains say '// &
-                   to_text(near*level%grid%per_cell, 3)// &
-                      ': the body has come apart, which one particle per cell cannot '// &
+                   to_text(particles%id(q))//' are '//to_text(far*level%grid%per_cell, 3)// &
+                   ' cells apart, where their strains say '//to_text(near*level%grid%per_cell, 3)// &
+                   ': the body has come apart, which one particle per cell cannot '// &
                    'prevent; take particles_per_cell=8 or domain=''corners''')
       end associate
    end subroutine compare

@@ -282,8 +282,7 @@ contains
             associate (effect => effects(self%add_forces(i))%effect, marked => self%marked(i, b))
                if (.not. allocated(marked%which)) cycle ! at rest
                work = work + effect%particle_work(block%particles, marked%which, level%layout, gradient, &
-                                                  marked%from, way_to, &
-                                                  time, time_step)
+                                                  marked%from, way_to, time, time_step)
                deallocate (marked%which, marked%from)
             end associate
          end do
@@ -311,9 +310,8 @@ contains
          end do
          do i = 1, size(self%on_gradient)
             call timers%enter(effects(self%on_gradient(i))%row)
-            call effects(self%on_gradient(i))%effect%on_gradient(block%cells, block%particles, &
-                  level%layout, time_step, &
-                                                                 level%gradient)
+            call effects(self%on_gradient(i))%effect%on_gradient(block%cells, block%particles, level%layout, &
+               time_step, level%gradient)
          end do
       end associate
    end subroutine change_gradient
@@ -330,8 +328,7 @@ contains
       do i = 1, size(self%on_stress)
          call timers%enter(effects(self%on_stress(i))%row)
          call effects(self%on_stress(i))%effect%on_stress(level%blocks(b)%particles, level%layout, &
-                                                          level%gradient, &
-                                                             level%grid%cell, time_step)
+                                                          level%gradient, level%grid%cell, time_step)
       end do
    end subroutine change_stress
 

@@ -215,10 +215,9 @@ contains
       self%driven = max(0.0_wp, -taken)
       self%largest = max(self%largest, abs(self%external_work), abs(self%damped), self%now%energy())
       self%worst = max(self%worst, abs(self%excess()))
-      if (all(model%effect_step%follows_particles)) self%effects_apart = by_effects &
-            - (self%start%potential - self%now%potential) &
-                                                                - sum(model%effect_step%particle_work) &
-                                                                      - booked(3)
+      if (all(model%effect_step%follows_particles)) &
+         self%effects_apart = by_effects - (self%start%potential - self%now%potential) &
+                              - sum(model%effect_step%particle_work) - booked(3)
       associate (states => model%contact%states)
          if (model%contact%followed) self%tools_apart = sum(states%work - states%heat - states%particle_work)
       end associate

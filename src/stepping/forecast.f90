@@ -256,9 +256,9 @@ contains
             associate (block => model%levels(l)%blocks(b))
                if (block%particles%count == 0) cycle
                away = 0.0_wp
-               if (block%rests()) away = start + maxval(max(0.0_wp, block%lowest - high, low &
-                                                            - block%highest)) &
-                                         /model%levels(1)%grid%cell
+               if (block%rests()) &
+                  away = start + maxval(max(0.0_wp, block%lowest - high, &
+                                            low - block%highest)) /model%levels(1)%grid%cell
                sums = sums + particle_steps*block%particles%count*[min(away, prospect%steps), prospect%steps]
             end associate
          end do

@@ -82,14 +82,13 @@ contains
       if (moves) fastest%speed = most_cells_a_step*model%levels(l)%grid%cell/motion%time_step
       associate (level => model%levels(l), block => model%levels(l)%blocks(b), &
                  first => model%levels(l)%layout%gradient)
-         if (moves .and. model%effect_step(l)%is_loaded(b)) call model%effect_step(l)%mark(model%effects, &
-               level, b)
+         if (moves .and. model%effect_step(l)%is_loaded(b)) &
+            call model%effect_step(l)%mark(model%effects, level, b)
          call g2p(block%cells, level%nodes(:, :, :, :, b), level%layout, frame_of(level, block), motion, &
-                  block%particles%column, &
-                  level%gradient, fastest)
+                  block%particles%column, level%gradient, fastest)
          if (fastest%particle > 0) call report_too_fast(model, l, b, fastest, motion%time_step, error)
-         if (moves .and. model%method%stress_update /= update_usl) call follow_loads(model, l, b, motion, &
-               time)
+         if (moves .and. model%method%stress_update /= update_usl) &
+            call follow_loads(model, l, b, motion, time)
          call block%particles%changed()
          n = block%particles%count
          if (first > 0) block%particles%column(:n, first:first + 8) = level%gradient(:n, :)
@@ -122,10 +121,9 @@ contains
    contains
       subroutine follow_with(gradient)
          real(wp), intent(in), contiguous :: gradient(:, :)
-         if (model%effect_step(l)%is_loaded(b)) call model%effect_step(l)%follow(model%effects, &
-               model%levels(l), b, gradient, &
-                                                                         motion%position, time, &
-                                                                               motion%time_step)
+         if (model%effect_step(l)%is_loaded(b)) &
+            call model%effect_step(l)%follow(model%effects, model%levels(l), b, gradient, motion%position, &
+                                             time, motion%time_step)
          if (model%contact%followed .and. l == size(model%levels)) &
             call model%contact%follow(model%levels(l), b, gradient, motion%position, motion%time_step)
       end subroutine follow_with

@@ -144,8 +144,8 @@ contains
       call model%timers%enter(phase_nodes)
       call solve_nodes(model%levels(l)%nodes(:, :, :, :, b), clock%step, model%levels(l)%extent(:, :, b))
       call model%composite(l)%set_constrained(b, clock%remaining, model%levels(l)%nodes(:, :, :, :, b))
-      if (size(model%effect_step(l)%on_nodes) > 0 .and. clock%step > 0.0_wp) call change_nodes(model, l, b, &
-            clock)
+      if (size(model%effect_step(l)%on_nodes) > 0 .and. clock%step > 0.0_wp) &
+         call change_nodes(model, l, b, clock)
       call apply_boundary(model%levels(l)%grid, model%levels(l)%blocks(b)%place, &
                           model%levels(l)%nodes(:, :, :, :, b))
    end subroutine solve_block
@@ -186,8 +186,8 @@ contains
       call model%timers%enter(phase_exchange)
       associate (level => model%levels(l))
          do b = 1, size(level%blocks) ! parents without particles hold what was restricted to their nodes
-            if (level%blocks(b)%particles%count == 0) call clear(level%nodes(:, :, :, :, b), &
-                  level%extent(:, :, b))
+            if (level%blocks(b)%particles%count == 0) &
+               call clear(level%nodes(:, :, :, :, b), level%extent(:, :, b))
          end do
          call model%exchange(l)%start(level%nodes)
          call model%exchange(l)%wait(level%nodes)

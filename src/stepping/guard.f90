@@ -156,8 +156,7 @@ contains
                 ' a rank; a fault ends the run'
       else
          text = 'a copy every '//to_text(self%spec%save_every)//' steps, '//si(bytes, 'B')// &
-                ' a rank; up to '// &
-                count_text(self%spec%retries)//' of a fault'
+                ' a rank; up to '//count_text(self%spec%retries)//' of a fault'
       end if
    end function sentence
 
@@ -180,11 +179,10 @@ contains
       end if
       if (time_step >= self%spec%step_limit*self%first_step) return
       call fail(error, exit_numerical, fastest_text(model)//': that makes the time step '// &
-                to_text(time_step, 3)// &
-                ' s, less than '//to_text(self%spec%step_limit)//' of the first one, '// &
-                   to_text(self%first_step, 3)// &
+                to_text(time_step, 3)//' s, less than '//to_text(self%spec%step_limit)// &
+                ' of the first one, '//to_text(self%first_step, 3)// &
                 ' s; try a smaller safety, or a smaller &guard step_limit if this is meant', &
-                   recoverable=.true.)
+                recoverable=.true.)
    end subroutine look_at_step
 
    !> True when all fields are to be looked at after this step.
@@ -227,7 +225,7 @@ contains
          call fail(error, exit_numerical, fastest_text(model)//': '//to_text(balance%excess(), 3)// &
                    ' J of energy came from nowhere, more than '//to_text(self%spec%energy_limit)// &
                    ' of the largest energy or work, '//to_text(balance%largest, 3)// &
-                      ' J; try a smaller safety', recoverable=.true.)
+                   ' J; try a smaller safety', recoverable=.true.)
       end if
    end subroutine look_at_energy
 
@@ -248,11 +246,9 @@ contains
             if (model%step - self%apart_since < settling .and. .not. (ends &
                   .and. model%step >= settling)) return
             call fail(error, exit_numerical, 'time '//si(model%time, 's')//': '//work_text(balance)//': '// &
-                      to_text(apart, 3)// &
-                      ' J apart, more than '//to_text(self%spec%work_limit)// &
-                         ' of the largest energy or work, '// &
-                      to_text(balance%largest, 3)// &
-                         ' J; try domain=''corners'', 8 or 27 particles per cell, or smaller cells')
+                      to_text(apart, 3)//' J apart, more than '//to_text(self%spec%work_limit)// &
+                      ' of the largest energy or work, '//to_text(balance%largest, 3)// &
+                      ' J; try domain=''corners'', 8 or 27 particles per cell, or smaller cells')
          end if
       end associate
    end subroutine look_at_work

@@ -12,8 +12,7 @@ module m_model
    use m_communicator, only: communicator_t
    use m_timers, only: timers_t, phase_balance
    use m_scene, only: scene_t, time_spec_t, level_spec_t, update_usl, update_musl, domain_fixed, &
-                      domain_stretch, &
-                      domain_corners
+                      domain_stretch, domain_corners
    use m_grid_level, only: make_grid_level
    use m_level, only: level_t
    use m_body, only: fill_block, count_in_block, expected_count
@@ -110,16 +109,16 @@ module m_model
          class(model_t), intent(inout) :: self
       end subroutine create_blocks
       !> Collective: with several levels, make the blocks that particles may enter before the end of the next
-      !> step, on their own level, in the finer one's region or out of their own, and the parents of those with
-      !> constrained nodes. Blocks are only made here: within a step of the coarsest level all stay where they
-      !> are.
+      !> step, on their own level, in the finer one's region or out of their own, and the parents of those
+      !> with constrained nodes. Blocks are only made here: within a step of the coarsest level all stay where
+      !> they are.
       module subroutine prepare_blocks(self, edges_moved)
          class(model_t), intent(inout) :: self
          logical, intent(in), optional :: edges_moved !< other blocks hold constrained nodes than before: all
                                                       !< parents are looked for anew
       end subroutine prepare_blocks
-      !> The blocks that particles of a level within a box are in or, with several levels, may enter before the
-      !> end of the next step.
+      !> The blocks that particles of a level within a box are in or, with several levels, may enter before
+      !> the end of the next step.
       module subroutine mark_around(self, l, lowest, highest, wanted)
          class(model_t), intent(in) :: self
          integer, intent(in) :: l
@@ -127,9 +126,9 @@ module m_model
          logical, intent(inout) :: wanted(:) !< by number
       end subroutine mark_around
       !> Collective: place the blocks anew by what they hold now, where that pays in so many steps of the
-      !> coarsest level; where `steps` are not given, as if no block had an owner. A level alone loses its empty
-      !> blocks by that; of several levels all stay: which blocks are there decides in which order constrained
-      !> nodes are restricted, and must not depend on the ranks.
+      !> coarsest level; where `steps` are not given, as if no block had an owner. A level alone loses its
+      !> empty blocks by that; of several levels all stay: which blocks are there decides in which order
+      !> constrained nodes are restricted, and must not depend on the ranks.
       module subroutine rebalance(self, error, steps)
          class(model_t), intent(inout) :: self
          type(error_t), intent(inout) :: error
@@ -155,7 +154,7 @@ contains
       associate (materials => self%materials)
          self%stuff = [(stuff_t(materials%slots(materials%of_body(e))%law%density, &
                                 materials%slots(materials%of_body(e))%law%p_wave_modulus()), e=1, &
-                                   size(materials%of_body))]
+                                size(materials%of_body))]
       end associate
       if ((self%method%domain /= domain_fixed .or. has_levels(scene)) &
           .and. first_id(size(scene%bodies) + 1) > 2_i8**id_bits) then
@@ -247,8 +246,8 @@ contains
             call table%declare('edge_stress', 6, 'Pa', written=.false.)
          call table%declare('stress', 6, 'Pa', written=.true.)
          if (self%method%affine) call table%declare('velocity_gradient', 9, '1/s', written=.false.)
-         if (self%method%stress_update == update_musl) call table%declare('next_position', 3, 'm', &
-               written=.false.)
+         if (self%method%stress_update == update_musl) &
+            call table%declare('next_position', 3, 'm', written=.false.)
          if (self%contact%active()) call self%contact%declare(table)
          do m = 1, size(self%materials%slots)
             call self%materials%slots(m)%law%declare(table, self%contact%active())
@@ -338,8 +337,7 @@ contains
       end do
       if (size(self%levels) == 1) return
       call MPI_Allreduce(MPI_IN_PLACE, self%lost_in_merging, size(self%lost_in_merging), &
-                         MPI_DOUBLE_PRECISION, MPI_SUM, &
-                         self%communicator%comm)
+                         MPI_DOUBLE_PRECISION, MPI_SUM, self%communicator%comm)
       do b = 1, size(self%lost_in_merging)
          self%lost = self%lost + self%lost_in_merging(b)
       end do
@@ -369,7 +367,8 @@ contains
       integer :: e
       wave_speed = self%bounds%wave_speed
       do e = 1, size(self%effects)
-         wave_speed = wave_speed*self%effects(e)%effect%wave_factor(self%bounds%particle_speed/self%bounds%wave_speed)
+         wave_speed = wave_speed &
+                      *self%effects(e)%effect%wave_factor(self%bounds%particle_speed/self%bounds%wave_speed)
       end do
    end function wave_speed
 

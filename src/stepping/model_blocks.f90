@@ -51,8 +51,8 @@ contains
             end associate
          end if
          if (l > 1) then
-            if (.not. level%region%holds_box(low, high, 2.0_wp*level%grid%cell)) call mark_box(l - 1, low, &
-                  high)
+            if (.not. level%region%holds_box(low, high, 2.0_wp*level%grid%cell)) &
+               call mark_box(l - 1, low, high)
          end if
       end associate
    contains

@@ -54,8 +54,7 @@ contains
             call set_bins(self%levels(l), block)
             do e = 1, size(self%effects)
                call self%effects(e)%effect%initialise(block%particles, self%levels(l)%table, &
-                                                      self%levels(l)%layout, &
-                                                      self%levels(l)%grid)
+                                                      self%levels(l)%layout, self%levels(l)%grid)
             end do
          end associate
       end do
@@ -91,10 +90,10 @@ contains
       real(wp) :: needed, free
       free = free_memory(self%communicator)
       needed = particles*(bytes_per_column*self%levels(1)%table%columns + bytes_beside) + tiles*tile_bytes
-      if (needed > free) call fail(error, exit_input, place//': the scene makes about '// &
-                                   to_text(particles, 3)// &
-         ' particles, which need '//si(needed, 'B')//' of memory; '//si(free, 'B')// &
-         ' are free: take larger cells, fewer particles_per_cell or more machines')
+      if (needed > free) &
+         call fail(error, exit_input, place//': the scene makes about '//to_text(particles, 3)// &
+                   ' particles, which need '//si(needed, 'B')//' of memory; '//si(free, 'B')// &
+                   ' are free: take larger cells, fewer particles_per_cell or more machines')
    end subroutine require_memory
 
    !> Collective: particles of each block of each level by index, -1 where there are none; each rank counts a

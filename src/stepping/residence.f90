@@ -25,8 +25,7 @@ contains
       call MPI_Allreduce(MPI_IN_PLACE, changes, 1, MPI_INTEGER, MPI_MAX, model%communicator%comm)
       if (changes == 0) return
       call change_levels(model%communicator, model%levels(l), model%levels(l + 1), model%migration(l), &
-                         model%migration(l + 1), &
-                         model%splits, error)
+                         model%migration(l + 1), model%splits, error)
       if (error%happened()) return
       do b = 1, size(model%levels(l)%blocks)
          call merge_siblings(model%levels(l), model%levels(l + 1), b, model%materials, merged, lost)

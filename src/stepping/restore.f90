@@ -160,10 +160,9 @@ contains
          if (good) good = blocks%table(1, n) >= 1 .and. blocks%table(1, n) <= size(model%levels)
          if (good) good = blocks%table(2, n) >= 1 .and. &
                           blocks%table(2, n) <= product(model%levels(int(blocks%table(1, n)))%grid%blocks)
-         if (good) good = blocks%table(3, n) >= 0 .and. blocks%table(4, n) >= 0 &
-                          .and. blocks%table(4, n) < ranks &
-                          .and. blocks%table(5, n) == before .and. blocks%table(3, n) <= blocks%particles &
-                             - before
+         if (good) &
+            good = blocks%table(3, n) >= 0 .and. blocks%table(4, n) >= 0 .and. blocks%table(4, n) < ranks &
+                   .and. blocks%table(5, n) == before .and. blocks%table(3, n) <= blocks%particles - before
          if (.not. good) exit
          before = before + blocks%table(3, n)
          associate (number => blocks_before(model%levels, int(blocks%table(1, n))) + int(blocks%table(2, n)))
@@ -186,8 +185,8 @@ contains
       do l = 2, size(model%levels)
          if (good) call unpack_region(model%levels(l)%grid, regions, next, model%levels(l)%region, good)
       end do
-      if (.not. good .or. next <= size(regions)) call fail(error, exit_files, &
-                                                           'its levels are not those of its scene')
+      if (.not. good .or. next <= size(regions)) &
+         call fail(error, exit_files, 'its levels are not those of its scene')
    end subroutine restore_regions
 
    !> Collective: what has been read of the particles can be computed with: bins, bodies, places.
@@ -203,14 +202,13 @@ contains
                        cell => model%levels(l)%grid%cell)
                n = block%particles%count
                good = good .and. block%run_breaks >= 0 .and. all(block%cells%bin(:n) >= 1 &
-                     .and. block%cells%bin(:n) <= bins) .and. &
-                      all(block%particles%body(:n) >= 1 &
-                          .and. block%particles%body(:n) <= size(model%materials%of_body)) .and. &
-                      all(block%particles%id(:n) > 0)
-               if (n > 0 .and. good) good = all(minval(block%particles%column(:n, x:x + 2), &
-                                                       dim=1) >= block%origin - cell) .and. &
-                                            all(maxval(block%particles%column(:n, x:x + 2), &
-                                                       dim=1) <= block%origin + 9*cell)
+                  .and. block%cells%bin(:n) <= bins) .and. all(block%particles%body(:n) >= 1 &
+                  .and. block%particles%body(:n) <= size(model%materials%of_body)) &
+                  .and. all(block%particles%id(:n) > 0)
+               if (n > 0 .and. good) &
+                  good = all(minval(block%particles%column(:n, x:x + 2), dim=1) >= block%origin - cell) &
+                         .and. all(maxval(block%particles%column(:n, x:x + 2), dim=1) <= block%origin &
+                         + 9*cell)
             end associate
          end do
       end do

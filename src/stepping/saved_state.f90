@@ -150,9 +150,8 @@ contains
       if (allocated(self%count)) then
          if (size(self%count) /= blocks) deallocate (self%count, self%run_breaks, self%disorder, self%extent)
       end if
-      if (.not. allocated(self%count)) allocate (self%count(blocks), self%run_breaks(blocks), &
-                                                 self%disorder(blocks), &
-                                                      self%extent(6, blocks))
+      if (.not. allocated(self%count)) &
+         allocate (self%count(blocks), self%run_breaks(blocks), self%disorder(blocks), self%extent(6, blocks))
       if (allocated(self%id)) then
          if (size(self%id, kind=i8) >= particles) return
          deallocate (self%column, self%id, self%body, self%bin)

@@ -48,7 +48,7 @@ contains
                              particles%column(:, level%layout%volume), smallest)
          if (.not. smallest > 0.0_wp) call report_inversion(model, l, b, error)
          if (.not. finite_stress(particles%count, particles%column(:, &
-               level%layout%stress:level%layout%stress + 5))) &
+            level%layout%stress:level%layout%stress + 5))) &
             call report_undefined(model, l, b, error)
          if (model%method%domain /= domain_fixed) call advance_domains(model, l, b, time_step, error)
       end associate

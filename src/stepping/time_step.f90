@@ -28,15 +28,14 @@ contains
       end do
       call allow(safety_limit(scene)*model%stepped_cell()/(model%wave_speed() + speed), &
                  to_text(safety_limit(scene))// &
-                    ' cells over the speed of sound plus that of the fastest particle or tool')
+                 ' cells over the speed of sound plus that of the fastest particle or tool')
       do e = 1, size(model%effects)
          call allow(model%effects(e)%effect%longest_step(), 'the longest that '// &
                     model%effects(e)%effect%group_text()//' allows')
       end do
       if (scene%end_time > most_steps*longest_step(scene, model, model%time)) &
          call fail(error, exit_input, scene%place('end_time')//': would take more than '// &
-                   to_text(most_steps)//' steps of '// &
-          to_text(longest_step(scene, model, model%time))//' s')
+                   to_text(most_steps)//' steps of '//to_text(longest_step(scene, model, model%time))//' s')
    contains
       subroutine allow(limit, reason)
          real(wp), intent(in) :: limit !< s
