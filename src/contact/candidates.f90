@@ -3,7 +3,7 @@
 module m_candidates
    use m_kinds, only: wp
    use m_constants, only: block_size
-   use m_node_values, only: node_values
+   use m_node_values, only: node_values, v_x, v_z
    use m_scene, only: safety_allowed
    use m_vectors, only: tangents
    use m_tool, only: tool_t
@@ -102,9 +102,9 @@ contains
       integer :: n
       do n = self%before(b) + 1, self%before(b + 1)
          associate (c => self%list(n))
-            level%blocks(b)%particles%column(c%particle, &
-                                             x:x + 2) = level%blocks(b)%particles%column(c%particle, &
-                                             x:x + 2) + drift_of(c)*c%normal
+            associate (centre => level%blocks(b)%particles%column(c%particle, x:x + 2))
+               centre = centre + drift_of(c)*c%normal
+            end associate
          end associate
       end do
    end subroutine settle
@@ -125,8 +125,8 @@ contains
       reach = min(fastest*level%grid%cell, &
                   margin*thickest(level) + time_step*(fastest_node(level%nodes(:, :, :, :, b)) &
                                                       + norm2(tool%velocity())))
-      associate (cells => level%blocks(b)%cells, near => particles_near(tool, level, level%blocks(b), &
-            thickest(level) + reach))
+      associate (cells => level%blocks(b)%cells, &
+                 near => particles_near(tool, level, level%blocks(b), thickest(level) + reach))
          do n = 1, size(near)
             call self%consider(tool, level, materials, time_step, [b, near(n), int(cells%bin(near(n))), t], &
                                reach, overlap)
@@ -188,7 +188,7 @@ contains
             end do
          end do
       end do
-      fastest_node = norm2(largest(2:4))
+      fastest_node = norm2(largest(v_x:v_z))
    end function fastest_node
 
    !> The last pressures of a block's particles become the earlier ones; friction and carried gaps are 0 until

@@ -30,8 +30,8 @@ module m_shape
       procedure :: place_name
    end type shape_t
 
-   !> A shape whose distance is a convex function of the place: searches are then faster. Any other is right
-   !> too.
+   !> A shape whose distance is a convex function of the place: where two of them are nearest is then found
+   !> exactly (overlap.f90).
    type, abstract, extends(shape_t) :: convex_t
    contains
       procedure :: is_convex => is_convex_here
