@@ -165,22 +165,22 @@ contains
       type(balance_t) :: balance
       type(snapshot_t) :: snapshot
       type(probe_t), allocatable :: probes(:)
-      real(wp) :: began, bytes, largest, value, position(3), stress(6), strain
+      real(wp) :: began, bytes, largest, value, position(3), stress(6), strain, recovered(6)
       integer :: f
       probes = [(choose_particle(model, scene%probes(f)%position), f=1, size(scene%probes))]
       began = wall_time()
       call balance%follow(model)
       do f = 1, size(probes)
-         if (scene%output%present) call read_probe(model, probes(f), position, stress, strain)
+         if (scene%output%present) call read_probe(model, probes(f), position, stress, strain, recovered)
       end do
       found%rates%history = model%communicator%maximum(wall_time() - began)
       value = text_cost()
       if (scene%output%present) &
-         found%rates%history = found%rates%history + value*(14 + 7*size(scene%tools) + 12*size(scene%probes))
+         found%rates%history = found%rates%history + value*(14 + 7*size(scene%tools) + 19*size(scene%probes))
       if (.not. found%prospect%snapshots > 0.0_wp) return
       began = wall_time()
       snapshot%title = ''
-      call take_snapshot(model%communicator, model%levels, snapshot)
+      call take_snapshot(model, snapshot)
       found%rates%snapshot = model%communicator%maximum(wall_time() - began)
       bytes = 8.0_wp*(size(snapshot%position) + size(snapshot%id))
       largest = 0.0_wp

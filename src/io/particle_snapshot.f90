@@ -4,6 +4,8 @@ module m_particle_snapshot
    use m_kinds, only: wp, i8
    use m_communicator, only: communicator_t
    use m_level, only: level_t
+   use m_model, only: model_t
+   use m_recovered_stress, only: block_stress_t, recover_stress
    use m_decomposition, only: blocks_before
    use m_field_table, only: field_t
    use m_snapshot, only: snapshot_t, snapshot_level_t, snapshot_field_t, component_name_length
@@ -16,20 +18,22 @@ module m_particle_snapshot
 
 contains
 
-   !> Collective: all written fields, the numbers of body and level, the levels' boxes. Particles stand level
-   !> by level, in the order of their blocks' indices, so that the file is the same on any number of ranks.
-   subroutine take_snapshot(communicator, levels, snapshot)
-      type(communicator_t), intent(in) :: communicator
-      type(level_t), intent(in) :: levels(:)
+   !> Collective: all written fields, the recovered stress, the numbers of body and level, the levels' boxes.
+   !> Particles stand level by level, in the order of their blocks' indices, so that the file is the same on any
+   !> number of ranks.
+   subroutine take_snapshot(model, snapshot)
+      type(model_t), intent(inout) :: model !< stays as it is
       type(snapshot_t), intent(inout) :: snapshot
       integer :: b, f, first, l, last, n, written
-      call place_runs(communicator, levels, snapshot)
-      n = snapshot%n_local
-      if (allocated(snapshot%position)) deallocate (snapshot%position, snapshot%id, snapshot%fields)
-      associate (table => levels(1)%table)
+      associate (levels => model%levels, table => model%levels(1)%table)
+         call place_runs(model%communicator, levels, snapshot)
+         n = snapshot%n_local
          written = count(table%fields%written) - 1 ! the position stands apart
-         allocate (snapshot%position(n, 3), snapshot%id(n), snapshot%fields(written &
-               + merge(2, 1, size(levels) > 1)))
+         if (allocated(snapshot%position)) deallocate (snapshot%position, snapshot%id, snapshot%fields)
+         allocate (snapshot%fields(written + merge(3, 2, size(levels) > 1)))
+         snapshot%fields(written + 1) = empty_field(field_t('stress_recovered', 'Pa', 6), n)
+         call collect_recovered(model, snapshot%fields(written + 1)%values)
+         allocate (snapshot%position(n, 3), snapshot%id(n))
          call collect(levels, levels(1)%layout%position, snapshot%position)
          written = 0
          do f = 1, size(table%fields)
@@ -38,23 +42,41 @@ contains
             snapshot%fields(written) = empty_field(table%fields(f), n)
             call collect(levels, table%fields(f)%first, snapshot%fields(written)%values)
          end do
+         snapshot%fields(written + 2) = empty_field(field_t('body', '', 1), n)
+         if (size(levels) > 1) snapshot%fields(written + 3) = empty_field(field_t('level', '', 1), n)
+         last = 0
+         do l = 1, size(levels)
+            do b = 1, size(levels(l)%blocks)
+               associate (particles => levels(l)%blocks(b)%particles)
+                  first = last + 1
+                  last = last + particles%count
+                  if (last < first) cycle
+                  snapshot%id(first:last) = particles%id(:particles%count)
+                  snapshot%fields(written + 2)%values(first:last, 1) &
+                     = real(particles%body(:particles%count), wp)
+                  if (size(levels) > 1) snapshot%fields(written + 3)%values(first:last, 1) = real(l, wp)
+               end associate
+            end do
+         end do
       end associate
-      snapshot%fields(written + 1) = empty_field(field_t('body', '', 1), n)
-      if (size(levels) > 1) snapshot%fields(written + 2) = empty_field(field_t('level', '', 1), n)
-      last = 0
-      do l = 1, size(levels)
-         do b = 1, size(levels(l)%blocks)
-            associate (particles => levels(l)%blocks(b)%particles)
-               first = last + 1
-               last = last + particles%count
-               if (last < first) cycle
-               snapshot%id(first:last) = particles%id(:particles%count)
-               snapshot%fields(written + 1)%values(first:last, 1) = real(particles%body(:particles%count), wp)
-               if (size(levels) > 1) snapshot%fields(written + 2)%values(first:last, 1) = real(l, wp)
-            end associate
+   end subroutine take_snapshot
+
+   !> Collective: the recovered stress of all blocks of all levels, one block after the other.
+   subroutine collect_recovered(model, values)
+      type(model_t), intent(inout) :: model
+      real(wp), intent(out) :: values(:, :) !< (particles here, 6), Pa
+      type(block_stress_t), allocatable :: recovered(:)
+      integer :: b, l, n, begun
+      begun = 0
+      do l = 1, size(model%levels)
+         call recover_stress(model, l, recovered)
+         do b = 1, size(recovered)
+            n = size(recovered(b)%of, 2)
+            values(begun + 1:begun + n, :) = transpose(recovered(b)%of)
+            begun = begun + n
          end do
       end do
-   end subroutine take_snapshot
+   end subroutine collect_recovered
 
    !> Where the particles of each block go in the file.
    subroutine place_runs(communicator, levels, snapshot)

@@ -5,6 +5,7 @@ module m_probe
    use m_kinds, only: wp, i8
    use m_split, only: id_bits
    use m_model, only: model_t
+   use m_recovered_stress, only: recover_stress_at
    implicit none
    private
    public :: probe_t, choose_particle, read_probe, kinship
@@ -47,23 +48,25 @@ contains
       probe%id = id
    end function choose_particle
 
-   !> Collective: position (m), stress (Pa; xx yy zz yz xz xy) and equivalent plastic strain of the probed
-   !> particle; the last is 0 when its law has no plastic flow, all are 0 when nothing is left of the
-   !> particle.
-   subroutine read_probe(model, probe, position, stress, plastic_strain)
+   !> Collective: position (m), stress (Pa; xx yy zz yz xz xy), equivalent plastic strain and recovered stress
+   !> (Pa) of the probed particle; strain is 0 when its law has no plastic flow, all are 0 when nothing is left
+   !> of the particle.
+   subroutine read_probe(model, probe, position, stress, plastic_strain, recovered)
       type(model_t), intent(in) :: model
       type(probe_t), intent(in) :: probe
-      real(wp), intent(out) :: position(3), stress(6), plastic_strain
-      real(wp) :: found(10)
+      real(wp), intent(out) :: position(3), stress(6), plastic_strain, recovered(6)
+      real(wp) :: found(16)
       integer(i8) :: id
-      integer :: b, l, p
+      integer :: b, l, p, where(3)
       found = 0.0_wp
+      where = 0
       id = heir(model, probe%id)
       do l = 1, size(model%levels)
          do b = 1, size(model%levels(l)%blocks)
             associate (particles => model%levels(l)%blocks(b)%particles, at => model%levels(l)%layout)
                p = findloc(particles%id(:particles%count), id, dim=1)
                if (p == 0) cycle
+               where = [l, b, p]
                found(:9) = [particles%column(p, at%position:at%position + 2), &
                            particles%column(p, at%stress:at%stress + 5)]
                associate (law => model%materials%slots(model%materials%of_body(particles%body(p)))%law)
@@ -72,11 +75,13 @@ contains
             end associate
          end do
       end do
+      call recover_stress_at(model, where, found(11:))
       call MPI_Allreduce(MPI_IN_PLACE, found, size(found), MPI_DOUBLE_PRECISION, MPI_SUM, &
                          model%communicator%comm)
       position = found(1:3)
       stress = found(4:9)
       plastic_strain = found(10)
+      recovered = found(11:)
    end subroutine read_probe
 
    !> Collective: id of the particle that a probed one lives on in: itself or its lowest part, which have its

@@ -10,6 +10,7 @@ module m_recorder
    use m_scene_writer, only: scene_as_namelist
    use m_part_file, only: publish_part
    use m_text_file, only: text_file_t
+   use m_plastic, only: von_mises
    use m_model, only: model_t
    use m_energy, only: balance_t
    use m_probe, only: probe_t, choose_particle, read_probe
@@ -214,7 +215,7 @@ contains
       type(model_t), intent(in) :: model
       type(balance_t), intent(in) :: balance
       type(error_t), intent(inout) :: error
-      real(wp) :: position(3), s(6), mises, plastic_strain
+      real(wp) :: position(3), stress(6), plastic_strain, recovered(6)
       integer :: n
       self%rows = 1 + int(model%time/self%history_every*(1.0_wp + 1.0e-12_wp))
       if (.not. self%writes) return
@@ -230,12 +231,18 @@ contains
          end associate
       end do
       do n = 1, size(self%probes)
-         call read_probe(model, self%probed(n), position, s, plastic_strain)
-         mises = sqrt(0.5_wp*((s(1) - s(2))**2 + (s(2) - s(3))**2 + (s(3) - s(1))**2) + 3.0_wp*sum(s(4:6)**2))
-         call self%probes(n)%append([model%time, position, s, mises, plastic_strain], error)
+         call read_probe(model, self%probed(n), position, stress, plastic_strain, recovered)
+         call self%probes(n)%append([model%time, position, stress, mises(stress), plastic_strain, recovered, &
+                                     mises(recovered)], error)
       end do
       call model%communicator%agree(error)
    end subroutine record_history
+
+   !> Von Mises stress of a stress (Pa).
+   pure real(wp) function mises(stress)
+      real(wp), intent(in) :: stress(6) !< xx yy zz yz xz xy
+      mises = von_mises(stress(1), stress(2), stress(3), stress(4), stress(5), stress(6))
+   end function mises
 
    !> Here is where `go_back` goes to.
    subroutine mark(self)
@@ -274,7 +281,7 @@ contains
    !> Collective: a snapshot of the particles, if one is due, or one `now` unless there is one of this step.
    subroutine record_snapshot(self, model, error, now)
       class(recorder_t), intent(inout) :: self
-      type(model_t), intent(in) :: model
+      type(model_t), intent(inout) :: model
       type(error_t), intent(inout) :: error
       logical, intent(in), optional :: now
       type(snapshot_t) :: snapshot
@@ -290,7 +297,7 @@ contains
       snapshot%time = model%time
       snapshot%step = int(model%step)
       snapshot%title = self%title
-      call take_snapshot(model%communicator, model%levels, snapshot)
+      call take_snapshot(model, snapshot)
       if (self%hdf5) then
          call write_hdf5_snapshot(model%communicator, snapshot, self%directory, error)
          call self%particles_index%add(model%communicator, snapshot%step, particles_entry(snapshot), error)
@@ -366,7 +373,10 @@ contains
       header%zone = 'probe '//name
       header%columns = [character(len=history_text_length) :: 'time [s]', 'x [m]', 'y [m]', 'z [m]', &
                         'stress_xx [Pa]', 'stress_yy [Pa]', 'stress_zz [Pa]', 'stress_yz [Pa]', &
-                        'stress_xz [Pa]', 'stress_xy [Pa]', 'von_mises [Pa]', 'equivalent_plastic_strain [1]']
+                        'stress_xz [Pa]', 'stress_xy [Pa]', 'von_mises [Pa]', 'equivalent_plastic_strain [1]', &
+                        'stress_recovered_xx [Pa]', 'stress_recovered_yy [Pa]', 'stress_recovered_zz [Pa]', &
+                        'stress_recovered_yz [Pa]', 'stress_recovered_xz [Pa]', 'stress_recovered_xy [Pa]', &
+                        'von_mises_recovered [Pa]']
    end function probe_header
 
 end module m_recorder

@@ -12,14 +12,14 @@ module m_boundary
    use m_grid_level, only: grid_level_t
    implicit none
    private
-   public :: fold_symmetry, apply_boundary, has_boundary, held_components, inside, mirror_stress, &
+   public :: fold_symmetry, apply_boundary, has_boundary, held_components, inside, mirror_means, &
              motion_parity, stress_parity
 
    integer, parameter :: last = block_size + 1 ! tiles run from 0 to here
    integer, parameter :: first_vector = 2, second_vector = 5 !< places of the two vectors of a node (momentum,
                                                              !< force)
-   !> What a mirror image across each axis does to the values of a node: mass, momentum, force, spare; and
-   !> volume, the six components of volume times stress, spare.
+   !> What a mirror image across each axis does to the values of a node: mass, momentum, force, spare (and so
+   !> volume, volume times place); and volume, the six components of volume times stress, spare.
    real(wp), parameter :: motion_parity(8, 3) = &
       reshape([1, -1, 1, 1, -1, 1, 1, 1, 1, 1, -1, 1, 1, -1, 1, 1, 1, 1, 1, -1, 1, 1, -1, 1], [8, 3])
    real(wp), parameter :: stress_parity(8, 3) = &
@@ -98,10 +98,11 @@ contains
 
    !> After the sum: shear across a symmetry plane vanishes on it, and the row outside is the mirror of the
    !> row inside.
-   pure subroutine mirror_stress(grid, place, tile)
+   pure subroutine mirror_means(grid, place, tile, parity)
       type(grid_level_t), intent(in) :: grid
       integer, intent(in) :: place(3)
       real(wp), intent(inout), contiguous :: tile(:, 0:, 0:, 0:)
+      real(wp), intent(in) :: parity(:, :) !< motion_parity or stress_parity
       integer :: axis, side, plane, on(3), out(3), in(3), u, v
       do axis = 1, 3
          do side = 1, 2
@@ -111,17 +112,16 @@ contains
             do v = 0, last
                do u = 0, last
                   on = row_node(axis, plane, u, v)
-                  tile(:, on(1), on(2), on(3)) = 0.5_wp*(1.0_wp + stress_parity(:, axis))*tile(:, on(1), &
-                        on(2), on(3))
+                  tile(:, on(1), on(2), on(3)) = 0.5_wp*(1.0_wp + parity(:, axis))*tile(:, on(1), on(2), on(3))
                   if (plane < 1 .or. plane > last - 1) cycle
                   out = row_node(axis, plane + outward(side), u, v)
                   in = row_node(axis, plane - outward(side), u, v)
-                  tile(:, out(1), out(2), out(3)) = stress_parity(:, axis)*tile(:, in(1), in(2), in(3))
+                  tile(:, out(1), out(2), out(3)) = parity(:, axis)*tile(:, in(1), in(2), in(3))
                end do
             end do
          end do
       end do
-   end subroutine mirror_stress
+   end subroutine mirror_means
 
    !> -1 on the lower side of an axis, 1 on the upper.
    pure integer function outward(side)

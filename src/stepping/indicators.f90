@@ -5,10 +5,7 @@ module m_indicators
    use m_kinds, only: wp, i8
    use m_model, only: model_t
    use m_material, only: material_t
-   use m_migration, only: frame_of
-   use m_node_exchange, only: sum_tiles
-   use m_boundary, only: fold_symmetry, stress_parity, mirror_stress
-   use m_stress_average, only: give_stress, take_stress
+   use m_recovered_stress, only: block_stress_t, recover_stress
    implicit none
    private
    public :: stress_error_t, estimate_stress_error
@@ -41,18 +38,18 @@ contains
       if (self%energy > 0.0_wp) share = sqrt(self%squares/self%energy)
    end function share
 
-   !> Collective: the estimate for the model as it stands, at the end of a step. Overwrites the node tiles,
-   !> which the next step sets anew.
+   !> Collective: the estimate for the model as it stands, at the end of a step.
    subroutine estimate_stress_error(model, error)
       type(model_t), intent(inout) :: model
       type(stress_error_t), intent(out) :: error
+      type(block_stress_t), allocatable :: recovered(:)
       real(wp) :: sums(3), largest(2), found(5)
       integer :: b, l, owner
       integer(i8) :: id
       do l = 1, size(model%levels)
-         call average(model, l)
+         call recover_stress(model, l, recovered)
          do b = 1, size(model%levels(l)%blocks)
-            if (model%levels(l)%blocks(b)%particles%count > 0) call compare(model, l, b, error)
+            call compare(model, l, b, recovered(b)%of, error)
          end do
       end do
       sums = [error%energy, error%squares, error%left_out]
@@ -69,41 +66,15 @@ contains
       error = stress_error_t(sums(1), sums(2), sums(3), largest(1), largest(2), found(:3), id, nint(found(4)))
    end subroutine estimate_stress_error
 
-   !> Collective: volume and volume times stress of the nodes of one level, in `nodes`.
-   subroutine average(model, l)
-      type(model_t), intent(inout) :: model
-      integer, intent(in) :: l
-      integer :: b
-      associate (level => model%levels(l))
-         do b = 1, size(level%blocks)
-            associate (block => level%blocks(b))
-               call level%update_extents(b, whole=.true.)
-               block%deposited = 0
-               call give_stress(block%cells, block%particles%column, level%layout, frame_of(level, block), &
-                                level%nodes(:, :, :, :, b))
-               call fold_symmetry(level%grid, block%place, level%nodes(:, :, :, :, b), stress_parity)
-            end associate
-         end do
-         call model%exchange(l)%start(level%nodes)
-         call model%exchange(l)%wait(level%nodes)
-         call sum_tiles(level%blocks, level%interior_first, level%nodes)
-         do b = 1, size(level%blocks)
-            if (level%blocks(b)%particles%count == 0) cycle
-            call mirror_stress(level%grid, level%blocks(b)%place, level%nodes(:, :, :, :, b))
-         end do
-      end associate
-   end subroutine average
-
    !> Add one block's particles to the estimate.
-   subroutine compare(model, l, b, error)
-      type(model_t), intent(inout) :: model
+   subroutine compare(model, l, b, recovered, error)
+      type(model_t), intent(in) :: model
       integer, intent(in) :: l, b
+      real(wp), intent(in) :: recovered(:, :) !< stress, (6, particles), Pa
       type(stress_error_t), intent(inout) :: error
-      real(wp) :: recovered(6, model%levels(l)%blocks(b)%particles%count), own(6), difference, energy
+      real(wp) :: own(6), difference, energy
       integer :: p
       associate (level => model%levels(l), block => model%levels(l)%blocks(b), at => model%levels(l)%layout)
-         call take_stress(block%cells, block%particles%column, at, frame_of(level, block), &
-                          level%nodes(:, :, :, :, b), recovered)
          do p = 1, block%particles%count
             associate (law => model%materials%slots(model%materials%of_body(block%particles%body(p)))%law, &
                        volume => block%particles%column(p, at%volume), column => block%particles%column)

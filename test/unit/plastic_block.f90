@@ -93,7 +93,7 @@ contains
       type(error_t) :: error
       type(balance_t) :: balance
       type(probe_t) :: probe
-      real(wp) :: position(3), stress(6), strain
+      real(wp) :: position(3), stress(6), strain, recovered(6)
       integer :: step
       scene = grid_of(1)
       scene%time%affine = .false.
@@ -120,7 +120,7 @@ contains
       if (comm%is_root()) call say('free block: largest error of the balance over the same', balance%worst/balance%start%energy())
       call test%check(balance%now%plastic > 0.8_wp*balance%start%energy(), 'free block: most energy is dissipated')
       call test%check_close(balance%worst/balance%start%energy(), 0.0_wp, 0.06_wp, 'free block: the energy balance closes')
-      call read_probe(model, probe, position, stress, strain)
+      call read_probe(model, probe, position, stress, strain, recovered)
       call test%check(strain > 0.005_wp .and. strain < 0.2_wp, 'free block: the probe sees plastic strain')
       call model%release()
    end subroutine free_block

@@ -1,0 +1,183 @@
+!> Recovered stress (theory.md, eq. recovered): particles give their stress, weighed by volume, to their
+!> nodes, and take back what a straight line through the nodes' means makes at their places, with the weights
+!> of the step. A node's mean stands at the mean place of what gave to it, not at the node: next to a free
+!> surface that is half a cell away.
+module m_stress_recovery
+   use m_kinds, only: wp
+   use m_constants, only: block_size
+   use m_vectors, only: cross
+   use m_node_values, only: node_values, tile_last
+   use m_field_table, only: layout_t
+   use m_cell_list, only: cell_list_t
+   use m_stencil, only: stencil_t, frame_t, batch, chunk, set_stencil
+   use m_corner_stencil, only: corner_stencil_t, corner_weights_t, set_corners, set_corner_weights
+   implicit none
+   private
+   public :: give_stress, take_stress
+
+   real(wp), parameter :: damping = 1.0e-3_wp !< how little a body may be spread along an axis, squared, for its
+                                              !< slope along it to count: in a sheet of one particle none does
+
+   !> The weights of a chunk of particles on the 27 nodes around each of them, whatever their domains are.
+   type :: shares_t
+      type(stencil_t) :: stencil
+      type(corner_stencil_t) :: corners
+      type(corner_weights_t) :: weights
+      integer :: count = 0, member(chunk) = 0
+      integer :: place(3, chunk) = 0     !< lowest of the 27 nodes in the tile
+      real(wp) :: offset(3, chunk) = 0.0_wp !< of the particle from the node in the middle, cells
+      real(wp) :: share(27, chunk) = 0.0_wp !< x fastest
+      real(wp) :: slope(3, 27, chunk) = 0.0_wp !< 1/m
+   end type shares_t
+
+contains
+
+   !> Set a block's tiles to what its own particles give: volume (m3) and volume times their place from the
+   !> node (m4); volume and volume times stress (J).
+   subroutine give_stress(cells, column, layout, frame, places, stresses)
+      type(cell_list_t), intent(in) :: cells !< whose particles are gone through
+      real(wp), intent(in), contiguous :: column(:, :)
+      type(layout_t), intent(in) :: layout
+      type(frame_t), intent(in) :: frame
+      real(wp), intent(out), dimension(node_values, 0:tile_last, 0:tile_last, 0:tile_last) :: places, stresses
+      type(shares_t) :: shares
+      real(wp) :: volume
+      integer :: a, b, c, first, m, p
+      places = 0.0_wp
+      stresses = 0.0_wp
+      do first = 1, cells%count, chunk
+         call set_shares(shares, cells, first, column, layout, frame)
+         do m = 1, shares%count
+            p = shares%member(m)
+            volume = column(p, layout%volume)
+            do c = 0, 2
+               do b = 0, 2
+                  do a = 0, 2
+                     associate (share => volume*shares%share(1 + a + 3*(b + 3*c), m), &
+                                i => shares%place(1, m) + a, j => shares%place(2, m) + b, &
+                                k => shares%place(3, m) + c)
+                        places(1, i, j, k) = places(1, i, j, k) + share
+                        places(2:4, i, j, k) = places(2:4, i, j, k) &
+                                               + share*frame%cell*(shares%offset(:, m) - [a - 1, b - 1, c - 1])
+                        stresses(1, i, j, k) = stresses(1, i, j, k) + share
+                        stresses(2:7, i, j, k) = stresses(2:7, i, j, k) &
+                                                 + share*column(p, layout%stress:layout%stress + 5)
+                     end associate
+                  end do
+               end do
+            end do
+         end do
+      end do
+   end subroutine give_stress
+
+   !> The recovered stress (Pa) of the particles that are gone through, from the sums over all blocks.
+   subroutine take_stress(cells, column, layout, frame, places, stresses, stress)
+      type(cell_list_t), intent(in) :: cells
+      real(wp), intent(in), contiguous :: column(:, :)
+      type(layout_t), intent(in) :: layout
+      type(frame_t), intent(in) :: frame
+      real(wp), intent(inout), dimension(node_values, 0:tile_last, 0:tile_last, 0:tile_last) :: &
+         places, stresses                      !< sums; on return means
+      real(wp), intent(inout) :: stress(:, :)  !< (6, particles), in their order of storage
+      type(shares_t) :: shares
+      real(wp) :: mean(6), slope(6, 3), off(3), spread(3, 3)
+      integer :: a, b, c, first, k, m, n
+      call make_means(places)
+      call make_means(stresses)
+      do first = 1, cells%count, chunk
+         call set_shares(shares, cells, first, column, layout, frame)
+         do m = 1, shares%count
+            mean = 0.0_wp
+            slope = 0.0_wp
+            off = 0.0_wp
+            spread = reshape([1, 0, 0, 0, 1, 0, 0, 0, 1], [3, 3])
+            do n = 1, 27
+               a = shares%place(1, m) + mod(n - 1, 3)
+               b = shares%place(2, m) + mod((n - 1)/3, 3)
+               c = shares%place(3, m) + (n - 1)/9
+               mean = mean + shares%share(n, m)*stresses(2:7, a, b, c)
+               off = off + shares%share(n, m)*places(2:4, a, b, c)
+               do k = 1, 3
+                  slope(:, k) = slope(:, k) + shares%slope(k, n, m)*stresses(2:7, a, b, c)
+                  spread(:, k) = spread(:, k) + shares%slope(k, n, m)*places(2:4, a, b, c)
+               end do
+            end do
+            stress(:, shares%member(m)) = mean - matmul(slope, least_squares(spread, off))
+         end do
+      end do
+   end subroutine take_stress
+
+   !> Of sums, the means.
+   pure subroutine make_means(tile)
+      real(wp), intent(inout) :: tile(node_values, 0:tile_last, 0:tile_last, 0:tile_last)
+      integer :: i, j, k
+      do k = 0, tile_last
+         do j = 0, tile_last
+            do i = 0, tile_last
+               if (tile(1, i, j, k) > 0.0_wp) tile(2:7, i, j, k) = tile(2:7, i, j, k)/tile(1, i, j, k)
+            end do
+         end do
+      end do
+   end subroutine make_means
+
+   !> x for which |A x - b|^2 + damping |x|^2 is least.
+   pure function least_squares(a, b) result(x)
+      real(wp), intent(in) :: a(3, 3), b(3)
+      real(wp) :: x(3), normal(3, 3), right(3)
+      normal = matmul(transpose(a), a)
+      normal = normal + damping*reshape([1, 0, 0, 0, 1, 0, 0, 0, 1], [3, 3])
+      right = matmul(transpose(a), b)
+      x = [dot_product(right, cross(normal(:, 2), normal(:, 3))), &
+           dot_product(normal(:, 1), cross(right, normal(:, 3))), &
+           dot_product(normal(:, 1), cross(normal(:, 2), right))]
+      x = x/dot_product(normal(:, 1), cross(normal(:, 2), normal(:, 3)))
+   end function least_squares
+
+   !> Weights of the particles from place `first` of the list on.
+   subroutine set_shares(shares, cells, first, column, layout, frame)
+      type(shares_t), intent(inout) :: shares
+      type(cell_list_t), intent(in) :: cells
+      integer, intent(in) :: first
+      real(wp), intent(in), contiguous :: column(:, :)
+      type(layout_t), intent(in) :: layout
+      type(frame_t), intent(in) :: frame
+      integer :: a, b, c, m, n, r
+      if (layout%domain > 0) then
+         call set_corners(shares%corners, cells, first, column, layout, frame)
+         shares%count = shares%corners%list%count
+         shares%member = shares%corners%list%member
+         shares%place = shares%corners%place
+         do m = 1, shares%count
+            n = 1 + mod(m - 1, batch)
+            if (n == 1) call set_corner_weights(shares%weights, shares%corners, m, frame%per_cell)
+            shares%offset(:, m) = shares%corners%list%offset(m, :)
+            shares%share(:, m) = shares%weights%weight(n, :)
+            shares%slope(:, :, m) = transpose(shares%weights%slope(n, :, :))
+         end do
+         return
+      end if
+      call set_stencil(shares%stencil, cells, first, column, layout, frame)
+      associate (w => shares%stencil%weight, s => shares%stencil%slope, stencil => shares%stencil)
+         shares%count = stencil%count
+         shares%member = stencil%member
+         do r = 1, stencil%runs
+            do m = stencil%run_first(r), stencil%run_first(r + 1) - 1
+               shares%place(:, m) = stencil%run_place(:, r)
+               shares%offset(:, m) = stencil%offset(m, :)
+               do c = -1, 1
+                  do b = -1, 1
+                     do a = -1, 1
+                        n = 14 + a + 3*(b + 3*c)
+                        shares%share(n, m) = w(m, a, 1)*w(m, b, 2)*w(m, c, 3)
+                        shares%slope(:, n, m) = [s(m, a, 1)*w(m, b, 2)*w(m, c, 3), &
+                                                 w(m, a, 1)*s(m, b, 2)*w(m, c, 3), &
+                                                 w(m, a, 1)*w(m, b, 2)*s(m, c, 3)]
+                     end do
+                  end do
+               end do
+            end do
+         end do
+      end associate
+   end subroutine set_shares
+
+end module m_stress_recovery
