@@ -2,25 +2,21 @@
 !> eqs contact-gap, contact-candidates).
 module m_candidates
    use m_kinds, only: wp
-   use m_constants, only: block_size
    use m_node_values, only: node_values, v_x, v_z
-   use m_scene, only: safety_allowed
    use m_vectors, only: tangents
    use m_tool, only: tool_t
    use m_level, only: level_t
    use m_block, only: block_t
-   use m_cell_list, only: bins
-   use m_split, only: longest, fitted_edges
-   use m_field_table, only: layout_t
-   use m_material, only: material_t
+   use m_split, only: fitted_edges
    use m_materials, only: materials_t
    use m_stencil, only: bin_place
    use m_face_weights, only: find_face, cube_span, flattening
+   use m_face_gap, only: find_gap, near_tool, particles_near, deform, thickest, fastest
    use m_contact_point, only: candidate_t, no_candidate, drift_of, set_face, point_velocity, overlap_rate, &
                               margin
    implicit none
    private
-   public :: candidates_t, near_tool, fastest
+   public :: candidates_t
 
    !> Those of this rank.
    type :: candidates_t
@@ -45,9 +41,6 @@ module m_candidates
       procedure, private :: shift_pressure_history
    end type candidates_t
 
-   real(wp), parameter :: fastest = maxval(safety_allowed) !< no contact point comes nearer by more cells in a
-                                                           !< step
-   real(wp), parameter :: longest_thickness = 2.0_wp*sqrt(3.0_wp)*longest !< of domains that deform, in cells
    real(wp), parameter :: widest_gap = 0.25_wp !< nothing is carried on across a gap of so many thicknesses:
                                                !< the face is another's, of a particle that has been split
 
@@ -134,47 +127,6 @@ contains
       end associate
    end subroutine search
 
-   !> True when a particle of a block may get to a tool in a step, by the distance of the block's middle.
-   pure logical function near_tool(tool, level, block)
-      type(tool_t), intent(in) :: tool
-      type(level_t), intent(in) :: level
-      type(block_t), intent(in) :: block
-      real(wp) :: gap, normal(3)
-      call tool%gap_and_normal(block%origin + 0.5_wp*(block_size - 1)*level%grid%cell, gap, normal)
-      near_tool = gap <= (0.5_wp*block_size*sqrt(3.0_wp) + fastest)*level%grid%cell + thickest(level)
-   end function near_tool
-
-   !> The particles of those bins of a block that a tool's distance from their middle does not rule out.
-   pure function particles_near(tool, level, block, farthest) result(near)
-      type(tool_t), intent(in) :: tool
-      type(level_t), intent(in) :: level
-      type(block_t), intent(in) :: block !< whose lists of cells are up to date
-      real(wp), intent(in) :: farthest !< of the centres of particles that count, m
-      integer, allocatable :: near(:)
-      real(wp) :: gap, normal(3)
-      integer :: cell, n, p
-      allocate (near(block%particles%count))
-      n = 0
-      do cell = 1, bins
-         p = block%cells%first(cell)
-         if (p == 0) cycle
-         call tool%gap_and_normal(block%origin + bin_place(cell)*level%grid%cell, gap, normal)
-         if (gap > farthest + 0.5_wp*sqrt(3.0_wp)*level%grid%cell) cycle ! not where it is not a number
-         do while (p > 0)
-            n = n + 1
-            near(n) = p
-            p = block%cells%next(p)
-         end do
-      end do
-      near = near(:n)
-   end function particles_near
-
-   !> True when domains have edges of their own; else they are cubes.
-   pure logical function deform(level)
-      type(level_t), intent(in) :: level
-      deform = level%layout%domain > 0 .or. level%layout%half_sizes
-   end function deform
-
    !> No node of a tile is faster, m/s.
    pure real(wp) function fastest_node(tile)
       real(wp), intent(in), contiguous :: tile(:, :, :, :) !< (node_values, nodes, nodes, nodes), solved
@@ -224,14 +176,6 @@ contains
             self%pressure) > 0.0_wp)
    end function pressed
 
-   !> No particle is thicker than this in any direction, m: than a cell, for weights allow no wider domain,
-   !> or, where domains deform, than the length at which they are split.
-   pure real(wp) function thickest(level)
-      type(level_t), intent(in) :: level
-      thickest = level%grid%cell
-      if (deform(level)) thickest = longest_thickness*level%grid%cell
-   end function thickest
-
    !> Look at a particle of a bin: whether its contact point is near enough to a tool to get there in a step.
    subroutine consider(self, tool, level, materials, time_step, number, reach, overlap)
       class(candidates_t), intent(inout) :: self
@@ -244,47 +188,16 @@ contains
       real(wp), intent(inout) :: overlap
       real(wp) :: edge, gap, drift, normal(3), thickness
       logical :: carried
-      integer :: m, p
+      integer :: p
       p = number(2)
-      associate (block => level%blocks(number(1)), column => level%blocks(number(1))%particles%column, &
-                 at => level%layout)
-         call tool%gap_and_normal(column(p, at%position:at%position + 2), gap, normal)
-         m = materials%of_body(block%particles%body(p))
-         if (at%half_sizes) then
-            edge = (column(p, at%volume))**(1.0_wp/3.0_wp)
-            thickness = box_thickness(materials%slots(m)%law, column(p, :), at, normal)
-         else if (deform(level)) then
-            edge = (column(p, at%volume))**(1.0_wp/3.0_wp)
-            thickness = level%thickness(column(p, :), normal)
-         else
-            edge = 2.0_wp*column(p, at%half_size)
-            if (gap > edge + reach) return
-            thickness = edge*materials%slots(m)%law%stretch(column(p, :), at, normal)
-         end if
-         gap = gap - tool%spec%penetration_factor*thickness
+      associate (column => level%blocks(number(1))%particles%column)
+         call find_gap(tool, level, materials, number(1), p, reach, gap, normal, edge, thickness)
          if (gap > reach) return
          overlap = max(overlap, -gap)
          call self%carry_on(column(p, self%carried + number(4) - 1), thickness, gap, carried, drift)
          call self%take(tool, level, time_step, number, gap, carried, drift, normal, edge, thickness)
       end associate
    end subroutine consider
-
-   !> Thickness (m) of a box that stretches along its axes, across a normal: its edges do not know of shear,
-   !> which the material's own stretch does; along an axis it is the edge (theory.md, eq. box-thickness).
-   pure real(wp) function box_thickness(law, values, at, normal) result(thickness)
-      class(material_t), intent(in) :: law
-      real(wp), intent(in) :: values(:) !< the particle's columns
-      type(layout_t), intent(in) :: at
-      real(wp), intent(in) :: normal(3)
-      real(wp) :: axis(3), undeformed(3)
-      integer :: k
-      do k = 1, 3
-         axis = 0.0_wp
-         axis(k) = 1.0_wp
-         undeformed(k) = values(at%half_size + k - 1)/law%stretch(values, at, axis)
-      end do
-      thickness = 2.0_wp*norm2(undeformed*normal)*law%stretch(values, at, normal)
-   end function box_thickness
 
    !> The gap of a point that a tool has pressed goes on from where the nodes have left it, for only so do the
    !> forces that hold it do no work of their own (theory.md, eq. carried-gap). It is that of the particle's

@@ -13,8 +13,9 @@ module m_contact
    use m_level, only: level_t
    use m_materials, only: materials_t
    use m_contact_complaints, only: check_nodes, candidate_text
-   use m_candidates, only: candidates_t, fastest
-   use m_contact_point, only: candidate_t, touches, point_velocity, overlap_rate
+   use m_face_gap, only: fastest
+   use m_candidates, only: candidates_t
+   use m_contact_point, only: candidate_t, point_velocity, overlap_rate
    use m_friction, only: friction_t
    use m_tool_reactions, only: reaction_t, tool_state_t, accumulate_reactions, add_particle_work, add_up
    use m_contact_system, only: contact_system_t
@@ -231,8 +232,6 @@ contains
             it%force = x(c)*scale
             gap = 0.0_wp
             if (scale > 0.0_wp) gap = max(0.0_wp, (w(c) - b(c))/scale*time_step)
-            ! no force, no touch
-            it%touches = max(x(c), w(c)) > 0.0_wp .and. touches(it, self%tools, level, gap)
             if (it%force > 0.0_wp) self%worst_bridge = max(self%worst_bridge, &
                                                            it%force*gap/(strongest*level%grid%cell))
             column(it%particle, self%candidates%pressure) = it%force/it%area
@@ -375,7 +374,7 @@ contains
       end associate
    end subroutine follow
 
-   !> Collective, at the end of a step: loads, areas, overlaps and work of the tools; loads move those that
+   !> Collective, at the end of a step: loads, overlaps and work of the tools; loads move those that
    !> are pushed. On return tools stand where they are at `time`, that of the end.
    subroutine finish_step(self, communicator, level, time, time_step, error)
       class(contact_t), intent(inout) :: self

@@ -7,7 +7,8 @@ module m_contact_complaints
    use m_tool, only: tool_t
    use m_level, only: level_t
    use m_contact_point, only: candidate_t
-   use m_candidates, only: candidates_t, near_tool
+   use m_face_gap, only: near_tool
+   use m_candidates, only: candidates_t
    implicit none
    private
    public :: forbid_contact, check_nodes, candidate_text

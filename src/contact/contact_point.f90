@@ -1,17 +1,16 @@
 !> A contact point: the face of a particle that a tool may press in a step, the nodes that its force acts on,
-!> and what the step makes of it (theory.md, eqs contact-gap, contact-area, carried-gap).
+!> and what the step makes of it (theory.md, eqs contact-gap, carried-gap).
 module m_contact_point
    use m_kinds, only: wp
    use m_constants, only: block_size
    use m_node_values, only: v_x, v_z
    use m_scene, only: boundary_symmetry
-   use m_tool, only: tool_t
    use m_level, only: level_t
    use m_grid_level, only: grid_level_t
    use m_face_weights, only: face_weights_t, weigh
    implicit none
    private
-   public :: candidate_t, no_candidate, drift_of, touches, set_face, point_velocity, overlap_rate, margin
+   public :: candidate_t, no_candidate, drift_of, set_face, point_velocity, overlap_rate, margin
 
    !> A particle that would end the step inside a tool, or within a margin of it.
    type :: candidate_t
@@ -40,12 +39,10 @@ module m_contact_point
       real(wp) :: velocity(3) = 0.0_wp !< of the contact point as the step leaves the nodes; where the stress
                                        !< asks for it, m/s
       logical :: slides = .false.  !< nothing is known of that velocity across the normal
-      logical :: touches = .false. !< its face ends the step on the tool (eq. contact-area)
    end type candidate_t
 
    type(candidate_t), parameter :: no_candidate = candidate_t() !< before anything is said of it
    real(wp), parameter :: margin = 0.05_wp !< candidates come in this far before they touch, in particle edges
-   real(wp), parameter :: touching = 1.0e-4_wp    !< a smaller gap is none, in particle edges
    real(wp), parameter :: overlap_rate = 0.01_wp !< overlap is taken back by at most this much a step, in
                                                  !< particle edges
 
@@ -60,21 +57,6 @@ contains
          drift = min(max(c%drift, -most), most)
       end associate
    end function drift_of
-
-   !> True when a candidate that ends the step at a gap (m) counts as touching: where the gap is none, and
-   !> where it is no wider than the tool's surface bends over a cell, which the nodes cannot follow (eq.
-   !> contact-area).
-   pure logical function touches(c, tools, level, gap)
-      type(candidate_t), intent(in) :: c
-      type(tool_t), intent(in) :: tools(:)
-      type(level_t), intent(in) :: level
-      real(wp), intent(in) :: gap
-      touches = gap < touching*sqrt(c%area)
-      if (touches .or. gap > margin*sqrt(c%area)) return
-      associate (column => level%blocks(c%block)%particles%column, x => level%layout%position)
-         touches = gap < tools(c%tool)%sagitta(column(c%particle, x:x + 2), c%normal, level%grid%cell)
-      end associate
-   end function touches
 
    !> The nodes of a contact point and their weights. The traction acts on the face of the particle, not in
    !> its volume: a uniform pressure then makes a uniform stress, wherever the surface stands in its cell

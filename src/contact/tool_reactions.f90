@@ -15,7 +15,6 @@ module m_tool_reactions
    !> What one tool has met, over all ranks: in the last step, and since the start.
    type :: tool_state_t
       real(wp) :: load(3) = 0.0_wp      !< on the tool, N, for the modelled part of the body
-      real(wp) :: area = 0.0_wp         !< faces of the particles that touch the tool, m2
       real(wp) :: overlap = 0.0_wp !< deepest place of a contact point inside the tool at the start of the
                                    !< step, m
       real(wp) :: work = 0.0_wp         !< done by the tool since the start, J
@@ -34,7 +33,6 @@ module m_tool_reactions
    type :: reaction_t
       sequence
       real(wp) :: load(3) = 0.0_wp         !< on the tool, N
-      real(wp) :: area = 0.0_wp            !< faces of the particles that touch it, m2
       real(wp) :: heat = 0.0_wp            !< J
       real(wp) :: particle_work = 0.0_wp   !< J
       real(wp) :: constraint_work = 0.0_wp !< J
@@ -58,7 +56,6 @@ contains
       do c = 1, candidates%count
          associate (it => candidates%list(c), sums => reactions(candidates%list(c)%tool))
             sums%load = sums%load - it%force*it%normal
-            if (it%touches) sums%area = sums%area + it%area
             sums%candidates = sums%candidates + 1.0_wp
             sums%constraint_work = sums%constraint_work + time_step*it%force*it%opening
             if (it%frictional == 0) cycle
@@ -109,7 +106,6 @@ contains
       real(wp), intent(in) :: velocity(3) !< m/s
       real(wp), intent(in) :: time_step   !< s
       self%load = reaction%load
-      self%area = reaction%area
       self%heat = self%heat + reaction%heat
       self%particle_work = self%particle_work + reaction%particle_work
       self%constraint_work = self%constraint_work + reaction%constraint_work

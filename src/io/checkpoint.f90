@@ -243,11 +243,11 @@ contains
       real(wp), allocatable :: tools(:, :)
       integer :: t
       associate (contact => model%contact)
-         allocate (tools(11, size(contact%tools)))
+         allocate (tools(10, size(contact%tools)))
          do t = 1, size(contact%tools)
             associate (state => contact%states(t))
-               tools(:, t) = [contact%tools(t)%travel, contact%tools(t)%speed, state%load, state%area, &
-                              state%overlap, state%work, state%heat, state%particle_work, &
+               tools(:, t) = [contact%tools(t)%travel, contact%tools(t)%speed, state%load, state%overlap, &
+                              state%work, state%heat, state%particle_work, &
                               state%constraint_work]
             end associate
          end do
@@ -256,12 +256,11 @@ contains
             contact%tools(t)%travel = tools(1, t)
             contact%tools(t)%speed = tools(2, t)
             contact%states(t)%load = tools(3:5, t)
-            contact%states(t)%area = tools(6, t)
-            contact%states(t)%overlap = tools(7, t)
-            contact%states(t)%work = tools(8, t)
-            contact%states(t)%heat = tools(9, t)
-            contact%states(t)%particle_work = tools(10, t)
-            contact%states(t)%constraint_work = tools(11, t)
+            contact%states(t)%overlap = tools(6, t)
+            contact%states(t)%work = tools(7, t)
+            contact%states(t)%heat = tools(8, t)
+            contact%states(t)%particle_work = tools(9, t)
+            contact%states(t)%constraint_work = tools(10, t)
          end do
          worth = [contact%worst_residual, contact%worst_overlap, &
                   model%communicator%maximum(contact%worst_bridge), contact%friction%steepest, &

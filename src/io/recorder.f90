@@ -11,6 +11,7 @@ module m_recorder
    use m_part_file, only: publish_part
    use m_text_file, only: text_file_t
    use m_plastic, only: von_mises
+   use m_contact_area, only: projected_area
    use m_model, only: model_t
    use m_energy, only: balance_t
    use m_probe, only: probe_t, choose_particle, read_probe
@@ -212,10 +213,10 @@ contains
    !> Collective: a row of every history.
    subroutine record_history(self, model, balance, error)
       class(recorder_t), intent(inout) :: self
-      type(model_t), intent(in) :: model
+      type(model_t), intent(inout) :: model
       type(balance_t), intent(in) :: balance
       type(error_t), intent(inout) :: error
-      real(wp) :: position(3), stress(6), plastic_strain, recovered(6)
+      real(wp) :: area, position(3), stress(6), plastic_strain, recovered(6)
       integer :: n
       self%rows = 1 + int(model%time/self%history_every*(1.0_wp + 1.0e-12_wp))
       if (.not. self%writes) return
@@ -227,7 +228,9 @@ contains
                                error)
       do n = 1, size(self%tools)
          associate (tool => model%contact%tools(n), state => model%contact%states(n))
-            call self%tools(n)%append([model%time, tool%travel, state%load, state%area, state%overlap], error)
+            area = projected_area(model%communicator, tool, model%levels(size(model%levels)), &
+                                  model%materials, model%contact%candidates%pressure)
+            call self%tools(n)%append([model%time, tool%travel, state%load, area, state%overlap], error)
          end associate
       end do
       do n = 1, size(self%probes)

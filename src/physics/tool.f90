@@ -2,7 +2,6 @@
 module m_tool
    use m_kinds, only: wp
    use m_piecewise, only: value_at, integral
-   use m_vectors, only: tangents
    use m_scene, only: tool_spec_t
    implicit none
    private
@@ -25,7 +24,6 @@ module m_tool
       procedure :: travel_between
       procedure :: mobility
       procedure :: gap_and_normal
-      procedure :: sagitta
       procedure :: velocity
    end type tool_t
 
@@ -129,26 +127,5 @@ contains
       call self%spec%shape%distance_and_normal(position - (self%spec%tip + self%travel*self%spec%axis), gap, &
                                                normal)
    end subroutine gap_and_normal
-
-   !> How far the tool's surface bends away over a width, m: from the middle of chords of this length to the
-   !> surface, the mean over two directions across the normal. 0 under a flat face; width**2/(8 radius) under
-   !> a sphere.
-   pure real(wp) function sagitta(self, position, normal, width)
-      class(tool_t), intent(in) :: self
-      real(wp), intent(in) :: position(3) !< near the surface, m
-      real(wp), intent(in) :: normal(3)   !< of the surface there
-      real(wp), intent(in) :: width       !< m
-      real(wp) :: across(3, 2), gap, turned(3)
-      integer :: t, side
-      call self%gap_and_normal(position, gap, turned)
-      sagitta = -gap
-      across = tangents(normal)
-      do t = 1, 2
-         do side = -1, 1, 2
-            call self%gap_and_normal(position + 0.5_wp*side*width*across(:, t), gap, turned)
-            sagitta = sagitta + 0.25_wp*gap
-         end do
-      end do
-   end function sagitta
 
 end module m_tool

@@ -32,7 +32,6 @@ program tools
       call convexity(shape_number)
    end do
    call special_places()
-   call bends()
    do round = 1, 50
       call travel()
    end do
@@ -312,34 +311,6 @@ contains
          call test%check_close(norm2(normal), 1.0_wp, 1.0e-14_wp, trim(names(k))//': on the axis inside there is a normal')
       end do
    end subroutine special_places
-
-   !> How far a surface bends over a width: a sphere everywhere alike, a cylinder half as much, flat faces not at all.
-   subroutine bends()
-      type(tool_t) :: tool
-      real(wp), parameter :: width = 0.02_wp
-      real(wp) :: gap, normal(3), place(3), bent
-      integer :: k
-      do k = 1, size(names)
-         tool = upright_tool(k)
-         place = part_across(edge, tool%spec%axis)
-         place = 0.3_wp*(place + cross(tool%spec%axis, place)) ! away from ridges
-         call tool%gap_and_normal(place, gap, normal)
-         if (k /= flat) place = place - gap*normal ! on the surface
-         if (k /= flat) call tool%gap_and_normal(place, gap, normal)
-         bent = tool%sagitta(place, normal, width)
-         select case (k)
-         case (sphere)
-            call test%check_close(bent, sqrt(radius**2 + 0.25_wp*width**2) - radius, 1.0e-14_wp, &
-                                  'sphere: bends')
-         case (cylinder)
-            call test%check_close(bent, width**2/(16.0_wp*radius), 1.0e-3_wp*bent, 'cylinder: bends')
-         case (cone)
-            call test%check(bent > 0.0_wp .and. bent < width**2/8.0_wp/norm2(place(:2)), 'cone: bends')
-         case default
-            call test%check_close(bent, 0.0_wp, 1.0e-14_wp, trim(names(k))//': a face does not bend')
-         end select
-      end do
-   end subroutine bends
 
    !> A random table of speeds; between random times the way is the integral.
    subroutine travel()

@@ -1,0 +1,327 @@
+!> Area over which a tool and the bodies are in contact, seen along the tool's axis (theory.md, eq.
+!> contact-area): from the gaps and pressures of the points at the surface on both sides of the contact's edge.
+module m_contact_area
+   use mpi_f08
+   use m_kinds, only: wp
+   use m_communicator, only: communicator_t
+   use m_vectors, only: tangents
+   use m_scene, only: boundary_symmetry
+   use m_tool, only: tool_t
+   use m_materials, only: materials_t
+   use m_level, only: level_t
+   use m_face_gap, only: find_gap, near_tool, particles_near, thickest
+   implicit none
+   private
+   public :: projected_area, area_of_points, surface_point_t, mirror_t
+
+   !> A contact point near the tool, as seen along its axis: reals alone, for ranks send them.
+   type :: surface_point_t
+      sequence
+      real(wp) :: place(2) = 0.0_wp !< across the axis, m
+      real(wp) :: gap = 0.0_wp      !< m
+      real(wp) :: edge = 0.0_wp     !< of its particle, m
+      real(wp) :: pressure = 0.0_wp !< Pa
+   end type surface_point_t
+
+   !> A plane of symmetry that the axis is parallel to: a line, inside which `normal` . place >= `from`.
+   type :: mirror_t
+      real(wp) :: normal(2) = 0.0_wp, from = 0.0_wp
+   end type mirror_t
+
+   !> Points by the squares of a cell's width in which they lie.
+   type :: squares_t
+      real(wp) :: low(2) = 0.0_wp, width = 1.0_wp
+      integer, allocatable :: first(:, :), next(:)
+   end type squares_t
+
+   real(wp), parameter :: buried = 0.4_wp   !< a point is not at the surface if another one beside it is nearer
+                                            !< to the tool by so many edges
+   real(wp), parameter :: beside = 0.75_wp  !< edges, seen along the axis
+   real(wp), parameter :: closed = 0.03_wp  !< of the largest gap within a cell: a smaller gap is none
+   real(wp), parameter :: around = 1.5_wp   !< cells: a point is in contact that points in contact so near
+                                            !< surround
+   integer, parameter :: per_edge = 4       !< the area is counted in squares of 1/4 edge
+   real(wp), parameter :: most_squares = 4.0e6_wp
+   integer, parameter :: point_reals = storage_size(surface_point_t())/storage_size(1.0_wp)
+
+contains
+
+   !> Collective: the area (m2) of a tool's contact across its axis, of the modelled part.
+   real(wp) function projected_area(communicator, tool, level, materials, pressure) result(area)
+      type(communicator_t), intent(in) :: communicator
+      type(tool_t), intent(in) :: tool
+      type(level_t), intent(inout) :: level !< the finest; its lists of cells are brought up to date
+      type(materials_t), intent(in) :: materials
+      integer, intent(in) :: pressure       !< column of the contact pressure
+      type(surface_point_t), allocatable :: points(:)
+      real(wp) :: across(3, 2)
+      across = tangents(tool%spec%axis)
+      call gather(communicator, points_near(tool, level, materials, pressure, across), points)
+      area = area_of_points(communicator, points, mirrors_of(level, tool, across), level%grid%cell)
+   end function projected_area
+
+   !> Collective: the area (m2) of contact among points that all ranks know.
+   real(wp) function area_of_points(communicator, given, mirrors, cell) result(area)
+      type(communicator_t), intent(in) :: communicator
+      type(surface_point_t), intent(in) :: given(:)
+      type(mirror_t), intent(in) :: mirrors(:)
+      real(wp), intent(in) :: cell !< m
+      type(surface_point_t), allocatable :: points(:)
+      type(squares_t) :: squares
+      logical, allocatable :: in_contact(:)
+      area = 0.0_wp
+      if (.not. any(given%pressure > 0.0_wp)) return
+      points = with_images(given, mirrors, 2.0_wp*cell)
+      squares = sorted_in_squares(points, cell)
+      points = pack(points, at_surface(points, squares))
+      squares = sorted_in_squares(points, cell)
+      in_contact = closed_points(points, squares, cell)
+      in_contact = in_contact .or. surrounded(points, squares, in_contact, around*cell)
+      area = communicator%sum_real(counted(points, squares, in_contact, mirrors, communicator%rank, &
+                                           communicator%ranks))
+   end function area_of_points
+
+   !> This rank's particles whose faces are within a cell of a tool.
+   function points_near(tool, level, materials, pressure, across) result(points)
+      type(tool_t), intent(in) :: tool
+      type(level_t), intent(inout) :: level
+      type(materials_t), intent(in) :: materials
+      integer, intent(in) :: pressure
+      real(wp), intent(in) :: across(3, 2)
+      type(surface_point_t), allocatable :: points(:)
+      real(wp) :: gap, edge, normal(3), thickness
+      integer, allocatable :: near(:)
+      integer :: b, n
+      allocate (points(0))
+      associate (reach => level%grid%cell, x => level%layout%position)
+         do b = 1, size(level%blocks)
+            associate (block => level%blocks(b), column => level%blocks(b)%particles%column)
+               if (block%particles%count == 0) cycle
+               if (.not. near_tool(tool, level, block)) cycle
+               call block%cells%link(block%particles%count)
+               near = particles_near(tool, level, block, thickest(level) + reach)
+               do n = 1, size(near)
+                  call find_gap(tool, level, materials, b, near(n), reach, gap, normal, edge, thickness)
+                  if (gap > reach) cycle
+                  points = [points, surface_point_t(matmul(column(near(n), x:x + 2), across), gap, edge, &
+                                                    column(near(n), pressure))]
+               end do
+            end associate
+         end do
+      end associate
+   end function points_near
+
+   !> Collective: the points of all ranks, by rank.
+   subroutine gather(communicator, own, points)
+      type(communicator_t), intent(in) :: communicator
+      type(surface_point_t), intent(in) :: own(:)
+      type(surface_point_t), allocatable, intent(out) :: points(:)
+      integer :: counts(communicator%ranks), before(communicator%ranks), r
+      counts(1) = point_reals*size(own)
+      call MPI_Allgather(MPI_IN_PLACE, 0, MPI_DATATYPE_NULL, counts, 1, MPI_INTEGER, communicator%comm)
+      before = [(sum(counts(:r - 1)), r=1, size(counts))]
+      allocate (points(sum(counts)/point_reals))
+      call MPI_Allgatherv(own, point_reals*size(own), MPI_DOUBLE_PRECISION, points, counts, before, &
+                          MPI_DOUBLE_PRECISION, communicator%comm)
+   end subroutine gather
+
+   !> The planes of symmetry that a tool's axis is parallel to, as lines across the axis.
+   pure function mirrors_of(level, tool, across) result(mirrors)
+      type(level_t), intent(in) :: level
+      type(tool_t), intent(in) :: tool
+      real(wp), intent(in) :: across(3, 2)
+      type(mirror_t), allocatable :: mirrors(:)
+      integer :: axis, inwards, side
+      allocate (mirrors(0))
+      associate (grid => level%grid)
+         do axis = 1, 3
+            if (abs(tool%spec%axis(axis)) > 1.0e-9_wp) cycle
+            do side = 1, 2
+               if (grid%boundary(side, axis) /= boundary_symmetry) cycle
+               inwards = 3 - 2*side
+               mirrors = [mirrors, mirror_t(inwards*across(axis, :), inwards*( &
+                                            grid%lower(axis) + merge(0, grid%cells(axis), side == 1)*grid%cell))]
+            end do
+         end do
+      end associate
+   end function mirrors_of
+
+   !> The points and the images of those within a distance of a mirror.
+   pure function with_images(given, mirrors, reach) result(points)
+      type(surface_point_t), intent(in) :: given(:)
+      type(mirror_t), intent(in) :: mirrors(:)
+      real(wp), intent(in) :: reach !< m
+      type(surface_point_t), allocatable :: points(:)
+      type(surface_point_t) :: images(2**size(mirrors)*size(given))
+      integer :: m, n, p
+      points = given
+      do m = 1, size(mirrors)
+         n = 0
+         do p = 1, size(points)
+            associate (beyond => dot_product(mirrors(m)%normal, points(p)%place) - mirrors(m)%from)
+               if (beyond > reach) cycle
+               n = n + 1
+               images(n) = points(p)
+               images(n)%place = points(p)%place - 2.0_wp*beyond*mirrors(m)%normal
+            end associate
+         end do
+         points = [points, images(:n)]
+      end do
+   end function with_images
+
+   !> Sort points into squares of a width.
+   pure function sorted_in_squares(points, width) result(squares)
+      type(surface_point_t), intent(in) :: points(:)
+      real(wp), intent(in) :: width !< m
+      type(squares_t) :: squares
+      integer :: at(2), p
+      squares%width = width
+      squares%low = [minval(points%place(1)), minval(points%place(2))]
+      at = square_of(squares, [maxval(points%place(1)), maxval(points%place(2))])
+      allocate (squares%first(0:at(1), 0:at(2)), source=0)
+      allocate (squares%next(size(points)))
+      do p = size(points), 1, -1
+         at = square_of(squares, points(p)%place)
+         squares%next(p) = squares%first(at(1), at(2))
+         squares%first(at(1), at(2)) = p
+      end do
+   end function sorted_in_squares
+
+   pure function square_of(squares, place) result(at)
+      type(squares_t), intent(in) :: squares
+      real(wp), intent(in) :: place(2)
+      integer :: at(2)
+      at = floor((place - squares%low)/squares%width)
+   end function square_of
+
+   !> The points within a distance of a place.
+   pure function neighbours(points, squares, place, distance) result(found)
+      type(surface_point_t), intent(in) :: points(:)
+      type(squares_t), intent(in) :: squares
+      real(wp), intent(in) :: place(2), distance !< m
+      integer, allocatable :: found(:)
+      integer :: i, j, low(2), high(2), n, p
+      low = max(0, square_of(squares, place - distance))
+      high = min(ubound(squares%first), square_of(squares, place + distance))
+      allocate (found(size(points)))
+      n = 0
+      do j = low(2), high(2)
+         do i = low(1), high(1)
+            p = squares%first(i, j)
+            do while (p > 0)
+               if (sum((points(p)%place - place)**2) <= distance**2) then
+                  n = n + 1
+                  found(n) = p
+               end if
+               p = squares%next(p)
+            end do
+         end do
+      end do
+      found = found(:n)
+   end function neighbours
+
+   !> Points that no other one lies on top of, as the tool sees them.
+   pure function at_surface(points, squares) result(surface)
+      type(surface_point_t), intent(in) :: points(:)
+      type(squares_t), intent(in) :: squares
+      logical :: surface(size(points))
+      integer, allocatable :: near(:)
+      integer :: p
+      do p = 1, size(points)
+         near = neighbours(points, squares, points(p)%place, beside*points(p)%edge)
+         surface(p) = .not. any(points(near)%gap < points(p)%gap - buried*points(p)%edge)
+      end do
+   end function at_surface
+
+   !> Points that the tool presses, or whose gap is none beside that which opens within a cell.
+   pure function closed_points(points, squares, cell) result(in_contact)
+      type(surface_point_t), intent(in) :: points(:)
+      type(squares_t), intent(in) :: squares
+      real(wp), intent(in) :: cell !< m
+      logical :: in_contact(size(points))
+      integer, allocatable :: near(:)
+      integer :: p
+      in_contact = points%pressure > 0.0_wp
+      do p = 1, size(points)
+         if (in_contact(p)) cycle
+         near = neighbours(points, squares, points(p)%place, cell)
+         in_contact(p) = points(p)%gap < closed*maxval(points(near)%gap)
+      end do
+   end function closed_points
+
+   !> Points with others in contact on all sides: no half plane from them is free of these. A surface that
+   !> nodes carry hovers there, by less than they can follow.
+   pure function surrounded(points, squares, in_contact, distance) result(inside)
+      type(surface_point_t), intent(in) :: points(:)
+      type(squares_t), intent(in) :: squares
+      logical, intent(in) :: in_contact(:)
+      real(wp), intent(in) :: distance !< m
+      logical :: inside(size(points))
+      integer, allocatable :: near(:)
+      integer :: p
+      inside = .false.
+      do p = 1, size(points)
+         if (in_contact(p) .or. points(p)%gap > points(p)%edge) cycle
+         near = neighbours(points, squares, points(p)%place, distance)
+         near = pack(near, in_contact(near))
+         inside(p) = on_all_sides(points(p), points(near))
+      end do
+   end function surrounded
+
+   !> True where no half plane through a point is free of others.
+   pure logical function on_all_sides(point, others)
+      type(surface_point_t), intent(in) :: point, others(:)
+      real(wp) :: none, ray(2), side(size(others))
+      integer :: n
+      on_all_sides = size(others) > 2
+      do n = 1, size(others)
+         ray = others(n)%place - point%place
+         side = ray(1)*(others%place(2) - point%place(2)) - ray(2)*(others%place(1) - point%place(1))
+         none = 1.0e-6_wp*point%edge**2 ! on the line itself, by rounding
+         on_all_sides = on_all_sides .and. any(side > none) .and. any(side < -none)
+      end do
+   end function on_all_sides
+
+   !> This rank's share of the area: small squares whose nearest point is in contact, inside the mirrors.
+   pure real(wp) function counted(points, squares, in_contact, mirrors, rank, ranks)
+      type(surface_point_t), intent(in) :: points(:)
+      type(squares_t), intent(in) :: squares
+      logical, intent(in) :: in_contact(:)
+      type(mirror_t), intent(in) :: mirrors(:)
+      integer, intent(in) :: rank, ranks
+      real(wp) :: low(2), high(2), place(2), edge, width
+      integer :: cells(2), i, j, m, n
+      edge = sum(points%edge, mask=in_contact)/count(in_contact)
+      low = [minval(points%place(1), mask=in_contact), minval(points%place(2), mask=in_contact)] - edge
+      high = [maxval(points%place(1), mask=in_contact), maxval(points%place(2), mask=in_contact)] + edge
+      width = max(edge/per_edge, sqrt(product(high - low)/most_squares))
+      cells = ceiling((high - low)/width)
+      n = 0
+      do j = rank, cells(2) - 1, ranks
+         do i = 0, cells(1) - 1
+            place = low + width*([i, j] + 0.5_wp)
+            if (any([(dot_product(mirrors(m)%normal, place) < mirrors(m)%from, m=1, size(mirrors))])) cycle
+            if (covers(place)) n = n + 1
+         end do
+      end do
+      counted = n*width**2
+   contains
+      !> Whether the nearest point is in contact, and reaches so far.
+      pure logical function covers(place)
+         real(wp), intent(in) :: place(2)
+         real(wp) :: distance, nearest
+         integer, allocatable :: near(:)
+         integer :: m
+         near = neighbours(points, squares, place, beside*edge)
+         covers = .false.
+         nearest = huge(nearest)
+         do m = 1, size(near)
+            distance = sum((points(near(m))%place - place)**2)
+            if (distance >= nearest) cycle
+            nearest = distance
+            covers = in_contact(near(m))
+         end do
+      end function covers
+   end function counted
+
+end module m_contact_area

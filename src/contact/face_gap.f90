@@ -1,0 +1,123 @@
+!> How far the faces of particles are from a tool, by their places and shapes alone (theory.md, eq. contact-gap),
+!> and which particles may be near.
+module m_face_gap
+   use m_kinds, only: wp
+   use m_constants, only: block_size
+   use m_scene, only: safety_allowed
+   use m_tool, only: tool_t
+   use m_field_table, only: layout_t
+   use m_split, only: longest
+   use m_material, only: material_t
+   use m_materials, only: materials_t
+   use m_block, only: block_t
+   use m_cell_list, only: bins
+   use m_stencil, only: bin_place
+   use m_level, only: level_t
+   implicit none
+   private
+   public :: find_gap, near_tool, particles_near, deform, thickest, fastest
+
+   real(wp), parameter :: fastest = maxval(safety_allowed) !< no contact point comes nearer by more cells in a
+                                                           !< step
+   real(wp), parameter :: longest_thickness = 2.0_wp*sqrt(3.0_wp)*longest !< of domains that deform, in cells
+
+contains
+
+   !> The gap of a particle's contact point: its centre moved towards the tool by penetration_factor of its
+   !> thickness along the normal. Of a particle that is surely further away than `reach`, some gap beyond it.
+   subroutine find_gap(tool, level, materials, b, p, reach, gap, normal, edge, thickness)
+      type(tool_t), intent(in) :: tool
+      type(level_t), intent(in) :: level
+      type(materials_t), intent(in) :: materials
+      integer, intent(in) :: b, p            !< numbers of the block and the particle
+      real(wp), intent(in) :: reach          !< m
+      real(wp), intent(out) :: gap           !< m
+      real(wp), intent(out) :: normal(3)     !< outward from the tool
+      real(wp), intent(out) :: edge, thickness !< of the particle, m
+      associate (block => level%blocks(b), column => level%blocks(b)%particles%column, at => level%layout)
+         call tool%gap_and_normal(column(p, at%position:at%position + 2), gap, normal)
+         associate (law => materials%slots(materials%of_body(block%particles%body(p)))%law)
+            if (at%half_sizes) then
+               edge = (column(p, at%volume))**(1.0_wp/3.0_wp)
+               thickness = box_thickness(law, column(p, :), at, normal)
+            else if (deform(level)) then
+               edge = (column(p, at%volume))**(1.0_wp/3.0_wp)
+               thickness = level%thickness(column(p, :), normal)
+            else
+               edge = 2.0_wp*column(p, at%half_size)
+               thickness = edge
+               if (gap > edge + reach) return
+               thickness = edge*law%stretch(column(p, :), at, normal)
+            end if
+         end associate
+         gap = gap - tool%spec%penetration_factor*thickness
+      end associate
+   end subroutine find_gap
+
+   !> Thickness (m) of a box that stretches along its axes, across a normal: its edges do not know of shear,
+   !> which the material's own stretch does; along an axis it is the edge (theory.md, eq. box-thickness).
+   pure real(wp) function box_thickness(law, values, at, normal) result(thickness)
+      class(material_t), intent(in) :: law
+      real(wp), intent(in) :: values(:) !< the particle's columns
+      type(layout_t), intent(in) :: at
+      real(wp), intent(in) :: normal(3)
+      real(wp) :: axis(3), undeformed(3)
+      integer :: k
+      do k = 1, 3
+         axis = 0.0_wp
+         axis(k) = 1.0_wp
+         undeformed(k) = values(at%half_size + k - 1)/law%stretch(values, at, axis)
+      end do
+      thickness = 2.0_wp*norm2(undeformed*normal)*law%stretch(values, at, normal)
+   end function box_thickness
+
+   !> True when a particle of a block may get to a tool in a step, by the distance of the block's middle.
+   pure logical function near_tool(tool, level, block)
+      type(tool_t), intent(in) :: tool
+      type(level_t), intent(in) :: level
+      type(block_t), intent(in) :: block
+      real(wp) :: gap, normal(3)
+      call tool%gap_and_normal(block%origin + 0.5_wp*(block_size - 1)*level%grid%cell, gap, normal)
+      near_tool = gap <= (0.5_wp*block_size*sqrt(3.0_wp) + fastest)*level%grid%cell + thickest(level)
+   end function near_tool
+
+   !> The particles of those bins of a block that a tool's distance from their middle does not rule out.
+   pure function particles_near(tool, level, block, farthest) result(near)
+      type(tool_t), intent(in) :: tool
+      type(level_t), intent(in) :: level
+      type(block_t), intent(in) :: block !< whose lists of cells are up to date
+      real(wp), intent(in) :: farthest !< of the centres of particles that count, m
+      integer, allocatable :: near(:)
+      real(wp) :: gap, normal(3)
+      integer :: cell, n, p
+      allocate (near(block%particles%count))
+      n = 0
+      do cell = 1, bins
+         p = block%cells%first(cell)
+         if (p == 0) cycle
+         call tool%gap_and_normal(block%origin + bin_place(cell)*level%grid%cell, gap, normal)
+         if (gap > farthest + 0.5_wp*sqrt(3.0_wp)*level%grid%cell) cycle ! not where it is not a number
+         do while (p > 0)
+            n = n + 1
+            near(n) = p
+            p = block%cells%next(p)
+         end do
+      end do
+      near = near(:n)
+   end function particles_near
+
+   !> True when domains have edges of their own; else they are cubes.
+   pure logical function deform(level)
+      type(level_t), intent(in) :: level
+      deform = level%layout%domain > 0 .or. level%layout%half_sizes
+   end function deform
+
+   !> No particle is thicker than this in any direction, m: than a cell, for weights allow no wider domain,
+   !> or, where domains deform, than the length at which they are split.
+   pure real(wp) function thickest(level)
+      type(level_t), intent(in) :: level
+      thickest = level%grid%cell
+      if (deform(level)) thickest = longest_thickness*level%grid%cell
+   end function thickest
+
+end module m_face_gap

@@ -1,0 +1,111 @@
+!test: ranks 1 2 4
+!> Area of contact of made-up points, whose edge is known: a disc in a surface that leaves the tool like an elastic body (gap as the
+!> distance to the power 3/2) or at an angle, points on lattices at many places and angles, the whole and a quarter of it between
+!> two mirrors, on all ranks the same. Points that hover inside count, buried ones do not; a ring has a hole; nothing pressed is no
+!> area.
+program contact_area
+   use m_kinds, only: wp
+   use m_communicator, only: communicator_t
+   use m_contact_area, only: area_of_points, surface_point_t, mirror_t
+   use m_assertions, only: assertions_t
+   implicit none
+   real(wp), parameter :: pi = acos(-1.0_wp), cell = 1.0_wp, edge = 0.5_wp
+   type(communicator_t) :: comm
+   type(assertions_t) :: test
+   call comm%start()
+   call test%start(comm, 'contact_area')
+   call discs(5.0_wp, 0.03_wp)
+   call discs(8.0_wp, 0.02_wp)
+   call ring()
+   call test%check(.not. area_of([surface_point_t([0.0_wp, 0.0_wp], 0.1_wp, edge, 0.0_wp)], whole()) > 0.0_wp, 'nothing pressed')
+   call test%finish()
+
+contains
+
+   pure function whole() result(mirrors)
+      type(mirror_t) :: mirrors(0)
+   end function whole
+
+   pure function quarter() result(mirrors)
+      type(mirror_t) :: mirrors(2)
+      mirrors = [mirror_t([1.0_wp, 0.0_wp], 0.0_wp), mirror_t([0.0_wp, 1.0_wp], 0.0_wp)]
+   end function quarter
+
+   real(wp) function area_of(points, mirrors)
+      type(surface_point_t), intent(in) :: points(:)
+      type(mirror_t), intent(in) :: mirrors(:)
+      area_of = area_of_points(comm, points, mirrors, cell)
+   end function area_of
+
+   !> Error of the area of discs of a radius (cells): in the mean over many lattices and at most, both laws of the gap.
+   subroutine discs(radius, bound)
+      real(wp), intent(in) :: radius, bound
+      real(wp) :: error, exact, largest, mean, place(2)
+      type(surface_point_t), allocatable :: full(:)
+      integer :: law, n
+      integer, parameter :: tries = 24
+      exact = pi*radius**2
+      do law = 1, 2
+         mean = 0.0_wp
+         largest = 0.0_wp
+         do n = 1, tries
+            place = [mod(0.381966_wp*n, 1.0_wp), mod(0.7548777_wp*n, 1.0_wp)]*edge
+            error = area_of(disc(radius, law, place, 0.1_wp*n), whole())/exact - 1.0_wp
+            mean = mean + error/tries
+            largest = max(largest, abs(error))
+         end do
+         if (comm%is_root()) print '(3x,a,f4.1,a,i0,a,2f8.2,a)', 'radius ', radius, ' cells, law ', law, &
+            ': mean and largest error ', 100*mean, 100*largest, ' %'
+         call test%check(abs(mean) < bound, 'disc: mean')
+         call test%check(largest < 2.0_wp*bound, 'disc: largest')
+         ! a quarter between two mirrors has a quarter of the area of the whole lattice, which is its own image
+         place = 0.25_wp
+         full = disc(radius, law, place, 0.0_wp)
+         call test%check_close(area_of(pack(full, full%place(1) > 0.0_wp .and. full%place(2) > 0.0_wp), quarter()), &
+                               0.25_wp*area_of(full, whole()), 0.01_wp*exact, 'disc: a quarter')
+      end do
+   end subroutine discs
+
+   !> A lattice of points, turned and shifted: pressed within a radius, but for every third, which hovers by up to 0.02 cells; outside
+   !> with gaps by one of two laws; and a second layer half an edge below.
+   function disc(radius, law, place, angle) result(points)
+      real(wp), intent(in) :: radius, place(2), angle
+      integer, intent(in) :: law
+      type(surface_point_t), allocatable :: points(:)
+      real(wp) :: x(2), out
+      integer :: i, j, n
+      type(surface_point_t) :: found(2*81*81)
+      n = 0
+      do j = -40, 40
+         do i = -40, 40
+            x = edge*[i, j] + place
+            x = [cos(angle)*x(1) - sin(angle)*x(2), sin(angle)*x(1) + cos(angle)*x(2)]
+            out = norm2(x) - radius
+            n = n + 1
+            found(n) = surface_point_t(x, 0.0_wp, edge, 1.0_wp)
+            if (out < 0.0_wp .and. mod(i + 2*j, 3) == 0) found(n) = surface_point_t(x, 0.02_wp*abs(sin(7.0_wp*i + j)), edge, 0.0_wp)
+            if (out > 0.0_wp .and. law == 1) found(n) = surface_point_t(x, 0.1_wp*out**1.5_wp, edge, 0.0_wp)
+            if (out > 0.0_wp .and. law == 2) found(n) = surface_point_t(x, 0.36_wp*out, edge, 0.0_wp)
+            n = n + 1
+            found(n) = surface_point_t(x + 0.05_wp, found(n - 1)%gap + 0.45_wp, edge, 0.0_wp)
+         end do
+      end do
+      points = pack(found(:n), found(:n)%gap < cell)
+   end function disc
+
+   !> Contact between two radii.
+   subroutine ring()
+      type(surface_point_t), allocatable :: points(:)
+      real(wp) :: r
+      integer :: p
+      points = disc(8.0_wp, 2, [0.1_wp, 0.2_wp], 0.3_wp)
+      do p = 1, size(points)
+         r = norm2(points(p)%place)
+         if (r < 4.0_wp .and. points(p)%gap < 0.4_wp) &
+            points(p) = surface_point_t(points(p)%place, 0.36_wp*(4.0_wp - r), edge, 0.0_wp)
+      end do
+      points = pack(points, points%gap < cell)
+      call test%check_close(area_of(points, whole()), 48.0_wp*pi, 0.04_wp*48.0_wp*pi, 'ring')
+   end subroutine ring
+
+end program contact_area
