@@ -14,6 +14,7 @@ from scipy.integrate import trapezoid
 from scipy.optimize import least_squares
 from scipy.special import gammaln
 
+least_fall = 0.25    # of its load: an unloading by less says too little of its form
 fewest_rows = 10     # of an unloading that three numbers are fitted to
 turn_share = 3e-3    # of the largest depth: a way back that is shorter is no unloading
 hold_share = 1e-3    # of the way back: rows so near to the largest depth are of a hold
@@ -238,6 +239,10 @@ def fit_unloading(depth, load, shares=window, guess=None, top=None):
     depth, load = np.asarray(depth, dtype=float), np.asarray(load, dtype=float)
     top = float(depth[0]) if top is None else top
     pressed = load.size if np.all(load > 0) else int(np.argmax(load <= 0))
+    lowest = float(np.min(load)) / float(load[0]) if load[0] > 0 else 1.0
+    if lowest > 1 - least_fall:
+        raise NotEnough(f"the unloading ends at {100 * lowest:.3g} % of its load, and a fit needs one that goes down to "
+                        f"{100 * (1 - least_fall):g} %: draw the tool back further")
     rows = _first_rows(load[:pressed], shares)
     for _ in range(3):
         fit = guess = _fit(depth, load, rows, top, shares, guess)

@@ -154,5 +154,5 @@ check("two unloadings, the second after a hold", [(u.hold, u.start, u.end) for u
 check("a small way back is none", op.find_unloadings(np.r_[np.linspace(0, 1, 50), np.linspace(1, 0.998, 10), np.linspace(0.998, 2, 50)]) == [])
 check("a tool above the surface has none", op.find_unloadings(-1 - np.abs(np.linspace(-1, 1, 99))) == [])
 check("too few rows", refused("rows between 20 and 98 % of its load", lambda: analyse(*curve(rows=9))))
-check("an unloading that stays high", refused("rows between", lambda: analyse(*curve(to=0.9))))
+check("an unloading that stays high", refused("% of its load, and a fit needs one that goes down", lambda: analyse(*curve(to=0.9))))
 sys.exit(bool(faults))
