@@ -1,7 +1,9 @@
-"""The imprint of a tool in the particles of a run: the surface around it, pile-up or sink-in, the pressure under the tip.
+"""The imprint of a tool in the particles of a run: the surface around it, pile-up or sink-in, the pressure under it.
 
-Heights are above the undeformed surface, against the tool's axis; places are distances along two directions across the axis, from it.
+Heights are above the undeformed surface, against the tool's axis; places are distances along two directions across
+the axis, from it.
 """
+
 import math
 from dataclasses import dataclass
 
@@ -11,10 +13,9 @@ from scipy.optimize import least_squares
 from scipy.spatial import cKDTree
 
 import indentation
-from run_data import Unreadable
 
-
-edge_resolution = 0.15  # of a particle's width: what the radius is off on exact surfaces (Hertz, Sneddon, a wedge) of 6 to 16 particles a radius
+# Of a particle's width: what a contact's radius is off on exact surfaces (Hertz, Sneddon, a wedge), 6 to 16 particles wide
+edge_resolution = 0.15
 
 
 class NoSurface(Exception):
@@ -23,8 +24,9 @@ class NoSurface(Exception):
 
 @dataclass
 class Frame:
-    """Directions of an indentation: `up` against the tool's axis, `through` and `across` beside it (unit vectors); `origin`, a point
-    of the axis on the undeformed surface (m)."""
+    """Directions of an indentation: `up` against the tool's axis, `through` and `across` beside it (unit
+    vectors); `origin`, a point of the axis on the undeformed surface (m)."""
+
     up: np.ndarray
     through: np.ndarray
     across: np.ndarray
@@ -33,8 +35,10 @@ class Frame:
 
 @dataclass
 class Surface:
-    """Points of a body's surface: places (n x 2, m, along through and across), heights (n, m), half widths of the particles below
-    them (n, m), and the pressures there (n, Pa): `stress` normal to the surface that was, `contact` of the contact itself."""
+    """Points of a body's surface: places (n x 2, m, along through and across), heights (n, m), half widths of
+    the particles below them (n, m), and the pressures there (n, Pa): `stress` normal to the surface that was,
+    `contact` of the contact itself. """
+
     places: np.ndarray
     heights: np.ndarray
     half_widths: np.ndarray
@@ -47,8 +51,9 @@ class Surface:
 
 
 def frame_of(case, tool):
-    """The frame of a tool in a body with a flat surface across its axis: a box along the grid, or a cylinder along the axis. A pyramid's
-    `through` is the middle of its first face."""
+    """The frame of a tool, and the body it is pressed into, whose surface must be flat across its axis: a box
+    along the grid, or a cylinder along the axis. A pyramid's `through` is the middle of its first face.
+    Raises NoSurface."""
     axis = indentation.unit_axis(tool)
     body, gap = indentation.indented_body(case, tool)
     along = int(np.argmax(np.abs(axis)))
@@ -58,7 +63,9 @@ def frame_of(case, tool):
         own = np.array(body.get("axis", [0.0, 0.0, 1.0]))
         flat = abs(np.dot(own, axis)) > (1 - 1e-9) * np.linalg.norm(own)
     if not flat:
-        raise NoSurface(f"the surface of a {shape} is not flat across the tool's axis, so no height above it is given")
+        raise NoSurface(
+            f"the surface of a {shape} is not flat across the tool's axis, so no height above it is given"
+        )
     start = np.array(tool["edge"]) if "edge" in tool else np.eye(3)[(along + 1) % 3]
     through = start - np.dot(start, axis) * axis
     through /= np.linalg.norm(through)
@@ -66,20 +73,25 @@ def frame_of(case, tool):
 
 
 def symmetric_directions(case, tool):
-    """Normals of the symmetry sides in which the tool's axis lies: what the model leaves out is the mirror image."""
+    """Normals of the symmetry sides in which the tool's axis lies: what the model leaves out is the mirror
+    image."""
     grid, axis, tip = case["grid"][0], indentation.unit_axis(tool), np.array(tool["tip"])
     normals = []
     for i in range(3):
         for side, place in enumerate((grid["lower"][i], grid["upper"][i])):
-            if (grid["boundary"][2 * i + side] == "symmetry" and abs(axis[i]) < 1e-9
-                    and abs(tip[i] - place) < 1e-6 * grid["cell_size"][0]):
+            if (
+                grid["boundary"][2 * i + side] == "symmetry"
+                and abs(axis[i]) < 1e-9
+                and abs(tip[i] - place) < 1e-6 * grid["cell_size"][0]
+            ):
                 normals.append(np.eye(3)[i])
     return normals
 
 
 def surface_of(particles, frame, case, body_number, reach, normals=()):
-    """The surface within `reach` (m) of the axis: of the particles of a body those that have none above them, with the middles of
-    their upper faces. `normals` of symmetry planes through the axis: the mirror images are added."""
+    """The surface within `reach` (m) of the axis: of the particles of a body those that have none above them,
+    with the middles of their upper faces. `normals` of symmetry planes through the axis: the mirror images
+    are added."""
     relative = particles["position"] - frame.origin
     height = relative @ frame.up
     places = np.stack([relative @ frame.through, relative @ frame.across], axis=1)
@@ -101,7 +113,8 @@ def surface_of(particles, frame, case, body_number, reach, normals=()):
     top = height[chosen] + up_edge[chosen] @ frame.up
     at = places[chosen] + np.stack([up_edge[chosen] @ frame.through, up_edge[chosen] @ frame.across], axis=1)
     own = half_width[chosen]
-    # A particle lies below the surface where another one is above it: within its half width aside, and higher by half a thickness
+    # A particle lies below the surface where another one is above it: within its half width aside, and higher by half
+    # a thickness
     tree = cKDTree(at)
     hidden = np.zeros(chosen.size, dtype=bool)
     thickness = np.abs(up_edge[chosen] @ frame.up)
@@ -109,14 +122,24 @@ def surface_of(particles, frame, case, body_number, reach, normals=()):
         hidden[i] = np.any(top[others] > top[i] + thickness[i])
     shown = ~hidden
     stress = -normal_stress(particles["stress"][chosen[shown]], frame.up)
-    contact = particles["contact_pressure"][chosen[shown]].reshape(-1) if "contact_pressure" in particles.fields else 0 * stress
+    contact = (
+        particles["contact_pressure"][chosen[shown]].reshape(-1)
+        if "contact_pressure" in particles.fields
+        else 0 * stress
+    )
     surface = Surface(at[shown], top[shown], own[shown], stress, contact)
     for normal in normals:
         image = np.array([np.dot(normal, frame.through), np.dot(normal, frame.across)])
         mirrored = surface.places - 2 * (surface.places @ image)[:, None] * image
-        surface = Surface(*(np.concatenate([a, b]) for a, b in zip(
-            (surface.places, surface.heights, surface.half_widths, surface.stress, surface.contact),
-            (mirrored, surface.heights, surface.half_widths, surface.stress, surface.contact))))
+        surface = Surface(
+            *(
+                np.concatenate([a, b])
+                for a, b in zip(
+                    (surface.places, surface.heights, surface.half_widths, surface.stress, surface.contact),
+                    (mirrored, surface.heights, surface.half_widths, surface.stress, surface.contact),
+                )
+            )
+        )
     return surface
 
 
@@ -136,7 +159,9 @@ def normal_stress(stress, direction):
 
 @dataclass
 class Profile:
-    """A surface in rings about the axis: middles (m), mean, lowest and highest height (m), mean pressures (Pa) as in Surface."""
+    """A surface in rings about the axis: middles (m), mean, lowest and highest height (m), mean pressures
+    (Pa) as in Surface."""
+
     radius: np.ndarray
     mean: np.ndarray
     lowest: np.ndarray
@@ -150,7 +175,9 @@ class Profile:
 
 def radial_profile(surface, reach):
     """Means over rings one particle wide, those near the axis; rings that hold no point are left out."""
-    width = 2 * float(np.median(surface.half_widths[surface.radii <= np.sort(surface.radii)[min(40, surface.radii.size - 1)]]))
+    width = 2 * float(
+        np.median(surface.half_widths[surface.radii <= np.sort(surface.radii)[min(40, surface.radii.size - 1)]])
+    )
     ring = (surface.radii / width).astype(int)
     rows = []
     for number in np.unique(ring):
@@ -158,24 +185,34 @@ def radial_profile(surface, reach):
         if (number + 0.5) * width > reach:
             break
         area = surface.half_widths[inside] ** 2
-        rows.append((np.average(surface.radii[inside], weights=area), np.average(surface.heights[inside], weights=area),
-                     surface.heights[inside].min(), surface.heights[inside].max(),
-                     np.average(surface.stress[inside], weights=area), np.average(surface.contact[inside], weights=area)))
+        rows.append(
+            (
+                np.average(surface.radii[inside], weights=area),
+                np.average(surface.heights[inside], weights=area),
+                surface.heights[inside].min(),
+                surface.heights[inside].max(),
+                np.average(surface.stress[inside], weights=area),
+                np.average(surface.contact[inside], weights=area),
+            )
+        )
     if len(rows) < 3:
         raise NoSurface("the imprint is smaller than three particles, too small for a profile")
     return Profile(*(np.array(column) for column in zip(*rows)))
 
 
 def line(surface, direction, distance):
-    """Heights (m) along a line through the axis, in the plane of `direction` (2 components), at distances (m) from it; not a number
-    where the surface is not known."""
-    points = np.outer(distance, direction)
-    return LinearNDInterpolator(surface.places, surface.heights)(points)
+    """Heights (m) along a line through the axis, in the plane of `direction` (2 components), at distances (m)
+    from it; not a number where the surface is not known."""
+    direction = np.asarray(direction) / np.linalg.norm(direction)
+    beside = (
+        np.abs(surface.places @ np.array([-direction[1], direction[0]])) < 6 * surface.half_widths
+    )  # the others are no neighbours of it
+    return LinearNDInterpolator(surface.places[beside], surface.heights[beside])(np.outer(distance, direction))
 
 
 def tool_height(tool, places):
-    """Height (m) of a tool's surface above its tip at places (n x 2, along the frame's through and across); infinite beside it. None
-    for shapes whose surface is not known here."""
+    """Height (m) of a tool's surface above its tip at places (n x 2, along the frame's through and across);
+    infinite beside it. None for shapes whose surface is not known here."""
     shape = tool["shape"][0]
     r = np.hypot(places[:, 0], places[:, 1])
     if shape in ("sphere", "flat"):
@@ -200,10 +237,11 @@ def tool_height(tool, places):
 
 
 def contact_radius(surface, tool, tip):
-    """Radius (m) at which a surface leaves a tool that is round about its axis, and its uncertainty; `tip` is the height of the tip (m).
-    The gap between them near the edge is fitted by c (r - a)^q, 0 within a, with q between 1 (the wedge beside pile-up) and 3/2 (beside an
-    elastic contact, Johnson 1985), over two particles within and three outside. What two and five outside give instead is its uncertainty, with
-    edge_resolution of a particle. None where no gap opens, or no contact is seen."""
+    """Radius (m) at which a surface leaves a tool that is round about its axis, and its uncertainty; `tip` is
+    the height of the tip (m). The gap between them near the edge is fitted by c (r - a)^q, 0 within a, with q
+    between 1 (the wedge beside pile-up) and 3/2 (beside an elastic contact, Johnson 1985), over two particles
+    within and three outside. What two and five outside give instead is its uncertainty, with edge_resolution
+    of a particle. None where no gap opens, or no contact is seen."""
     if tool["shape"][0] not in ("sphere", "cone"):
         return None
     gap = tip + tool_height(tool, surface.places) - surface.heights
@@ -211,12 +249,15 @@ def contact_radius(surface, tool, tip):
     radius, gap, width = surface.radii[order], gap[order], 2 * surface.half_widths[order]
     known = np.isfinite(gap)
     radius, gap, width = radius[known], gap[known], width[known]
+
     def flank(r):
         return tool_height(tool, np.stack([r, 0 * r], axis=1))
 
     rise = flank(radius) - flank(np.maximum(radius - width, 0.0))  # of the tool over a particle
     apart = gap > 0.1 * np.minimum(rise, width)
-    beyond = np.searchsorted(radius, radius + 1.5 * width)  # the edge is where all are apart for one and a half particles; some hover within
+    beyond = np.searchsorted(
+        radius, radius + 1.5 * width
+    )  # the edge is where all are apart for one and a half particles; some hover within
     counted = np.r_[0, np.cumsum(apart)]
     rows = np.arange(radius.size)
     open_ = apart & (counted[beyond] - counted[rows] > 0.95 * (beyond - rows)) & (beyond < radius.size)
@@ -229,19 +270,26 @@ def contact_radius(surface, tool, tip):
         r, g = (radius[near] - first) / unit, gap[near] / unit
         if r.size < 8:
             return None
-        found = least_squares(lambda x: x[1] * np.maximum(r - x[0], 0.0) ** x[2] - g, [-0.3, max(float(g.max()) / outside, 1e-6), 1.25],
-                              bounds=([-2.0, 0.0, 1.0], [1.0, np.inf, 1.5]), x_scale=[1, max(float(g.max()), 1e-6), 1])
+        found = least_squares(
+            lambda x: x[1] * np.maximum(r - x[0], 0.0) ** x[2] - g,
+            [-0.3, max(float(g.max()) / outside, 1e-6), 1.25],
+            bounds=([-2.0, 0.0, 1.0], [1.0, np.inf, 1.5]),
+            x_scale=[1, max(float(g.max()), 1e-6), 1],
+        )
         return first + found.x[0] * unit
 
     edges = [edge for edge in map(edge_of, (3, 2, 5)) if edge is not None]
     if not edges:
         return None
-    return edges[0], math.hypot(max((abs(edge - edges[0]) for edge in edges[1:]), default=unit / 2), edge_resolution * unit)
+    return edges[0], math.hypot(
+        max((abs(edge - edges[0]) for edge in edges[1:]), default=unit / 2), edge_resolution * unit
+    )
 
 
 def pile_up(profile, edge, depth):
-    """Height (m) of the surface at the edge of the contact: above 0 pile-up, below 0 sink-in, and its uncertainty: how much it changes
-    over half a ring either way. Also the highest mean height outside the edge, and where."""
+    """Height (m) of the surface at the edge of the contact: above 0 pile-up, below 0 sink-in, and its
+    uncertainty: how much it changes over half a ring either way. Also the highest mean height outside the
+    edge, and where."""
     if not profile.radius[0] < edge < profile.radius[-1]:
         raise NoSurface("the edge of the contact lies outside the known surface")
     i = int(np.searchsorted(profile.radius, edge))
