@@ -240,6 +240,11 @@ def analyse(run, record, options):
             {f"stiffness_uncertainty_{kind}": result.parts[f"stiffness_{kind}"] for kind in ("noise", "window")}
         )
         answer["load_scatter"] = result.parts["load_scatter"]
+        if not 1.001 < result.values["unloading_exponent"] < 19.9:
+            answer["notes"].append(
+                f"The exponent of the unloading ends at its bound, {result.values['unloading_exponent']:.3g}: the curve "
+                "is not of that form. Look at hardness_load_depth.png, and draw the tool back more slowly, or give --epsilon."
+            )
         values, sigma = oliver_pharr.work(record.depth, record.load, unloading, result.fit)
         lost = lost_share(run, record.time[unloading.end])
         if lost is not None:
