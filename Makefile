@@ -81,7 +81,7 @@ library_objects := $(patsubst src/%,$(build)/obj/src/%.o,$(basename $(filter-out
 program := $(if $(filter $(main),$(sources)),$(build)/gimp3d)
 
 # Goals that compile nothing need no list of what depends on what.
-plain_goals := help clean distclean deps needed venv demo test check test-all bench fuzz effects plans plots hard map study api uninstall
+plain_goals := help clean distclean deps needed venv demo test check test-all bench fuzz effects plans plots hardness hard map study api uninstall
 ifneq ($(filter-out $(plain_goals),$(or $(MAKECMDGOALS),gimp3d)),)
 include $(build)/depends.mk
 stale_modules := $(filter-out $(modules:%=$(build)/mod/%.mod),$(wildcard $(build)/mod/*.mod))
@@ -194,7 +194,7 @@ endif
 ## venv        the Python packages of post/requirements.txt, in build/venv
 build/venv/complete: post/requirements.txt
 	@[ '$(SETUP)' != no ] || { echo "SETUP=no, and build/venv is not there: say PYTHON=/path/to/python, of a Python that has $<"; exit 1; }
-	@echo "  venv     build/venv (numpy, h5py, matplotlib, vtk)"
+	@echo "  venv     build/venv (numpy, scipy, h5py, matplotlib, vtk)"
 	@mkdir -p build && rm -rf build/venv
 	@python3 -m venv build/venv && build/venv/bin/python -m pip install --quiet --disable-pip-version-check -r $< || { \
 	   rm -rf build/venv; \
@@ -240,7 +240,7 @@ uninstall:
 
 # ---- use ------------------------------------------------------------------------------------------------------------------------
 
-.PHONY: demo test check test-all bench fuzz effects plans plots hard map study api
+.PHONY: demo test check test-all bench fuzz effects plans plots hardness hard map study api
 
 mpi := . test/harness/mpi.sh;
 jobs = $(if $(filter -j% --jobserver%,$(MAKEFLAGS)),,-j$(shell nproc 2>/dev/null || echo 1))
@@ -315,6 +315,12 @@ plots:
 	@[ -n "$(RUN)" ] || { echo "Say which run: make plots RUN=out/cone"; exit 1; }
 	@$(MAKE) --no-print-directory venv
 	@$(python) post/plots.py $(PLOT_OPTIONS) "$(RUN)"
+
+## hardness    RUN=directory: hardness, modulus, pile-up of an indentation (doc/user/hardness.md); TOOL=name, OPTIONS="--beta 1.034"
+hardness:
+	@[ -n "$(RUN)" ] || { echo "Say which run: make hardness RUN=out/indenter"; exit 1; }
+	@$(MAKE) --no-print-directory venv
+	@$(python) post/hardness.py $(TOOL:%=--tool %) $(OPTIONS) "$(RUN)"
 
 ## study       SCENE=input/hertz.nml: what its accuracy costs (doc/user/accuracy_cost.md); QUANTITY=load, BUDGET=300 (s), STUDY_OPTIONS
 study:

@@ -1,0 +1,301 @@
+"""The imprint of a tool in the particles of a run: the surface around it, pile-up or sink-in, the pressure under it.
+
+Heights are above the undeformed surface, against the tool's axis; places are distances along two directions across
+the axis, from it.
+"""
+
+import math
+from dataclasses import dataclass
+
+import numpy as np
+from scipy.interpolate import LinearNDInterpolator
+from scipy.optimize import least_squares
+from scipy.spatial import cKDTree
+
+import indentation
+
+# Of a particle's width: what a contact's radius is off on exact surfaces (Hertz, Sneddon, a wedge), 6 to 16 particles wide
+edge_resolution = 0.15
+
+
+class NoSurface(Exception):
+    """The surface cannot be said; the text is a sentence that says why."""
+
+
+@dataclass
+class Frame:
+    """Directions of an indentation: `up` against the tool's axis, `through` and `across` beside it (unit
+    vectors); `origin`, a point of the axis on the undeformed surface (m)."""
+
+    up: np.ndarray
+    through: np.ndarray
+    across: np.ndarray
+    origin: np.ndarray
+
+
+@dataclass
+class Surface:
+    """Points of a body's surface: places (n x 2, m, along through and across), heights (n, m), half widths of
+    the particles below them (n, m), and the pressures there (n, Pa): `stress` normal to the surface that was,
+    `contact` of the contact itself. """
+
+    places: np.ndarray
+    heights: np.ndarray
+    half_widths: np.ndarray
+    stress: np.ndarray
+    contact: np.ndarray
+
+    @property
+    def radii(self):
+        return np.hypot(self.places[:, 0], self.places[:, 1])
+
+
+def frame_of(case, tool):
+    """The frame of a tool, and the body it is pressed into, whose surface must be flat across its axis: a box
+    along the grid, or a cylinder along the axis. A pyramid's `through` is the middle of its first face.
+    Raises NoSurface."""
+    axis = indentation.unit_axis(tool)
+    body, gap = indentation.indented_body(case, tool)
+    along = int(np.argmax(np.abs(axis)))
+    shape = body["shape"][0]
+    flat = shape == "box" and abs(axis[along]) > 1 - 1e-9
+    if shape == "cylinder":
+        own = np.array(body.get("axis", [0.0, 0.0, 1.0]))
+        flat = abs(np.dot(own, axis)) > (1 - 1e-9) * np.linalg.norm(own)
+    if not flat:
+        raise NoSurface(
+            f"the surface of a {shape} is not flat across the tool's axis, so no height above it is given"
+        )
+    start = np.array(tool["edge"]) if "edge" in tool else np.eye(3)[(along + 1) % 3]
+    through = start - np.dot(start, axis) * axis
+    through /= np.linalg.norm(through)
+    return Frame(-axis, through, np.cross(-axis, through), np.array(tool["tip"]) + gap * axis), body
+
+
+def symmetric_directions(case, tool):
+    """Normals of the symmetry sides in which the tool's axis lies: what the model leaves out is the mirror
+    image."""
+    grid, axis, tip = case["grid"][0], indentation.unit_axis(tool), np.array(tool["tip"])
+    normals = []
+    for i in range(3):
+        for side, place in enumerate((grid["lower"][i], grid["upper"][i])):
+            if (
+                grid["boundary"][2 * i + side] == "symmetry"
+                and abs(axis[i]) < 1e-9
+                and abs(tip[i] - place) < 1e-6 * grid["cell_size"][0]
+            ):
+                normals.append(np.eye(3)[i])
+    return normals
+
+
+def surface_of(particles, frame, case, body_number, reach, normals=()):
+    """The surface within `reach` (m) of the axis: of the particles of a body those that have none above them,
+    with the middles of their upper faces. `normals` of symmetry planes through the axis: the mirror images
+    are added."""
+    relative = particles["position"] - frame.origin
+    height = relative @ frame.up
+    places = np.stack([relative @ frame.through, relative @ frame.across], axis=1)
+    edges = half_edges(particles)
+    upwards = np.einsum("nki,i->nk", edges, frame.up)
+    steepest = np.argmax(np.abs(upwards), axis=1)
+    rows = np.arange(height.size)
+    up_edge = edges[rows, steepest] * np.sign(upwards[rows, steepest])[:, None]
+    sides = np.linalg.norm(edges, axis=2)
+    sides[rows, steepest] = np.inf
+    half_width = sides.min(axis=1)
+    near = np.hypot(places[:, 0], places[:, 1]) < reach
+    near &= height > -1.5 * reach
+    if "body" in particles.fields:
+        near &= particles["body"].reshape(-1) == body_number
+    chosen = np.flatnonzero(near)
+    if chosen.size == 0:
+        raise NoSurface("no particles are near the tool's axis")
+    top = height[chosen] + up_edge[chosen] @ frame.up
+    at = places[chosen] + np.stack([up_edge[chosen] @ frame.through, up_edge[chosen] @ frame.across], axis=1)
+    own = half_width[chosen]
+    # A particle lies below the surface where another one is above it: within its half width aside, and higher by half
+    # a thickness
+    tree = cKDTree(at)
+    hidden = np.zeros(chosen.size, dtype=bool)
+    thickness = np.abs(up_edge[chosen] @ frame.up)
+    for i, others in enumerate(tree.query_ball_point(at, 1.01 * own)):
+        hidden[i] = np.any(top[others] > top[i] + thickness[i])
+    shown = ~hidden
+    stress = -normal_stress(particles["stress"][chosen[shown]], frame.up)
+    contact = (
+        particles["contact_pressure"][chosen[shown]].reshape(-1)
+        if "contact_pressure" in particles.fields
+        else 0 * stress
+    )
+    surface = Surface(at[shown], top[shown], own[shown], stress, contact)
+    for normal in normals:
+        image = np.array([np.dot(normal, frame.through), np.dot(normal, frame.across)])
+        mirrored = surface.places - 2 * (surface.places @ image)[:, None] * image
+        surface = Surface(
+            *(
+                np.concatenate([a, b])
+                for a, b in zip(
+                    (surface.places, surface.heights, surface.half_widths, surface.stress, surface.contact),
+                    (mirrored, surface.heights, surface.half_widths, surface.stress, surface.contact),
+                )
+            )
+        )
+    return surface
+
+
+def half_edges(particles):
+    """Half edges of the particles' domains, n x 3 x 3 (edge, component), m."""
+    if "domain" in particles.fields:
+        return particles["domain"].reshape(-1, 3, 3)
+    size = np.broadcast_to(particles["half_size"].reshape(particles.ids.size, -1), (particles.ids.size, 3))
+    return size[:, :, None] * np.eye(3)
+
+
+def normal_stress(stress, direction):
+    """n . sigma . n (Pa) of stresses (n x 6: xx yy zz yz xz xy)."""
+    x, y, z = direction
+    return stress @ np.array([x * x, y * y, z * z, 2 * y * z, 2 * x * z, 2 * x * y])
+
+
+@dataclass
+class Profile:
+    """A surface in rings about the axis: middles (m), mean, lowest and highest height (m), mean pressures
+    (Pa) as in Surface."""
+
+    radius: np.ndarray
+    mean: np.ndarray
+    lowest: np.ndarray
+    highest: np.ndarray
+    stress: np.ndarray
+    contact: np.ndarray
+
+    def height(self, radius):
+        return float(np.interp(radius, self.radius, self.mean))
+
+
+def radial_profile(surface, reach):
+    """Means over rings one particle wide, those near the axis; rings that hold no point are left out."""
+    width = 2 * float(
+        np.median(surface.half_widths[surface.radii <= np.sort(surface.radii)[min(40, surface.radii.size - 1)]])
+    )
+    ring = (surface.radii / width).astype(int)
+    rows = []
+    for number in np.unique(ring):
+        inside = ring == number
+        if (number + 0.5) * width > reach:
+            break
+        area = surface.half_widths[inside] ** 2
+        rows.append(
+            (
+                np.average(surface.radii[inside], weights=area),
+                np.average(surface.heights[inside], weights=area),
+                surface.heights[inside].min(),
+                surface.heights[inside].max(),
+                np.average(surface.stress[inside], weights=area),
+                np.average(surface.contact[inside], weights=area),
+            )
+        )
+    if len(rows) < 3:
+        raise NoSurface("the imprint is smaller than three particles, too small for a profile")
+    return Profile(*(np.array(column) for column in zip(*rows)))
+
+
+def line(surface, direction, distance):
+    """Heights (m) along a line through the axis, in the plane of `direction` (2 components), at distances (m)
+    from it; not a number where the surface is not known."""
+    direction = np.asarray(direction) / np.linalg.norm(direction)
+    beside = (
+        np.abs(surface.places @ np.array([-direction[1], direction[0]])) < 6 * surface.half_widths
+    )  # the others are no neighbours of it
+    return LinearNDInterpolator(surface.places[beside], surface.heights[beside])(np.outer(distance, direction))
+
+
+def tool_height(tool, places):
+    """Height (m) of a tool's surface above its tip at places (n x 2, along the frame's through and across);
+    infinite beside it. None for shapes whose surface is not known here."""
+    shape = tool["shape"][0]
+    r = np.hypot(places[:, 0], places[:, 1])
+    if shape in ("sphere", "flat"):
+        radius = tool["radius"][0]
+        inside = r <= radius
+        height = np.full(r.shape, np.inf)
+        height[inside] = radius - np.sqrt(radius**2 - r[inside] ** 2) if shape == "sphere" else 0.0
+        return height
+    if shape not in ("cone", "berkovich", "pyramid"):
+        return None
+    angle = math.radians(tool["half_angle"][0])
+    if shape == "cone":
+        across = r
+    else:
+        faces = 3 if shape == "berkovich" else int(tool["faces"][0])
+        turns = 2 * math.pi * np.arange(faces) / faces
+        across = np.max(places @ np.stack([np.cos(turns), np.sin(turns)]), axis=1)
+    rounding = tool.get("tip_radius", [0.0])[0]
+    sharp = across / math.tan(angle) - rounding * (1 / math.sin(angle) - 1)
+    ball = rounding - np.sqrt(np.maximum(rounding**2 - r**2, 0.0))
+    return np.where(r < rounding * math.cos(angle), ball, np.maximum(sharp, 0.0))
+
+
+def contact_radius(surface, tool, tip):
+    """Radius (m) at which a surface leaves a tool that is round about its axis, and its uncertainty; `tip` is
+    the height of the tip (m). The gap between them near the edge is fitted by c (r - a)^q, 0 within a, with q
+    between 1 (the wedge beside pile-up) and 3/2 (beside an elastic contact, Johnson 1985), over two particles
+    within and three outside. What two and five outside give instead is its uncertainty, with edge_resolution
+    of a particle. None where no gap opens, or no contact is seen."""
+    if tool["shape"][0] not in ("sphere", "cone"):
+        return None
+    gap = tip + tool_height(tool, surface.places) - surface.heights
+    order = np.argsort(surface.radii)
+    radius, gap, width = surface.radii[order], gap[order], 2 * surface.half_widths[order]
+    known = np.isfinite(gap)
+    radius, gap, width = radius[known], gap[known], width[known]
+
+    def flank(r):
+        return tool_height(tool, np.stack([r, 0 * r], axis=1))
+
+    rise = flank(radius) - flank(np.maximum(radius - width, 0.0))  # of the tool over a particle
+    apart = gap > 0.1 * np.minimum(rise, width)
+    beyond = np.searchsorted(
+        radius, radius + 1.5 * width
+    )  # the edge is where all are apart for one and a half particles; some hover within
+    counted = np.r_[0, np.cumsum(apart)]
+    rows = np.arange(radius.size)
+    open_ = apart & (counted[beyond] - counted[rows] > 0.95 * (beyond - rows)) & (beyond < radius.size)
+    if not np.any(open_) or radius[np.argmax(open_)] < 2 * width[np.argmax(open_)]:
+        return None
+    first, unit = float(radius[np.argmax(open_)]), float(width[np.argmax(open_)])
+
+    def edge_of(outside):
+        near = (radius > first - 2 * unit) & (radius < first + outside * unit)
+        r, g = (radius[near] - first) / unit, gap[near] / unit
+        if r.size < 8:
+            return None
+        found = least_squares(
+            lambda x: x[1] * np.maximum(r - x[0], 0.0) ** x[2] - g,
+            [-0.3, max(float(g.max()) / outside, 1e-6), 1.25],
+            bounds=([-2.0, 0.0, 1.0], [1.0, np.inf, 1.5]),
+            x_scale=[1, max(float(g.max()), 1e-6), 1],
+        )
+        return first + found.x[0] * unit
+
+    edges = [edge for edge in map(edge_of, (3, 2, 5)) if edge is not None]
+    if not edges:
+        return None
+    return edges[0], math.hypot(
+        max((abs(edge - edges[0]) for edge in edges[1:]), default=unit / 2), edge_resolution * unit
+    )
+
+
+def pile_up(profile, edge, depth):
+    """Height (m) of the surface at the edge of the contact: above 0 pile-up, below 0 sink-in, and its
+    uncertainty: how much it changes over half a ring either way. Also the highest mean height outside the
+    edge, and where."""
+    if not profile.radius[0] < edge < profile.radius[-1]:
+        raise NoSurface("the edge of the contact lies outside the known surface")
+    i = int(np.searchsorted(profile.radius, edge))
+    width = float(profile.radius[i] - profile.radius[i - 1])
+    value = profile.height(edge)
+    sigma = 0.5 * abs(profile.height(edge + width / 2) - profile.height(edge - width / 2))
+    outside = np.flatnonzero(profile.radius >= edge - width)
+    peak = outside[int(np.argmax(profile.mean[outside]))]
+    return value, sigma, float(profile.mean[peak]), float(profile.radius[peak])

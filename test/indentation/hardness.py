@@ -1,0 +1,410 @@
+"""post/hardness.py on fabricated runs. usage: hardness.py ROOT WORK
+
+A cone of 70.3 degrees goes 200 nm into a block, P = C h^2, and comes back along a (h - h_f)^m. The contact
+has a radius of 1.1 h tan: the surface piles up to 0.1 h and falls off outside as a wedge does.
+"""
+
+import contextlib
+import csv
+import io
+import json
+import math
+import sys
+from pathlib import Path
+
+import h5py
+import numpy as np
+
+ROOT, WORK = Path(sys.argv[1]), Path(sys.argv[2])
+sys.path.insert(0, str(ROOT / "post"))
+import hardness
+import oliver_pharr as op
+
+angle, young, poisson, top = math.radians(70.3), 70e9, 0.3, 4e-6
+deepest, final, exponent, load = 200e-9, 175e-9, 1.4, 2e-3
+factor = load / (deepest - final) ** exponent
+stiffness = factor * exponent * (deepest - final) ** (exponent - 1)
+beta, epsilon = op.hay_factor(70.3, poisson), op.epsilon_of_exponent(exponent)
+edge = deepest - epsilon * load / stiffness
+nominal = math.pi * (edge * math.tan(angle)) ** 2
+radius = 1.1 * deepest * math.tan(angle)
+true = math.pi * radius**2
+back = factor * (deepest - final) ** (exponent + 1) / (exponent + 1)
+exact = {
+    "max_depth": deepest,
+    "max_load": load,
+    "loading_curvature": load / deepest**2,
+    "stiffness": stiffness,
+    "residual_depth": final,
+    "contact_depth": edge,
+    "area_oliver_pharr": nominal,
+    "area_true": true,
+    "hardness_oliver_pharr": load / nominal,
+    "hardness_true": load / true,
+    "modulus_oliver_pharr": op.reduced_modulus(stiffness, nominal, beta),
+    "modulus_true": op.reduced_modulus(stiffness, true, beta),
+    "work_ratio": 1 - back / (load * deepest / 3),
+    "pile_up": 0.1 * deepest,
+}
+faults = []
+
+
+def check(what, holds):
+    print(("ok      " if holds else "FAILED  ") + what)
+    if not holds:
+        faults.append(what)
+
+
+def near(a, b, tolerance):
+    return a is not None and abs(a - b) <= tolerance * max(abs(a), abs(b))
+
+
+def heights(r, depth, unloaded):
+    """Height of the surface above the undeformed one: the tool's within the contact, a wedge that falls off
+    outside; unloaded shallower by a tenth of the depth, but 0 far away."""
+    a = 1.1 * depth * math.tan(angle)
+    if a == 0:
+        return 0 * r
+    outside = 0.1 * depth * np.exp(-(r - a) / (0.4 * a))
+    return np.where(r < a, (r - a) / math.tan(angle) * (0.9 if unloaded else 1.0) + 0.1 * depth, outside)
+
+
+def particle_file(path, time, depth, unloaded, share, fine):
+    """Three layers of particles at the surface, cells of 120 nm with two a side; `fine`: half that within 0.8
+    um, with domains."""
+    low = {1.0: (-1, -1), 0.5: (0, -1), 0.25: (0, 0)}[share]
+    points, halves = [], []
+    for half, inner in ((15e-9, True), (30e-9, False)) if fine else ((30e-9, None),):
+        sides = [np.arange(-2.04e-6 * -side + half if side else half, 2.04e-6, 2 * half) for side in low]
+        x, y = np.meshgrid(*sides, indexing="ij")
+        x, y = x.ravel(), y.ravel()
+        within = np.maximum(abs(x), abs(y)) < 0.84e-6
+        keep = within if inner else ~within if inner is False else np.full(x.size, True)
+        x, y = x[keep], y[keep]
+        surface = heights(np.hypot(x, y), depth, unloaded)
+        for layer in range(3):
+            points.append(np.stack([x, y, top + surface - (2 * layer + 1) * half], axis=1))
+            halves.append(np.full(x.size, half))
+    points, halves = np.concatenate(points), np.concatenate(halves)
+    order = np.random.default_rng(3).permutation(len(points))
+    points, halves = points[order], halves[order]
+    with h5py.File(path, "w") as file:
+        file.attrs["time"] = time
+        group = file.create_group("VTKHDF")
+        group["Points"] = points
+        group["PointData/id"] = np.arange(len(points)) + 1
+        group["PointData/body"] = np.ones(len(points))
+        inside = np.hypot(points[:, 0], points[:, 1]) < radius
+        group["PointData/contact_pressure"] = np.where(inside, load / true, 0.0)
+        for number, name in enumerate(("xx", "yy", "zz", "yz", "xz", "xy"), 1):
+            table = group.create_dataset(
+                f"PointData/stress_{name}", data=np.where(inside, -load / true if name == "zz" else 0.0, 0.0)
+            )
+            table.attrs["component_of"], table.attrs["component"] = "stress", number
+        if fine:
+            group["PointData/domain"] = (halves[:, None, None] * np.eye(3)[[1, 2, 0]]).reshape(-1, 9)
+        else:
+            group["PointData/half_size"] = halves[:, None]
+
+
+def inward(rows):
+    depth = np.linspace(0, deepest, rows)
+    return depth, load * (depth / deepest) ** 2
+
+
+def outward(rows, to=0.0):
+    depth = np.linspace(deepest, final + to * (deepest - final) - (0 if to else 5e-9), rows)[1:]
+    return depth, factor * np.maximum(depth - final, 0) ** exponent
+
+
+def partial_unloads():
+    """Depth and load with ways back to a third of the load from 80, 140 and 200 nm; all of the same form."""
+    depth, force = [np.zeros(1)], [np.zeros(1)]
+    start = 0.0
+    for reached in (80e-9, 140e-9, 200e-9):
+        size = reached / deepest
+        h = np.linspace(start, reached, 150)[1:]
+        end = size * (final + 0.4 * (deepest - final))
+        b = np.linspace(reached, end, 150)[1:]
+        way_back = size**2 * load * ((b / size - final) / (deepest - final)) ** exponent
+        way_in = size**2 * load * (np.maximum(b[::-1] / size - final, 0) / (deepest - final)) ** exponent
+        depth += [h, b] + ([b[::-1][1:]] if reached < 200e-9 else [])
+        force += [load * (h / deepest) ** 2, way_back] + ([way_in[1:]] if reached < 200e-9 else [])
+        start = reached
+    return np.concatenate(depth), np.concatenate(force)
+
+
+def fabricate(
+    name,
+    share=0.25,
+    gap=0.0,
+    curve=None,
+    tools=("cone",),
+    shape="shape='cone', half_angle=70.3,",
+    snapshots=True,
+    fine=False,
+    snapshot_at=None,
+    kinetic=0.002,
+    model_share=True,
+):
+    """A run's directory: what a program with the exact answers would have written."""
+    directory = WORK / name
+    directory.mkdir()
+    low = {1.0: (-2.04e-6, -2.04e-6), 0.5: (0.0, -2.04e-6), 0.25: (0.0, 0.0)}[share]
+    sides = ["symmetry" if x == 0 else "free" for x in low]
+    groups = "".join(
+        f"&tool name='{tool}', {shape} tip=0,0,{top + gap}, axis=0,0,-1, times=0,1, speeds=1,1 /\n"
+        for tool in tools
+    )
+    (directory / "case.nml").write_text(f"""&scene title='fabricated', end_time=1e-6 /
+&grid lower={low[0]},{low[1]},0, upper=2.04e-6,2.04e-6,5e-6, cell_size=1.2e-7, boundary='{sides[0]}','free','{sides[1]}','free','roller','free' /
+&material name='alloy', model='j2', density=2710, young={young}, poisson={poisson}, yield_stress=7e8 /
+&body material='alloy', shape='box', lower={low[0]},{low[1]},0, upper=2.04e-6,2.04e-6,{top}, particles_per_cell=8 /
+{groups}""")
+    if curve is None:
+        (h, p), (hb, pb) = inward(400), outward(200)
+        curve = np.r_[h, hb], np.r_[p, pb]
+    depth, force = curve
+    time = np.linspace(0, 1e-6, depth.size)
+    peak = int(np.argmax(depth))
+    area = math.pi * (1.1 * np.maximum(depth, 0) * math.tan(angle)) ** 2
+    area[peak:] = np.where(force[peak:] > 0, area[peak], 0)
+    note = f'AUXDATA model_share="{share}"\n' if model_share else ""
+    names = (
+        '"time [s]" "depth [m]" "load_x [N]" "load_y [N]" "load_z [N]" "contact_area [m2]" "max_gap_violation [m]"'
+    )
+    for tool in tools:
+        rows = np.c_[time, depth + gap, 0 * time, 0 * time, share * force, share * area, 0 * time]
+        (directory / f"tool_{tool}.dat").write_text(
+            f'TITLE = "fabricated"\nVARIABLES = {names}\nZONE T="history", STRANDID=1, SOLUTIONTIME=0\n{note}'
+            + "".join(" ".join(f"{value:.16e}" for value in row) + "\n" for row in rows)
+        )
+    work = np.r_[0, np.cumsum(np.diff(depth) * (force[1:] + force[:-1]) / 2)]
+    (directory / "energy.dat").write_text(
+        'TITLE = "fabricated"\nVARIABLES = "time [s]" "kinetic [J]" "external_work [J]" "balance_error [1]"\nZONE T="history"\n'
+        + "".join(f"{t:.16e} {kinetic * w:.16e} {w:.16e} 0\n" for t, w in zip(time, work))
+    )
+    if snapshots:
+        at = peak if snapshot_at is None else snapshot_at
+        for step, (i, unloaded) in enumerate(((0, False), (at, False), (depth.size - 1, True))):
+            if i < peak or not unloaded or force[-1] <= 0:
+                particle_file(
+                    directory / f"particles_{step:08d}.h5",
+                    time[i],
+                    depth[i] if not unloaded else deepest,
+                    unloaded,
+                    share,
+                    fine,
+                )
+    return directory
+
+
+def run(name, *options, plots=False):
+    """Status, what it printed, the JSON (None without)."""
+    directory, out = WORK / name, io.StringIO()
+    sys.argv = ["hardness.py", *options, *([] if plots else ["--no-plots"]), str(directory)]
+    with contextlib.redirect_stdout(out), contextlib.redirect_stderr(out):
+        try:
+            status = hardness.main()
+        except SystemExit as error:  # of the arguments
+            status = error.code
+    files = (
+        sorted(directory.glob("hardness*.json"), key=lambda path: path.stat().st_mtime)
+        if directory.is_dir()
+        else []
+    )
+    return status, out.getvalue(), json.loads(files[-1].read_text()) if files and status == 0 else None
+
+
+# ---- what is known comes back ----
+
+for name, share, options in (
+    ("quarter", 0.25, {}),
+    ("half", 0.5, {"gap": 50e-9}),
+    ("whole", 1.0, {}),
+    ("levels", 0.25, {"fine": True}),
+):
+    fabricate(name, share, **options)
+    status, text, answer = run(name, plots=name in ("quarter", "levels"))
+    check(f"{name}: exit status 0", status == 0)
+    if answer is None:
+        print(text)
+        continue
+    for key, value in exact.items():
+        tolerance = 1e-3 if key not in ("pile_up", "area_true") else 5e-3 if key == "area_true" else 0.15
+        check(f"{name}: {key} {answer[key]:.6g}, exact {value:.6g}", near(answer[key], value, tolerance))
+        check(f"{name}: {key} has an uncertainty", isinstance(answer.get(f"{key}_uncertainty"), float))
+    check(
+        f"{name}: the profile's area within its uncertainty",
+        abs(answer["area_profile"] - true) < answer["area_profile_uncertainty"],
+    )
+    check(
+        f"{name}: pile-up within its uncertainty",
+        abs(answer["pile_up"] - 0.1 * deepest) < answer["pile_up_uncertainty"],
+    )
+    check(f"{name}: nothing is missing", answer["missing"] == [] and answer["notes"] == [])
+    check(f"{name}: the share of the model", answer["model_share"] == share)
+    check(f"{name}: no partial file", not list((WORK / name).glob(".*.part")))
+    for picture in ("load_depth", "profile", "pressure") if name in ("quarter", "levels") else ():
+        data = (WORK / name / f"hardness_{picture}.png").read_bytes()
+        check(f"{name}: hardness_{picture}.png", data[:8] == b"\x89PNG\r\n\x1a\n" and len(data) > 10000)
+rows = list(csv.reader((WORK / "half/hardness.csv").open()))
+check(
+    "hardness.csv: columns, nm and mN, from the surface, of the full body",
+    rows[0] == ["time [s]", "depth [nm]", "load [mN]"]
+    and near(float(rows[400][1]), 200, 1e-9)
+    and near(float(rows[400][2]), 2, 1e-9)
+    and len(rows) == 600,
+)
+rings = np.loadtxt(WORK / "quarter/hardness_profile.csv", delimiter=",", skiprows=1)
+loaded = rings[rings[:, 0] == 0]
+check(
+    "hardness_profile.csv: far out the wedge's height",
+    all(abs(row[2] - 1e9 * heights(row[1] * 1e-9, deepest, False)) < 1 for row in loaded if row[1] > 700),
+)
+check(
+    "hardness_profile.csv: the pressure within the contact",
+    near(np.mean(loaded[loaded[:, 1] < 500, 5]), 1e-9 * load / true, 1e-6),
+)
+
+# ---- options ----
+
+_, text, answer = run("quarter", "--beta", "1.2", "--epsilon", "0.75", "--window", "40,95")
+check(
+    "beta, epsilon, window as said",
+    answer["beta"] == 1.2
+    and answer["epsilon"] == 0.75
+    and answer["window"] == [0.4, 0.95]
+    and near(answer["modulus_true"], exact["modulus_true"] * beta / 1.2, 1e-3)
+    and near(answer["contact_depth"], deepest - 0.75 * load / stiffness, 1e-4),
+)
+check("the window is printed", "fit over 40 to 95 % of the load" in text)
+_, _, answer = run("quarter", "--area-coefficients", "24.5,0,0,0")
+check("an area function of coefficients", near(answer["area_oliver_pharr"], 24.5 * edge**2, 1e-3))
+_, _, answer = run("quarter", "--area", "profile")
+check(
+    "the area of the profile",
+    answer["area_true"] == answer["area_profile"]
+    and near(answer["hardness_true"], load / answer["area_profile"], 1e-6),
+)
+for wrong in (("--window", "98,20"), ("--beta", "0"), ("--epsilon", "x"), ("--area", "other")):
+    check(f"{' '.join(wrong)} is refused", run("quarter", *wrong)[0] == 2)
+for shape, name in (
+    ("shape='berkovich', half_angle=65.27, edge=1,0,0,", "Berkovich"),
+    ("shape='sphere', radius=3e-6,", "sphere"),
+):
+    fabricate(name, shape=shape)
+    status, _, answer = run(name)
+    area = (
+        3 * math.sqrt(3) * math.tan(math.radians(65.27)) ** 2 * edge**2
+        if name == "Berkovich"
+        else math.pi * edge * (6e-6 - edge)
+    )
+    check(
+        f"{name}: its area function and beta",
+        status == 0
+        and near(answer["area_oliver_pharr"], area, 1e-3)
+        and answer["beta"] == (1.034 if name == "Berkovich" else 1.0),
+    )
+fabricate("wedge", shape="shape='wedge', half_angle=70.3, edge=1,0,0,")
+status, text, answer = run("wedge")
+check(
+    "wedge: no area function, and says so",
+    status == 0
+    and "has no area function" in text
+    and answer["hardness_oliver_pharr"] is None
+    and near(answer["stiffness"], stiffness, 1e-4)
+    and near(answer["hardness_true"], load / true, 5e-3),
+)
+
+# ---- partial unloads ----
+
+fabricate("partial", curve=partial_unloads())
+status, text, answer = run("partial", plots=True)
+check("partial unloads: three of them", status == 0 and len(answer["unloadings"]) == 3)
+for row, size in zip(answer["unloadings"], (0.4, 0.7, 1.0)):
+    check(
+        f"partial unloads: H and E at {1e9 * row['max_depth']:.0f} nm",
+        near(row["hardness_oliver_pharr"], exact["hardness_oliver_pharr"], 2e-3)
+        and near(row["modulus_oliver_pharr"], exact["modulus_oliver_pharr"], 2e-3)
+        and near(row["max_load"], size**2 * load, 1e-3),
+    )
+check(
+    "partial unloads: files over depth",
+    (WORK / "partial/hardness_depth.png").is_file()
+    and len(list(csv.reader((WORK / "partial/hardness_depth.csv").open()))) == 4,
+)
+check(
+    "partial unloads: the rest of the last is the fit's, and says so",
+    near(answer["work_elastic"], back, 0.01) and "ends under load" in text,
+)
+
+# ---- what is missing is said ----
+
+fabricate("loading", curve=inward(400))
+status, text, answer = run("loading")
+check(
+    "no unloading: a sentence, and what can be had",
+    status == 0
+    and "there is no unloading" in text
+    and answer["stiffness"] is None
+    and answer["modulus_true"] is None
+    and near(answer["hardness_true"], load / true, 5e-3)
+    and near(answer["loading_curvature"], load / deepest**2, 1e-6)
+    and near(answer["pile_up"], 0.1 * deepest, 0.15),
+)
+(h, p), (hb, pb) = inward(400), outward(9)
+fabricate("few", curve=(np.r_[h, hb], np.r_[p, pb]))
+status, text, answer = run("few")
+check(
+    "too few rows: a sentence",
+    status == 0 and "rows between 20 and 98 % of its load" in text and answer["stiffness"] is None,
+)
+fabricate("unseen", snapshots=False)
+status, text, answer = run("unseen")
+check(
+    "no snapshots: a sentence",
+    status == 0
+    and "wrote no particle files" in text
+    and answer["pile_up"] is None
+    and answer["stiffness"] is not None,
+)
+fabricate("late", snapshot_at=200)
+status, text, answer = run("late")
+check(
+    "no snapshot at the largest depth: a sentence",
+    status == 0 and "the snapshot nearest to the largest depth is at" in text and answer["pile_up"] is None,
+)
+fabricate("fast", kinetic=0.05)
+status, text, answer = run("fast")
+check(
+    "kinetic energy above 1 %: a sentence",
+    status == 0 and "not quasi-static" in text and near(answer["kinetic_share"], 0.05, 1e-6),
+)
+
+fabricate("two", tools=("cone", "other"))
+status, text, _ = run("two")
+check("two tools: which is asked", status == 2 and "TOOL=cone or TOOL=other" in text and text.count("\n") == 1)
+status, text, answer = run("two", "--tool", "other")
+check(
+    "two tools: the one said",
+    status == 0 and answer["tool"] == "other" and (WORK / "two/hardness_other.csv").is_file(),
+)
+check("a tool that is not there", run("two", "--tool", "third")[0] == 2)
+fabricate("air", curve=(np.linspace(0, 1e-7, 50) - 2e-7, np.zeros(50)))
+status, text, _ = run("air")
+check("never touches: a sentence, status 2", status == 2 and "never touches" in text and text.count("\n") == 1)
+broken = fabricate("broken")
+history = broken / "tool_cone.dat"
+history.write_text(history.read_text().replace(history.read_text().splitlines()[100].split()[4], "NaN"))
+status, text, _ = run("broken")
+check("not a number in the history: status 2", status == 2 and "not finite" in text)
+fabricate("shareless", model_share=False)
+status, text, _ = run("shareless")
+check("no model_share: status 2", status == 2 and "model_share" in text)
+fabricate("toolless", tools=())
+check("no tool: status 2", run("toolless")[0] == 2 and "has no tool" in run("toolless")[1])
+(WORK / "empty").mkdir()
+check("an empty directory: status 2", run("empty")[0] == 2 and "no run" in run("empty")[1])
+check("no directory: status 2", run("nowhere")[0] == 2)
+sys.exit(bool(faults))
