@@ -62,9 +62,11 @@ def save(figure, path):
 class Run:
     """The directory of a run and what it says about itself."""
 
-    def __init__(self, directory):
+    def __init__(self, directory, case=None):
         self.directory = directory
-        self.case = read_namelists(directory / "case.nml") if (directory / "case.nml").is_file() else {}
+        if case is None:
+            case = read_namelists(directory / "case.nml") if (directory / "case.nml").is_file() else {}
+        self.case = case
         self.tools = self.case.get("tool", [])
 
     @property
@@ -85,6 +87,7 @@ def draw_load_depth(run, options):
         history = run.tool_history(tool)
         if history is None or history.rows == 0:
             continue
+        say_load(run, tool, history, options)
         name = "load_depth.png" if len(run.tools) == 1 else f"load_depth_{tool['name'][0]}.png"
         save(load_depth(run, tool, history, options), run.directory / name)
         drawn = True
@@ -97,8 +100,6 @@ def load_curve(run, tool, history):
     _, gap = indentation.indented_body(run.case, tool)
     depth = history["depth"] - gap
     load = -sum(history[f"load_{axis}"] * direction for axis, direction in zip("xyz", indentation.unit_axis(tool))) / share
-    if not (np.all(np.isfinite(depth)) and np.all(np.isfinite(load))):
-        print(f"warning: tool_{tool['name'][0]}.dat holds values that are not finite", file=sys.stderr)
     return depth, load, share
 
 
@@ -119,6 +120,16 @@ def reference_curves(run, tool, depth, load, options):
     return curves
 
 
+def say_load(run, tool, history, options):
+    """How far the load is from what it is compared with."""
+    depth, load, _ = load_curve(run, tool, history)
+    if not (np.all(np.isfinite(depth)) and np.all(np.isfinite(load))):
+        print(f"warning: tool_{tool['name'][0]}.dat holds values that are not finite", file=sys.stderr)
+    for label, *_, far in reference_curves(run, tool, depth, load, options):
+        if far:
+            print(f"load against {label}, second half of the depth: mean {far[0]:+.2%}, largest {far[1]:.2%}")
+
+
 def load_depth(run, tool, history, options):
     """Depth from first touch, load against the tool's way: both of the full body."""
     depth, load, share = load_curve(run, tool, history)
@@ -126,9 +137,7 @@ def load_depth(run, tool, history, options):
     load_factor, load_unit = scaled("N", load)
     figure, axes = plt.subplots(figsize=(5.6, 4.0))
     axes.plot(depth / depth_factor, load / load_factor, color="C0", label=f"gimp3d{model_text(share)}")
-    for label, x, y, style, far in reference_curves(run, tool, depth, load, options):
-        if far:
-            print(f"load against {label}, second half of the depth: mean {far[0]:+.2%}, largest {far[1]:.2%}")
+    for label, x, y, style, _ in reference_curves(run, tool, depth, load, options):
         axes.plot(x / depth_factor, y / load_factor, label=label, **style)
     axes.set(xlabel=f"depth [{depth_unit}]", ylabel=f"load, full body [{load_unit}]", title=run.title)
     axes.margins(x=0.02)
@@ -163,7 +172,11 @@ def section_plane(run):
     """Indices of the plane's horizontal, vertical and normal directions, and a point of it."""
     if not run.tools:
         grid = run.case["grid"][0]
-        return 0, 2, 1, 0.5 * (np.array(grid["lower"]) + np.array(grid["upper"]))
+        point = 0.5 * (np.array(grid["lower"]) + np.array(grid["upper"]))
+        sides = grid.get("boundary", ["free"])
+        if len(sides) == 6 and "symmetry" in sides[2:4]: # the middle of the whole
+            point[1] = grid["lower" if sides[2] == "symmetry" else "upper"][1]
+        return 0, 2, 1, point
     vertical = int(np.argmax(np.abs(indentation.unit_axis(run.tools[0]))))
     horizontal, normal = [i for i in (0, 1, 2) if i != vertical]
     return horizontal, vertical, normal, np.array(run.tools[0]["tip"])
