@@ -76,15 +76,17 @@ def call(options, text):
 
 
 def planned(options, entry):
-    """Seconds that the plan of a scene says; None where it has none."""
+    """Seconds that the plan of a scene says; 0 for one whose first steps fail already, None for one that is not taken."""
     scene = Scene(entry.text)
     scene.set("scene", "mode", "plan")
     done = call(options, scene.text)
     found = re.search(r"^time .*\(([0-9.eE+-]+) s\)", done.stdout, re.M)
-    if done.returncode or not found:
-        entry.failed = sentence(done)
-        return None
-    return float(found[1])
+    if done.returncode == 0 and found:
+        return float(found[1])
+    if done.returncode == 3:
+        return 0.0
+    entry.failed = sentence(done)
+    return None
 
 
 def sentence(done):
@@ -108,10 +110,12 @@ def settle(options, entry, named):
         entry.left_out = f"its plan says {seconds:.3g} s on {options.ranks} rank(s), above the limit of {options.limit:g} s"
         print(f"{entry.name}: left out, for {entry.left_out}", flush=True)
         return
-    print(f"{entry.name}: runs, by its plan for {seconds:.2g} s", flush=True)
+    said = f"by its plan for {seconds:.2g} s" if seconds else "without a plan, for its first steps fail"
+    print(f"{entry.name}: runs, {said}", flush=True)
     done = call(options, entry.text)
     if done.returncode:
         entry.failed = sentence(done)
+        print(f"{entry.name}: {entry.failed}", file=sys.stderr)
 
 
 def card(options, entry):
@@ -125,14 +129,15 @@ def card(options, entry):
     for problem in made.problems:
         print(f"warning: {entry.name}: {problem}", file=sys.stderr)
     words, kind = report.states[made.state]
-    rows = [row for row in made.worth() if row.verdict != compare]
+    rows = [row for row in made.worth() if row.verdict != compare and row.matters]
     looks = sum(row.verdict == look for row in rows)
     alarms = len(made.log.alarms) if made.log else 0
     link = relative(entry.directory / "report.html", options.output)
     return tag("article", tag("h2", tag("a", entry.title, href=link)), thumbnail(made),
-               tag("p", badge(words, kind), " ", badge(f"{len(rows) - looks} of {len(rows)} figures good", "good" if not looks else "look"),
+               tag("p", badge(words, kind), " ", badge(f"{len(rows) - looks} of {len(rows)} figures good", "good" if not looks else "look") if rows else "",
                    " ", badge(f"{alarms} warning(s)", "look") if alarms else ""),
-               tag("p", tag("code", f"input/{entry.name}.nml"), f": {made.log.reached}, {made.log.ranks} rank(s)"),
+               tag("p", tag("code", f"{options.folder.name}/{entry.name}.nml"), f": {made.log.reached}, {made.log.ranks} rank(s)"
+                   if made.log else ""), tag("p", entry.failed) if entry.failed else "",
                tag("p", entry.words, class_="quiet"), id=f"scene-{entry.name}")
 
 
@@ -147,10 +152,10 @@ def relative(path, start):
     return quote(os.path.relpath(path, start))
 
 
-def missing(entry):
+def missing(options, entry):
     why = f"could not be run: {entry.failed}" if entry.failed else f"was left out: {entry.left_out}"
     return tag("article", tag("h2", entry.title), tag("p", badge("failed", "bad") if entry.failed else badge("left out", "info")),
-               tag("p", tag("code", f"input/{entry.name}.nml"), f" {why}.", "" if entry.failed else
+               tag("p", tag("code", f"{options.folder.name}/{entry.name}.nml"), f" {why}.", "" if entry.failed else
                    join([" ", tag("code", f"make gallery SCENES={entry.name}"), " runs it."])),
                tag("p", entry.words, class_="quiet"), id=f"scene-{entry.name}")
 
@@ -176,7 +181,8 @@ def main():
             entry.left_out = "it was not asked for, and has no result yet"
         else:
             settle(options, entry, named)
-        cards.append(missing(entry) if entry.failed or entry.left_out else card(options, entry))
+        there = not entry.left_out and (entry.directory / "case.nml").is_file()
+        cards.append(card(options, entry) if there else missing(options, entry))
     shown = sum(not (entry.failed or entry.left_out) for entry in entries)
     body = join([tag("header", tag("h1", "gimp3d: the scenes that come with it"),
                      tag("p", f"{shown} of {len(entries)} scenes of {options.folder.name}/ with their results. Each title leads to the "

@@ -207,7 +207,8 @@ def warnings(report, rows):
         if history is not None and not all(np.all(np.isfinite(column)) for column in history.columns.values()):
             alarms.append(("bad", f"{name} holds values that are not finite"))
     alarms += [("bad", problem) for problem in report.problems]
-    alarms += [("look", f"{row.quantity}: {row.value}; good is: {row.limit}. To do: {row.advice}.") for row in rows if row.verdict == look]
+    alarms += [("look", f"{row.quantity}: {row.value}; good is: {row.limit}. To do: {row.advice}.") for row in rows
+               if row.verdict == look and row.matters]
     alarms += [("info", f"Not there: {name}.") for name in report.missing]
     content = tag("ul", *(tag("li", words, class_=kind) for kind, words in alarms), class_="alarms") if alarms else \
         tag("p", "The run raised no warning, and no figure is out of its range.")

@@ -28,7 +28,8 @@ class Picture:
 def picture(figure, name, alt, caption):
     """The figure as data of the page; it is closed."""
     file = io.BytesIO()
-    figure.savefig(file, format="png", dpi=dots, bbox_inches="tight")
+    tight = None if figure.get_layout_engine() else "tight" # else it is laid out already
+    figure.savefig(file, format="png", dpi=dots, bbox_inches=tight)
     plt.close(figure)
     data = file.getvalue()
     size = int.from_bytes(data[16:20], "big"), int.from_bytes(data[20:24], "big")
@@ -38,7 +39,7 @@ def picture(figure, name, alt, caption):
 def axes_for(view):
     """A figure of one panel for limits left, right, bottom, top."""
     height = min(max(width * (view[3] - view[2]) / (view[1] - view[0]), 1.6), 6.0)
-    return plt.subplots(figsize=(width, height + 1.0), layout="constrained")
+    return plt.subplots(figsize=(width, height + 1.0), layout="compressed")
 
 
 def values_text(low, high, factor, unit):
@@ -60,13 +61,12 @@ def section(run, particles):
             figure, ax = axes_for(view)
             drawn, value_unit, edges = cut.draw(ax, values, unit, view)
             figure.colorbar(drawn, ax=ax, label=f"{label} [{value_unit or '1'}]", extend="both", location="top", shrink=0.9, aspect=30)
-            if edges and view is cut.views[0]:
-                figure.legend(handles=edges, loc="outside lower center", ncols=1)
             low, high = cut.limits(values)
             factor = plots.scaled(unit, [low, high])[0] if unit == "Pa" else 1.0
             yield picture(figure, f"section-{number}{'-near' if words else ''}",
                           f"{cut.place}{words}: {bare(label)}, {values_text(low, high, factor, value_unit)}",
-                          f"{bare(label)[0].upper()}{bare(label)[1:]}{words}; {cut.place}")
+                          f"{bare(label)[0].upper()}{bare(label)[1:]}{words}; {cut.place}" +
+                          "".join(f"; outlined: {edge.get_label()}" for edge in edges))
 
 
 # ---- surface from above ---------------------------------------------------------------------------------------------------------

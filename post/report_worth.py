@@ -23,12 +23,14 @@ most_off = 0.25             # of the time expected
 
 @dataclass
 class Judgement:
-    """A row: what, what it is, what is good, `good`, `look at it` or `compare` (one run does not tell), and what to do else."""
+    """A row: what, what it is, what is good, `good`, `look at it` or `compare` (one run does not tell), what to do else, and whether
+    that says anything of the results."""
     quantity: str
     value: str
     limit: str
     verdict: str
     advice: str
+    matters: bool = True
 
 
 def percent(share):
@@ -135,7 +137,7 @@ def expected(figures):
     off = figures["elapsed_s"] / figures["expected_elapsed_s"] - 1
     return Judgement("time", f"{100 * off:+.3g} % of what the run expected", f"within {percent(most_off)}",
                      good if abs(off) <= most_off else look, "the machine had other work, or material started to move late; the "
-                     "results are none the worse")
+                     "results are none the worse", matters=False)
 
 
 def retries(log):
