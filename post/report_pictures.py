@@ -6,13 +6,15 @@ from dataclasses import dataclass
 import matplotlib.pyplot as plt
 import numpy as np
 from matplotlib.colors import TwoSlopeNorm
+from matplotlib.ticker import MaxNLocator
 
 import indentation
 import plots
 from run_data import Unreadable
 
 width = 4.6        # of a picture, inches
-dots = 180         # an inch
+dots = 160         # an inch
+least_range = 1e-3 # of the colours of a surface, of its largest value
 most_pixels = 700  # along a side of a view from above
 
 
@@ -28,18 +30,32 @@ class Picture:
 def picture(figure, name, alt, caption):
     """The figure as data of the page; it is closed."""
     file = io.BytesIO()
-    tight = None if figure.get_layout_engine() else "tight" # else it is laid out already
-    figure.savefig(file, format="png", dpi=dots, bbox_inches=tight)
+    figure.savefig(file, format="png", dpi=dots)
     plt.close(figure)
     data = file.getvalue()
     size = int.from_bytes(data[16:20], "big"), int.from_bytes(data[20:24], "big")
     return Picture(name, "data:image/png;base64," + base64.b64encode(data).decode(), alt, caption, size)
 
 
+def round_steps(count):
+    return MaxNLocator(count, steps=[1, 2, 2.5, 5, 10])
+
+
 def axes_for(view):
-    """A figure of one panel for limits left, right, bottom, top."""
-    height = min(max(width * (view[3] - view[2]) / (view[1] - view[0]), 1.6), 6.0)
-    return plt.subplots(figsize=(width, height + 1.0), layout="compressed")
+    """A figure of one panel for limits left, right, bottom, top, and a place for its colour bar above. Laid out by hand, in inches:
+    matplotlib's layout engines take most of the time of a picture."""
+    left, right, bottom, top, bar = 0.72, 0.22, 0.50, 0.70, 0.13
+    inside = across = width - left - right
+    height = inside * (view[3] - view[2]) / (view[1] - view[0])
+    if height > 6.0: # tall bodies
+        inside, height = inside * 6.0 / height, 6.0
+    whole = bottom + height + top
+    figure = plt.figure(figsize=(width, whole))
+    ax = figure.add_axes([(left + 0.5 * (across - inside)) / width, bottom / whole, inside / width, height / whole])
+    ax.xaxis.set_major_locator(round_steps(min(8, max(1, int(inside / 0.45)))))
+    ax.yaxis.set_major_locator(round_steps(min(8, max(1, int(height / 0.3)))))
+    colours = figure.add_axes([left / width, (bottom + height + 0.12) / whole, across / width, bar / whole])
+    return figure, ax, colours
 
 
 def values_text(low, high, factor, unit):
@@ -58,9 +74,10 @@ def section(run, particles):
     cut = plots.Section(run, particles)
     for number, (label, values, unit) in enumerate(cut.panels + cut.more):
         for view, words in zip(cut.views, ("", ", near the contact")):
-            figure, ax = axes_for(view)
+            figure, ax, colours = axes_for(view)
             drawn, value_unit, edges = cut.draw(ax, values, unit, view)
-            figure.colorbar(drawn, ax=ax, label=f"{label} [{value_unit or '1'}]", extend="both", location="top", shrink=0.9, aspect=30)
+            figure.colorbar(drawn, cax=colours, label=f"{label} [{value_unit or '1'}]", extend="both", orientation="horizontal",
+                            ticklocation="top", ticks=round_steps(5))
             low, high = cut.limits(values)
             factor = plots.scaled(unit, [low, high])[0] if unit == "Pa" else 1.0
             yield picture(figure, f"section-{number}{'-near' if words else ''}",
@@ -163,15 +180,17 @@ def surface(run, particles):
         for short, label, values, value_unit in fields:
             shown = np.where(seen >= 0, values[seen], np.nan)
             low, high = np.nanpercentile(shown, [0.1, 99.9]) if short != "height" else (np.nanmin(shown), np.nanmax(shown))
+            if high - low < least_range * max(abs(low), abs(high)): # flat, to what is drawn of it
+                low, high = (0.5 * (low + high) + side * 0.5 * least_range * max(abs(low), abs(high)) for side in (-1, 1))
             value_factor, scaled_unit = plots.scaled(value_unit, [low, high]) if value_unit else (1.0, "1")
             low, high = low / value_factor, high / value_factor
-            figure, ax = axes_for(view)
+            figure, ax, colours = axes_for(view)
             diverging = short == "height" and top.level is not None and min(-low, high) > 1e-3 * max(-low, high)
             if diverging: # pits and piles side by side, each to its own end
-                colours = dict(cmap="RdBu_r", norm=TwoSlopeNorm(0.0, low, high))
+                range_ = dict(cmap="RdBu_r", norm=TwoSlopeNorm(0.0, low, high))
             else:
-                colours = dict(cmap="viridis", vmin=min(low, 0.0) if short != "height" else low, vmax=high)
-            drawn = ax.imshow(shown / value_factor, origin="lower", extent=np.array(extent) / factor, interpolation="nearest", **colours)
+                range_ = dict(cmap="viridis", vmin=min(low, 0.0) if short != "height" else low, vmax=high)
+            drawn = ax.imshow(shown / value_factor, origin="lower", extent=np.array(extent) / factor, interpolation="nearest", **range_)
             for number, (lower, upper) in enumerate(particles.boxes[1:]):
                 corners = [(lower[top.a], lower[top.b]), (upper[top.a], lower[top.b]), (upper[top.a], upper[top.b]),
                            (lower[top.a], upper[top.b]), (lower[top.a], lower[top.b])]
@@ -181,8 +200,9 @@ def surface(run, particles):
             ax.set(xlim=np.array(view[:2]) / factor, ylim=np.array(view[2:]) / factor, aspect="equal",
                    xlabel=f"{'xyz'[top.a]} [{unit}]", ylabel=f"{'xyz'[top.b]} [{unit}]")
             ax.grid(False)
-            bar = figure.colorbar(drawn, ax=ax, label=f"{label} [{scaled_unit}]", location="top", shrink=0.9, aspect=30,
-                                  extend="neither" if short == "height" else "both")
+            bar = figure.colorbar(drawn, cax=colours, label=f"{label} [{scaled_unit}]", orientation="horizontal", ticklocation="top",
+                                  extend="neither" if short == "height" else "both", ticks=None if diverging else round_steps(5))
+            bar.ax.ticklabel_format(axis="x", useOffset=False)
             if diverging: # each side has a scale of its own
                 norm = drawn.norm
                 bar.set_ticks([norm.vmin, 0.5 * norm.vmin, 0.0, 0.5 * norm.vmax, norm.vmax],
@@ -197,7 +217,9 @@ def surface(run, particles):
 
 def load_depth(run, tool, history, options):
     name = tool["name"][0]
-    return picture(plots.load_depth(run, tool, history, options), f"still-load-{name}",
+    figure = plots.load_depth(run, tool, history, options)
+    figure.set_layout_engine("constrained")
+    return picture(figure, f"still-load-{name}",
                    f"load on the tool {name} over its depth", f"Load on the tool {name} over its depth")
 
 
