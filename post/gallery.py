@@ -9,9 +9,11 @@
    --output DIR      where index.html goes (out/gallery)
    --scenes DIR      where the scenes are (input)
 
-A result is taken where it has come to its end and has every value that the scene says; else the scene is run again. Results are where the
-scenes say (out/...), as `mpirun -n N ./gimp3d < input/x.nml` puts them. Exit status 1 where a scene could not be run.
+A result is taken where it has come to its end and has every value that the scene says; else the scene is run again. Results are
+where the scenes say (out/...), as `mpirun -n N ./gimp3d < input/x.nml` puts them. Exit status 1 where a scene could not be run,
+2 where one is named that is not there.
 """
+
 import argparse
 import math
 import os
@@ -28,8 +30,13 @@ from run_data import Unreadable, read_namelists
 from run_log import RunLog
 from study_scene import Scene, group_start
 
-references = {"sphere": "sphere_hypo_h0.1.csv", "demo": "sphere_hypo_h0.1.csv", "hertz": "sphere_hypo_h0.1.csv",
-              "cone_cylinder": "cone_hypo_h0.05.csv", "flat_cylinder": "flat_hypo_h0.05.csv"}
+references = {
+    "sphere": "sphere_hypo_h0.1.csv",
+    "demo": "sphere_hypo_h0.1.csv",
+    "hertz": "sphere_hypo_h0.1.csv",
+    "cone_cylinder": "cone_hypo_h0.05.csv",
+    "flat_cylinder": "flat_hypo_h0.05.csv",
+}
 
 
 class Entry:
@@ -46,7 +53,11 @@ class Entry:
     @property
     def words(self):
         """The comment before the first group."""
-        lines = [line.lstrip("! ").rstrip() for line in self.text[:group_start.search(self.text).start()].splitlines() if line.startswith("!")]
+        lines = [
+            line.lstrip("! ").rstrip()
+            for line in self.text[: group_start.search(self.text).start()].splitlines()
+            if line.startswith("!")
+        ]
         return " ".join(lines)
 
     def has_result(self):
@@ -58,16 +69,27 @@ class Entry:
             ran = read_namelists(case)
         except Unreadable:
             return False
-        return all(len(ran.get(group, [])) == len(ones) and
-                   all(same(values, there.get(name)) for one, there in zip(ones, ran[group]) for name, values in one.items())
-                   for group, ones in self.case.items())
+        return all(
+            len(ran.get(group, [])) == len(ones)
+            and all(same(values, there.get(name)) for one, there in zip(ones, ran[group]) for name, values in one.items())
+            for group, ones in self.case.items()
+        )
 
 
 def same(values, ran):
     """Whether a variable was what the scene says; choices may be in capitals."""
-    return ran is not None and len(values) == len(ran) and all(
-        math.isclose(a, b, rel_tol=1e-12) if isinstance(a, float) and isinstance(b, float)
-        else str(a).lower() == str(b).lower() for a, b in zip(values, ran))
+    return (
+        ran is not None
+        and len(values) == len(ran)
+        and all(
+            (
+                math.isclose(a, b, rel_tol=1e-12)
+                if isinstance(a, float) and isinstance(b, float)
+                else str(a).lower() == str(b).lower()
+            )
+            for a, b in zip(values, ran)
+        )
+    )
 
 
 def call(options, text):
@@ -133,17 +155,34 @@ def card(options, entry):
     looks = sum(row.verdict == look for row in rows)
     alarms = len(made.log.alarms) if made.log else 0
     link = relative(entry.directory / "report.html", options.output)
-    return tag("article", tag("h2", tag("a", entry.title, href=link)), thumbnail(made),
-               tag("p", badge(words, kind), " ", badge(f"{len(rows) - looks} of {len(rows)} figures good", "good" if not looks else "look") if rows else "",
-                   " ", badge(f"{alarms} warning(s)", "look") if alarms else ""),
-               tag("p", tag("code", f"{options.folder.name}/{entry.name}.nml"), f": {made.log.reached}, {made.log.ranks} rank(s)"
-                   if made.log else ""), tag("p", entry.failed) if entry.failed else "",
-               tag("p", entry.words, class_="quiet"), id=f"scene-{entry.name}")
+    return tag(
+        "article",
+        tag("h2", tag("a", entry.title, href=link)),
+        thumbnail(made),
+        tag(
+            "p",
+            badge(words, kind),
+            " ",
+            badge(f"{len(rows) - looks} of {len(rows)} figures good", "good" if not looks else "look") if rows else "",
+            " ",
+            badge(f"{alarms} warning(s)", "look") if alarms else "",
+        ),
+        tag(
+            "p",
+            tag("code", f"{options.folder.name}/{entry.name}.nml"),
+            f": {made.log.reached}, {made.log.ranks} rank(s)" if made.log else "",
+        ),
+        tag("p", entry.failed) if entry.failed else "",
+        tag("p", entry.words, class_="quiet"),
+        id=f"scene-{entry.name}",
+    )
 
 
 def thumbnail(made):
     """The picture of a run: its section, else its energies."""
-    cut = [one for one in made.drawn if one.name.startswith("section-1")] or [one for one in made.drawn if one.name == "still-energy"]
+    cut = [one for one in made.drawn if one.name.startswith("section-1")] or [
+        one for one in made.drawn if one.name == "still-energy"
+    ]
     return join(tag("img", src=one.uri, alt=one.alt, width=one.size[0], height=one.size[1]) for one in cut[-1:])
 
 
@@ -154,10 +193,19 @@ def relative(path, start):
 
 def missing(options, entry):
     why = f"could not be run: {entry.failed}" if entry.failed else f"was left out: {entry.left_out}"
-    return tag("article", tag("h2", entry.title), tag("p", badge("failed", "bad") if entry.failed else badge("left out", "info")),
-               tag("p", tag("code", f"{options.folder.name}/{entry.name}.nml"), f" {why}.", "" if entry.failed else
-                   join([" ", tag("code", f"make gallery SCENES={entry.name}"), " runs it."])),
-               tag("p", entry.words, class_="quiet"), id=f"scene-{entry.name}")
+    return tag(
+        "article",
+        tag("h2", entry.title),
+        tag("p", badge("failed", "bad") if entry.failed else badge("left out", "info")),
+        tag(
+            "p",
+            tag("code", f"{options.folder.name}/{entry.name}.nml"),
+            f" {why}.",
+            "" if entry.failed else join([" ", tag("code", f"make gallery SCENES={entry.name}"), " runs it."]),
+        ),
+        tag("p", entry.words, class_="quiet"),
+        id=f"scene-{entry.name}",
+    )
 
 
 def main():
@@ -184,11 +232,26 @@ def main():
         there = not entry.left_out and (entry.directory / "case.nml").is_file()
         cards.append(card(options, entry) if there else missing(options, entry))
     shown = sum(not (entry.failed or entry.left_out) for entry in entries)
-    body = join([tag("header", tag("h1", "gimp3d: the scenes that come with it"),
-                     tag("p", f"{shown} of {len(entries)} scenes of {options.folder.name}/ with their results. Each title leads to the "
-                         "report of its run.", class_="quiet")),
-                 tag("main", tag("div", *cards, class_="cards")),
-                 tag("footer", tag("p", "Made by gimp3d, post/gallery.py. Pictures are in the page; reports stand beside the results."))], "\n")
+    body = join(
+        [
+            tag(
+                "header",
+                tag("h1", "gimp3d: the scenes that come with it"),
+                tag(
+                    "p",
+                    f"{shown} of {len(entries)} scenes of {options.folder.name}/ with their results. Each title leads to the "
+                    "report of its run.",
+                    class_="quiet",
+                ),
+            ),
+            tag("main", tag("div", *cards, class_="cards")),
+            tag(
+                "footer",
+                tag("p", "Made by gimp3d, post/gallery.py. Pictures are in the page; reports stand beside the results."),
+            ),
+        ],
+        "\n",
+    )
     options.output.mkdir(parents=True, exist_ok=True)
     report.write(options.output / "index.html", whole("gimp3d: scenes", body))
     print(options.output / "index.html")

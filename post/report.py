@@ -10,6 +10,7 @@
 
 What a run did not write is said on the page. Exit status 2 where the directory holds no run.
 """
+
 import argparse
 import datetime
 import hashlib
@@ -33,12 +34,30 @@ from run_log import RunLog
 root = Path(__file__).resolve().parent.parent
 lock_dead_after = 600  # s; src/io/output_lock.f90
 
-hardness_units = {"max_depth": "m", "max_load": "N", "loading_curvature": "Pa", "stiffness": "N/m", "residual_depth": "m",
-                  "contact_depth": "m", "area_oliver_pharr": "m2", "area_true": "m2", "hardness_oliver_pharr": "Pa",
-                  "hardness_true": "Pa", "modulus_oliver_pharr": "Pa", "modulus_true": "Pa", "work_ratio": "1", "pile_up": "m"}
+hardness_units = {
+    "max_depth": "m",
+    "max_load": "N",
+    "loading_curvature": "Pa",
+    "stiffness": "N/m",
+    "residual_depth": "m",
+    "contact_depth": "m",
+    "area_oliver_pharr": "m2",
+    "area_true": "m2",
+    "hardness_oliver_pharr": "Pa",
+    "hardness_true": "Pa",
+    "modulus_oliver_pharr": "Pa",
+    "modulus_true": "Pa",
+    "work_ratio": "1",
+    "pile_up": "m",
+}
 
-states = {"finished": ("finished", "good"), "stopped": ("stopped, and can go on", "look"), "fault": ("stopped by a fault", "bad"),
-          "open": ("no end: it goes on, or was killed", "look"), "none": ("no log", "bad")}
+states = {
+    "finished": ("finished", "good"),
+    "stopped": ("stopped, and can go on", "look"),
+    "fault": ("stopped by a fault", "bad"),
+    "open": ("no end: it goes on, or was killed", "look"),
+    "none": ("no log", "bad"),
+}
 
 
 class NoRun(Exception):
@@ -55,7 +74,7 @@ class Report:
         wanted = ("case.nml", "run.log", "energy.dat", "cost.dat", "tool_*.dat", "probe_*.dat", "particles_*")
         if not any(any(directory.glob(pattern)) for pattern in wanted):
             raise NoRun(f"{directory}: there is no run in it, for it has neither case.nml nor run.log nor any result")
-        self.problems, self.missing, self.drawn = [], [], [] # the pictures that the page has
+        self.problems, self.missing, self.drawn = [], [], []  # the pictures that the page has
         self.run = plots.Run(directory, self.read("case.nml", read_namelists) or {})
         said = self.read("run.log", lambda path: path.read_text(errors="replace"))
         self.log = None if said is None else RunLog(said)
@@ -66,7 +85,9 @@ class Report:
             history = self.read(f"tool_{tool['name'][0]}.dat", History)
             if history is not None and history.rows:
                 self.tools[tool["name"][0]] = (tool, history)
-        self.probes = {probe["name"][0]: self.read(f"probe_{probe['name'][0]}.dat", History) for probe in self.run.case.get("probe", [])}
+        self.probes = {
+            probe["name"][0]: self.read(f"probe_{probe['name'][0]}.dat", History) for probe in self.run.case.get("probe", [])
+        }
         self.particles, self.snapshot = None, None
         self.find_particles()
         self.state = self.log.state if self.log else "none"
@@ -90,9 +111,14 @@ class Report:
             self.snapshot = self.options.snapshot or (mine[-1] if mine else None)
             if self.snapshot is None:
                 tecplot = any(self.directory.glob("particles_*.dat"))
-                self.missing.append("particles_<step>.h5, which sections and surfaces are drawn from: " + (
-                    "the run wrote Tecplot snapshots only (formats='tecplot')" if tecplot else
-                    f"the scene has formats='{formats[0]}'" if "hdf5" not in formats else "the run wrote no snapshot"))
+                self.missing.append(
+                    "particles_<step>.h5, which sections and surfaces are drawn from: "
+                    + (
+                        "the run wrote Tecplot snapshots only (formats='tecplot')"
+                        if tecplot
+                        else f"the scene has formats='{formats[0]}'" if "hdf5" not in formats else "the run wrote no snapshot"
+                    )
+                )
                 return
             particles = Particles(self.snapshot)
             if particles.ids.size:
@@ -101,8 +127,9 @@ class Report:
                 self.missing.append(f"particles: {self.snapshot.name} holds none")
             others = len(set(self.directory.glob("particles_*.h5")) - set(mine))
             if others:
-                self.problems.append(f"{others} particle files here are not in the run's index: they are of an earlier run, "
-                                     "and are not drawn")
+                self.problems.append(
+                    f"{others} particle files here are not in the run's index: they are of an earlier run, " "and are not drawn"
+                )
         except (Unreadable, OSError, KeyError, ValueError) as error:
             self.problems.append(f"particles cannot be read: {error}")
 
@@ -125,10 +152,13 @@ class Report:
         return self.cost.notes if self.cost else {}
 
     def worth(self):
-        return self.attempt("the verdicts", lambda: judge(self.log, self.notes, self.energy, [one for _, one in self.tools.values()]))
+        return self.attempt(
+            "the verdicts", lambda: judge(self.log, self.notes, self.energy, [one for _, one in self.tools.values()])
+        )
 
 
 # ---- numbers in words -----------------------------------------------------------------------------------------------------------
+
 
 def si(value, unit, digits=4):
     """With the prefix that suits, areas with that of a length: 13.2 um2."""
@@ -156,6 +186,7 @@ def written(value):
 
 # ---- parts of the page ----------------------------------------------------------------------------------------------------------
 
+
 def heading(report):
     words, kind = states[report.state]
     log = report.log
@@ -181,8 +212,13 @@ def heading(report):
     if "memory_B" in report.notes:
         facts.append(("memory", si(float(report.notes["memory_B"]), "B")))
     sentence = tag("p", log.verdict) if log and log.verdict and report.state != "finished" else ""
-    return tag("header", tag("h1", report.title), tag("p", badge(words, kind), " ", tag("span", f"run in {report.directory}", class_="quiet")),
-               sentence, tag("dl", *(tag("div", tag("dt", name), tag("dd", value)) for name, value in facts), class_="facts"))
+    return tag(
+        "header",
+        tag("h1", report.title),
+        tag("p", badge(words, kind), " ", tag("span", f"run in {report.directory}", class_="quiet")),
+        sentence,
+        tag("dl", *(tag("div", tag("dt", name), tag("dd", value)) for name, value in facts), class_="facts"),
+    )
 
 
 def warnings(report, rows):
@@ -196,22 +232,40 @@ def warnings(report, rows):
     elif report.state == "open":
         lock = report.directory / "run.lock"
         alive = lock.is_file() and time.time() - lock.stat().st_mtime < lock_dead_after
-        alarms.append(("look", "The run has not come to its end: " + (
-            "its lock is fresh, so it is going on, or was killed less than ten minutes ago" if alive else
-            "it was killed, for nothing says how it ended") + (f". It said last: {log.progress}" if log.progress else "")))
+        alarms.append(
+            (
+                "look",
+                "The run has not come to its end: "
+                + (
+                    "its lock is fresh, so it is going on, or was killed less than ten minutes ago"
+                    if alive
+                    else "it was killed, for nothing says how it ended"
+                )
+                + (f". It said last: {log.progress}" if log.progress else ""),
+            )
+        )
     elif report.state == "none":
         alarms.append(("bad", "run.log is missing: nothing says how the run ended"))
     if log:
         alarms += [("bad" if line.startswith("WARNING") else "look", line) for line in log.alarms]
-    for name, history in [("energy.dat", report.energy), *((f"tool_{name}.dat", one) for name, (_, one) in report.tools.items())]:
+    for name, history in [
+        ("energy.dat", report.energy),
+        *((f"tool_{name}.dat", one) for name, (_, one) in report.tools.items()),
+    ]:
         if history is not None and not all(np.all(np.isfinite(column)) for column in history.columns.values()):
             alarms.append(("bad", f"{name} holds values that are not finite"))
     alarms += [("bad", problem) for problem in report.problems]
-    alarms += [("look", f"{row.quantity}: {row.value}; good is: {row.limit}. To do: {row.advice}.") for row in rows
-               if row.verdict == look and row.matters]
+    alarms += [
+        ("look", f"{row.quantity}: {row.value}; good is: {row.limit}. To do: {row.advice}.")
+        for row in rows
+        if row.verdict == look and row.matters
+    ]
     alarms += [("info", f"Not there: {name}.") for name in report.missing]
-    content = tag("ul", *(tag("li", words, class_=kind) for kind, words in alarms), class_="alarms") if alarms else \
-        tag("p", "The run raised no warning, and no figure is out of its range.")
+    content = (
+        tag("ul", *(tag("li", words, class_=kind) for kind, words in alarms), class_="alarms")
+        if alarms
+        else tag("p", "The run raised no warning, and no figure is out of its range.")
+    )
     return section("warnings", "Warnings", content)
 
 
@@ -230,7 +284,9 @@ def described():
 
 def scene(report):
     if not report.run.case:
-        return section("scene", "What was simulated", tag("p", "case.nml, which has every value used, is not there or cannot be read."))
+        return section(
+            "scene", "What was simulated", tag("p", "case.nml, which has every value used, is not there or cannot be read.")
+        )
     try:
         known = described()
     except OSError as error:
@@ -243,39 +299,64 @@ def scene(report):
             for name, values in one.items():
                 unit, meaning = known.get((group, name), ("", ""))
                 numbers = [value for value in values if isinstance(value, float)]
-                value = tag("span", f"{', '.join(map(written, values))}{' ' + unit if unit and numbers else ''}", class_="value")
+                value = tag(
+                    "span", f"{', '.join(map(written, values))}{' ' + unit if unit and numbers else ''}", class_="value"
+                )
                 if numbers and unit in ("m", "s", "Pa", "N", "m/s") and any(numbers):
                     factor, scaled = plots.scaled(unit, numbers)
                     if factor != 1.0:
-                        value = join([value, " ", tag("span", f"= {', '.join(f'{one / factor:.6g}' for one in numbers)} {scaled}", class_="quiet")])
+                        value = join(
+                            [
+                                value,
+                                " ",
+                                tag(
+                                    "span", f"= {', '.join(f'{one / factor:.6g}' for one in numbers)} {scaled}", class_="quiet"
+                                ),
+                            ]
+                        )
                 rows.append((name, value, meaning))
             which = f"&{group}" + (f" {number} of {len(ones)}" if len(ones) > 1 else "")
-            groups.append(tag("details", tag("summary", f"{which}{' ' + repr(one['name'][0]) if 'name' in one else ''}"),
-                              table(f"{which}, all values used, defaults included", ["variable", "value", ("meaning", "meaning")], rows),
-                              open=""))
+            groups.append(
+                tag(
+                    "details",
+                    tag("summary", f"{which}{' ' + repr(one['name'][0]) if 'name' in one else ''}"),
+                    table(f"{which}, all values used, defaults included", ["variable", "value", ("meaning", "meaning")], rows),
+                    open="",
+                )
+            )
     text_of = (report.directory / "case.nml").read_text(errors="replace")
-    return section("scene", "What was simulated", tag("div", *groups, class_="groups"),
-                   tag("details", tag("summary", "case.nml as it stands"), tag("pre", text_of)))
+    return section(
+        "scene",
+        "What was simulated",
+        tag("div", *groups, class_="groups"),
+        tag("details", tag("summary", "case.nml as it stands"), tag("pre", text_of)),
+    )
 
 
 def charts_and_stills(report):
     """The charts of tools, energies and probes, each with a picture for readers without scripts, and the sentences beside them."""
     specs, stills, words = [], {}, []
     for name, (tool, history) in report.tools.items():
-        made = report.attempt(f"the load on the tool {name}", lambda: report_charts.tool(report.run, tool, history, report.options))
+        made = report.attempt(
+            f"the load on the tool {name}", lambda: report_charts.tool(report.run, tool, history, report.options)
+        )
         if made:
             specs.append(made[0])
             words += made[1]
             if len(made[0]["axes"]) > 1 and made[0]["axes"][0]["name"] == "depth":
-                still = report.attempt(f"the load on the tool {name}",
-                                       lambda: [report_pictures.load_depth(report.run, tool, history, report.options)])
+                still = report.attempt(
+                    f"the load on the tool {name}",
+                    lambda: [report_pictures.load_depth(report.run, tool, history, report.options)],
+                )
                 stills[made[0]["id"]] = still
                 report.drawn += still
     if report.energy is not None and report.energy.rows:
         made = report.attempt("the energies", lambda: [report_charts.energies(report.energy)])
         specs += made
         if made:
-            stills["chart-energy"] = report.attempt("the energies", lambda: [report_pictures.energies(report.run, report.energy)])
+            stills["chart-energy"] = report.attempt(
+                "the energies", lambda: [report_pictures.energies(report.run, report.energy)]
+            )
             report.drawn += stills["chart-energy"]
     probes = {name: history for name, history in report.probes.items() if history is not None and history.rows}
     if probes:
@@ -290,9 +371,17 @@ def histories(specs, stills, words):
     for spec in specs:
         still = [tag("noscript", image(picture)) for picture in stills.get(spec["id"], [])]
         figures.append(tag("figure", *still, tag("figcaption", caption_of(spec)), class_="chart", id=spec["id"]))
-    how = ("Point at a curve to read it, or use the arrow keys. Drag a box to zoom in (a flat one zooms along one axis); double-click or press 0 "
-           "to see the whole.")
-    return section("curves", "Curves", tag("p", how, class_="quiet"), *(tag("p", sentence) for sentence in words), tag("div", *figures, class_="charts"))
+    how = (
+        "Point at a curve to read it, or use the arrow keys. Drag a box to zoom in (a flat one zooms along one axis); "
+        "double-click or press 0 to see the whole."
+    )
+    return section(
+        "curves",
+        "Curves",
+        tag("p", how, class_="quiet"),
+        *(tag("p", sentence) for sentence in words),
+        tag("div", *figures, class_="charts"),
+    )
 
 
 def caption_of(spec):
@@ -305,45 +394,101 @@ def caption_of(spec):
 
 def pictures(report):
     if report.particles is None:
-        return section("pictures", "Section and surface", tag("p", "There are no particles to draw: " + "; ".join(
-            word for word in report.missing + report.problems if word.startswith("particles")) + "."))
+        return section(
+            "pictures",
+            "Section and surface",
+            tag(
+                "p",
+                "There are no particles to draw: "
+                + "; ".join(word for word in report.missing + report.problems if word.startswith("particles"))
+                + ".",
+            ),
+        )
     cut = report.attempt("the section", lambda: list(report_pictures.section(report.run, report.particles)))
     top = report.attempt("the surface from above", lambda: list(report_pictures.surface(report.run, report.particles)))
     report.drawn += cut + top
-    return section("pictures", "Section and surface", tag("p", f"From {report.snapshot.name}, the modelled part of the bodies.", class_="quiet"),
-                   *(tag("h3", words) for words in ["Section"] if cut), tag("div", *map(image, cut), class_="pictures"),
-                   *(tag("h3", words) for words in ["Surface from above"] if top), tag("div", *map(image, top), class_="pictures"))
+    return section(
+        "pictures",
+        "Section and surface",
+        tag("p", f"From {report.snapshot.name}, the modelled part of the bodies.", class_="quiet"),
+        *(tag("h3", words) for words in ["Section"] if cut),
+        tag("div", *map(image, cut), class_="pictures"),
+        *(tag("h3", words) for words in ["Surface from above"] if top),
+        tag("div", *map(image, top), class_="pictures"),
+    )
 
 
 def time_spent(report):
     if report.cost is None:
-        return section("time", "Where the time went", tag("p", "cost.dat is not there: it is written where a run ends by itself."))
+        return section(
+            "time", "Where the time went", tag("p", "cost.dat is not there: it is written where a run ends by itself.")
+        )
     cost, rows = report.cost, []
     share, names = cost["share of elapsed time"], [cost.notes.get(f"phase_{n + 1}", str(n + 1)) for n in range(cost.rows)]
     shown = sorted((n for n in range(cost.rows) if share[n] > 0 and names[n] != "all"), key=lambda n: -share[n])
     for n in shown:
-        rows.append((names[n], tag("span", class_="bar", style=f"width:{100 * share[n] / share[shown[0]]:.1f}%"), f"{share[n]:.1f} %",
-                     f"{cost['mean of the ranks'][n]:.3g} s", f"{cost['all ranks per particle-step'][n]:.3g} ns"))
+        rows.append(
+            (
+                names[n],
+                tag("span", class_="bar", style=f"width:{100 * share[n] / share[shown[0]]:.1f}%"),
+                f"{share[n]:.1f} %",
+                f"{cost['mean of the ranks'][n]:.3g} s",
+                f"{cost['all ranks per particle-step'][n]:.3g} ns",
+            )
+        )
     elapsed, steps = float(cost.notes.get("elapsed_s", "nan")), float(cost.notes.get("particle_steps", "nan"))
-    columns = ["phase", ("share", "bars"), ("of the time", "number"), ("mean of the ranks", "number"), ("a particle-step", "number meaning")]
-    return section("time", "Where the time went",
-                   tag("p", f"{si(elapsed, 's')} on {cost.notes.get('ranks', '?')} rank(s), {steps:.3g} particle-steps: "
-                       f"{steps / elapsed:.3g} a second."),
-                   tag("figure", table("Wall-clock time by phase, since the program was last started; from cost.dat", columns, rows),
-                       id="time-bars"))
+    columns = [
+        "phase",
+        ("share", "bars"),
+        ("of the time", "number"),
+        ("mean of the ranks", "number"),
+        ("a particle-step", "number meaning"),
+    ]
+    return section(
+        "time",
+        "Where the time went",
+        tag(
+            "p",
+            f"{si(elapsed, 's')} on {cost.notes.get('ranks', '?')} rank(s), {steps:.3g} particle-steps: "
+            f"{steps / elapsed:.3g} a second.",
+        ),
+        tag(
+            "figure",
+            table("Wall-clock time by phase, since the program was last started; from cost.dat", columns, rows),
+            id="time-bars",
+        ),
+    )
 
 
 def worth_section(rows):
     if not rows:
-        return section("worth", "What the accuracy is worth",
-                       tag("p", "The run ended without the figures that its accuracy is judged by (closing summary, cost.dat)."))
+        return section(
+            "worth",
+            "What the accuracy is worth",
+            tag("p", "The run ended without the figures that its accuracy is judged by (closing summary, cost.dat)."),
+        )
     kinds = {"good": "good", look: "look", "compare": "info"}
-    made = [(row.quantity, row.value, badge(row.verdict, kinds[row.verdict]), row.limit, "" if row.verdict == "good" else row.advice)
-            for row in rows]
-    return section("worth", "What the accuracy is worth",
-                   table("The run's own figures beside their limits (doc/user/output.md, How to judge a run). They say whether the equations "
-                         "were solved well on this grid; how far the grid is from the continuum, a second run on other cells says.",
-                         ["quantity", "value", "verdict", "good", "to do"], made, class_="stack"))
+    made = [
+        (
+            row.quantity,
+            row.value,
+            badge(row.verdict, kinds[row.verdict]),
+            row.limit,
+            "" if row.verdict == "good" else row.advice,
+        )
+        for row in rows
+    ]
+    return section(
+        "worth",
+        "What the accuracy is worth",
+        table(
+            "The run's own figures beside their limits (doc/user/output.md, How to judge a run). They say whether the equations "
+            "were solved well on this grid; how far the grid is from the continuum, a second run on other cells says.",
+            ["quantity", "value", "verdict", "good", "to do"],
+            made,
+            class_="stack",
+        ),
+    )
 
 
 def hardness(report):
@@ -352,8 +497,21 @@ def hardness(report):
         data = report.read("hardness.json", lambda path: json.loads(path.read_text()))
     if not isinstance(data, dict):
         return ""
-    rows = [(name.replace("_", " "), "-" if value is None else si(value, hardness_units.get(name, ""))
-             if isinstance(value, (int, float)) and not isinstance(value, bool) else json.dumps(value)) for name, value in data.items()]
+    rows = [
+        (
+            name.replace("_", " "),
+            (
+                "-"
+                if value is None
+                else (
+                    si(value, hardness_units.get(name, ""))
+                    if isinstance(value, (int, float)) and not isinstance(value, bool)
+                    else json.dumps(value)
+                )
+            ),
+        )
+        for name, value in data.items()
+    ]
     return section("hardness", "Hardness", table("From hardness.json (make hardness)", ["quantity", "value"], rows))
 
 
@@ -363,24 +521,50 @@ def repeat(report):
     rows = []
     if case.is_file():
         command = f"mpirun -n {ranks or 1} {report.options.program} < {case}"
-        rows.append(("command", join([tag("code", command), tag("p", "It writes into the same directory: give case.nml another directory "
-                                                                "in &output first to keep what is there.", class_="quiet")])))
+        rows.append(
+            (
+                "command",
+                join(
+                    [
+                        tag("code", command),
+                        tag(
+                            "p",
+                            "It writes into the same directory: give case.nml another directory "
+                            "in &output first to keep what is there.",
+                            class_="quiet",
+                        ),
+                    ]
+                ),
+            )
+        )
     rows.append(("ranks", ranks if ranks else "the run does not say"))
     program = log.said("program") if log else ""
     version, _, began = program.partition(", began ")
     rows.append(("program", version or "the run does not say: it is of a version that did not"))
     rows.append(("began", began or "the run does not say"))
     if log and log.starts > 1:
-        rows.append(("starts", f"{log.starts}: the run went on from checkpoints; the figures of its time are those of the last start"))
+        rows.append(
+            ("starts", f"{log.starts}: the run went on from checkpoints; the figures of its time are those of the last start")
+        )
     if case.is_file():
         rows.append(("case.nml, SHA-256", tag("code", hashlib.sha256(case.read_bytes()).hexdigest())))
     rows.append(("this page", f"made {datetime.datetime.now().isoformat(sep=' ', timespec='seconds')} by post/report.py"))
-    files = sorted(path for path in report.directory.iterdir() if path.is_file() and path.name != "report.html"
-                   and not path.name.startswith("."))
-    listing = table("Files of the run", ["file", ("size", "number")], [(path.name, si(path.stat().st_size, "B")) for path in files])
+    files = sorted(
+        path
+        for path in report.directory.iterdir()
+        if path.is_file() and path.name != "report.html" and not path.name.startswith(".")
+    )
+    listing = table(
+        "Files of the run", ["file", ("size", "number")], [(path.name, si(path.stat().st_size, "B")) for path in files]
+    )
     said = [tag("details", tag("summary", "run.log, the last start"), tag("pre", "\n".join(log.last)))] if log else []
-    return section("repeat", "How to repeat it", table("What this run was", ["what", "value"], rows),
-                   tag("details", tag("summary", f"{len(files)} files"), listing), *said)
+    return section(
+        "repeat",
+        "How to repeat it",
+        table("What this run was", ["what", "value"], rows),
+        tag("details", tag("summary", f"{len(files)} files"), listing),
+        *said,
+    )
 
 
 def build(directory, options):
@@ -390,12 +574,22 @@ def build(directory, options):
     specs, stills, words = charts_and_stills(report)
     middle = [pictures(report), histories(specs, stills, words), hardness(report), time_spent(report), worth_section(rows)]
     parts = [scene(report), *middle, repeat(report)]
-    parts.insert(0, warnings(report, rows)) # last made, for the others may have found what is missing
+    parts.insert(0, warnings(report, rows))  # last made, for the others may have found what is missing
     parts = [part for part in parts if part]
     names = [re.match(r'<section id="(\w+)"><h2>(.*?)</h2>', part).groups() for part in parts]
-    links = tag("nav", tag("ul", *(tag("li", tag("a", Markup(name), href=f"#{anchor}")) for anchor, name in names)), aria_label="Parts of this page")
-    foot = tag("footer", tag("p", "Made by gimp3d, post/report.py. The page holds all it shows and loads nothing. "
-                             "What the files mean: doc/user/output.md."))
+    links = tag(
+        "nav",
+        tag("ul", *(tag("li", tag("a", Markup(name), href=f"#{anchor}")) for anchor, name in names)),
+        aria_label="Parts of this page",
+    )
+    foot = tag(
+        "footer",
+        tag(
+            "p",
+            "Made by gimp3d, post/report.py. The page holds all it shows and loads nothing. "
+            "What the files mean: doc/user/output.md.",
+        ),
+    )
     body = join([heading(report), links, tag("main", *parts), foot, embedded({"charts": specs})], "\n")
     return whole(f"{report.title} - gimp3d", body, ["report.js"] if specs else []), report
 

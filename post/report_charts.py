@@ -1,4 +1,5 @@
 """The data of a report's charts, as report.js takes them."""
+
 import numpy as np
 
 import indentation
@@ -6,7 +7,7 @@ import plots
 from run_data import Unreadable
 
 most_rows = 2000  # of a curve in the page
-digits = 6        # of a number there
+digits = 6  # of a number there
 
 
 def chosen_rows(values):
@@ -57,18 +58,35 @@ def tool(run, one, history, options):
     axes = [axis(axis_text, "m", depth[rows]), time] if moves else [time]
     loads = [{"name": f"gimp3d{model}", "y": listed(load[rows])}]
     for label, x, y, style, far in references if moves else []:
-        loads.append({"name": label, "x": listed(x), "y": listed(y), "axis": 0, "mark": "points" if "marker" in style else "dashed"})
+        loads.append(
+            {"name": label, "x": listed(x), "y": listed(y), "axis": 0, "mark": "points" if "marker" in style else "dashed"}
+        )
         if far:
             words.append(f"Load on {name} against {label}, second half of the depth: mean {far[0]:+.2%}, largest {far[1]:.2%}.")
     views = [{"name": "load, full body", "unit": "N", "series": loads}]
     if share == 1:
         across = [(f"load_{a}", history[f"load_{a}"]) for a in "xyz"]
-        views.append({"name": "load by components", "unit": "N",
-                      "series": [{"name": label.replace("_", " "), "y": listed(values[rows])} for label, values in across]})
-    views.append({"name": "contact area, full body", "unit": "m2",
-                  "series": [{"name": f"gimp3d{model}", "y": listed(history["contact_area"][rows] / share)}]})
-    views.append({"name": "overlap", "unit": "m",
-                  "series": [{"name": "deepest overlap with the tool", "y": listed(history["max_gap_violation"][rows])}]})
+        views.append(
+            {
+                "name": "load by components",
+                "unit": "N",
+                "series": [{"name": label.replace("_", " "), "y": listed(values[rows])} for label, values in across],
+            }
+        )
+    views.append(
+        {
+            "name": "contact area, full body",
+            "unit": "m2",
+            "series": [{"name": f"gimp3d{model}", "y": listed(history["contact_area"][rows] / share)}],
+        }
+    )
+    views.append(
+        {
+            "name": "overlap",
+            "unit": "m",
+            "series": [{"name": "deepest overlap with the tool", "y": listed(history["max_gap_violation"][rows])}],
+        }
+    )
     return chart(f"tool-{name}", f"Tool {name}: load", axes, views), words
 
 
@@ -76,11 +94,21 @@ def energies(history):
     """All energies, and the balance error in per cent."""
     rows = chosen_rows(sum(np.abs(history[name]) for name, unit in history.units.items() if unit == "J"))
     kinds = [name for name, unit in history.units.items() if unit == "J" and np.any(history[name] != 0)]
-    views = [{"name": "energy", "unit": "J",
-              "series": [{"name": name.replace("_", " "), "y": listed(history[name][rows])} for name in kinds]}]
+    views = [
+        {
+            "name": "energy",
+            "unit": "J",
+            "series": [{"name": name.replace("_", " "), "y": listed(history[name][rows])} for name in kinds],
+        }
+    ]
     if "balance_error" in history.columns:
-        views.append({"name": "balance error", "unit": "%", "series": [
-            {"name": "of the largest energy or work so far", "y": listed(100 * history["balance_error"][rows])}]})
+        views.append(
+            {
+                "name": "balance error",
+                "unit": "%",
+                "series": [{"name": "of the largest energy or work so far", "y": listed(100 * history["balance_error"][rows])}],
+            }
+        )
     return chart("energy", "Energies", [axis("time", "s", history["time"][rows])], [view for view in views if view["series"]])
 
 
@@ -102,9 +130,15 @@ def probes(histories):
         return {"name": name, "unit": unit, "series": series}
 
     views = [view("von Mises stress", "Pa", lambda history: history["von_mises"])]
-    views += [view(column.replace("_", " "), "Pa", lambda history, column=column: history[column])
-              for column in first.columns if column.startswith("stress_")]
+    views += [
+        view(column.replace("_", " "), "Pa", lambda history, column=column: history[column])
+        for column in first.columns
+        if column.startswith("stress_")
+    ]
     if any(np.any(history["equivalent_plastic_strain"] != 0) for history in histories.values()):
         views.append(view("equivalent plastic strain", "1", lambda history: history["equivalent_plastic_strain"]))
-    views += [view(f"way along {letter}", "m", lambda history, letter=letter: history[letter] - history[letter][0]) for letter in "xyz"]
+    views += [
+        view(f"way along {letter}", "m", lambda history, letter=letter: history[letter] - history[letter][0])
+        for letter in "xyz"
+    ]
     return chart("probes", "Probes", [{"name": "time", "unit": "s", "values": time}], views)

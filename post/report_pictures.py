@@ -1,4 +1,5 @@
 """The pictures of a report: each by itself, so that a page can lay them out for any width, as PNG in the page."""
+
 import base64
 import io
 from dataclasses import dataclass
@@ -12,19 +13,19 @@ import indentation
 import plots
 from run_data import Unreadable
 
-width = 4.6        # of a picture, inches
-dots = 160         # an inch
-least_range = 1e-3 # of the colours of a surface, of its largest value
+width = 4.6  # of a picture, inches
+dots = 160  # an inch
+least_range = 1e-3  # of the colours of a surface, of its largest value
 most_pixels = 700  # along a side of a view from above
 
 
 @dataclass
 class Picture:
-    name: str      # id in the page
+    name: str  # id in the page
     uri: str
     alt: str
     caption: str
-    size: tuple    # pixels
+    size: tuple  # pixels
 
 
 def picture(figure, name, alt, caption):
@@ -47,7 +48,7 @@ def axes_for(view):
     left, right, bottom, top, bar = 0.72, 0.22, 0.50, 0.70, 0.13
     inside = across = width - left - right
     height = inside * (view[3] - view[2]) / (view[1] - view[0])
-    if height > 6.0: # tall bodies
+    if height > 6.0:  # tall bodies
         inside, height = inside * 6.0 / height, 6.0
     whole = bottom + height + top
     figure = plt.figure(figsize=(width, whole))
@@ -69,6 +70,7 @@ def bare(label):
 
 # ---- section --------------------------------------------------------------------------------------------------------------------
 
+
 def section(run, particles):
     """Normal stress along the tool, von Mises stress, and what a plastic law has, whole and near the contact."""
     cut = plots.Section(run, particles)
@@ -76,17 +78,28 @@ def section(run, particles):
         for view, words in zip(cut.views, ("", ", near the contact")):
             figure, ax, colours = axes_for(view)
             drawn, value_unit, edges = cut.draw(ax, values, unit, view)
-            figure.colorbar(drawn, cax=colours, label=f"{label} [{value_unit or '1'}]", extend="both", orientation="horizontal",
-                            ticklocation="top", ticks=round_steps(5))
+            figure.colorbar(
+                drawn,
+                cax=colours,
+                label=f"{label} [{value_unit or '1'}]",
+                extend="both",
+                orientation="horizontal",
+                ticklocation="top",
+                ticks=round_steps(5),
+            )
             low, high = cut.limits(values)
             factor = plots.scaled(unit, [low, high])[0] if unit == "Pa" else 1.0
-            yield picture(figure, f"section-{number}{'-near' if words else ''}",
-                          f"{cut.place}{words}: {bare(label)}, {values_text(low, high, factor, value_unit)}",
-                          f"{bare(label)[0].upper()}{bare(label)[1:]}{words}; {cut.place}" +
-                          "".join(f"; outlined: {edge.get_label()}" for edge in edges))
+            yield picture(
+                figure,
+                f"section-{number}{'-near' if words else ''}",
+                f"{cut.place}{words}: {bare(label)}, {values_text(low, high, factor, value_unit)}",
+                f"{bare(label)[0].upper()}{bare(label)[1:]}{words}; {cut.place}"
+                + "".join(f"; outlined: {edge.get_label()}" for edge in edges),
+            )
 
 
 # ---- surface from above ---------------------------------------------------------------------------------------------------------
+
 
 class Surface:
     """What is seen of the bodies along the first tool's axis, or down z where there is no tool."""
@@ -108,12 +121,15 @@ class Surface:
         self.whole = [lower[:, self.a].min(), upper[:, self.a].max(), lower[:, self.b].min(), upper[:, self.b].max()]
         self.views = [self.whole]
         near = plots.close_up(run, particles, self.whole, [0.0, 0.0], self.a, self.up) if run.tools else None
-        if near is not None: # as wide as that of the section, about the tip
+        if near is not None:  # as wide as that of the section, about the tip
             reach, tip = 0.5 * (near[1] - near[0]), np.array(run.tools[0]["tip"])
-            starts = [max(low, min(tip[i] - reach, high - 2 * reach))
-                      for i, low, high in ((self.a, *self.whole[:2]), (self.b, *self.whole[2:]))]
-            self.views.append([starts[0], min(starts[0] + 2 * reach, self.whole[1]),
-                               starts[1], min(starts[1] + 2 * reach, self.whole[3])])
+            starts = [
+                max(low, min(tip[i] - reach, high - 2 * reach))
+                for i, low, high in ((self.a, *self.whole[:2]), (self.b, *self.whole[2:]))
+            ]
+            self.views.append(
+                [starts[0], min(starts[0] + 2 * reach, self.whole[1]), starts[1], min(starts[1] + 2 * reach, self.whole[3])]
+            )
 
     def first_surface(self, axis):
         """Height of the surface at the start, where the first tool meets it; None where that is not known."""
@@ -132,7 +148,9 @@ class Surface:
         columns, rows = (max(1, int(np.ceil((view[2 * i + 1] - view[2 * i]) / pitch - 1e-6))) for i in (0, 1))
         first, last = [], []
         for i, axis, count in ((0, self.a, columns), (1, self.b, rows)):
-            low, high = ((self.position[:, axis] + side * 1.01 * self.half[:, axis] - view[2 * i]) / pitch - 0.5 for side in (-1, 1))
+            low, high = (
+                (self.position[:, axis] + side * 1.01 * self.half[:, axis] - view[2 * i]) / pitch - 0.5 for side in (-1, 1)
+            )
             first.append(np.ceil(low).astype(int))
             last.append(np.minimum(np.floor(high).astype(int), count - 1))
         inside = np.flatnonzero((first[0] <= last[0]) & (first[1] <= last[1]) & (last[0] >= 0) & (last[1] >= 0))
@@ -180,49 +198,83 @@ def surface(run, particles):
         for short, label, values, value_unit in fields:
             shown = np.where(seen >= 0, values[seen], np.nan)
             low, high = np.nanpercentile(shown, [0.1, 99.9]) if short != "height" else (np.nanmin(shown), np.nanmax(shown))
-            if high - low < least_range * max(abs(low), abs(high)): # flat, to what is drawn of it
+            if high - low < least_range * max(abs(low), abs(high)):  # flat, to what is drawn of it
                 low, high = (0.5 * (low + high) + side * 0.5 * least_range * max(abs(low), abs(high)) for side in (-1, 1))
             value_factor, scaled_unit = plots.scaled(value_unit, [low, high]) if value_unit else (1.0, "1")
             low, high = low / value_factor, high / value_factor
             figure, ax, colours = axes_for(view)
             diverging = short == "height" and top.level is not None and min(-low, high) > 1e-3 * max(-low, high)
-            if diverging: # pits and piles side by side, each to its own end
+            if diverging:  # pits and piles side by side, each to its own end
                 range_ = dict(cmap="RdBu_r", norm=TwoSlopeNorm(0.0, low, high))
             else:
                 range_ = dict(cmap="viridis", vmin=min(low, 0.0) if short != "height" else low, vmax=high)
-            drawn = ax.imshow(shown / value_factor, origin="lower", extent=np.array(extent) / factor, interpolation="nearest", **range_)
+            drawn = ax.imshow(
+                shown / value_factor, origin="lower", extent=np.array(extent) / factor, interpolation="nearest", **range_
+            )
             for number, (lower, upper) in enumerate(particles.boxes[1:]):
-                corners = [(lower[top.a], lower[top.b]), (upper[top.a], lower[top.b]), (upper[top.a], upper[top.b]),
-                           (lower[top.a], upper[top.b]), (lower[top.a], lower[top.b])]
-                ax.plot(*(np.array(corners).T / factor), color=plots.level_colors[number % len(plots.level_colors)], linewidth=0.8)
+                corners = [
+                    (lower[top.a], lower[top.b]),
+                    (upper[top.a], lower[top.b]),
+                    (upper[top.a], upper[top.b]),
+                    (lower[top.a], upper[top.b]),
+                    (lower[top.a], lower[top.b]),
+                ]
+                ax.plot(
+                    *(np.array(corners).T / factor), color=plots.level_colors[number % len(plots.level_colors)], linewidth=0.8
+                )
             if circle:
-                ax.add_patch(plt.Circle(circle[0] / factor, circle[1] / factor, fill=False, linestyle="--", linewidth=1.0, color="0.2"))
-            ax.set(xlim=np.array(view[:2]) / factor, ylim=np.array(view[2:]) / factor, aspect="equal",
-                   xlabel=f"{'xyz'[top.a]} [{unit}]", ylabel=f"{'xyz'[top.b]} [{unit}]")
+                ax.add_patch(
+                    plt.Circle(circle[0] / factor, circle[1] / factor, fill=False, linestyle="--", linewidth=1.0, color="0.2")
+                )
+            ax.set(
+                xlim=np.array(view[:2]) / factor,
+                ylim=np.array(view[2:]) / factor,
+                aspect="equal",
+                xlabel=f"{'xyz'[top.a]} [{unit}]",
+                ylabel=f"{'xyz'[top.b]} [{unit}]",
+            )
             ax.grid(False)
-            bar = figure.colorbar(drawn, cax=colours, label=f"{label} [{scaled_unit}]", orientation="horizontal", ticklocation="top",
-                                  extend="neither" if short == "height" else "both", ticks=None if diverging else round_steps(5))
+            bar = figure.colorbar(
+                drawn,
+                cax=colours,
+                label=f"{label} [{scaled_unit}]",
+                orientation="horizontal",
+                ticklocation="top",
+                extend="neither" if short == "height" else "both",
+                ticks=None if diverging else round_steps(5),
+            )
             bar.ax.ticklabel_format(axis="x", useOffset=False)
-            if diverging: # each side has a scale of its own
+            if diverging:  # each side has a scale of its own
                 norm = drawn.norm
-                bar.set_ticks([norm.vmin, 0.5 * norm.vmin, 0.0, 0.5 * norm.vmax, norm.vmax],
-                              labels=[f"{value:.3g}" for value in (norm.vmin, 0.5 * norm.vmin, 0.0, 0.5 * norm.vmax, norm.vmax)])
+                bar.set_ticks(
+                    [norm.vmin, 0.5 * norm.vmin, 0.0, 0.5 * norm.vmax, norm.vmax],
+                    labels=[f"{value:.3g}" for value in (norm.vmin, 0.5 * norm.vmin, 0.0, 0.5 * norm.vmax, norm.vmax)],
+                )
             circled = "; dashed: a circle of the contact area" if circle else ""
-            yield picture(figure, f"surface-{short}{'-near' if words else ''}",
-                          f"surface {place}{words}: {label}, {values_text(low, high, 1.0, scaled_unit)}",
-                          f"{label[0].upper()}{label[1:]}{words}; {place}{circled}")
+            yield picture(
+                figure,
+                f"surface-{short}{'-near' if words else ''}",
+                f"surface {place}{words}: {label}, {values_text(low, high, 1.0, scaled_unit)}",
+                f"{label[0].upper()}{label[1:]}{words}; {place}{circled}",
+            )
 
 
 # ---- histories, for readers without scripts -------------------------------------------------------------------------------------
+
 
 def load_depth(run, tool, history, options):
     name = tool["name"][0]
     figure = plots.load_depth(run, tool, history, options)
     figure.set_layout_engine("constrained")
-    return picture(figure, f"still-load-{name}",
-                   f"load on the tool {name} over its depth", f"Load on the tool {name} over its depth")
+    return picture(
+        figure, f"still-load-{name}", f"load on the tool {name} over its depth", f"Load on the tool {name} over its depth"
+    )
 
 
 def energies(run, history):
-    return picture(plots.energies(run, history), "still-energy", "energies and balance error over time",
-                   "Energies and balance error over time")
+    return picture(
+        plots.energies(run, history),
+        "still-energy",
+        "energies and balance error over time",
+        "Energies and balance error over time",
+    )

@@ -1,4 +1,5 @@
 """What a run said: run.log, taken apart."""
+
 import re
 
 numbers = re.compile(r"[-+]?\d+(?:\.\d*)?(?:[eE][-+]?\d+)?")
@@ -18,14 +19,24 @@ class RunLog:
 
     def __init__(self, text):
         self.lines = text.splitlines()
-        begins = [n for n, line in enumerate(self.lines) if line.startswith(head)
-                  and n + 1 < len(self.lines) and re.match(r"(program|grid)  ", self.lines[n + 1])]
+        begins = [
+            n
+            for n, line in enumerate(self.lines)
+            if line.startswith(head) and n + 1 < len(self.lines) and re.match(r"(program|grid)  ", self.lines[n + 1])
+        ]
         self.starts = len(begins)
-        self.last = self.lines[begins[-1]:] if begins else self.lines
+        self.last = self.lines[begins[-1] :] if begins else self.lines
         self.alarms = list(dict.fromkeys(line for line in self.lines if alarms.match(line)))
         self.verdict, self.reached = self._end()
-        self.state = ("open" if not self.verdict else "finished" if self.verdict.startswith("finished: ")
-                      else "fault" if self.verdict.startswith("stopped: ") else "stopped")
+        self.state = (
+            "open"
+            if not self.verdict
+            else (
+                "finished"
+                if self.verdict.startswith("finished: ")
+                else "fault" if self.verdict.startswith("stopped: ") else "stopped"
+            )
+        )
 
     def _end(self):
         """The verdict and the line below it: steps, time reached, time it took."""
@@ -37,7 +48,7 @@ class RunLog:
     def said(self, word):
         """What the introduction says behind a word (`grid`, `particles`, ...); empty where it does not."""
         found = next((line for line in self.last if re.match(rf"{word}  ", line)), "")
-        return found[len(word):].strip()
+        return found[len(word) :].strip()
 
     def find(self, pattern):
         """The first line of the last start in which this is found, as a match; None where there is none."""
@@ -45,7 +56,7 @@ class RunLog:
 
     @property
     def title(self):
-        return self.last[0][len(head):] if self.last and self.last[0].startswith(head) else ""
+        return self.last[0][len(head) :] if self.last and self.last[0].startswith(head) else ""
 
     @property
     def ranks(self):

@@ -3,6 +3,7 @@
 Each page is given a script of the test's own and stands in a frame of its width, for browsers have a least width of their own. The
 script tells the page around it what it finds, which writes it where --dump-dom shows it. One browser opens all of them.
 """
+
 import html
 import json
 import re
@@ -26,7 +27,8 @@ addEventListener("load", () => setTimeout(() => {
    for (const image of document.images)
       found.images.push({id: (image.closest("figure, article") || image).id, natural: image.naturalWidth, shown: image.clientWidth});
    for (const one of document.querySelectorAll("p, td, th, li, dd, dt, figcaption, a, pre, text, output, label, summary"))
-      if (one.textContent.trim() && parseFloat(getComputedStyle(one).fontSize) < 11) found.small.push(one.tagName + ": " + one.textContent);
+      if (one.textContent.trim() && parseFloat(getComputedStyle(one).fontSize) < 11)
+         found.small.push(one.tagName + ": " + one.textContent);
    for (const place of document.querySelectorAll(".chart")) {
       const svg = place.querySelector("svg");
       if (!svg) continue;
@@ -67,7 +69,9 @@ addEventListener("load", () => setTimeout(() => {
 
 frames = """<!DOCTYPE html><title>frames</title><style>iframe {{ border: 0; height: 900px; display: block }}</style>
 {places}
-<script>addEventListener("message", event => {{ document.getElementById("found-" + event.data[0]).textContent = event.data[1]; }});</script>
+<script>addEventListener("message", event => {{
+   document.getElementById("found-" + event.data[0]).textContent = event.data[1];
+}});</script>
 {frames}"""
 
 
@@ -78,14 +82,30 @@ def look(chromium, pages):
         places, inside = "", ""
         for number, (page, width) in enumerate(pages):
             text = Path(page).read_text(encoding="utf-8")
-            text = text.replace("<head>", "<head>" + before, 1).replace("</body>", after.replace("NUMBER", str(number)) + "</body>", 1)
+            text = text.replace("<head>", "<head>" + before, 1).replace(
+                "</body>", after.replace("NUMBER", str(number)) + "</body>", 1
+            )
             (folder / f"{number}.html").write_text(text, encoding="utf-8")
             places += f'<pre id="found-{number}"></pre>'
             inside += f'<iframe style="width: {width}px" src="{number}.html"></iframe>'
         (folder / "frames.html").write_text(frames.format(places=places, frames=inside))
-        done = subprocess.run([chromium, "--headless", "--no-sandbox", "--disable-gpu", "--disable-dev-shm-usage", "--no-first-run",
-                               f"--user-data-dir={folder / 'profile'}", "--window-size=1700,1000", "--virtual-time-budget=60000",
-                               "--dump-dom", (folder / "frames.html").as_uri()], capture_output=True, text=True)
+        done = subprocess.run(
+            [
+                chromium,
+                "--headless",
+                "--no-sandbox",
+                "--disable-gpu",
+                "--disable-dev-shm-usage",
+                "--no-first-run",
+                f"--user-data-dir={folder / 'profile'}",
+                "--window-size=1700,1000",
+                "--virtual-time-budget=60000",
+                "--dump-dom",
+                (folder / "frames.html").as_uri(),
+            ],
+            capture_output=True,
+            text=True,
+        )
     found = [re.search(rf'<pre id="found-{number}">(.+?)</pre>', done.stdout, re.S) for number in range(len(pages))]
     if not any(found):
         raise SystemExit(f"the browser shows nothing: {done.stderr[-2000:]}")

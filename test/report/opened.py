@@ -1,4 +1,5 @@
 """What pages must be in a browser: opened.py CHROMIUM, in the directory of the runs of browser.sh."""
+
 import sys
 from pathlib import Path
 
@@ -47,15 +48,34 @@ def faults_of(found, page, width):
 
 
 # Page, width, and what was planted: of that every word is to be found in a fault; a page without must have none
-cases = [("run/report.html", 400, ()), ("run/report.html", 1600, ()), ("fault/report.html", 400, ()),
-         ("gallery/index.html", 400, ()), ("gallery/index.html", 1600, ())]
+cases = [
+    ("run/report.html", 400, ()),
+    ("run/report.html", 1600, ()),
+    ("fault/report.html", 400, ()),
+    ("gallery/index.html", 400, ()),
+    ("gallery/index.html", 1600, ()),
+]
 text = Path("run/report.html").read_text()
 planted = {
-    "looks": ([("<main>", '<main><div style="width:500px">x</div><p style="font-size:9px">x</p><img src="http://127.0.0.1:9/x.png" alt="x">'),
-               ('<figure id="section-0"><img src="data:image/png;base64,iVBO', '<figure id="section-0"><img src="data:image/png;base64,xxxx')],
-              ["scrolls sideways", "below 11 pixels", "refused", "a picture is not shown: {'id': 'section-0'"]),
-    "script": ([('"use strict";', '"use strict"; nothing_of_the_kind();')], ["nothing_of_the_kind", "chart-energy is not drawn"]),
-    "zoom": ([("this.zoom = [flatX", "this.zooms = [flatX")], ["does not zoom"])}
+    "looks": (
+        [
+            (
+                "<main>",
+                '<main><div style="width:500px">x</div><p style="font-size:9px">x</p><img src="http://127.0.0.1:9/x.png" alt="x">',
+            ),
+            (
+                '<figure id="section-0"><img src="data:image/png;base64,iVBO',
+                '<figure id="section-0"><img src="data:image/png;base64,xxxx',
+            ),
+        ],
+        ["scrolls sideways", "below 11 pixels", "refused", "a picture is not shown: {'id': 'section-0'"],
+    ),
+    "script": (
+        [('"use strict";', '"use strict"; nothing_of_the_kind();')],
+        ["nothing_of_the_kind", "chart-energy is not drawn"],
+    ),
+    "zoom": ([("this.zoom = [flatX", "this.zooms = [flatX")], ["does not zoom"]),
+}
 for name, (changes, wanted) in planted.items():
     changed = text
     for old, new in changes:

@@ -1,4 +1,5 @@
 """A page of a report or gallery, taken apart without a browser: what must stand in it, and what must not."""
+
 import base64
 import binascii
 import json
@@ -40,8 +41,11 @@ class Page(HTMLParser):
             element[2] += data
 
     def all(self, tag, **attributes):
-        return [element for element in self.elements if element[0] == tag and
-                all(element[1].get(key.rstrip("_")) == value for key, value in attributes.items())]
+        return [
+            element
+            for element in self.elements
+            if element[0] == tag and all(element[1].get(key.rstrip("_")) == value for key, value in attributes.items())
+        ]
 
     def by_id(self, name):
         return next((element for element in self.elements if element[1].get("id") == name), None)
@@ -114,8 +118,8 @@ def png_size(data):
         raise ValueError("no PNG")
     at, packed = 8, b""
     while at < len(data):
-        length, = struct.unpack(">I", data[at:at + 4])
-        kind, body, sum_ = data[at + 4:at + 8], data[at + 8:at + 8 + length], data[at + 8 + length:at + 12 + length]
+        (length,) = struct.unpack(">I", data[at : at + 4])
+        kind, body, sum_ = data[at + 4 : at + 8], data[at + 8 : at + 8 + length], data[at + 8 + length : at + 12 + length]
         if zlib.crc32(kind + body) != struct.unpack(">I", sum_)[0]:
             raise ValueError("a wrong checksum")
         if kind == b"IHDR":
