@@ -81,7 +81,7 @@ library_objects := $(patsubst src/%,$(build)/obj/src/%.o,$(basename $(filter-out
 program := $(if $(filter $(main),$(sources)),$(build)/gimp3d)
 
 # Goals that compile nothing need no list of what depends on what.
-plain_goals := help clean distclean deps needed venv demo test check test-all bench fuzz effects plans plots hardness hard map study api uninstall
+plain_goals := help clean distclean deps needed venv demo test check test-all bench fuzz effects plans plots hardness hard map study api uninstall report gallery
 ifneq ($(filter-out $(plain_goals),$(or $(MAKECMDGOALS),gimp3d)),)
 include $(build)/depends.mk
 stale_modules := $(filter-out $(modules:%=$(build)/mod/%.mod),$(wildcard $(build)/mod/*.mod))
@@ -228,7 +228,7 @@ installed_data = $(DESTDIR)$(PREFIX)/share/gimp3d
 install: gimp3d
 	$(INSTALL) -d $(dir $(installed_program))
 	$(INSTALL) -m 755 $(program) $(installed_program)
-	@for file in README.md CHANGELOG.md CITATION.cff LICENSE post/*.py post/requirements.txt \
+	@for file in README.md CHANGELOG.md CITATION.cff LICENSE post/*.py post/*.css post/*.js post/requirements.txt \
 	   $$(find doc input test/references -name '*.md' -o -name '*.png' -o -name '*.nml' -o -name '*.toml' -o -name '*.csv'); do \
 	   $(INSTALL) -d "$(installed_data)/$${file%/*}" && $(INSTALL) -m 644 "$$file" "$(installed_data)/$$file" || exit 1; done
 	@echo "  install  $(installed_program), $(installed_data)"
@@ -240,7 +240,7 @@ uninstall:
 
 # ---- use ------------------------------------------------------------------------------------------------------------------------
 
-.PHONY: demo test check test-all bench fuzz effects plans plots hardness hard map study api
+.PHONY: demo test check test-all bench fuzz effects plans plots hardness hard map study api report gallery
 
 mpi := . test/harness/mpi.sh;
 jobs = $(if $(filter -j% --jobserver%,$(MAKEFLAGS)),,-j$(shell nproc 2>/dev/null || echo 1))
@@ -328,6 +328,18 @@ study:
 	$(look)
 	@$(MAKE) --no-print-directory $(jobs) tests TESTS=study
 	@$(mpi) $(python) post/study.py --build $(build) $(QUANTITY:%=--quantity %) $(BUDGET:%=--budget %) $(STUDY_OPTIONS) $(SCENE)
+
+## report      RUN=directory: one page about a run, complete in itself: RUN/report.html (doc/user/report.md); REPORT_OPTIONS
+report:
+	@[ -n "$(RUN)" ] || { echo "Say which run: make report RUN=out/cone"; exit 2; }
+	@$(MAKE) --no-print-directory venv
+	@$(python) post/report.py $(REPORT_OPTIONS) "$(RUN)"
+
+## gallery     a page of all shipped scenes with their reports, out/gallery/index.html; SCENES="cone demo" runs these, on RANKS=1
+gallery:
+	$(look)
+	@$(MAKE) --no-print-directory $(jobs) gimp3d
+	@$(mpi) $(python) post/gallery.py --ranks $(RANKS) $(GALLERY_OPTIONS) $(SCENES)
 
 ## api         pages of every module, type and procedure, from the comments of src: build/api/index.html
 api:

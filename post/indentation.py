@@ -44,7 +44,8 @@ def indented_body(case, tool):
 
 
 def half_space_theory(case, tool):
-    """Name and load(depth) (N, m) of the elastic half-space under this tool, frictionless; None for other tools and laws."""
+    """Name and load(depth) (N, m) of the elastic half-space under this tool, frictionless; None for other tools and laws, and for a
+    punch that is as wide as the body."""
     body, _ = indented_body(case, tool)
     material = next(m for m in case["material"] if m["name"] == body["material"])
     if "young" not in material:
@@ -59,6 +60,9 @@ def half_space_theory(case, tool):
         return "Sneddon (half-space)", lambda d: 2 / math.pi * modulus * slope * np.maximum(d, 0) ** 2
     if shape == "flat":
         radius = tool["radius"][0]
+        width = body["radius"][0] if "radius" in body else 0.5 * max(np.subtract(body["upper"], body["lower"]))
+        if radius >= width:
+            return None
         return "flat punch (half-space)", lambda d: 2 * radius * modulus * np.maximum(d, 0)
     return None
 

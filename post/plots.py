@@ -62,9 +62,11 @@ def save(figure, path):
 class Run:
     """The directory of a run and what it says about itself."""
 
-    def __init__(self, directory):
+    def __init__(self, directory, case=None):
         self.directory = directory
-        self.case = read_namelists(directory / "case.nml") if (directory / "case.nml").is_file() else {}
+        if case is None:
+            case = read_namelists(directory / "case.nml") if (directory / "case.nml").is_file() else {}
+        self.case = case
         self.tools = self.case.get("tool", [])
 
     @property
@@ -85,57 +87,77 @@ def draw_load_depth(run, options):
         history = run.tool_history(tool)
         if history is None or history.rows == 0:
             continue
+        say_load(run, tool, history, options)
         name = "load_depth.png" if len(run.tools) == 1 else f"load_depth_{tool['name'][0]}.png"
         save(load_depth(run, tool, history, options), run.directory / name)
         drawn = True
     return drawn
 
 
-def load_depth(run, tool, history, options):
-    """Depth from first touch, load against the tool's way: both of the full body."""
+def load_curve(run, tool, history):
+    """Depth from first touch (m) and load against the tool's way (N), both of the full body, and the modelled share of it."""
     share = indentation.share_of_body(history)
     _, gap = indentation.indented_body(run.case, tool)
     depth = history["depth"] - gap
     load = -sum(history[f"load_{axis}"] * direction for axis, direction in zip("xyz", indentation.unit_axis(tool))) / share
-    if not (np.all(np.isfinite(depth)) and np.all(np.isfinite(load))):
-        print(f"warning: tool_{tool['name'][0]}.dat holds values that are not finite", file=sys.stderr)
+    return depth, load, share
 
+
+def reference_curves(run, tool, depth, load, options):
+    """What the load is compared with: for each its label, depth (m), load (N), style, and how far the run is from it (`distance`)."""
     curves = []
     smooth = np.linspace(0, max(np.nanmax(depth), 0), 300)
     theory = None if options.no_theory else indentation.half_space_theory(run.case, tool)
     if theory:
-        curves.append((theory[0], smooth, theory[1](smooth), dict(color="0.45", linestyle="--")))
-        report_distance(theory[0], depth, load, theory[1])
+        curves.append((theory[0], smooth, theory[1](smooth), dict(color="0.45", linestyle="--"), distance(depth, load, theory[1])))
     for path in options.finite_elements:
         reference_depth, reference_load = indentation.read_reference(path)
-        curves.append((f"finite elements ({path.stem})", reference_depth, reference_load,
-                       dict(color="C1", marker="o", markersize=3.5, linestyle="none")))
         known = depth <= reference_depth[-1] * (1 + 1e-12)
-        report_distance(f"finite elements ({path.stem})", depth[known], load[known],
-                        lambda d: np.interp(d, np.r_[0, reference_depth], np.r_[0, reference_load]))
+        far = distance(depth[known], load[known], lambda d: np.interp(d, np.r_[0, reference_depth], np.r_[0, reference_load]))
+        shown = reference_depth <= smooth[-1] * 1.02
+        curves.append((f"finite elements ({path.stem})", reference_depth[shown], reference_load[shown],
+                       dict(color="C1", marker="o", markersize=3.5, linestyle="none"), far))
+    return curves
 
+
+def say_load(run, tool, history, options):
+    """How far the load is from what it is compared with."""
+    depth, load, _ = load_curve(run, tool, history)
+    if not (np.all(np.isfinite(depth)) and np.all(np.isfinite(load))):
+        print(f"warning: tool_{tool['name'][0]}.dat holds values that are not finite", file=sys.stderr)
+    for label, *_, far in reference_curves(run, tool, depth, load, options):
+        if far:
+            print(f"load against {label}, second half of the depth: mean {far[0]:+.2%}, largest {far[1]:.2%}")
+
+
+def load_depth(run, tool, history, options):
+    """Depth from first touch, load against the tool's way: both of the full body."""
+    depth, load, share = load_curve(run, tool, history)
     depth_factor, depth_unit = scaled("m", depth)
     load_factor, load_unit = scaled("N", load)
     figure, axes = plt.subplots(figsize=(5.6, 4.0))
-    model = {1.0: "", 0.5: ", half model x 2", 0.25: ", quarter model x 4"}.get(share, f", model x {1 / share:g}")
-    axes.plot(depth / depth_factor, load / load_factor, color="C0", label=f"gimp3d{model}")
-    for label, x, y, style in curves:
-        shown = x <= smooth[-1] * 1.02
-        axes.plot(x[shown] / depth_factor, y[shown] / load_factor, label=label, **style)
+    axes.plot(depth / depth_factor, load / load_factor, color="C0", label=f"gimp3d{model_text(share)}")
+    for label, x, y, style, _ in reference_curves(run, tool, depth, load, options):
+        axes.plot(x / depth_factor, y / load_factor, label=label, **style)
     axes.set(xlabel=f"depth [{depth_unit}]", ylabel=f"load, full body [{load_unit}]", title=run.title)
     axes.margins(x=0.02)
     axes.legend()
     return figure
 
 
-def report_distance(label, depth, load, reference):
-    """How far the load is from a curve over the second half of the depth range, while the tool goes in."""
+def model_text(share):
+    return {1.0: "", 0.5: ", half model x 2", 0.25: ", quarter model x 4"}.get(share, f", model x {1 / share:g}")
+
+
+def distance(depth, load, reference):
+    """How far the load is from a curve over the second half of the depth range, while the tool goes in: mean and largest share
+    of the curve; None where it does not go in."""
     if depth.size == 0 or np.max(depth) <= 0:
-        return
+        return None
     inwards = np.arange(depth.size) <= np.argmax(depth)
     far = inwards & (depth >= np.max(depth) / 2)
     share = load[far] / reference(depth[far]) - 1
-    print(f"load against {label}, second half of the depth: mean {np.mean(share):+.2%}, largest {np.max(np.abs(share)):.2%}")
+    return np.mean(share), np.max(np.abs(share))
 
 
 # ---- stress section -------------------------------------------------------------------------------------------------------------
@@ -150,7 +172,11 @@ def section_plane(run):
     """Indices of the plane's horizontal, vertical and normal directions, and a point of it."""
     if not run.tools:
         grid = run.case["grid"][0]
-        return 0, 2, 1, 0.5 * (np.array(grid["lower"]) + np.array(grid["upper"]))
+        point = 0.5 * (np.array(grid["lower"]) + np.array(grid["upper"]))
+        sides = grid.get("boundary", ["free"])
+        if len(sides) == 6 and "symmetry" in sides[2:4]: # the middle of the whole
+            point[1] = grid["lower" if sides[2] == "symmetry" else "upper"][1]
+        return 0, 2, 1, point
     vertical = int(np.argmax(np.abs(indentation.unit_axis(run.tools[0]))))
     horizontal, normal = [i for i in (0, 1, 2) if i != vertical]
     return horizontal, vertical, normal, np.array(run.tools[0]["tip"])
@@ -182,59 +208,91 @@ def snapshots_of(run):
     return [run.directory/name for name in dict.fromkeys(re.findall(r"particles_\d+\.h5", index.read_text()))]
 
 
-def draw_section(run, options):
+class Section:
+    """The layer of particles on the section plane, what is drawn of it (`panels`: label and values of the layer) and from how near
+    (`views`: limits; the whole, and a close-up of the contact where that is much smaller)."""
+
+    def __init__(self, run, particles):
+        self.run, self.particles = run, particles
+        self.across, self.up, self.normal, self.point = section_plane(run)
+        across, up = self.across, self.up
+        chosen = layer(particles, self.normal, self.point[self.normal])
+        position, half = particles["position"][chosen], half_sizes(particles)[chosen]
+        self.x, self.z = x, z = position[:, across], position[:, up]
+        self.dx, self.dz = dx, dz = half[:, across], half[:, up]
+        stress = particles["stress"][chosen]
+        self.panels = [(f"$\\sigma_{{{2 * 'xyz'[up]}}}$", stress[:, up], "Pa"), ("von Mises stress", von_mises(stress), "Pa")]
+        self.more = [(name.replace("_", " "), particles[name][chosen].reshape(-1), unit)
+                     for name, unit in (("plastic_strain", ""), ("temperature", "K"))
+                     if name in particles.fields and np.any(particles[name] != 0)]
+        whole = [np.min(x - dx), np.max(x + dx), np.min(z - dz), np.max(z + dz)]
+        if run.tools: # some room for the tool
+            room = 0.08 * (whole[3] - whole[2])
+            down = indentation.unit_axis(run.tools[0])[up] < 0
+            whole = whole[:2] + ([whole[2], whole[3] + room] if down else [whole[2] - room, whole[3]])
+        close = close_up(run, particles, whole, self.point[[across, up]], across, up)
+        self.views = [whole] if close is None else [whole, close]
+        self.factor, self.unit = scaled("m", [whole[1] - whole[0], whole[3] - whole[2]])
+        self.squares = np.stack([np.stack([x + i * dx, z + k * dz], axis=1) for i, k in ((-1, -1), (1, -1), (1, 1), (-1, 1))], axis=1)
+
+    def limits(self, values):
+        """Range of the part that matters, without the few extremes at the rim of the contact; 0 belongs to it."""
+        left, right, bottom, top = self.views[-1]
+        near = (self.x >= left) & (self.x <= right) & (self.z >= bottom) & (self.z <= top)
+        low, high = np.nanpercentile(np.r_[values[near], 0.0], [0.2, 99.8])
+        return min(low, 0.0), max(high, 0.0)
+
+    def draw(self, ax, values, unit, view):
+        """One panel; returns what a colour bar needs, the unit with its prefix, and the lines of levels."""
+        across, up, normal, factor = self.across, self.up, self.normal, self.factor
+        low, high = self.limits(values)
+        value_factor, value_unit = scaled(unit, [low, high]) if unit == "Pa" else (1.0, unit)
+        drawn = PolyCollection(self.squares / factor, array=values / value_factor, cmap="viridis",
+                               edgecolors="face", linewidths=0.8) # edges cover hairlines
+        drawn.set_clim(low / value_factor, high / value_factor)
+        drawn.set_rasterized(True)
+        ax.add_collection(drawn)
+        edges = draw_levels(ax, self.particles, self.point, (across, up, normal), self.views[0], factor)
+        draw_tools(self.run, ax, self.particles.time, across, up, factor)
+        ax.set(xlim=np.array(view[:2]) / factor, ylim=np.array(view[2:]) / factor, aspect="equal",
+               xlabel=f"{'xyz'[across]} [{self.unit}]", ylabel=f"{'xyz'[up]} [{self.unit}]")
+        ax.grid(False)
+        return drawn, value_unit, edges
+
+    @property
+    def place(self):
+        """Where and when, in words."""
+        time_factor, time_unit = scaled("s", [self.particles.time])
+        return (f"section {'xyz'[self.normal]} = {self.point[self.normal] / self.factor:.4g} {self.unit} "
+                f"at {self.particles.time / time_factor:.4g} {time_unit}")
+
+
+def last_particles(run, options):
+    """The snapshot that is drawn; None where there is none, or nothing in it."""
     snapshots = snapshots_of(run)
     if options.snapshot is None and not snapshots:
-        return False
+        return None
     particles = Particles(options.snapshot or snapshots[-1])
-    if particles.ids.size == 0:
+    return particles if particles.ids.size else None
+
+
+def draw_section(run, options):
+    particles = last_particles(run, options)
+    if particles is None:
         return False
-    across, up, normal, point = section_plane(run)
-    chosen = layer(particles, normal, point[normal])
-    position, half = particles["position"][chosen], half_sizes(particles)[chosen]
-    x, z, dx, dz = position[:, across], position[:, up], half[:, across], half[:, up]
-    stress = particles["stress"][chosen]
-    letter = "xyz"[up]
-    panels = [(f"$\\sigma_{{{2 * letter}}}$", stress[:, up]), ("von Mises stress", von_mises(stress))]
-
-    whole = [np.min(x - dx), np.max(x + dx), np.min(z - dz), np.max(z + dz)]
-    if run.tools: # some room for the tool
-        room = 0.08 * (whole[3] - whole[2])
-        whole = whole[:2] + ([whole[2], whole[3] + room] if indentation.unit_axis(run.tools[0])[up] < 0 else [whole[2] - room, whole[3]])
-    close = close_up(run, particles, whole, point[[across, up]], across, up)
-    views = [whole] if close is None else [whole, close]
-    last = views[-1]
-    near = (x >= last[0]) & (x <= last[1]) & (z >= last[2]) & (z <= last[3])
-    factor, unit = scaled("m", [whole[1] - whole[0], whole[3] - whole[2]])
-    time_factor, time_unit = scaled("s", [particles.time])
-
+    section = Section(run, particles)
+    views = section.views
     heights = [min(max(4.0 * (view[3] - view[2]) / (view[1] - view[0]), 1.8), 6.0) for view in views]
     figure, axes = plt.subplots(len(views), 2, squeeze=False, layout="constrained", figsize=(9.0, 1.4 + sum(heights)),
                                 height_ratios=heights)
-    squares = np.stack([np.stack([x + i * dx, z + k * dz], axis=1) for i, k in ((-1, -1), (1, -1), (1, 1), (-1, 1))], axis=1)
-    for column, (label, values) in enumerate(panels):
-        # Range of the part that matters, without the few extremes at the rim of the contact; 0 belongs to it
-        low, high = np.nanpercentile(np.r_[values[near], 0.0], [0.2, 99.8])
-        low, high = min(low, 0.0), max(high, 0.0)
-        value_factor, value_unit = scaled("Pa", [low, high])
+    for column, (label, values, unit) in enumerate(section.panels):
         for row, view in enumerate(views):
-            ax = axes[row][column]
-            drawn = PolyCollection(squares / factor, array=values / value_factor, cmap="viridis",
-                                   edgecolors="face", linewidths=0.8) # edges cover hairlines
-            drawn.set_clim(low / value_factor, high / value_factor)
-            drawn.set_rasterized(True)
-            ax.add_collection(drawn)
-            edges = draw_levels(ax, particles, point, (across, up, normal), whole, factor)
-            draw_tools(run, ax, particles.time, across, up, factor)
-            ax.set(xlim=np.array(view[:2]) / factor, ylim=np.array(view[2:]) / factor, aspect="equal",
-                   xlabel=f"{'xyz'[across]} [{unit}]", ylabel=f"{letter} [{unit}]")
-            ax.grid(False)
+            drawn, value_unit, edges = section.draw(axes[row][column], values, unit, view)
         figure.colorbar(drawn, ax=axes[:, column], label=f"{label} [{value_unit}]", extend="both",
                         location="top", shrink=0.8, aspect=40)
     if edges:
         figure.legend(handles=edges, loc="outside lower center", ncols=len(edges))
-    figure.suptitle(f"{run.title}\nsection {'xyz'[normal]} = {point[normal] / factor:.4g} {unit} "
-                    f"at {particles.time / time_factor:.4g} {time_unit}", fontsize=10)
+    figure.suptitle(f"{run.title}\n{section.place}", fontsize=10)
     save(figure, run.directory / "section.png")
     return True
 
@@ -309,6 +367,12 @@ def draw_energy(run, options):
     history = History(path) if path.is_file() else None
     if history is None or history.rows == 0:
         return False
+    save(energies(run, history), run.directory / "energy.png")
+    return True
+
+
+def energies(run, history):
+    """All energies (J) over time, and the balance error below."""
     kinds = [name for name, unit in history.units.items() if unit == "J"]
     errors = ["balance_error"] if "balance_error" in history.columns else []
     time_factor, time_unit = scaled("s", history["time"])
@@ -328,8 +392,7 @@ def draw_energy(run, options):
         axes[1][0].set(ylabel="balance error [%]", ylim=(-1.2 * largest or -1.0, 1.2 * largest or 1.0))
     axes[-1][0].set(xlabel=f"time [{time_unit}]")
     figure.align_ylabels()
-    save(figure, run.directory / "energy.png")
-    return True
+    return figure
 
 
 def main():

@@ -1,8 +1,10 @@
 !> The first words of a run or a plan: what the scene has become.
 module m_introduction
+   use, intrinsic :: iso_fortran_env, only: compiler_version
    use m_kinds, only: wp, i8
    use m_text, only: to_text, si
-   use m_machine, only: find_crowd
+   use m_constants, only: program_version
+   use m_machine, only: date_text, find_crowd
    use m_launcher, only: tasks_of_job
    use m_scene, only: scene_t, domain_fixed
    use m_offer, only: catalogue_t
@@ -43,6 +45,8 @@ contains
       time_step = next_time_step(scene, model)
       associate (grid => model%levels(1)%grid)
          call console%line('gimp3d: '//scene%title)
+         call console%line('program    gimp3d '//program_version//', '//compiler_version()//', began '// &
+                           date_text())
          call console%line('grid       '//to_text(grid%cells(1))//' x '//to_text(grid%cells(2))//' x '// &
                                 to_text(grid%cells(3))//' cells of '//si(grid%cell, 'm')//', '// &
                                 to_text(blocks)//' blocks with material')

@@ -1,4 +1,5 @@
-!> What the machines of a run can give, memory and cores, and how much memory a rank has had.
+!> What the machines of a run can give, memory and cores, how much memory a rank has had, and what the clock
+!> says.
 module m_machine
    use mpi_f08
    use m_kinds, only: wp, i4, i8
@@ -6,7 +7,7 @@ module m_machine
    use m_filesystem, only: read_file
    implicit none
    private
-   public :: free_memory, peak_memory, find_crowd, cores_of, share_of_time
+   public :: free_memory, peak_memory, find_crowd, cores_of, share_of_time, date_text
 
    integer, parameter :: longest = 65536 !< bytes of a file that the system shows
    integer, parameter :: quads = 2048    !< groups of four cores that a system may number
@@ -32,6 +33,16 @@ contains
          bytes = unknown
       end if
    end function free_memory
+
+   !> Date and time of this machine's clock, where it stands: `2026-11-25 16:14:36`.
+   function date_text() result(text)
+      character(len=:), allocatable :: text
+      integer :: now(8)
+      character(len=32) :: date
+      call date_and_time(values=now)
+      write (date, '(i0,"-",i2.2,"-",i2.2," ",i2.2,":",i2.2,":",i2.2)') now(1:3), now(5:7)
+      text = trim(date)
+   end function date_text
 
    !> Collective: the machine where most ranks share a core: its ranks, and the cores that these may use; as
    !> many as ranks where the system does not say.

@@ -15,6 +15,7 @@ module m_output_lock
    use m_communicator, only: communicator_t
    use m_filesystem, only: make_directory, read_file, link_file, create_file, touch_file, time_of_file, &
                            rename_file, remove_file
+   use m_machine, only: date_text
    use m_process, only: process_t, this_process
    use m_part_file, only: part_name
    use m_text_file, only: text_file_t
@@ -209,13 +210,9 @@ contains
    function text_of(process) result(text)
       type(process_t), intent(in) :: process
       character(len=:), allocatable :: text
-      integer :: now(8)
-      character(len=32) :: date
-      call date_and_time(values=now)
-      write (date, '(i0,"-",i2.2,"-",i2.2," ",i2.2,":",i2.2,":",i2.2)') now(1:3), now(5:7)
       text = first_line//newline//'host '//process%host//newline//'process '//to_text(process%id)//newline// &
-             'started '//process%start//newline//'system '//process%system//newline//'since '//trim(date)// &
-             newline
+             'started '//process%start//newline//'system '//process%system//newline//'since '// &
+             date_text()//newline
    end function text_of
 
    !> The process that a lock names; its id is 0 where it names none.
