@@ -54,6 +54,7 @@ contains
             end associate
          end do
       end do
+      call snapshot%add_von_mises()
    end subroutine take_snapshot
 
    !> Where the particles of each block go in the file.

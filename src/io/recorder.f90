@@ -12,6 +12,7 @@ module m_recorder
    use m_text_file, only: text_file_t
    use m_model, only: model_t
    use m_energy, only: balance_t
+   use m_plastic, only: von_mises
    use m_probe, only: probe_t, choose_particle, read_probe
    use m_history, only: history_t, history_header_t, history_text_length
    use m_snapshot, only: snapshot_t
@@ -111,10 +112,10 @@ contains
       if (present(resumption)) ok = resumption%in_place
       if (ok) then
          call self%particles_index%start(model%communicator, self%directory, 'particles', error, &
-                                         int(model%step))
+                                         int(model%step), series=.true.)
          call self%levels_index%start(model%communicator, self%directory, 'levels', error, int(model%step))
       else
-         call self%particles_index%start(model%communicator, self%directory, 'particles', error)
+         call self%particles_index%start(model%communicator, self%directory, 'particles', error, series=.true.)
          call self%levels_index%start(model%communicator, self%directory, 'levels', error)
       end if
    contains
@@ -214,7 +215,7 @@ contains
       type(model_t), intent(in) :: model
       type(balance_t), intent(in) :: balance
       type(error_t), intent(inout) :: error
-      real(wp) :: position(3), s(6), mises, plastic_strain
+      real(wp) :: position(3), s(6), plastic_strain
       integer :: n
       self%rows = 1 + int(model%time/self%history_every*(1.0_wp + 1.0e-12_wp))
       if (.not. self%writes) return
@@ -231,8 +232,8 @@ contains
       end do
       do n = 1, size(self%probes)
          call read_probe(model, self%probed(n), position, s, plastic_strain)
-         mises = sqrt(0.5_wp*((s(1) - s(2))**2 + (s(2) - s(3))**2 + (s(3) - s(1))**2) + 3.0_wp*sum(s(4:6)**2))
-         call self%probes(n)%append([model%time, position, s, mises, plastic_strain], error)
+         call self%probes(n)%append([model%time, position, s, von_mises(s(1), s(2), s(3), s(4), s(5), s(6)), &
+                                     plastic_strain], error)
       end do
       call model%communicator%agree(error)
    end subroutine record_history
