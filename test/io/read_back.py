@@ -147,6 +147,27 @@ def check_vtkhdf(path, step):
     need(time is not None and time.GetValue(0) == time_of(step), f"{path}: TimeValue of the reader")
 
 
+def check_tensors(path, step):
+    """A filter of VTK that knows what tensors are: principal and von Mises stresses of the right ones."""
+    fields = particles(step)[3]
+    for name in "stress", "stress_recovered":
+        reader, criteria = vtk.vtkHDFReader(), vtk.vtkYieldCriteria()
+        reader.SetFileName(path)
+        criteria.SetInputConnection(reader.GetOutputPort())
+        criteria.UpdateInformation()
+        criteria.GetPointDataArraySelection().EnableArray(name)
+        criteria.GetCriteriaSelection().EnableAllArrays()
+        criteria.Update()
+        grid = criteria.GetOutput()
+        order = numpy.argsort(array(grid, "id", path))
+        principal = numpy.stack([array(grid, f"{name} - Sigma {n}", path)[order] for n in (1, 2, 3)], axis=1)
+        expected = numpy.linalg.eigvalsh(in_file_order(name, fields[name])[:, [0, 3, 5, 3, 1, 4, 5, 4, 2]].reshape(-1, 3, 3))
+        scale = abs(expected).max(axis=1)[:, None]
+        need(bool(numpy.all(abs(numpy.sort(principal, axis=1) - expected) < 1e-10 * scale)), f"{path}: principal values of {name}")
+        need_equal(array(grid, f"{name} - Von Mises Criterion", path)[order],
+                   fields[name.replace("stress", "von_mises")].reshape(-1), f"{path}: von Mises stress of {name}", 1e-12)
+
+
 def times_in(reader, path):
     """The times of an animation that a reader has been given."""
     need(os.path.isfile(path), f"{path}: not there")
@@ -172,7 +193,7 @@ def check_xdmf(path):
 
 
 def check_series(path):
-    """The snapshots with their times, as ParaView's readers of series take them (paraview.py lets it)."""
+    """The snapshots with their times, as ParaView's readers of series take them (by_paraview.py lets it)."""
     with open(path, encoding="ascii") as file:
         series = json.load(file)
     need(list(series) == ["file-series-version", "files"] and series["file-series-version"] == "1.0", f"{path}: {list(series)}")
@@ -372,6 +393,10 @@ def damage(kind, path):
     elif kind == "nan":
         with h5py.File(path, "r+") as file:
             file["VTKHDF/PointData/stress"][3, 2] = numpy.nan
+    elif kind == "other order":
+        with h5py.File(path, "r+") as file:
+            table = file["VTKHDF/PointData/stress"]
+            table[:] = table[:][:, [0, 1, 2, 5, 4, 3]]
     elif kind == "other box":
         with h5py.File(path, "r+") as file:
             file["VTKHDF/FieldData/level_upper"][1, 2] += 1.0
@@ -393,9 +418,11 @@ def plants(top):
     h5, dat, xdmf = "run/particles_00000010.h5", "run/particles_00000010.dat", "run/particles.xdmf"
     for kind in ("truncated", "missing", "wrong id", "nan", "swapped"):
         yield f"{kind} h5, h5py", h5, kind, lambda d: check_hdf5(f"{d}/{h5}", 10)
-    for kind in ("truncated", "wrong id", "nan", "swapped"):
+    for kind in ("truncated", "wrong id", "nan", "swapped", "other order"):
         yield f"{kind} h5, VTK", h5, kind, lambda d: check_vtkhdf(f"{d}/{h5}", 10)
         yield f"{kind} h5, XDMF", h5, kind, lambda d: check_xdmf(f"{d}/{xdmf}")
+        if kind == "other order":
+            yield f"{kind}, tensors", h5, kind, lambda d: check_tensors(f"{d}/{h5}", 10)
         yield f"{kind} h5, other ranks", h5, kind, lambda d: check_same(f"{top}/{h5}", f"{d}/{h5}")
     for kind in ("truncated", "torn", "missing", ("J=", "J=1"), ("E-001", "E-002"), ("BLOCK", "POINT"), ("E-001", " NaN ")):
         yield f"{kind} Tecplot", dat, kind, lambda d: check_tecplot(f"{d}/{dat}", 10)
@@ -453,6 +480,7 @@ def checks(directories):
         path = f"{top}/run/particles_{step:08d}"
         yield f"h5py, step {step}", lambda path=path, step=step: check_hdf5(path + ".h5", step)
         yield f"vtkHDFReader, step {step}", lambda path=path, step=step: check_vtkhdf(path + ".h5", step)
+        yield f"tensors, step {step}", lambda path=path, step=step: check_tensors(path + ".h5", step)
         yield f"Tecplot, step {step}", lambda path=path, step=step: check_tecplot(path + ".dat", step)
         path = f"{top}/levels/particles_{step:08d}"
         yield f"h5py, levels, step {step}", lambda path=path, step=step: check_hdf5(path + ".h5", step)
