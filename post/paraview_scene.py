@@ -9,9 +9,9 @@ paraview.png    its picture at the last snapshot, drawn without a window (on a m
    --frames       a picture of every snapshot too, paraview_<step>.png
    --no-picture   the state alone, which needs no display
 
-A particle is the parallelepiped of its `domain`, or the box of its `half_size`. The stress is the recovered one where the run has it.
-Tools without an end are drawn as far as half the size of the body; all are cut at symmetry sides. Exit status 2, and one sentence,
-if the run is not one that can be drawn.
+A particle is the parallelepiped of its `domain`, or the box of its `half_size`. The stress is the recovered one where the run has
+it. Tools without an end are drawn as far as half the size of the body; all are cut at symmetry sides. Exit status 2, and one
+sentence, if the run is not one that can be drawn.
 """
 import argparse
 import json
@@ -23,7 +23,8 @@ from pathlib import Path
 try:
     from paraview import servermanager, simple
 except ImportError:
-    print("paraview_scene.py is for ParaView's own Python: pvpython post/paraview_scene.py RUN (apt-get install paraview)", file=sys.stderr)
+    print("paraview_scene.py is for ParaView's own Python: pvpython post/paraview_scene.py RUN (apt-get install paraview"
+          " python3-paraview)", file=sys.stderr)
     sys.exit(2)
 import numpy as np
 from vtkmodules.util.numpy_support import vtk_to_numpy
@@ -75,8 +76,8 @@ make(points.reshape(-1, 3), cells, 9)
 
 def surface(tool, reach):
     """The surface of a tool as a profile that is turned about the axis, or moved along a line: points of it (distance from the
-    axis, height above the tip; m), and for each place that it is put to the direction of the distance and a shift (m). Tools without
-    an end reach that far (m). None for a shape that is not known here."""
+    axis, height above the tip; m), and for each place that it is put to the direction of the distance and a shift (m). Tools
+    without an end reach that far (m). None for a shape that is not known here."""
     axis, shape = unit_axis(tool), tool["shape"][0]
     edge = np.array(tool.get("edge", [1.0, 0.0, 0.0] if abs(axis[0]) < 0.9 else [0.0, 1.0, 0.0]))
     edge = edge - edge.dot(axis) * axis
@@ -235,7 +236,7 @@ class Scene:
         shown.Color, shown.FontSize, shown.WindowLocation = [0.0, 0.0, 0.0], 20, "Upper Left Corner"
 
     def look(self):
-        """From the side that the first tool comes from, into the symmetry sides, where the body is cut open; without perspective."""
+        """From where the first tool comes, into the symmetry sides, where the body is cut open; without perspective."""
         tools = self.run.case.get("tool", [])
         up = -unit_axis(tools[0]) if tools else np.array([0.0, 0.0, 1.0])
         vertical = int(np.argmax(np.abs(up)))

@@ -115,7 +115,8 @@ contains
                                          int(model%step), series=.true.)
          call self%levels_index%start(model%communicator, self%directory, 'levels', error, int(model%step))
       else
-         call self%particles_index%start(model%communicator, self%directory, 'particles', error, series=.true.)
+         call self%particles_index%start(model%communicator, self%directory, 'particles', error, &
+                                         series=.true.)
          call self%levels_index%start(model%communicator, self%directory, 'levels', error)
       end if
    contains

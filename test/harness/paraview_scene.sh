@@ -1,7 +1,7 @@
 #!/bin/bash
 #test: limit 120
-# The scene of post/paraview_scene.py for a run with all shapes of tools, levels, and each kind of particle domains: every surface where
-# formulas have it, at each snapshot; the pictures; a state that shows the same when it is loaded. Needs ParaView.
+# The scene of post/paraview_scene.py for runs with all shapes of tools, levels, and each kind of particle domains: every surface
+# where formulas have it, at each snapshot; the pictures; a state that shows the same when it is loaded. Needs ParaView.
 . "$(dirname "$0")/../harness/env.sh"
 
 if ! command -v pvpython >/dev/null; then
@@ -19,7 +19,9 @@ refused() { # refused WORDS ARGUMENT...: status 2 and one sentence
 }
 
 a_run() { # a_run NAME DOMAIN TOOLS: of the scene, with the tools of these names
-   sed "s/domain='corners'/domain='$2'/; s/'scene'/'$1'/; /^&tool/{/name='\($3\)'/!d}" "$ROOT/test/harness/paraview_scene.nml" >scene.nml
+   sed \
+      "s/domain='corners'/domain='$2'/; s/'scene'/'$1'/; /^&tool/{/name='\($3\)'/!d}" \
+      "$ROOT/test/harness/paraview_scene.nml" >scene.nml
    run_scene 1 scene.nml || { cat run_1.log; fail "the run $1"; }
 }
 a_run corners corners '.*'
@@ -83,4 +85,5 @@ check --load "$PWD/corners/paraview.pvsm" "$PWD/loaded.png" || { cat check.log; 
 import sys, matplotlib.image
 one, two = (matplotlib.image.imread(path)[..., :3] for path in sys.argv[1:])
 off = (abs(one - two) > 0.1).any(axis=2).mean()
-sys.exit(f"{off:.1%} of the pixels differ" if off > 1e-4 else 0)' corners/paraview.png loaded.png || fail 'the state shows another picture'
+sys.exit(f"{off:.1%} of the pixels differ" if off > 1e-4 else 0)' corners/paraview.png loaded.png ||
+   fail 'the state shows another picture'

@@ -18,7 +18,8 @@ sys.path.insert(0, os.path.join(os.path.dirname(__file__), "..", "..", "post"))
 from made_up import STEPS, in_file_order, levels, names_of, particles, time_of, unit_of
 from run_data import Particles
 
-TECPLOT = ["X(m)", "Y(m)", "Z(m)", "id [-]"] + [f"{part} [{unit_of(name) or '-'}]" for name in particles(0)[3] for part in names_of(name)]
+TECPLOT = ["X(m)", "Y(m)", "Z(m)", "id [-]"] + [
+    f"{part} [{unit_of(name) or '-'}]" for name in particles(0)[3] for part in names_of(name)]
 
 
 class Wrong(Exception):
@@ -197,7 +198,8 @@ def check_series(path):
     with open(path, encoding="ascii") as file:
         series = json.load(file)
     need(list(series) == ["file-series-version", "files"] and series["file-series-version"] == "1.0", f"{path}: {list(series)}")
-    need(series["files"] == [{"name": f"particles_{step:08d}.h5", "time": time_of(step)} for step in STEPS], f"{path}: {series['files']}")
+    files = [{"name": f"particles_{step:08d}.h5", "time": time_of(step)} for step in STEPS]
+    need(series["files"] == files, f"{path}: {series['files']}")
 
 
 def check_outlines(path):
@@ -491,8 +493,8 @@ def checks(directories):
         yield f"XDMF animation, {run}", lambda run=run: check_xdmf(f"{top}/{run}/particles.xdmf")
         yield f"series, {run}", lambda run=run: check_series(f"{top}/{run}/particles.hdf.series")
     yield "XDMF animation of the levels", lambda: check_outlines(f"{top}/levels/levels.xdmf")
-    yield "no levels", lambda: need(not os.path.exists(f"{top}/run/levels.xdmf") and not os.path.exists(f"{top}/levels/levels.hdf.series"),
-                                    "an index of levels without levels, or a series of them")
+    for name, what in (("run/levels.xdmf", "an index of levels without levels"), ("levels/levels.hdf.series", "a series of levels")):
+        yield name, lambda name=name, what=what: need(not os.path.exists(f"{top}/{name}"), what)
     yield "no particles", lambda: check_empty(f"{top}/empty")
     for name in ("curve", "again"):
         yield f"history {name}", lambda name=name: check_curve(f"{top}/{name}.dat")
