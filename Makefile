@@ -81,7 +81,7 @@ library_objects := $(patsubst src/%,$(build)/obj/src/%.o,$(basename $(filter-out
 program := $(if $(filter $(main),$(sources)),$(build)/gimp3d)
 
 # Goals that compile nothing need no list of what depends on what.
-plain_goals := help clean distclean deps needed venv demo test check test-all bench fuzz effects plans plots hardness hard map study api uninstall report gallery
+plain_goals := help clean distclean deps needed venv demo test check test-all bench fuzz effects plans plots hardness hard map study api uninstall report gallery paraview
 ifneq ($(filter-out $(plain_goals),$(or $(MAKECMDGOALS),gimp3d)),)
 include $(build)/depends.mk
 stale_modules := $(filter-out $(modules:%=$(build)/mod/%.mod),$(wildcard $(build)/mod/*.mod))
@@ -240,7 +240,7 @@ uninstall:
 
 # ---- use ------------------------------------------------------------------------------------------------------------------------
 
-.PHONY: demo test check test-all bench fuzz effects plans plots hardness hard map study api report gallery
+.PHONY: demo test check test-all bench fuzz effects plans plots hardness hard map study api report gallery paraview
 
 mpi := . test/harness/mpi.sh;
 jobs = $(if $(filter -j% --jobserver%,$(MAKEFLAGS)),,-j$(shell nproc 2>/dev/null || echo 1))
@@ -321,6 +321,14 @@ hardness:
 	@[ -n "$(RUN)" ] || { echo "Say which run: make hardness RUN=out/indenter"; exit 1; }
 	@$(MAKE) --no-print-directory venv
 	@$(python) post/hardness.py $(TOOL:%=--tool %) $(OPTIONS) "$(RUN)"
+
+## paraview    RUN=directory: its scene for ParaView (paraview.pvsm) and a picture of that; opened where there is a display.
+##             PARAVIEW_OPTIONS=--frames: a picture of every snapshot
+paraview:
+	@[ -n "$(RUN)" ] || { echo "Say which run: make paraview RUN=out/cone"; exit 1; }
+	@command -v pvpython > /dev/null || { echo "ParaView is not there: apt-get install paraview python3-paraview"; exit 1; }
+	@$$([ "$$DISPLAY" ] || ! command -v xvfb-run > /dev/null || echo xvfb-run -a) pvpython post/paraview_scene.py $(PARAVIEW_OPTIONS) "$(RUN)"
+	@[ -z "$$DISPLAY" ] || ! command -v paraview > /dev/null || paraview "$(RUN)/paraview.pvsm"
 
 ## study       SCENE=input/hertz.nml: what its accuracy costs (doc/user/accuracy_cost.md); QUANTITY=load, BUDGET=300 (s), STUDY_OPTIONS
 study:

@@ -77,9 +77,26 @@ class History:
         return self.columns[name]
 
 
+tensor = ["xx", "yy", "zz", "yz", "xz", "xy"]  # the order of the components of a symmetric tensor in histories, and here
+
+
+def text_of(table, attribute):
+    """An attribute that is a text; an empty one where there is none."""
+    text = table.attrs.get(attribute, "")
+    return text.decode() if isinstance(text, bytes) else str(text)
+
+
+def in_order(values, components):
+    """The columns of a field by the names of its components (`stress_xx stress_yy ...`); those of a symmetric tensor, which VTK's
+    files have in another order, in that of `tensor`."""
+    parts = [name.rsplit("_", 1)[-1] for name in components]
+    return values[:, [parts.index(part) for part in tensor]] if sorted(parts) == sorted(tensor) else values
+
+
 class Particles:
-    """Ids, fields by name (with `position`) and time of a particle file, in the order of the file; the boxes of the levels (lower
-    and upper corner, m) and their cell sizes (m), coarsest first: none where there is only one level."""
+    """Ids, fields by name (with `position`; symmetric tensors as xx yy zz yz xz xy) and time of a particle file, in the order of the
+    file; the boxes of the levels (lower and upper corner, m) and their cell sizes (m), coarsest first: none where there is only one
+    level."""
 
     def __init__(self, path):
         import h5py
@@ -89,14 +106,12 @@ class Particles:
                 group = file["VTKHDF"]
                 self.time = float(np.ravel(file.attrs["time"])[0])
                 self.fields = {"position": group["Points"][...]}
-                apart = {}  # fields whose components are tables of their own: name -> number of a component -> values
+                apart = {}  # of releases up to 0.2.0, each component a table of its own: name -> number of a component -> values
                 for name, data in group["PointData"].items():
                     if "component_of" in data.attrs:
-                        whole = data.attrs["component_of"]
-                        whole = whole.decode() if isinstance(whole, bytes) else str(whole)
-                        apart.setdefault(whole, {})[int(data.attrs["component"])] = data[...]
+                        apart.setdefault(text_of(data, "component_of"), {})[int(data.attrs["component"])] = data[...]
                     else:
-                        self.fields[name] = data[...]
+                        self.fields[name] = in_order(data[...], text_of(data, "components").split())
                 for name, parts in apart.items():
                     self.fields[name] = np.stack([parts[number] for number in sorted(parts)], axis=1)
                 self.ids = self.fields.pop("id").reshape(-1)

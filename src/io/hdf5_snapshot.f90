@@ -38,7 +38,7 @@ contains
       call put_cells(file, communicator, snapshot%n_total, error)
       call put_time(file, communicator, snapshot%time, error)
       if (allocated(snapshot%levels)) call put_levels(file, communicator, snapshot, error)
-      call put_table(file, top//'/Points', where_to, snapshot%position, snapshot%n_total, error)
+      call put_table(file, top//'/Points', where_to, snapshot%position, [1, 2, 3], snapshot%n_total, error)
       call file%put_text(top//'/Points', 'unit', 'm', error)
       call put_ids(file, where_to, snapshot, error)
       do f = 1, size(snapshot%fields)
@@ -176,8 +176,7 @@ contains
       call file%put_text(top//'/PointData/id', 'unit', pure_number, error)
    end subroutine put_ids
 
-   !> A field as one table with the names of its components, or each component as a table that says whose it
-   !> is.
+   !> A field as one table with the names of its components.
    subroutine put_field(file, where_to, field, n_total, error)
       type(hdf5_file_t), intent(in) :: file
       type(file_layout_t), intent(in) :: where_to
@@ -185,56 +184,43 @@ contains
       integer(i8), intent(in) :: n_total
       type(error_t), intent(inout) :: error
       character(len=:), allocatable :: name, components
-      integer :: c
-      if (field%comes_apart()) then
-         do c = 1, field%components
-            name = top//'/PointData/'//field%full_name(c)
-            call put_table(file, name, where_to, field%values(:, c:c), n_total, error)
-            call put_names(name, field%full_name(c))
-            call file%put_text(name, 'component_of', field%name, error)
-            call file%put_integers(name, 'component', [c], error)
-         end do
-         return
-      end if
+      integer :: columns(field%components), c
+      columns = field%file_order()
       name = top//'/PointData/'//field%name
-      call put_table(file, name, where_to, field%values, n_total, error)
-      components = field%full_name(1)
+      call put_table(file, name, where_to, field%values, columns, n_total, error)
+      if (len_trim(field%unit) > 0) then
+         call file%put_text(name, 'unit', field%unit, error)
+      else
+         call file%put_text(name, 'unit', pure_number, error)
+      end if
+      components = field%full_name(columns(1))
       do c = 2, field%components
-         components = components//' '//field%full_name(c)
+         components = components//' '//field%full_name(columns(c))
       end do
-      call put_names(name, components)
-   contains
-      subroutine put_names(table, names)
-         character(len=*), intent(in) :: table, names
-         if (len_trim(field%unit) > 0) then
-            call file%put_text(table, 'unit', field%unit, error)
-         else
-            call file%put_text(table, 'unit', pure_number, error)
-         end if
-         call file%put_text(table, 'components', names, error)
-      end subroutine put_names
+      call file%put_text(name, 'components', components, error)
    end subroutine put_field
 
-   !> A table of reals from (n_local, components) in memory order.
-   subroutine put_table(file, name, where_to, values, n_total, error)
+   !> A table of reals from (n_local, components) in memory order: these columns, in this order.
+   subroutine put_table(file, name, where_to, values, columns, n_total, error)
       type(hdf5_file_t), intent(in) :: file
       character(len=*), intent(in) :: name
       type(file_layout_t), intent(in) :: where_to
       real(wp), intent(in) :: values(:, :)
+      integer, intent(in) :: columns(:)
       integer(i8), intent(in) :: n_total
       type(error_t), intent(inout) :: error
       real(wp), allocatable, target :: rows(:, :)
       type(c_ptr) :: address
       integer :: c, p
-      allocate (rows(size(values, 2), size(values, 1)))
-      do c = 1, size(values, 2)
+      allocate (rows(size(columns), size(values, 1)))
+      do c = 1, size(columns)
          do p = 1, size(values, 1)
-            rows(c, p) = values(where_to%order(p), c)
+            rows(c, p) = values(where_to%order(p), columns(c))
          end do
       end do
       address = c_null_ptr
       if (size(rows) > 0) address = c_loc(rows)
-      call file%put_rows(name, rows_of_real, [int(size(values, 2), i8), n_total], where_to, address, error)
+      call file%put_rows(name, rows_of_real, [int(size(columns), i8), n_total], where_to, address, error)
    end subroutine put_table
 
    !> Rows `first` (0-based) to `first + count - 1`, in one piece.

@@ -59,6 +59,7 @@ contains
             end do
          end do
       end associate
+      call snapshot%add_von_mises()
    end subroutine take_snapshot
 
    !> Collective: the recovered stress of all blocks of all levels, one block after the other.

@@ -113,10 +113,11 @@ contains
       if (present(resumption)) ok = resumption%in_place
       if (ok) then
          call self%particles_index%start(model%communicator, self%directory, 'particles', error, &
-                                         int(model%step))
+                                         int(model%step), series=.true.)
          call self%levels_index%start(model%communicator, self%directory, 'levels', error, int(model%step))
       else
-         call self%particles_index%start(model%communicator, self%directory, 'particles', error)
+         call self%particles_index%start(model%communicator, self%directory, 'particles', error, &
+                                         series=.true.)
          call self%levels_index%start(model%communicator, self%directory, 'levels', error)
       end if
    contains

@@ -7,12 +7,14 @@ module m_snapshot
    use m_communicator, only: communicator_t
    use m_sorting, only: sorted_order
    use m_region, only: region_t
+   use m_plastic, only: von_mises
    use m_text, only: to_text
    implicit none
    private
    public :: snapshot_file_name
 
    integer, parameter, public :: component_name_length = 16
+   character(len=2), parameter :: symmetric(6) = ['xx', 'yy', 'zz', 'xy', 'yz', 'xz'] ! as VTK has them
 
    !> One quantity of the particles. Every rank states the same fields in the same order, a rank without
    !> particles too.
@@ -25,7 +27,8 @@ module m_snapshot
       real(wp), allocatable :: values(:, :) !< (n_local, components)
    contains
       procedure :: full_name
-      procedure :: comes_apart
+      procedure :: is_symmetric_tensor
+      procedure :: file_order
    end type snapshot_field_t
 
    !> Where the particles of this rank go in a file: file positions `offset(r)` to `offset(r) + count(r) - 1`
@@ -65,6 +68,7 @@ module m_snapshot
    contains
       procedure :: check
       procedure :: layout
+      procedure :: add_von_mises
    end type snapshot_t
 
 contains
@@ -96,13 +100,70 @@ contains
       end if
    end function full_name
 
-   !> Whether its components are tables of their own in HDF5: readers know scalars, vectors and full tensors.
-   !> They take a symmetric tensor for one in another order (each in its own), and ParaView's readers do not
-   !> all find a column of a table.
-   elemental logical function comes_apart(self)
+   !> Whether its components are xx, yy, zz, yz, xz, xy, in any order.
+   pure logical function is_symmetric_tensor(self)
       class(snapshot_field_t), intent(in) :: self
-      comes_apart = all(self%components /= [1, 3, 9])
-   end function comes_apart
+      integer :: c
+      is_symmetric_tensor = self%components == size(symmetric) .and. allocated(self%component_names)
+      if (is_symmetric_tensor) &
+         is_symmetric_tensor = all([(any(self%component_names == symmetric(c)), c=1, size(symmetric))])
+   end function is_symmetric_tensor
+
+   !> Its components in the order that files for VTK have them in: those of a symmetric tensor as xx yy zz xy
+   !> yz xz, which VTK and ParaView take six components for; others as they are.
+   pure function file_order(self) result(columns)
+      class(snapshot_field_t), intent(in) :: self
+      integer :: columns(self%components)
+      integer :: c
+      columns = [(c, c=1, self%components)]
+      if (self%is_symmetric_tensor()) &
+         columns = [(findloc(self%component_names == symmetric(c), .true., dim=1), c=1, size(symmetric))]
+   end function file_order
+
+   !> Add the von Mises stress of each stress tensor: `von_mises` of `stress`, `von_mises_x` of `stress_x`.
+   subroutine add_von_mises(self)
+      class(snapshot_t), intent(inout) :: self
+      type(snapshot_field_t), allocatable :: fields(:)
+      integer :: f, n
+      logical :: is_stress(size(self%fields))
+      do f = 1, size(is_stress)
+         is_stress(f) = index(self%fields(f)%name, 'stress') == 1 .and. self%fields(f)%is_symmetric_tensor()
+      end do
+      allocate (fields(size(is_stress) + count(is_stress)))
+      n = 0
+      do f = 1, size(is_stress)
+         n = n + 1
+         call move_field(self%fields(f), fields(n))
+         if (.not. is_stress(f)) cycle
+         n = n + 1
+         call make_von_mises(fields(n - 1), fields(n))
+      end do
+      call move_alloc(fields, self%fields)
+   end subroutine add_von_mises
+
+   subroutine move_field(from, to)
+      type(snapshot_field_t), intent(inout) :: from, to
+      to%components = from%components
+      call move_alloc(from%name, to%name)
+      call move_alloc(from%unit, to%unit)
+      call move_alloc(from%component_names, to%component_names)
+      call move_alloc(from%values, to%values)
+   end subroutine move_field
+
+   pure subroutine make_von_mises(stress, mises)
+      type(snapshot_field_t), intent(in) :: stress
+      type(snapshot_field_t), intent(inout) :: mises
+      integer :: at(6)
+      mises%name = 'von_mises'//stress%name(len('stress') + 1:)
+      mises%unit = stress%unit
+      mises%components = 1
+      allocate (mises%values(size(stress%values, 1), 1))
+      at = stress%file_order()
+      associate (s => stress%values)
+         mises%values(:, 1) = von_mises(s(:, at(1)), s(:, at(2)), s(:, at(3)), s(:, at(5)), s(:, at(6)), &
+                                        s(:, at(4)))
+      end associate
+   end subroutine make_von_mises
 
    !> Collective: fail when the arrays do not fit each other or the runs do not cover the file exactly.
    subroutine check(self, communicator, error)

@@ -89,30 +89,30 @@ contains
       text = text(:len(text) - 1) ! without the last end of line
    end function particles_entry
 
-   !> A field: scalar, vector or tensor as it is; the components of any other one as scalars of their own,
-   !> from their own tables.
+   !> A field: scalar, vector or full tensor by their names, others as a matrix of one row a particle. Of a
+   !> symmetric tensor readers then take the six columns as they stand; under its own name in XDMF (Tensor6)
+   !> each has them in another order.
    function field_text(field, file, points) result(text)
       type(snapshot_field_t), intent(in) :: field
       character(len=*), intent(in) :: file, points
       character(len=:), allocatable :: text
       character(len=*), parameter :: real_type = 'NumberType="Float" Precision="8"'
-      character(len=:), allocatable :: table
-      character(len=6) :: kind
-      integer :: c
-      table = '/VTKHDF/PointData/'//field%name
-      text = ''
-      if (field%comes_apart()) then
-         do c = 1, field%components
-            text = text//attribute(field%full_name(c), 'Scalar', data_item(file, '/VTKHDF/PointData/'// &
-               field%full_name(c), points, real_type))
-         end do
-      else if (field%components == 1) then
-         text = attribute(field%name, 'Scalar', data_item(file, table, points, real_type))
-      else
-         kind = merge('Vector', 'Tensor', field%components == 3)
-         text = attribute(field%name, kind, data_item(file, table, points//' '//to_text(field%components), &
-                                                      real_type))
-      end if
+      character(len=:), allocatable :: kind, extent
+      select case (field%components)
+      case (1)
+         kind = 'Scalar'
+         extent = points
+      case (3)
+         kind = 'Vector'
+         extent = points//' 3'
+      case (9)
+         kind = 'Tensor'
+         extent = points//' 9'
+      case default
+         kind = 'Matrix'
+         extent = points//' 1 '//to_text(field%components)
+      end select
+      text = attribute(field%name, kind, data_item(file, '/VTKHDF/PointData/'//field%name, extent, real_type))
    end function field_text
 
    pure function attribute(name, kind, item, center) result(text)

@@ -1,10 +1,12 @@
 !> Small files that make an animation of a run: `particles.xdmf`, which tells the times of the HDF5 snapshots
-!> and points into them, and `levels.xdmf`, the boxes of the levels. ParaView and VTK open them.
+!> and points into them, `particles.hdf.series`, which tells ParaView's reader of VTKHDF the same, and
+!> `levels.xdmf`, the boxes of the levels. ParaView and VTK open them.
 module m_xdmf_index
    use m_errors, only: error_t
    use m_communicator, only: communicator_t
    use m_part_file, only: publish_part
    use m_text_file, only: text_file_t
+   use m_snapshot, only: snapshot_file_name
    use m_text, only: to_text
    implicit none
    private
@@ -18,6 +20,7 @@ module m_xdmf_index
    !> An index; only rank 0 holds its entries.
    type, public :: xdmf_index_t
       character(len=:), allocatable, private :: name, path
+      character(len=:), allocatable, private :: series !< path of the list of snapshots, if there is one
       type(entry_t), allocatable, private :: entries(:)
    contains
       procedure :: start
@@ -27,27 +30,33 @@ module m_xdmf_index
    character(len=1), parameter :: newline = achar(10)
    ! no line between is as these
    character(len=*), parameter :: begin_entry = '    <Grid Name="step ', end_entry = '    </Grid>'
+   character(len=*), parameter :: begin_time = '<Time Value="'
 
 contains
 
    !> Begin the index `<directory>/<name>.xdmf`. With `resume_step` the entries of an index that is there are
    !> kept as far as that step (a run that goes on from a checkpoint); without it, or if the old index cannot
    !> be read, the index begins empty. One that is there is written anew at once: nobody is to take an older
-   !> run's snapshots for this one's.
-   subroutine start(self, communicator, directory, name, error, resume_step)
+   !> run's snapshots for this one's. With `series` there is a `<name>.hdf.series` too: its entries are
+   !> snapshots. (`.hdf` is the name of VTKHDF that all releases of ParaView know; 5.11 knows no `.vtkhdf`.)
+   subroutine start(self, communicator, directory, name, error, resume_step, series)
       class(xdmf_index_t), intent(out) :: self
       type(communicator_t), intent(in) :: communicator
       character(len=*), intent(in) :: directory, name
       type(error_t), intent(inout) :: error
       integer, intent(in), optional :: resume_step
+      logical, intent(in), optional :: series
       logical :: there
       self%name = name
       self%path = directory//'/'//name//'.xdmf'
+      if (present(series)) then
+         if (series) self%series = directory//'/'//name//'.hdf.series'
+      end if
       allocate (self%entries(0))
       if (communicator%is_root() .and. .not. error%happened()) then
          if (present(resume_step)) call keep_entries(self, resume_step)
          inquire (file=self%path, exist=there)
-         if (there) call write_index(self, error)
+         if (there) call write_files(self, error)
       end if
       call communicator%agree(error)
    end subroutine start
@@ -62,7 +71,7 @@ contains
       type(error_t), intent(inout) :: error
       if (communicator%is_root() .and. .not. error%happened()) then
          call append(self%entries, step, begin_entry//to_text(step)//'" '//text//newline//end_entry)
-         call write_index(self, error)
+         call write_files(self, error)
       end if
       call communicator%agree(error)
    end subroutine add
@@ -90,6 +99,13 @@ contains
       end do
    end subroutine append
 
+   subroutine write_files(self, error)
+      class(xdmf_index_t), intent(in) :: self
+      type(error_t), intent(inout) :: error
+      call write_index(self, error)
+      if (allocated(self%series)) call write_series(self, error)
+   end subroutine write_files
+
    subroutine write_index(self, error)
       class(xdmf_index_t), intent(in) :: self
       type(error_t), intent(inout) :: error
@@ -107,6 +123,33 @@ contains
       call file%close(error)
       call publish_part(self%path, error)
    end subroutine write_index
+
+   !> The snapshots with their times as a file series of ParaView (JSON).
+   subroutine write_series(self, error)
+      class(xdmf_index_t), intent(in) :: self
+      type(error_t), intent(inout) :: error
+      type(text_file_t) :: file
+      integer :: e
+      call file%open(self%series, error)
+      if (error%happened()) return
+      call file%put('{'//newline//'  "file-series-version": "1.0",'//newline//'  "files": [', error)
+      do e = 1, size(self%entries)
+         call file%put('    {"name": "'//snapshot_file_name(self%entries(e)%step, 'h5')//'", "time": '// &
+                       time_in(self%entries(e)%text)//trim(merge('},', '} ', e < size(self%entries))), error)
+      end do
+      call file%put('  ]'//newline//'}', error)
+      call file%close(error)
+      call publish_part(self%series, error)
+   end subroutine write_series
+
+   !> The time of an entry, as it stands there.
+   pure function time_in(text) result(time)
+      character(len=*), intent(in) :: text
+      character(len=:), allocatable :: time
+      integer :: first
+      first = index(text, begin_time) + len(begin_time)
+      time = text(first:first + index(text(first:), '"') - 2)
+   end function time_in
 
    !> Take over the entries of the index on the disk up to a step.
    subroutine keep_entries(self, resume_step)

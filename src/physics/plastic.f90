@@ -126,6 +126,7 @@ contains
       end associate
    end subroutine update
 
+   !> Von Mises stress of a stress, in its unit.
    pure elemental real(wp) function von_mises(xx, yy, zz, yz, xz, xy)
       real(wp), intent(in) :: xx, yy, zz, yz, xz, xy
       von_mises = sqrt(0.5_wp*((xx - yy)**2 + (yy - zz)**2 + (zz - xx)**2) + 3.0_wp*(yz**2 + xz**2 + xy**2))

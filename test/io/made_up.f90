@@ -1,5 +1,5 @@
 !> Made-up particles for the tests of output: what a particle carries follows from its place in the file, so that a reader can
-!> work it out too (read_back.py does).
+!> work it out too (made_up.py does).
 module m_made_up
    use m_kinds, only: wp, i8
    use m_communicator, only: communicator_t
@@ -33,7 +33,7 @@ contains
       snapshot%n_total = sum(sizes)
       snapshot%n_local = sum(sizes, mask=mine)
       n = snapshot%n_local
-      allocate (snapshot%position(n, 3), snapshot%id(n), snapshot%fields(4), snapshot%run_offset(count(mine)), &
+      allocate (snapshot%position(n, 3), snapshot%id(n), snapshot%fields(6), snapshot%run_offset(count(mine)), &
                 snapshot%run_count(count(mine)))
       call declare(snapshot)
       p = 0
@@ -48,22 +48,25 @@ contains
             call fill(snapshot, p, snapshot%run_offset(r) + i - 1)
          end do
       end do
+      call snapshot%add_von_mises()
    end function made_up_snapshot
 
    subroutine declare(snapshot)
       type(snapshot_t), intent(inout) :: snapshot
       integer :: f, n
-      integer, parameter :: components(4) = [3, 6, 1, 2]
-      character(len=8), parameter :: names(4) = [character(len=8) :: 'velocity', 'stress', 'density', 'pair']
-      character(len=8), parameter :: units(4) = [character(len=8) :: 'm/s', 'Pa', 'kg/m3', '']
+      integer, parameter :: components(6) = [3, 6, 1, 2, 9, 6]
+      character(len=16), parameter :: names(6) = [character(len=16) :: 'velocity', 'stress', 'density', 'pair', 'domain', &
+                                                  'stress_recovered']
+      character(len=8), parameter :: units(6) = [character(len=8) :: 'm/s', 'Pa', 'kg/m3', '', 'm', 'Pa']
       n = snapshot%n_local
-      do f = 1, 4
+      do f = 1, 6
          snapshot%fields(f)%name = trim(names(f))
          snapshot%fields(f)%unit = trim(units(f))
          snapshot%fields(f)%components = components(f)
          allocate (snapshot%fields(f)%values(n, components(f)))
       end do
-      snapshot%fields(2)%component_names = ['xx', 'yy', 'zz', 'xy', 'yz', 'xz']
+      snapshot%fields(2)%component_names = ['xx', 'yy', 'zz', 'yz', 'xz', 'xy']
+      snapshot%fields(6)%component_names = ['xy', 'xx', 'zz', 'yz', 'xz', 'yy']
    end subroutine declare
 
    !> What the particle at a place (0-based) of the file carries. The ids need all 64 bits.
@@ -78,7 +81,7 @@ contains
       snapshot%position(p, :) = [k*1.0e-9_wp, 1.0_wp/(k + 3.0_wp), snapshot%step - k]
       do f = 1, size(snapshot%fields)
          do c = 1, snapshot%fields(f)%components
-            snapshot%fields(f)%values(p, c) = (k + 0.1_wp)/(7.0_wp*f + c) - snapshot%step
+            snapshot%fields(f)%values(p, c) = (k + 0.1_wp)/(10.0_wp*f + c) - snapshot%step
          end do
       end do
    end subroutine fill

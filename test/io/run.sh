@@ -1,9 +1,9 @@
 #!/bin/bash
 #test: beside
 #test: limit 300
-# Writes snapshots, curves, console and cost report on 1, 2, 4 ranks and reads them with other programs' readers, planted failures
-# too; runs scenes with levels and without output. BINARIES=directory takes the test programs from elsewhere. Last line: the sum;
-# exit status 0 if nothing failed.
+# Writes snapshots, curves, console and cost report on 1, 2, 4 ranks and reads them with other programs' readers (where ParaView is
+# installed, also with its own), planted failures too; runs scenes with levels and without output. BINARIES=directory takes the test
+# programs from elsewhere. Last line: the sum; exit status 0 if nothing failed.
 . "$(dirname "$0")/../harness/env.sh"
 BINARIES=${BINARIES:-$BUILD_DIR/test/io}
 set +e
@@ -49,6 +49,12 @@ if [[ $sum =~ ^([0-9]+)\ passed,\ ([0-9]+)\ failed$ ]]; then
    grep '^FAILED' read_back.log
 else
    cat read_back.log
+fi
+if command -v pvpython >/dev/null; then
+   pvpython --force-offscreen-rendering "$ROOT/test/io/by_paraview.py" "$PWD/ranks_1" "$PWD/ranks_2"
+   count by_paraview.py $?
+else
+   echo 'pvpython is not there: ParaView itself was not asked, only the readers of vtk'
 fi
 echo "$passed passed, $failed failed"
 [ $failed -eq 0 ]

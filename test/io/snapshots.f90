@@ -61,11 +61,11 @@ contains
       type(snapshot_t) :: snapshot
       integer :: n
       integer, parameter :: steps(5) = [0, 10, 25, 20, 30]
-      call particles%start(comm, top//'/'//name, 'particles', error)
+      call particles%start(comm, top//'/'//name, 'particles', error, series=.true.)
       call levels%start(comm, top//'/'//name, 'levels', error)
       do n = 1, 5
          if (n == 4) then ! the run went as far as 25, then from 10 again
-            call particles%start(comm, top//'/'//name, 'particles', error, resume_step=10)
+            call particles%start(comm, top//'/'//name, 'particles', error, resume_step=10, series=.true.)
             call levels%start(comm, top//'/'//name, 'levels', error, resume_step=10)
          end if
          snapshot = made_up_snapshot(comm, steps(n), modulo(n, 2), .true.)

@@ -1,0 +1,123 @@
+"""The scene that post/paraview_scene.py makes of a run of paraview_scene.nml: what it draws, at each snapshot, against formulas.
+
+pvpython paraview_scene.py RUN...
+pvpython paraview_scene.py --load STATE PICTURE   only draws a state that was written (needs a display)
+"""
+import math
+import os
+import sys
+from pathlib import Path
+
+import numpy as np
+from paraview import simple
+from vtkmodules.util.numpy_support import vtk_to_numpy
+
+sys.path[0] = str(Path(__file__).resolve().parents[2] / "post")
+import paraview_scene
+
+# of the tools at a time, m (no `min` here: programmable filters put another in its place)
+TRAVEL = {"sphere": lambda t: 20 * t, "large": lambda t: 10 * t, "cone": lambda t: 1000 * t**2 if t < 0.01 else 20 * t - 0.1,
+          "flat": lambda t: 20 * t, "berkovich": lambda t: 20 * t, "roller": lambda t: 20 * t, "wedge": lambda t: 0}
+found, run_checked = 0, ""
+
+
+def check(good, sentence):
+    global found
+    if not good:
+        found += 1
+        print(f"FAILED {run_checked}: {sentence}")
+
+
+def near(values, expected, tolerance, sentence):
+    values, expected = np.broadcast_arrays(values, expected)
+    off = np.abs(values - expected).max() if values.size else np.inf
+    check(off <= tolerance, f"{sentence}: off by {off:.3g}")
+
+
+def off_surface(name, across, height):
+    """How far points are off the surface of a tool (m): by their place across the axis and their height above the tip."""
+    r = np.linalg.norm(across, axis=1)
+    if name in ("sphere", "large"):
+        radius = {"sphere": 2, "large": 40}[name]
+        return np.hypot(r, radius - height) - radius
+    if name == "cone":
+        return height * math.tan(math.radians(60)) - r
+    if name == "flat":
+        return np.where(height > 1e-9, r - 3, np.maximum(r - 3, 0))
+    if name == "roller":
+        return np.hypot(across @ np.array([1, -1, 0]) / math.sqrt(2), 1.5 - height) - 1.5
+    if name == "wedge":
+        return height - np.abs(across[:, 0]) / math.tan(math.radians(50))
+    first = np.arctan2(2, 1) + np.array([0, 2, 4]) * math.pi / 3 # of the pyramid's faces, seen along the axis
+    faces = across[:, :2] @ np.array([np.cos(first), np.sin(first)])
+    return height - faces.max(axis=1) / math.tan(math.radians(65.27))
+
+
+def check_tool(name, tool, proxy, time):
+    grid = paraview_scene.leaf(proxy)
+    points = vtk_to_numpy(grid.GetPoints().GetData())
+    axis = np.array(tool.get("axis", [0, 0, -1]), dtype=float)
+    axis /= np.linalg.norm(axis)
+    way = points - np.array(tool["tip"]) - TRAVEL[name](time) * axis
+    height = -way @ axis
+    where = f"{name} at {time:g} s"
+    check(points[:, :2].min() > -1e-6, f"{where} reaches beyond a symmetry side: {points.min(axis=0)}")
+    near(height.min(), 0, 1e-6, f"{where}: its tip")
+    check(height.max() > 0.4, f"{where}: is {height.max()} m high")
+    # rounded surfaces are cut where their flat pieces are
+    near(off_surface(name, way + height[:, None] * axis, height), 0, 1e-5 if name in ("berkovich", "wedge") else 0.012, where)
+
+
+def check_particles(scene, time):
+    snapshot = paraview_scene.leaf(scene.snapshots)
+    grid = paraview_scene.leaf(scene.particles)
+    points, cells = snapshot.GetPointData(), grid.GetCellData()
+    check(grid.GetNumberOfCells() == snapshot.GetNumberOfPoints() > 100, f"{grid.GetNumberOfCells()} cells")
+    names = sorted(points.GetArrayName(n) for n in range(points.GetNumberOfArrays()))
+    check(names == sorted(cells.GetArrayName(n) for n in range(cells.GetNumberOfArrays())), "fields of the cells")
+    for name in names:
+        near(vtk_to_numpy(cells.GetArray(name)), vtk_to_numpy(points.GetArray(name)), 0, f"{name} at {time:g} s")
+    corners = vtk_to_numpy(grid.GetPoints().GetData()).reshape(-1, 8, 3)
+    near(corners.mean(axis=1), vtk_to_numpy(snapshot.GetPoints().GetData()), 1e-5, f"centres at {time:g} s")
+    if "half_size" in names:
+        half = vtk_to_numpy(points.GetArray("half_size")).reshape(len(corners), -1)
+        near(np.ptp(corners, axis=1), 2 * half, 1e-9, f"edges at {time:g} s")
+        return
+    sizes = simple.CellSize(Input=scene.particles, ComputeVertexCount=0, ComputeLength=0, ComputeArea=0)
+    sizes.UpdatePipeline(time)
+    volume = vtk_to_numpy(paraview_scene.leaf(sizes).GetCellData().GetArray("Volume"))
+    near(volume / vtk_to_numpy(points.GetArray("volume")), 1, 1e-5, f"volumes at {time:g} s")
+
+
+def check_run(directory):
+    global run_checked
+    run_checked = directory
+    run = paraview_scene.Run(Path(directory))
+    check(len(run.times) == 3, f"{len(run.times)} snapshots")
+    scene = paraview_scene.Scene(run)
+    tools = {tool["name"][0]: tool for tool in run.case.get("tool", [])}
+    check(list(scene.tools) == list(tools), f"tools {list(scene.tools)}")
+    for time in run.times.values():
+        scene.particles.UpdatePipeline(time)
+        check_particles(scene, time)
+        for name, drawn in scene.tools.items():
+            if drawn is not None:
+                drawn.UpdatePipeline(time)
+                check_tool(name, tools[name], drawn, time)
+
+
+def main():
+    if sys.argv[1] == "--load":
+        simple.LoadState(sys.argv[2])
+        simple.SaveScreenshot(sys.argv[3], simple.GetActiveView(), ImageResolution=[1200, 900])
+        return 0
+    for directory in sys.argv[1:]:
+        check_run(directory)
+        simple.ResetSession()
+    print(f"{found} wrong")
+    return int(found > 0)
+
+
+status = main()
+sys.stdout.flush()
+os._exit(status)
