@@ -40,6 +40,7 @@ module m_contact_area
    real(wp), parameter :: closed = 0.03_wp  !< of the largest gap within a cell: a smaller gap is none
    real(wp), parameter :: around = 1.5_wp   !< cells: a point is in contact that points in contact so near
                                             !< surround
+   real(wp), parameter :: shortest = 0.15_wp !< edges: a shorter way says nothing of how gaps open
    integer, parameter :: per_edge = 4       !< the area is counted in squares of 1/4 edge
    real(wp), parameter :: most_squares = 4.0e6_wp
    integer, parameter :: point_reals = storage_size(surface_point_t())/storage_size(1.0_wp)
@@ -77,8 +78,8 @@ contains
       squares = sorted_in_squares(points, cell)
       in_contact = closed_points(points, squares, cell)
       in_contact = in_contact .or. surrounded(points, squares, in_contact, around*cell)
-      area = communicator%sum_real(counted(points, squares, in_contact, mirrors, communicator%rank, &
-                                           communicator%ranks))
+      area = communicator%sum_real(counted(points, squares, in_contact, cell, mirrors, &
+                                           communicator%rank, communicator%ranks))
    end function area_of_points
 
    !> This rank's particles whose faces are within a cell of a tool.
@@ -282,23 +283,56 @@ contains
       end do
    end function on_all_sides
 
-   !> This rank's share of the area: small squares whose nearest point is in contact, inside the mirrors.
-   pure real(wp) function counted(points, squares, in_contact, mirrors, rank, ranks)
+   !> Where the contact's edge is, seen from a point beside it: where the straight line through its gap and that
+   !> of a point further out comes to none.
+   pure subroutine look_back(points, squares, in_contact, cell, outwards, back)
       type(surface_point_t), intent(in) :: points(:)
       type(squares_t), intent(in) :: squares
       logical, intent(in) :: in_contact(:)
+      real(wp), intent(in) :: cell         !< m
+      real(wp), intent(out) :: outwards(:, :) !< (2, points): unit vectors up the gap
+      real(wp), intent(out) :: back(:)     !< along it, m; below 0 where not known
+      real(wp), allocatable :: way(:, :), rise(:), along(:)
+      integer, allocatable :: near(:)
+      integer :: k, n, p
+      outwards = 0.0_wp
+      back = -1.0_wp
+      do p = 1, size(points)
+         if (in_contact(p)) cycle
+         near = neighbours(points, squares, points(p)%place, cell)
+         near = pack(near, near /= p .and. .not. in_contact(near))
+         rise = points(near)%gap - points(p)%gap
+         way = reshape([(points(near(n))%place - points(p)%place, n=1, size(near))], [2, size(near)])
+         outwards(:, p) = matmul(way, rise/sum(way**2, dim=1))
+         if (.not. norm2(outwards(:, p)) > 0.0_wp) cycle
+         outwards(:, p) = outwards(:, p)/norm2(outwards(:, p))
+         along = merge(matmul(outwards(:, p), way), 0.0_wp, rise > 0.0_wp)
+         k = maxloc(along, dim=1)
+         if (along(k) < shortest*points(p)%edge) cycle
+         back(p) = along(k)*max(0.0_wp, points(p)%gap)/rise(k)
+      end do
+   end subroutine look_back
+
+   !> This rank's share of the area: small squares on the near side of the edge that the next point beside the
+   !> contact sees, or, away from the edge, whose nearest point is in contact; inside the mirrors.
+   pure real(wp) function counted(points, squares, in_contact, cell, mirrors, rank, ranks)
+      type(surface_point_t), intent(in) :: points(:)
+      type(squares_t), intent(in) :: squares
+      logical, intent(in) :: in_contact(:)
+      real(wp), intent(in) :: cell !< m
       type(mirror_t), intent(in) :: mirrors(:)
       integer, intent(in) :: rank, ranks
-      real(wp) :: low(2), high(2), place(2), edge, width
-      integer :: cells(2), i, j, m, n
+      real(wp) :: low(2), high(2), place(2), edge, width, outwards(2, size(points)), back(size(points))
+      integer :: squares_along(2), i, j, m, n
+      call look_back(points, squares, in_contact, cell, outwards, back)
       edge = sum(points%edge, mask=in_contact)/count(in_contact)
       low = [minval(points%place(1), mask=in_contact), minval(points%place(2), mask=in_contact)] - edge
       high = [maxval(points%place(1), mask=in_contact), maxval(points%place(2), mask=in_contact)] + edge
       width = max(edge/per_edge, sqrt(product(high - low)/most_squares))
-      cells = ceiling((high - low)/width)
+      squares_along = ceiling((high - low)/width)
       n = 0
-      do j = rank, cells(2) - 1, ranks
-         do i = 0, cells(1) - 1
+      do j = rank, squares_along(2) - 1, ranks
+         do i = 0, squares_along(1) - 1
             place = low + width*([i, j] + 0.5_wp)
             if (any([(dot_product(mirrors(m)%normal, place) < mirrors(m)%from, m=1, size(mirrors))])) cycle
             if (covers(place)) n = n + 1
@@ -306,21 +340,26 @@ contains
       end do
       counted = n*width**2
    contains
-      !> Whether the nearest point is in contact, and reaches so far.
       pure logical function covers(place)
          real(wp), intent(in) :: place(2)
-         real(wp) :: distance, nearest
          integer, allocatable :: near(:)
-         integer :: m
-         near = neighbours(points, squares, place, beside*edge)
+         real(wp) :: distance, nearest, nearest_out
+         integer :: m, p, out
+         near = neighbours(points, squares, place, 1.2_wp*edge)
          covers = .false.
+         out = 0
          nearest = huge(nearest)
+         nearest_out = huge(nearest)
          do m = 1, size(near)
-            distance = sum((points(near(m))%place - place)**2)
-            if (distance >= nearest) cycle
-            nearest = distance
-            covers = in_contact(near(m))
+            p = near(m)
+            distance = norm2(points(p)%place - place)
+            if (distance < nearest) covers = in_contact(p) .and. distance < beside*edge
+            nearest = min(nearest, distance)
+            if (back(p) < 0.0_wp .or. distance >= nearest_out) cycle
+            nearest_out = distance
+            out = p
          end do
+         if (out > 0) covers = nearest < edge .and. dot_product(points(out)%place - place, outwards(:, out)) > back(out)
       end function covers
    end function counted
 
