@@ -7,6 +7,7 @@ module m_contact_area
    use m_vectors, only: tangents
    use m_scene, only: boundary_symmetry
    use m_tool, only: tool_t
+   use m_material, only: material_t
    use m_materials, only: materials_t
    use m_level, only: level_t
    use m_face_gap, only: find_gap, near_tool, particles_near, thickest
@@ -20,7 +21,7 @@ module m_contact_area
       real(wp) :: place(2) = 0.0_wp !< across the axis, m
       real(wp) :: gap = 0.0_wp      !< m
       real(wp) :: edge = 0.0_wp     !< of its particle, m
-      real(wp) :: pressure = 0.0_wp !< Pa
+      real(wp) :: pressed = 0.0_wp  !< 1: the tool presses it, or has just done so; else 0
    end type surface_point_t
 
    !> A plane of symmetry that the axis is parallel to: a line, inside which `normal` . place >= `from`.
@@ -48,16 +49,17 @@ module m_contact_area
 contains
 
    !> Collective: the area (m2) of a tool's contact across its axis, of the modelled part.
-   real(wp) function projected_area(communicator, tool, level, materials, pressure) result(area)
+   real(wp) function projected_area(communicator, tool, level, materials, carried) result(area)
       type(communicator_t), intent(in) :: communicator
       type(tool_t), intent(in) :: tool
       type(level_t), intent(inout) :: level !< the finest; its lists of cells are brought up to date
       type(materials_t), intent(in) :: materials
-      integer, intent(in) :: pressure       !< column of the contact pressure
+      integer, intent(in) :: carried        !< column of the gaps to this tool that are carried on: not 0 of
+                                            !< points that it presses or has just pressed
       type(surface_point_t), allocatable :: points(:)
       real(wp) :: across(3, 2)
       across = tangents(tool%spec%axis)
-      call gather(communicator, points_near(tool, level, materials, pressure, across), points)
+      call gather(communicator, points_near(tool, level, materials, carried, across), points)
       area = area_of_points(communicator, points, mirrors_of(level, tool, across), level%grid%cell)
    end function projected_area
 
@@ -71,7 +73,7 @@ contains
       type(squares_t) :: squares
       logical, allocatable :: in_contact(:)
       area = 0.0_wp
-      if (.not. any(given%pressure > 0.0_wp)) return
+      if (.not. any(given%pressed > 0.0_wp)) return
       points = with_images(given, mirrors, 2.0_wp*cell)
       squares = sorted_in_squares(points, cell)
       points = pack(points, at_surface(points, squares))
@@ -83,11 +85,11 @@ contains
    end function area_of_points
 
    !> This rank's particles whose faces are within a cell of a tool.
-   function points_near(tool, level, materials, pressure, across) result(points)
+   function points_near(tool, level, materials, carried, across) result(points)
       type(tool_t), intent(in) :: tool
       type(level_t), intent(inout) :: level
       type(materials_t), intent(in) :: materials
-      integer, intent(in) :: pressure
+      integer, intent(in) :: carried
       real(wp), intent(in) :: across(3, 2)
       type(surface_point_t), allocatable :: points(:)
       real(wp) :: gap, edge, normal(3), thickness
@@ -104,12 +106,22 @@ contains
                do n = 1, size(near)
                   call find_gap(tool, level, materials, b, near(n), reach, gap, normal, edge, thickness)
                   if (gap > reach) cycle
+                  gap = gap + unloaded(materials%slots(materials%of_body(block%particles%body(near(n))))%law)
                   points = [points, surface_point_t(matmul(column(near(n), x:x + 2), across), gap, edge, &
-                                                    column(near(n), pressure))]
+                                                    merge(1.0_wp, 0.0_wp, abs(column(near(n), carried)) > 0.0_wp))]
                end do
             end associate
          end do
       end associate
+   contains
+      !> What the gap would be less were the particle's own pressure taken off it, m: points that the nodes hold
+      !> off the tool bear none in their list but have it in their stress.
+      real(wp) function unloaded(law)
+         class(material_t), intent(in) :: law
+         unloaded = tool%spec%penetration_factor*thickness &
+                    *(1.0_wp - 1.0_wp/law%stretch(level%blocks(b)%particles%column(near(n), :), level%layout, &
+                                                  normal))
+      end function unloaded
    end function points_near
 
    !> Collective: the points of all ranks, by rank.
@@ -242,7 +254,7 @@ contains
       logical :: in_contact(size(points))
       integer, allocatable :: near(:)
       integer :: p
-      in_contact = points%pressure > 0.0_wp
+      in_contact = points%pressed > 0.0_wp
       do p = 1, size(points)
          if (in_contact(p)) cycle
          near = neighbours(points, squares, points(p)%place, cell)
