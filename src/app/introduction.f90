@@ -6,6 +6,7 @@ module m_introduction
    use m_constants, only: program_version
    use m_machine, only: date_text, find_crowd
    use m_launcher, only: tasks_of_job
+   use m_material, only: material_t
    use m_scene, only: scene_t, domain_fixed
    use m_offer, only: catalogue_t
    use m_field_table, only: field_table_t, bytes_per_column
@@ -85,7 +86,32 @@ contains
       if (scene%brought /= '') &
          call console%line('chosen     '//scene%brought//', for plastic flow locks without; up to a '// &
                            'quarter more time; &'//scene%brought//" kind='none' / leaves it out")
+      if (may_lock(scene)) &
+         call console%line('may lock   a law keeps its volume, nearly or when it flows, and there is no '// &
+                           '&anti_locking: too stiff, and the pressure of single particles swings; with it '// &
+                           'both are mended for up to a quarter more time')
    end subroutine introduce_choices
+
+   !> True when a body of several particles a cell keeps its volume, as plastic flow does and as a Poisson's
+   !> ratio above 0.45 nearly does, and nothing is done against locking.
+   pure logical function may_lock(scene)
+      type(scene_t), intent(in) :: scene
+      real(wp), parameter :: modulus_ratio = 11.0_wp/3.0_wp !< of plane waves to von Mises stress at 0.45
+      integer :: b, e
+      may_lock = .false.
+      do b = 1, size(scene%bodies)
+         if (scene%bodies(b)%particles_per_cell == 1) cycle
+         select type (law => scene%materials(scene%bodies(b)%material)%law)
+         class is (material_t)
+            may_lock = may_lock .or. law%brings() == 'anti_locking' &
+                       .or. law%p_wave_modulus() > modulus_ratio*law%von_mises_modulus()*(1.0_wp + 1.0e-9_wp)
+         end select
+      end do
+      do e = 1, size(scene%effects)
+         if (scene%effects(e)%it%name == 'anti_locking' .and. .not. scene%effects(e)%it%declined()) &
+            may_lock = .false.
+      end do
+   end function may_lock
 
    !> Collective: a line a level, and the cells of all of them beside those of a grid as fine everywhere.
    subroutine introduce_levels(console, model, time_step)

@@ -22,6 +22,8 @@ module m_contact_area
       real(wp) :: gap = 0.0_wp      !< m
       real(wp) :: edge = 0.0_wp     !< of its particle, m
       real(wp) :: pressed = 0.0_wp  !< 1: the tool presses it, or has just done so; else 0
+      real(wp) :: beside = 0.0_wp   !< how far beside the tool it is, so that none of the tool is above it, m
+      real(wp) :: outwards(2) = 0.0_wp !< unit vector across the axis from there away from the tool
    end type surface_point_t
 
    !> A plane of symmetry that the axis is parallel to: a line, inside which `normal` . place >= `from`.
@@ -35,6 +37,7 @@ module m_contact_area
       integer, allocatable :: first(:, :), next(:)
    end type squares_t
 
+   real(wp), parameter :: farthest = 1.5_wp !< cells: gaps that are looked at
    real(wp), parameter :: buried = 0.4_wp   !< a point is not at the surface if another one beside it is nearer
                                             !< to the tool by so many edges
    real(wp), parameter :: beside = 0.75_wp  !< edges, seen along the axis
@@ -84,7 +87,7 @@ contains
                                            communicator%rank, communicator%ranks))
    end function area_of_points
 
-   !> This rank's particles whose faces are within a cell of a tool.
+   !> This rank's particles whose faces are near a tool.
    function points_near(tool, level, materials, carried, across) result(points)
       type(tool_t), intent(in) :: tool
       type(level_t), intent(inout) :: level
@@ -92,11 +95,12 @@ contains
       integer, intent(in) :: carried
       real(wp), intent(in) :: across(3, 2)
       type(surface_point_t), allocatable :: points(:)
+      type(surface_point_t) :: point
       real(wp) :: gap, edge, normal(3), thickness
       integer, allocatable :: near(:)
       integer :: b, n
       allocate (points(0))
-      associate (reach => level%grid%cell, x => level%layout%position)
+      associate (reach => farthest*level%grid%cell, x => level%layout%position)
          do b = 1, size(level%blocks)
             associate (block => level%blocks(b), column => level%blocks(b)%particles%column)
                if (block%particles%count == 0) cycle
@@ -107,8 +111,12 @@ contains
                   call find_gap(tool, level, materials, b, near(n), reach, gap, normal, edge, thickness)
                   if (gap > reach) cycle
                   gap = gap + unloaded(materials%slots(materials%of_body(block%particles%body(near(n))))%law)
-                  points = [points, surface_point_t(matmul(column(near(n), x:x + 2), across), gap, edge, &
-                                                    merge(1.0_wp, 0.0_wp, abs(column(near(n), carried)) > 0.0_wp))]
+                  point = surface_point_t(matmul(column(near(n), x:x + 2), across), gap, edge, &
+                                          merge(1.0_wp, 0.0_wp, abs(column(near(n), carried)) > 0.0_wp))
+                  call tool%gap_and_normal(column(near(n), x:x + 2) - 2.0_wp*reach*tool%spec%axis, &
+                                           point%beside, normal)
+                  point%outwards = matmul(normal, across)
+                  points = [points, point]
                end do
             end associate
          end do
@@ -176,6 +184,8 @@ contains
                n = n + 1
                images(n) = points(p)
                images(n)%place = points(p)%place - 2.0_wp*beyond*mirrors(m)%normal
+               images(n)%outwards = points(p)%outwards - 2.0_wp*dot_product(mirrors(m)%normal, &
+                                                         points(p)%outwards)*mirrors(m)%normal
             end associate
          end do
          points = [points, images(:n)]
@@ -296,7 +306,7 @@ contains
    end function on_all_sides
 
    !> Where the contact's edge is, seen from a point beside it: where the straight line through its gap and that
-   !> of a point further out comes to none.
+   !> of a point further out comes to none; or where the tool itself ends.
    pure subroutine look_back(points, squares, in_contact, cell, outwards, back)
       type(surface_point_t), intent(in) :: points(:)
       type(squares_t), intent(in) :: squares
@@ -311,14 +321,19 @@ contains
       back = -1.0_wp
       do p = 1, size(points)
          if (in_contact(p)) cycle
+         if (points(p)%beside > 0.0_wp) then
+            outwards(:, p) = points(p)%outwards
+            back(p) = points(p)%beside
+            cycle
+         end if
          near = neighbours(points, squares, points(p)%place, cell)
-         near = pack(near, near /= p .and. .not. in_contact(near))
+         near = pack(near, near /= p)
          rise = points(near)%gap - points(p)%gap
          way = reshape([(points(near(n))%place - points(p)%place, n=1, size(near))], [2, size(near)])
          outwards(:, p) = matmul(way, rise/sum(way**2, dim=1))
          if (.not. norm2(outwards(:, p)) > 0.0_wp) cycle
          outwards(:, p) = outwards(:, p)/norm2(outwards(:, p))
-         along = merge(matmul(outwards(:, p), way), 0.0_wp, rise > 0.0_wp)
+         along = merge(matmul(outwards(:, p), way), 0.0_wp, rise > 0.0_wp .and. .not. in_contact(near))
          k = maxloc(along, dim=1)
          if (along(k) < shortest*points(p)%edge) cycle
          back(p) = along(k)*max(0.0_wp, points(p)%gap)/rise(k)
