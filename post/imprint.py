@@ -121,7 +121,7 @@ def surface_of(particles, frame, case, body_number, reach, normals=()):
     for i, others in enumerate(tree.query_ball_point(at, 1.01 * own)):
         hidden[i] = np.any(top[others] > top[i] + thickness[i])
     shown = ~hidden
-    stress = -normal_stress(particles["stress"][chosen[shown]], frame.up)
+    stress = -normal_stress(particles.smooth_stress()[chosen[shown]], frame.up)
     contact = (
         particles["contact_pressure"][chosen[shown]].reshape(-1)
         if "contact_pressure" in particles.fields

@@ -220,7 +220,7 @@ class Section:
         position, half = particles["position"][chosen], half_sizes(particles)[chosen]
         self.x, self.z = x, z = position[:, across], position[:, up]
         self.dx, self.dz = dx, dz = half[:, across], half[:, up]
-        stress = particles["stress"][chosen]
+        stress = particles.smooth_stress()[chosen]
         self.panels = [(f"$\\sigma_{{{2 * 'xyz'[up]}}}$", stress[:, up], "Pa"), ("von Mises stress", von_mises(stress), "Pa")]
         self.more = [(name.replace("_", " "), particles[name][chosen].reshape(-1), unit)
                      for name, unit in (("plastic_strain", ""), ("temperature", "K"))

@@ -188,7 +188,7 @@ def surface(run, particles):
     fields = [("height", name, height, "m")]
     if "plastic_strain" in particles.fields and np.any(particles["plastic_strain"] != 0):
         fields.append(("strain", "plastic strain", particles["plastic_strain"].reshape(-1), ""))
-    fields.append(("stress", "von Mises stress", plots.von_mises(particles["stress"]), "Pa"))
+    fields.append(("stress", "von Mises stress", plots.von_mises(particles.smooth_stress()), "Pa"))
     factor, unit = plots.scaled("m", [top.whole[1] - top.whole[0], top.whole[3] - top.whole[2]])
     time_factor, time_unit = plots.scaled("s", [particles.time])
     place = f"seen along {letter} at {particles.time / time_factor:.4g} {time_unit}"

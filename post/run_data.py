@@ -128,6 +128,10 @@ class Particles:
     def __getitem__(self, name):
         return self.fields[name]
 
+    def smooth_stress(self):
+        """The recovered stress (particles, 6; Pa; xx yy zz yz xz xy); of snapshots before 0.3.0, which have none, the raw one."""
+        return self.fields.get("stress_recovered", self.fields["stress"])
+
 
 # A quoted text, the name before a =, an end of group, or a plain value
 _word = re.compile(r"""(?:(?P<times>\d+)\*)?(?P<text>'(?:[^']|'')*'|"(?:[^"]|"")*")|(?P<name>[a-z]\w*)\s*=|(?P<end>/|&end\b)"""

@@ -20,6 +20,7 @@ module m_calibration
    use m_tecplot_snapshot, only: tecplot_snapshot_bytes
    use m_probe, only: probe_t, choose_particle, read_probe
    use m_particle_snapshot, only: take_snapshot
+   use m_contact_area, only: projected_area
    implicit none
    private
    public :: calibrate, calibration_t, sample_cost
@@ -170,6 +171,12 @@ contains
       probes = [(choose_particle(model, scene%probes(f)%position), f=1, size(scene%probes))]
       began = wall_time()
       call balance%follow(model)
+      do f = 1, size(scene%tools)
+         if (scene%output%present) &
+            value = projected_area(model%communicator, model%contact%tools(f), &
+                                   model%levels(size(model%levels)), model%materials, &
+                                   model%contact%candidates%carried + f - 1)
+      end do
       do f = 1, size(probes)
          if (scene%output%present) call read_probe(model, probes(f), position, stress, strain, recovered)
       end do
