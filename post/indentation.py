@@ -55,6 +55,8 @@ def half_space_theory(case, tool):
     if shape == "sphere":
         radius = tool["radius"][0]
         return "Hertz (half-space)", lambda d: 4 / 3 * modulus * math.sqrt(radius) * np.maximum(d, 0) ** 1.5
+    if shape == "cone" and tool.get("tip_radius", [0.0])[0] > 0:
+        return "Briscoe (half-space)", rounded_cone(modulus, math.radians(tool["half_angle"][0]), tool["tip_radius"][0])
     if shape == "cone":
         slope = math.tan(math.radians(tool["half_angle"][0]))
         return "Sneddon (half-space)", lambda d: 2 / math.pi * modulus * slope * np.maximum(d, 0) ** 2
@@ -65,6 +67,28 @@ def half_space_theory(case, tool):
             return None
         return "flat punch (half-space)", lambda d: 2 * radius * modulus * np.maximum(d, 0)
     return None
+
+
+def rounded_cone(modulus, half_angle, tip_radius):
+    """load(depth) (N, m) of an elastic half-space of plane-strain modulus E' (Pa) under a rigid cone whose tip is a sphere of a radius
+    (m) that touches it (Briscoe, Sebastian and Adams 1994). Up to the contact radius R cos(half_angle) it is Hertz's."""
+    b, slope = tip_radius * math.cos(half_angle), 1 / math.tan(half_angle)
+
+    def beyond(a):
+        """Depth and load at contact radii of at least b."""
+        root, arc = np.sqrt(a**2 - b**2), math.pi / 2 - np.arcsin(b / a)
+        depth = a / tip_radius * (a - root) + a * slope * arc
+        load = 2 * modulus * (a * depth - a**2 / 2 * slope * arc - a**3 / (3 * tip_radius)
+                              + root * (b / 2 * slope + (a**2 - b**2) / (3 * tip_radius)))
+        return depth, load
+
+    def load(depth):
+        depth = np.maximum(depth, 0)
+        radii = b * np.geomspace(1, max(2, 4 * np.max(depth) / (b * slope) + 2), 4000)
+        return np.where(depth <= b**2 / tip_radius, 4 / 3 * modulus * math.sqrt(tip_radius) * depth**1.5,
+                        np.interp(depth, *beyond(radii)))
+
+    return load
 
 
 def read_reference(path):
@@ -89,7 +113,10 @@ def tool_outline(tool, width):
         r = np.linspace(0, min(width, radius), 400)
         return r, radius - np.sqrt(radius**2 - r**2)
     if shape == "cone":
-        return r, r / math.tan(math.radians(tool["half_angle"][0]))
+        angle, tip = math.radians(tool["half_angle"][0]), tool.get("tip_radius", [0.0])[0]
+        touches = tip * math.cos(angle)  # where the sphere goes over into the cone
+        cap = tip - np.sqrt(np.maximum(0.0, tip**2 - r**2))
+        return r, np.where(r < touches, cap, (r - touches) / math.tan(angle) + tip * (1 - math.sin(angle)))
     if shape == "flat":
         radius = tool["radius"][0]
         return np.array([0, radius, radius]), np.array([0, 0, width])

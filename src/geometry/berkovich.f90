@@ -4,7 +4,7 @@ module m_berkovich
    use m_constants, only: pi
    use m_group_reader, only: group_reader_t
    use m_pyramid, only: pyramid_t
-   use m_shape_variables, only: get_half_angle, get_edge
+   use m_shape_variables, only: get_half_angle, get_edge, get_tip_radius
    implicit none
    private
    public :: berkovich_t
@@ -26,6 +26,7 @@ contains
       if (.not. self%half_angle > 0.0_wp) self%half_angle = usual_angle*(pi/180.0_wp)
       call get_half_angle(group, self%half_angle)
       call get_edge(group, self%axis, self%edge)
+      call get_tip_radius(group, self%tip_radius)
    end subroutine variables
 
    pure function outwards(self, edge, across) result(ways)

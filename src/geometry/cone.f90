@@ -1,9 +1,9 @@
-!> A cone that is open upwards, its apex in the origin.
+!> A cone that is open upwards, its tip in the origin: its apex, or the foremost point of a sphere that touches it.
 module m_cone
    use m_kinds, only: wp
    use m_group_reader, only: group_reader_t
    use m_shape, only: convex_t
-   use m_shape_variables, only: get_half_angle
+   use m_shape_variables, only: get_half_angle, get_tip_radius
    use m_vectors, only: split_along
    implicit none
    private
@@ -11,6 +11,7 @@ module m_cone
 
    type, extends(convex_t) :: cone_t
       real(wp) :: half_angle = 0.0_wp               !< between axis and surface, rad
+      real(wp) :: tip_radius = 0.0_wp               !< m; 0: sharp
       real(wp), private :: cosine = 1.0_wp, sine = 0.0_wp !< of it
    contains
       procedure :: variables
@@ -24,6 +25,7 @@ contains
       class(cone_t), intent(inout) :: self
       type(group_reader_t), intent(inout) :: group
       call get_half_angle(group, self%half_angle)
+      call get_tip_radius(group, self%tip_radius)
    end subroutine variables
 
    pure subroutine prepare(self, axis)
@@ -34,13 +36,14 @@ contains
       self%sine = sin(self%half_angle)
    end subroutine prepare
 
-   !> Below the apex' normal cone the apex itself is nearest.
+   !> A rounded cone is all that is nearer than its radius to a sharp one inside it. Below the normal cone of
+   !> the apex the apex itself is nearest.
    pure subroutine distance_and_normal(self, place, distance, normal)
       class(cone_t), intent(in) :: self
       real(wp), intent(in) :: place(3)
       real(wp), intent(out) :: distance, normal(3)
       real(wp) :: height, radius, radial(3), along
-      call split_along(self%axis, place, height, radius, radial)
+      call split_along(self%axis, place + self%tip_radius*self%axis, height, radius, radial)
       along = height*self%cosine + radius*self%sine ! along the generator from the apex
       if (along >= 0.0_wp) then
          normal = self%cosine*radial + self%sine*self%axis
@@ -50,6 +53,7 @@ contains
          distance = norm2([height, radius])
          normal = (radius*radial - height*self%axis)/distance
       end if
+      distance = distance - self%tip_radius
    end subroutine distance_and_normal
 
 end module m_cone

@@ -1,18 +1,19 @@
-!> Pyramids and wedges that are open upwards: faces through the origin that stand at one angle to the axis.
+!> Pyramids and wedges that are open upwards: faces that stand at one angle to the axis, sharp or rounded off.
 module m_pyramid
    use m_kinds, only: wp
    use m_vectors, only: cross, part_across
    use m_shape, only: convex_t
    implicit none
    private
-   public :: pyramid_t
+   public :: pyramid_t, most_faces
 
-   integer, parameter :: most_faces = 3
+   integer, parameter :: most_faces = 12
    real(wp), parameter :: rounding = 1.0e-12_wp !< a foot so little outside a face, relative to its distance
                                                 !< from the tip, is on it
 
    type, abstract, extends(convex_t) :: pyramid_t
       real(wp) :: half_angle = 0.0_wp                !< between axis and faces, rad
+      real(wp) :: tip_radius = 0.0_wp                !< of the tip and of the ridges, m; 0: sharp
       real(wp) :: edge(3) = [1.0_wp, 0.0_wp, 0.0_wp] !< its part across the axis turns the faces about the
                                                      !< axis
       integer, private :: faces = 0
@@ -59,11 +60,20 @@ contains
       end do
    end subroutine prepare
 
-   !> Inside, the nearest face. Outside, the face whose plane is met within the shape; where there is none,
-   !> the nearest point of the ridges, which may be the apex.
+   !> A rounded pyramid is all that is nearer than its radius to a sharp one inside it.
    pure subroutine distance_and_normal(self, place, distance, normal)
       class(pyramid_t), intent(in) :: self
       real(wp), intent(in) :: place(3)
+      real(wp), intent(out) :: distance, normal(3)
+      call find_sharp(self, place + self%tip_radius*self%axis, distance, normal)
+      distance = distance - self%tip_radius
+   end subroutine distance_and_normal
+
+   !> Inside, the nearest face. Outside, the face whose plane is met within the shape; where there is none,
+   !> the nearest point of the ridges, which may be the apex.
+   pure subroutine find_sharp(self, place, distance, normal)
+      class(pyramid_t), intent(in) :: self
+      real(wp), intent(in) :: place(3) !< from the apex, m
       real(wp), intent(out) :: distance, normal(3)
       real(wp) :: beyond(most_faces), off(3), way
       integer :: k
@@ -88,6 +98,6 @@ contains
          normal = off
       end do
       normal = normal/distance
-   end subroutine distance_and_normal
+   end subroutine find_sharp
 
 end module m_pyramid

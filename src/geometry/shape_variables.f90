@@ -4,10 +4,10 @@ module m_shape_variables
    use m_constants, only: pi
    use m_group_reader, only: group_reader_t
    use m_text, only: to_text
-   use m_value_range, only: above, any_value
+   use m_value_range, only: above, at_least, any_value
    implicit none
    private
-   public :: make_unit, get_half_angle, get_edge
+   public :: make_unit, get_half_angle, get_edge, get_tip_radius
 
    real(wp), parameter :: parallel = 1.0e-12_wp !< one minus the cosine of directions that are taken for one
 
@@ -35,6 +35,13 @@ contains
                      required=.not. radians > 0.0_wp)
       radians = degrees*(pi/180.0_wp)
    end subroutine get_half_angle
+
+   !> `tip_radius`, of the sphere that rounds a tip off and touches its faces, m; 0 by default: sharp.
+   subroutine get_tip_radius(group, radius)
+      type(group_reader_t), intent(inout) :: group
+      real(wp), intent(inout) :: radius
+      call group%get('tip_radius', radius, at_least(0.0_wp, 'm'))
+   end subroutine get_tip_radius
 
    !> Degrees that read back to exactly this angle in radians: those of the fewest digits, among the
    !> neighbours if need be.

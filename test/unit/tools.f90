@@ -10,14 +10,16 @@ program tools
    use m_cone, only: cone_t
    use m_flat, only: flat_t
    use m_berkovich, only: berkovich_t
+   use m_regular_pyramid, only: regular_pyramid_t
    use m_roller, only: roller_t
    use m_wedge, only: wedge_t
    use m_tool, only: tool_t, make_tool
    use m_assertions, only: assertions_t
    use m_chance, only: chance_t, keep_worst, say
    implicit none
-   character(len=9), parameter :: names(6) = ['sphere   ', 'cone     ', 'flat     ', 'berkovich', 'cylinder ', 'wedge    ']
-   integer, parameter :: sphere = 1, cone = 2, flat = 3, berkovich = 4, cylinder = 5, wedge = 6 !< in this order
+   character(len=9), parameter :: names(7) = ['sphere   ', 'cone     ', 'flat     ', 'berkovich', 'cylinder ', 'wedge    ', &
+                                               'pyramid  ']
+   integer, parameter :: sphere = 1, cone = 2, flat = 3, berkovich = 4, cylinder = 5, wedge = 6, pyramid = 7 !< in this order
    real(wp), parameter :: reach = 6.0_wp !< of what is searched of the infinite tools
    type(communicator_t) :: comm
    type(assertions_t) :: test
@@ -25,6 +27,7 @@ program tools
    integer :: shape_number, round
    integer :: kind                       !< of the last tool that was made
    real(wp) :: radius, half_angle, edge(3) !< of it
+   integer :: faces = 3
    call comm%start()
    call test%start(comm, 'tools')
    do shape_number = 1, size(names)
@@ -32,6 +35,9 @@ program tools
       call convexity(shape_number)
    end do
    call special_places()
+   do shape_number = 1, 3
+      call rounded(shape_number)
+   end do
    do round = 1, 50
       call travel()
    end do
@@ -52,6 +58,8 @@ contains
       if (chance%between(0.0_wp, 1.0_wp) < 0.3_wp) spec%axis = [0.0_wp, 0.0_wp, -1.0_wp]
       spec%axis = spec%axis/norm2(spec%axis)
       edge = chance%several(3, -1.0_wp, 1.0_wp)
+      faces = 3
+      if (kind == pyramid) faces = 3 + int(chance%between(0.0_wp, 5.9_wp))
       select case (kind)
       case (sphere); spec%shape = sphere_t(radius=radius)
       case (cone); spec%shape = cone_t(half_angle=half_angle)
@@ -59,6 +67,7 @@ contains
       case (berkovich); spec%shape = berkovich_t(half_angle=half_angle, edge=edge)
       case (cylinder); spec%shape = roller_t(radius=radius, edge=edge)
       case (wedge); spec%shape = wedge_t(half_angle=half_angle, edge=edge)
+      case (pyramid); spec%shape = regular_pyramid_t(half_angle=half_angle, edge=edge, sides=faces)
       end select
       spec%times = [0.0_wp]
       spec%speeds = [1.0_wp]
@@ -106,10 +115,10 @@ contains
       end select
       call across(tool%spec%axis, u, v)
       select case (kind)
-      case (berkovich) ! as far from the axis as the face is in that direction, whose middle lies in the direction of the edge
+      case (berkovich, pyramid) ! as far from the axis as the face is in that direction, whose middle lies in the direction of the edge
          call across_edge(tool, u, v)
          height = reach*s
-         off_axis = height*tan(half_angle)/cos(modulo(angle + pi/3.0_wp, 2.0_wp*pi/3.0_wp) - pi/3.0_wp)
+         off_axis = height*tan(half_angle)/cos(modulo(angle + pi/faces, 2.0_wp*pi/faces) - pi/faces)
       case (cylinder)
          call across_edge(tool, u, v)
          turn = 2.0_wp*pi*s
@@ -130,6 +139,7 @@ contains
       type(tool_t), intent(in) :: tool
       real(wp), intent(in) :: x(3)
       real(wp) :: tip(3), height, off_axis, u(3), v(3), off(2)
+      integer :: k
       call across_edge(tool, u, v)
       tip = tool%spec%tip + tool%travel*tool%spec%axis
       height = dot_product(tip - x, tool%spec%axis)
@@ -139,9 +149,9 @@ contains
          inside = norm2(x - tip + radius*tool%spec%axis) < radius
       case (cone)
          inside = height > 0.0_wp .and. off_axis < height*tan(half_angle)
-      case (berkovich)
+      case (berkovich, pyramid)
          off = [dot_product(x - tip, u), dot_product(x - tip, v)]
-         inside = max(off(1), -0.5_wp*off(1) + sqrt(0.75_wp)*off(2), -0.5_wp*off(1) - sqrt(0.75_wp)*off(2)) &
+         inside = maxval(off(1)*cos(2.0_wp*pi*[(k, k=1, faces)]/faces) + off(2)*sin(2.0_wp*pi*[(k, k=1, faces)]/faces)) &
                   < height*tan(half_angle)
       case (cylinder)
          inside = (height - radius)**2 + dot_product(x - tip, v)**2 < radius**2
@@ -311,6 +321,42 @@ contains
          call test%check_close(norm2(normal), 1.0_wp, 1.0e-14_wp, trim(names(k))//': on the axis inside there is a normal')
       end do
    end subroutine special_places
+
+   !> A rounded tip: the distance is that from a sharp tool within it, by the search of its surface, less the radius; its tip is where
+   !> the scene says; a sphere of the radius touches it there, and no other place is nearer to the middle of that.
+   subroutine rounded(number)
+      integer, intent(in) :: number
+      integer, parameter :: kinds(3) = [cone, berkovich, pyramid]
+      type(tool_t) :: sharp, tool
+      type(tool_spec_t) :: spec
+      real(wp) :: x(3), gap, normal(3), off(2), round, within
+      integer :: k
+      off = 0.0_wp
+      do k = 1, 100
+         sharp = some_tool(kinds(number))
+         sharp%travel = 0.0_wp
+         round = chance%between(0.1_wp, 1.0_wp)
+         spec = sharp%spec
+         spec%tip = sharp%spec%tip + round*sharp%spec%axis
+         deallocate (spec%shape)
+         select case (kinds(number))
+         case (cone); allocate (spec%shape, source=cone_t(half_angle=half_angle, tip_radius=round))
+         case (berkovich); allocate (spec%shape, source=berkovich_t(half_angle=half_angle, edge=edge, tip_radius=round))
+         case (pyramid)
+            allocate (spec%shape, source=regular_pyramid_t(half_angle=half_angle, edge=edge, tip_radius=round, sides=faces))
+         end select
+         tool = make_tool(spec)
+         x = spec%tip + chance%several(3, -2.0_wp, 2.0_wp)
+         within = merge(-1.0_wp, 1.0_wp, inside(sharp, x))
+         call tool%gap_and_normal(x, gap, normal)
+         call keep_worst(off(1), gap - (within*searched_distance(sharp, x) - round))
+         call tool%gap_and_normal(spec%tip + 0.3_wp*spec%axis, gap, normal)
+         call keep_worst(off(2), max(abs(gap - 0.3_wp), maxval(abs(normal - spec%axis))))
+      end do
+      call say(trim(names(kinds(number)))//', rounded: gap against searched distance', off(1))
+      call test%check_close(off(1), 0.0_wp, 1.0e-9_wp, trim(names(kinds(number)))//', rounded: the gap is the signed distance')
+      call test%check_close(off(2), 0.0_wp, 1.0e-13_wp, trim(names(kinds(number)))//', rounded: below the tip')
+   end subroutine rounded
 
    !> A random table of speeds; between random times the way is the integral.
    subroutine travel()
