@@ -162,6 +162,33 @@ contains
       end select
    end function inside
 
+   !> Distance from the surface of a pyramid: inside, of the nearest plane; outside, of the nearest point of all half spaces, to which
+   !> projections onto one after the other lead (Dykstra's algorithm).
+   real(wp) function projected_distance(tool, x) result(distance)
+      type(tool_t), intent(in) :: tool
+      real(wp), intent(in) :: x(3)
+      integer, parameter :: rounds = 3000
+      real(wp) :: face(3, faces), gone(3, faces), place(3), before(3), u(3), v(3), tip(3)
+      integer :: k, n
+      call across_edge(tool, u, v)
+      tip = tool%spec%tip + tool%travel*tool%spec%axis
+      do k = 1, faces
+         face(:, k) = cos(half_angle)*(cos(2.0_wp*pi*k/faces)*u + sin(2.0_wp*pi*k/faces)*v) + sin(half_angle)*tool%spec%axis
+      end do
+      distance = -maxval(matmul(x - tip, face))
+      if (distance >= 0.0_wp) return
+      place = x - tip
+      gone = 0.0_wp
+      do n = 1, rounds
+         do k = 1, faces
+            before = place + gone(:, k)
+            place = before - max(0.0_wp, dot_product(before, face(:, k)))*face(:, k)
+            gone(:, k) = before - place
+         end do
+      end do
+      distance = norm2(x - tip - place)
+   end function projected_distance
+
    !> Smallest distance from the surface: a coarse search of each of its quarters, then ever finer ones about the best places.
    real(wp) function searched_distance(tool, x) result(best)
       type(tool_t), intent(in) :: tool
@@ -169,6 +196,8 @@ contains
       integer, parameter :: across_s = 60, around = 24, quarters = 6
       real(wp) :: s, angle, nearest, best_s, best_angle, distance
       integer :: i, j, quarter, wide
+      best = projected_distance(tool, x)
+      if (kind == pyramid) return ! a search sticks at its ridges
       best = huge(best)
       do quarter = 0, quarters - 1
          nearest = huge(nearest)
