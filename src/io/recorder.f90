@@ -229,8 +229,10 @@ contains
                                error)
       do n = 1, size(self%tools)
          associate (tool => model%contact%tools(n), state => model%contact%states(n))
-            area = projected_area(model%communicator, tool, model%levels(size(model%levels)), &
-                                  model%materials, model%contact%candidates%carried + n - 1)
+            area = 0.0_wp
+            if (any(abs(state%load) > 0.0_wp)) &
+               area = projected_area(model%communicator, tool, model%levels(size(model%levels)), &
+                                     model%materials, model%contact%candidates%carried + n - 1)
             call self%tools(n)%append([model%time, tool%travel, state%load, area, state%overlap], error)
          end associate
       end do
