@@ -69,11 +69,12 @@ contains
       type(model_t), intent(in) :: model
       integer, intent(in) :: at(3)           !< its level, block and number here; 0 where it is not
       real(wp), intent(out) :: stress(6)
-      real(wp) :: patch(node_values, -1:1, -1:1, -1:1, 2)
+      real(wp) :: patch(node_values, -1:1, -1:1, -1:1, 2, 8) !< of each of the blocks that may have these
+                                                             !< nodes: added up in their order on any ranks
       real(wp), dimension(node_values, 0:tile_last, 0:tile_last, 0:tile_last) :: places, stresses
       real(wp), allocatable :: found(:, :)
       type(cell_list_t) :: members
-      integer :: b, facts(5), middle(3)
+      integer :: b, facts(5), middle(3), slot
       stress = 0.0_wp
       facts = -1
       if (at(3) > 0) then
@@ -93,18 +94,22 @@ contains
                members = members_of(level%blocks(b), facts(2), middle)
                if (members%count == 0) cycle
                call give(level, b, members, places, stresses)
-               call copy_patch(middle - first, patch(:, :, :, :, 1), places, add=.true.)
-               call copy_patch(middle - first, patch(:, :, :, :, 2), stresses, add=.true.)
+               slot = 1 + dot_product(modulo(level%blocks(b)%place, 2), [1, 2, 4])
+               call copy_patch(middle - first, patch(:, :, :, :, 1, slot), places, from_tile=.true.)
+               call copy_patch(middle - first, patch(:, :, :, :, 2, slot), stresses, from_tile=.true.)
             end associate
          end do
          call MPI_Allreduce(MPI_IN_PLACE, patch, size(patch), MPI_DOUBLE_PRECISION, MPI_SUM, &
                             model%communicator%comm)
          if (at(3) < 1) return
+         do slot = 2, 8
+            patch(:, :, :, :, :, 1) = patch(:, :, :, :, :, 1) + patch(:, :, :, :, :, slot)
+         end do
          associate (block => level%blocks(at(2)))
             places = 0.0_wp
             stresses = 0.0_wp
-            call copy_patch(middle - block_size*block%place + 1, patch(:, :, :, :, 1), places, add=.false.)
-            call copy_patch(middle - block_size*block%place + 1, patch(:, :, :, :, 2), stresses, add=.false.)
+            call copy_patch(middle - block_size*block%place + 1, patch(:, :, :, :, 1, 1), places, .false.)
+            call copy_patch(middle - block_size*block%place + 1, patch(:, :, :, :, 2, 1), stresses, .false.)
             allocate (found(6, block%particles%count))
             members = chosen(block%cells, [at(3)])
             call take(level, at(2), members, places, stresses, found)
@@ -113,21 +118,21 @@ contains
       end associate
    end subroutine recover_stress_at
 
-   !> Between the nodes around the one in the middle and a tile, as far as this has them: add its values to
-   !> theirs, or set its own to theirs.
-   pure subroutine copy_patch(middle, patch, tile, add)
+   !> Between the nodes around the one in the middle and a tile, as far as this has them: from the tile or to
+   !> it.
+   pure subroutine copy_patch(middle, patch, tile, from_tile)
       integer, intent(in) :: middle(3) !< in the tile, from 0; may be just outside
       real(wp), intent(inout) :: patch(node_values, -1:1, -1:1, -1:1)
       real(wp), intent(inout) :: tile(node_values, 0:tile_last, 0:tile_last, 0:tile_last)
-      logical, intent(in) :: add
+      logical, intent(in) :: from_tile
       integer :: i, j, k
       do k = -1, 1
          do j = -1, 1
             do i = -1, 1
                associate (at => middle + [i, j, k])
                   if (any(at < 0 .or. at > tile_last)) cycle
-                  if (add) then
-                     patch(:, i, j, k) = patch(:, i, j, k) + tile(:, at(1), at(2), at(3))
+                  if (from_tile) then
+                     patch(:, i, j, k) = tile(:, at(1), at(2), at(3))
                   else
                      tile(:, at(1), at(2), at(3)) = patch(:, i, j, k)
                   end if

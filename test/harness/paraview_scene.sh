@@ -1,5 +1,6 @@
 #!/bin/bash
-#test: limit 120
+#test: long
+#test: limit 600
 # The scene of post/paraview_scene.py for runs with all shapes of tools, levels, and each kind of particle domains: every surface
 # where formulas have it, at each snapshot; the pictures; a state that shows the same when it is loaded. Needs ParaView.
 . "$(dirname "$0")/../harness/env.sh"
