@@ -68,10 +68,10 @@ def nests(name, contact, levels, box, height=14, width=28, **more):
     return Grid(name, height, width, ((box, box),) * levels, contact, **more)
 
 
-sharp_grids = {"coarse": nests("coarse", 6, 4, 6, 10, 20), "fine": nests("fine", 10, 4, 10, 12, 24)}
+sharp_grids = {"coarse": nests("coarse", 6, 4, 6, 10, 20), "fine": nests("fine", 9, 4, 9, 12, 24)}
 half_grids = {
     "coarse": nests("coarse", 6, 4, 6, 10, 20, half=True),
-    "fine": nests("fine", 9, 4, 9, 12, 24, half=True),
+    "fine": nests("fine", 8, 4, 8, 12, 24, half=True),
 }
 sphere_grids = {"coarse": nests("coarse", 6, 3, 6), "fine": nests("fine", 10, 3, 10, 16, 30)}
 pyramid_grids = {
@@ -259,7 +259,7 @@ def pyramid_row(angle, name, what, tolerance):
             f"Berkovich of {angle:g} degrees, elastic",
             f"shape='berkovich', half_angle={angle:g}",
             1.05 * depth(grid),
-            6,
+            9,
             grid,
             directory,
         )
@@ -288,7 +288,7 @@ def sneddon_row():
 
     def make(grid, directory):
         depth = 1.05 * sneddon(shares[-1])[0] * radius(grid)
-        return elastic_scene("sphere, elastic", f"shape='sphere', radius={radius(grid):.10g}", depth, 6, grid, directory)
+        return elastic_scene("sphere, elastic", f"shape='sphere', radius={radius(grid):.10g}", depth, 9, grid, directory)
 
     def measure(directory, grid):
         found = {}
@@ -420,7 +420,7 @@ def film_rows():
                 f"{'punch' if shape == 'flat' else 'sphere'} on a film, E_f/E_s = {ratio:g}",
                 tool,
                 depth,
-                6,
+                9,
                 grid,
                 directory,
                 materials,

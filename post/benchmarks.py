@@ -96,7 +96,7 @@ class Book:
             raise Trouble(f"{directory}/scene.nml: {fault}")
         log = (directory / "run.log").read_text(errors="replace")
         particles = re.search(r"^particles +(\d+)", log, re.M)
-        version = re.search(r"^program  +(\S+ ?\S*)", log, re.M)
+        version = re.search(r"^program +(?:gimp3d )?([\w.]+)", log, re.M)
         record = {
             "scene": digest(text),
             "program": self.program,
