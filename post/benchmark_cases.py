@@ -7,11 +7,12 @@ gives {name of a quantity: number}, and `Row.references` say what these should b
 import math
 import tomllib
 from dataclasses import dataclass, field
+from functools import lru_cache
 from pathlib import Path
 
 import benchmark_measures as measures
 from benchmark_scenes import Grid, Motion, elastic, finest, plane_modulus, poisson, power_law, scene, transits, young
-from layered import Layers, half_space_load, stiffening
+from layered import Layers, stiffening
 
 root = Path(__file__).resolve().parent.parent
 references = tomllib.loads((root / "test/references/indentation.toml").read_text())
@@ -58,6 +59,12 @@ class Case:
     scene: str
     why: str  # what the error is, and why
     rows: list
+
+
+@lru_cache(maxsize=None)
+def layers_of(ratio=0.0, depth=math.inf):
+    """Film and base of one Poisson's ratio; `ratio` of their moduli, `depth` of the base in films."""
+    return Layers(poisson, ratio, poisson, depth)
 
 
 # ---- grids ----
@@ -249,7 +256,7 @@ def pyramid_row(angle, name, what, tolerance):
     first, *others = table["berkovich"]
     factor = first * (1 + sum(c * poisson ** (i + 1) for i, c in enumerate(others)))
     slope = math.tan(math.radians(angle)) / math.tan(math.radians(table["berkovich_half_angle"]))
-    radius = math.sqrt(math.pi / 4 * 2 * factor / 2)  # A = (S/(2 E') )^2 pi/4 with S = 2 c E' h: about
+    radius = factor  # of the circle of equal area, over depth: S = 2 c E' h = 2 E' a
 
     def depth(grid):
         return grid.contact * grid.cell / (radius * slope)
@@ -396,10 +403,9 @@ def film_rows():
         interface = grid.thickness - thickness(grid)
         return [grid.box("substrate", upper=interface), grid.box("film", lower=interface)]
 
-    def layers_of(grid, ratio):
-        """The film on the block's substrate, and on one without end."""
-        depth = (grid.thickness - thickness(grid)) / thickness(grid)
-        return Layers(poisson, ratio, poisson, depth), Layers(poisson, ratio, poisson)
+    def base_of(grid):
+        """Thickness of the block's substrate, in films."""
+        return round((grid.thickness - thickness(grid)) / thickness(grid), 9)
 
     def row(shape, ratio, reference):
         key = f"{ratio:g}".replace(".", "_")
@@ -431,13 +437,13 @@ def film_rows():
 
         def depth_of_sphere(grid):
             """Depth and load (over the film's plane modulus) where the contact on the block has the radius of the table."""
-            load, depth = layers_of(grid, ratio)[0].press(share, "sphere")
+            load, depth = layers_of(ratio, base_of(grid)).press(share, "sphere")
             t, over = thickness(grid), 2 * sphere_over_layer
             return depth / over * t, load / over * t * t
 
         def measure(directory, grid):
             t = thickness(grid)
-            block, endless = layers_of(grid, ratio)
+            block, endless = layers_of(ratio, base_of(grid)), layers_of(ratio)
             if shape == "flat":
                 depth = 0.95 * punch_depth * share * t
                 load, _ = measures.load_at(directory, depth)
@@ -472,12 +478,12 @@ def film_rows():
 
 def impact_row():
     """A sphere with a mass strikes a layer of a known law of loads."""
-    mass_share = {}
 
+    @lru_cache(maxsize=None)
     def problem(grid):
         """Radius of the sphere (m), depth (m), loads (N) over it up to a/t = 0.4, mass (kg), speed (m/s), time of contact (s)."""
         t, radius = grid.thickness, sphere_over_layer * grid.thickness
-        layers = Layers(poisson)
+        layers = layers_of()
         pairs = [layers.press(0.4 * (i / 24), "sphere") for i in range(1, 31)]
         over = 2 * sphere_over_layer
         depths = [0.0] + [depth / over * t for _, depth in pairs]

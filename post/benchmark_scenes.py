@@ -6,7 +6,7 @@ are whole numbers of the finest cell.
 """
 
 import math
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 
 finest = 100e-9  # m, cells under the tool; no law here knows a length, so it only sets the scale
 density, young, poisson = 2710.0, 70e9, 0.3
@@ -22,7 +22,7 @@ def words(values):
     return ",".join(f"{value:.10g}" for value in values)
 
 
-@dataclass
+@dataclass(frozen=True)
 class Grid:
     """Nested levels. `height` and `width` of the block are in cells of the coarsest grid; `boxes` has for each level how far it
     reaches from the axis and down from the surface, in cells of the grid that it refines."""

@@ -45,7 +45,7 @@ for key, nu in (("punch", 0.3), ("punch_0", 0.0), ("punch_4", 0.4)):
     layers = Layers(nu)
     worst = max(worst, max(abs(stiffening(layers, a, "flat") / value - 1) for a, value in table[key]))
 check(f"punch on a layer, at three Poisson's ratios: {worst:.1e}", worst < 1e-4)
-layers = Layers(poisson)
+layers = cases.layers_of()
 for shape, over in (("sphere", lambda d: math.sqrt(d / 2)), ("cone", lambda d: d)):
     found = []
     for radius in np.geomspace(0.02, 1.6, 40):
@@ -59,7 +59,7 @@ table = tables["film_on_substrate"]
 worst = 0.0
 for shape in ("punch", "sphere"):
     for key, values in table[shape].items():
-        film = Layers(poisson, float(key.replace("_", ".")), poisson)
+        film = cases.layers_of(float(key.replace("_", ".")))
         for radius, value in zip(table["radii"], values):
             worst = max(worst, abs(stiffening(film, radius, "flat" if shape == "punch" else shape) - value))
 check(f"film on a substrate, all of the table: {worst:.1e}", worst < 1.1e-4)
@@ -192,7 +192,7 @@ def fabricate(row, grid, factor):
     directory.mkdir(parents=True)
     text, own = row.scene(grid), row.grids[grid]
     (directory / "case.nml").write_text(text)
-    layers, t, over = Layers(poisson), own.thickness, 2 * cases.sphere_over_layer
+    layers, t, over = cases.layers_of(), own.thickness, 2 * cases.sphere_over_layer
     pairs = np.array([layers.press(a, "sphere") for a in np.linspace(0.01, 0.5, 60)])
     depth = np.linspace(0, 1.05 * 0.3568**2 * t / cases.sphere_over_layer, 500)
     load = factor * np.interp(depth, pairs[:, 1] / over * t, pairs[:, 0] / over * t * t * plane_modulus) / 4
