@@ -118,7 +118,8 @@ contains
       type(surface_point_t), intent(in) :: own(:)
       type(surface_point_t), allocatable, intent(out) :: points(:)
       integer :: counts(communicator%ranks), before(communicator%ranks), r
-      counts(1) = point_reals*size(own)
+      counts = 0
+      counts(communicator%rank + 1) = point_reals*size(own)
       call MPI_Allgather(MPI_IN_PLACE, 0, MPI_DATATYPE_NULL, counts, 1, MPI_INTEGER, communicator%comm)
       before = [(sum(counts(:r - 1)), r=1, size(counts))]
       allocate (points(sum(counts)/point_reals))
