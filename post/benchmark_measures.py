@@ -114,13 +114,16 @@ def sharp(directory, grid, yield_stress):
 
 
 def error_of_oliver_pharr(directory):
-    """How much too high hardness and modulus come out by the area of Oliver and Pharr."""
+    """How much too high hardness and modulus come out by the area of Oliver and Pharr, beside those by the recovered area."""
     answer = analysed(str(directory))
-    true = answer.get("area_profile") or answer.get("area_true")
-    if answer.get("area_oliver_pharr") is None or not true:
+    true, taken = answer.get("area_true"), answer.get("area_oliver_pharr")
+    if not true or not taken:
         raise Unreadable(f"{directory}: {' '.join(answer['missing'])}")
-    ratio = true / answer["area_oliver_pharr"]
-    return {"hardness too high by": ratio - 1, "modulus too high by": math.sqrt(ratio) - 1, "kinetic": answer["kinetic_share"]}
+    return {
+        "hardness too high by": true / taken - 1,
+        "modulus too high by": math.sqrt(true / taken) - 1,
+        "kinetic": answer["kinetic_share"],
+    }
 
 
 # ---- collisions ----
