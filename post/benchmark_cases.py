@@ -594,7 +594,7 @@ def cases():
     cones = cone_rows()
     lulu = "Lu, Dao, Kumar, Ramamurty, Karniadakis, Suresh, PNAS 117 (2020) 7052, data/FEM_70deg.csv; finite elements"
     layer = "exact integral equation ([post/layered.py](../../post/layered.py))"
-    nested = "Block bonded to a rigid base, half as high as wide, nested levels"
+    nested = "Block bonded to a rigid base, its sides 1.6 to 2 of its heights away, nested levels"
     return [
         Case(
             "B1",
@@ -638,7 +638,7 @@ def cases():
             "B7",
             "Layer bonded to a rigid base",
             layer,
-            "The block is the layer, three times as wide as it is high to each side; frictionless tool, Poisson's ratio 0.3. The punch on "
+            "The block is the layer, and its sides are three thicknesses away; frictionless tool, Poisson's ratio 0.3. The punch on "
             "one particle a cell ([accuracy](accuracy.md#indentation-compared-with-finite-elements))",
             "Sphere and cone: cells to the radius of the contact. Punch: its edge is singular, and stands within a cell.",
             layer_rows(),
@@ -647,7 +647,7 @@ def cases():
             "B8",
             "Film on a substrate",
             layer,
-            "Two bodies that touch, and so share one velocity field: bonded. a/t = 0.5. Our substrate is ten films deep (less one) on a rigid "
+            "Two bodies that touch, and so share one velocity field: bonded. a/t = 0.5. Our substrate is nine films deep, on a rigid "
             "base; numbers are divided by what the same equation says of that depth, over that of a half-space",
             "As B7; and the interface lies between particles, within one cell.",
             film_rows(),

@@ -25,7 +25,9 @@ def filled(text, book):
 
 
 def wrapped(text):
-    return textwrap.fill(text, columns, break_long_words=False, break_on_hyphens=False) + "\n"
+    """Lines of a paragraph or of an item of a list."""
+    indent = "  " if text.startswith("- ") else ""
+    return textwrap.fill(text, columns, subsequent_indent=indent, break_long_words=False, break_on_hyphens=False) + "\n"
 
 
 def number(value):
@@ -109,11 +111,16 @@ def section(book, case):
     if runs:
         head += ["kinetic / work [%]", "time [s], ranks"]
     table = [f"| {' | '.join(head)} |", "|" + "---|" * len(head)]
-    before, missing = None, []
+    before, missing, early, notes = None, [], [], []
     for row, reference, grid, entry in lines_of(book, case):
         if not entry:
             if row.key(grid) not in missing:
                 missing.append(row.key(grid))
+            continue
+        if entry.get("fault"):
+            if row.key(grid) not in early:
+                early.append(row.key(grid))
+                notes.append(wrapped(f"- {row.what}, {grid} grid, has no numbers: {entry['fault']}. (`{row.name}`)"))
             continue
         found = entry.get("found") or {}
         value = found.get(reference.name)
@@ -122,7 +129,7 @@ def section(book, case):
         if runs:
             cells.append(f"{grid} ({row.grids[grid].contact:g})")
         if value is None:
-            cells += [f"none: {entry.get('fault') or 'it could not be had'}", "", bound(reference)]
+            cells += ["could not be had", "", bound(reference)]
         else:
             cells += [number(value), shown(reference, value), bound(reference)]
         if runs:
@@ -131,19 +138,14 @@ def section(book, case):
         table.append(f"| {' | '.join(cells)} |")
     if len(table) > 2:
         text.append("\n".join(table) + "\n")
-    if missing:
-        names = sorted({name.rsplit("_", 1)[0] for name in missing}, key=missing_order(missing))
-        for grid in ("coarse", "fine"):
-            those = [n for n in names if f"{n}_{grid}" in missing]
-            if those:
-                command = f'make benchmarks CASES="{" ".join(those)}" GRIDS={grid}'
-                text.append(("\n" if text[-1].startswith("|") or text[-1].startswith("`") else "") + wrapped(f"Not run on the {grid} grid: `{command}`"))
+    names = list(dict.fromkeys(name.rsplit("_", 1)[0] for name in missing))
+    for grid in ("coarse", "fine"):
+        those = [name for name in names if f"{name}_{grid}" in missing]
+        if those:
+            notes.append(wrapped(f'- Not run on the {grid} grid: `make benchmarks CASES="{" ".join(those)}" GRIDS={grid}`'))
+    if notes:
+        text.append(("\n" if len(table) > 2 else "") + "".join(notes))
     return "".join(text)
-
-
-def missing_order(missing):
-    order = [name.rsplit("_", 1)[0] for name in missing]
-    return order.index
 
 
 def not_yet():
