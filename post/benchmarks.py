@@ -48,7 +48,7 @@ class Book:
         self.rows = {row.name: row for case in self.cases for row in case.rows}
         self.program = digest(options.program.read_bytes()) if options.program.is_file() else None
         self.file = options.document.with_suffix(".json")
-        self.measured = {}
+        self.measured, self.scenes = {}, {}
         if self.file.is_file():
             try:
                 self.measured = json.loads(self.file.read_text())
@@ -138,7 +138,9 @@ class Book:
 
     def scene_of(self, row, grid):
         """What says whether a number that was measured is still that of the row."""
-        return digest("".join(one.scene(grid) for one in (*row.of, row) if one.make))
+        if row.key(grid) not in self.scenes:
+            self.scenes[row.key(grid)] = digest("".join(one.scene(grid) for one in (*row.of, row) if one.make))
+        return self.scenes[row.key(grid)]
 
     def entry(self, row, grid):
         """What was measured of a row as it stands now."""
