@@ -124,7 +124,7 @@ def plastic(title, tool, ratio, exponent, radius_over_depth, way_back):
             tool,
             motion,
             directory,
-            effects=(["&time domain='stretch' /"] if ratio > far_from_elastic else []) + ["&anti_locking /"],
+            effects=(["&time domain='fixed' /"] if ratio > far_from_elastic else []) + ["&anti_locking /"],
         )
 
     return make
@@ -159,7 +159,8 @@ def sharp_row(case, name, what, shape, tool, grids, ratio, exponent, curvature, 
 
 def cone_rows():
     """Ten rows over E/Y and n."""
-    wanted = [(100, 0.0), (100, 0.3), (700, 0.0), (100, 0.5), (25, 0.0), (33.3333, 0.1), (50, 0.3), (180, 0.1), (333.333, 0.3), (700, 0.5)]
+    wanted = [(100, 0.0), (100, 0.3), (700, 0.0), (100, 0.5), (25, 0.0)]
+    wanted += [(33.3333, 0.1), (50, 0.3), (180, 0.1), (333.333, 0.3), (700, 0.5)]
     rows = []
     for ratio, exponent in wanted:
         line = next(r for r in references["cone"]["rows"] if abs(r[0] / ratio - 1) < 1e-3 and r[1] == exponent)
@@ -605,8 +606,8 @@ def cases():
             "Work that contact loses on the way (the error of the energy balance) counts as plastic: Wp/Wt comes out high where little is "
             "given back. The softer the metal is beside its modulus, the more the particles at the tip are drawn out: at E/Y above 300 "
             "domains that follow the material are split without end there, and the run ends, so that these rows have "
-            "`domain='stretch'` and a load that is too low. The area of the profile is that of an edge within a cell. The finite elements' "
-            "own steps bound what can be said of the stiffness.",
+            "`domain='fixed'`, and a load that is too low. The area of the profile is that of an edge within a cell; where particles stay cubes "
+            "their faces are not the surface, and it is of no use. The finite elements' own steps bound what can be said of the stiffness.",
             cones,
         ),
         Case(
@@ -623,7 +624,8 @@ def cases():
             "Larsson et al., Int. J. Solids Struct. 33 (1996) 221, as in NIMS's models; small strains",
             nested + ", half model. The formula is of small strains, in which the load goes with the tangent of the angle: a blunt pyramid "
             "tests it. The real one departs, as its surface moves sideways too (a cone by 6.7 %, Hay et al. 1999)",
-            "Of the blunt pyramid: the corners of the contact are narrower than cells. Of the real one: finite strains, which the formula leaves out.",
+            "Of the blunt pyramid: the corners of the contact are narrower than cells. Of the real one: finite strains, which the formula "
+            "leaves out.",
             [
                 pyramid_row(85.0, "pyramid_85", "85 degrees", 0.03),
                 pyramid_row(65.27, "pyramid_65", "65.27 degrees (finite strains)", None),
@@ -667,7 +669,8 @@ def cases():
         Case(
             "B11",
             "Oliver and Pharr's own error",
-            "The table of B1 with the ideal area function: what the analysis makes of exact curves. Bolshakov, Pharr, J. Mater. Res. 13 (1998) 1049",
+            "The table of B1 with the ideal area function: what the analysis makes of exact curves. Bolshakov, Pharr, J. Mater. Res. 13 "
+            "(1998) 1049",
             "The runs of B1. Hardness and modulus by the area of Oliver and Pharr, over those by the recovered area",
             "This is no error of the program but that of the analysis: the surface piles up, and the ideal area function does not know. It comes "
             "out too small where our pile-up, and with it the area, is smaller than the table's (B1).",
