@@ -81,7 +81,7 @@ library_objects := $(patsubst src/%,$(build)/obj/src/%.o,$(basename $(filter-out
 program := $(if $(filter $(main),$(sources)),$(build)/gimp3d)
 
 # Goals that compile nothing need no list of what depends on what.
-plain_goals := help clean distclean deps needed venv demo test check test-all bench fuzz effects plans plots hardness hard map study api uninstall report gallery paraview
+plain_goals := help clean distclean deps needed venv demo test check test-all bench fuzz effects plans plots hardness hard map study api uninstall report gallery paraview benchmarks
 ifneq ($(filter-out $(plain_goals),$(or $(MAKECMDGOALS),gimp3d)),)
 include $(build)/depends.mk
 stale_modules := $(filter-out $(modules:%=$(build)/mod/%.mod),$(wildcard $(build)/mod/*.mod))
@@ -229,7 +229,7 @@ install: gimp3d
 	$(INSTALL) -d $(dir $(installed_program))
 	$(INSTALL) -m 755 $(program) $(installed_program)
 	@for file in README.md CHANGELOG.md CITATION.cff LICENSE post/*.py post/*.css post/*.js post/requirements.txt \
-	   $$(find doc input test/references -name '*.md' -o -name '*.png' -o -name '*.nml' -o -name '*.toml' -o -name '*.csv'); do \
+	   $$(find doc input test/references -name '*.md' -o -name '*.png' -o -name '*.nml' -o -name '*.toml' -o -name '*.csv' -o -name '*.json'); do \
 	   $(INSTALL) -d "$(installed_data)/$${file%/*}" && $(INSTALL) -m 644 "$$file" "$(installed_data)/$$file" || exit 1; done
 	@echo "  install  $(installed_program), $(installed_data)"
 
@@ -240,7 +240,7 @@ uninstall:
 
 # ---- use ------------------------------------------------------------------------------------------------------------------------
 
-.PHONY: demo test check test-all bench fuzz effects plans plots hardness hard map study api report gallery paraview
+.PHONY: demo test check test-all bench fuzz effects plans plots hardness hard map study api report gallery paraview benchmarks
 
 mpi := . test/harness/mpi.sh;
 jobs = $(if $(filter -j% --jobserver%,$(MAKEFLAGS)),,-j$(shell nproc 2>/dev/null || echo 1))
@@ -348,6 +348,14 @@ gallery:
 	$(look)
 	@$(MAKE) --no-print-directory $(jobs) gimp3d
 	@$(mpi) $(python) post/gallery.py --ranks $(RANKS) $(GALLERY_OPTIONS) $(SCENES)
+
+## benchmarks  the book of benchmarks (doc/user/benchmarks.md): published and exact numbers beside ours, on 2 ranks if RANKS is not
+##             said; CASES="B1 B7" these only, GRIDS=coarse (or fine), BENCHMARK_OPTIONS=--list what has been run
+benchmarks:
+	$(look)
+	@$(MAKE) --no-print-directory $(jobs) gimp3d
+	@$(mpi) $(python) post/benchmarks.py $(if $(filter file,$(origin RANKS)),,--ranks $(RANKS)) $(if $(GRIDS),--grids "$(GRIDS)") \
+	   $(BENCHMARK_OPTIONS) $(CASES)
 
 ## api         pages of every module, type and procedure, from the comments of src: build/api/index.html
 api:
