@@ -163,7 +163,7 @@ for word, bad in (("unknown cell", good.replace("cells", "cell")), ("kind='lod'"
                   ("must rise", good.replace("kind=", "window=[1,0.5]\nkind="))):
     check(f"setting: refused, {word}", refused(BadSetting, word, lambda: read(bad)))
 check("setting: what is no TOML is refused", refused(Unreadable, "setting.toml", lambda: read("a = = 1")))
-for path in sorted(ROOT.glob("input/studies/*.toml")):
+for path in sorted([*ROOT.glob("input/studies/*.toml"), *ROOT.glob("input/tutorial/studies/*.toml")]):
     read_setting, wanted = study_setting.read(path)
     scene = next(place for place in (path.with_suffix(".nml"), path.parents[1] / f"{path.stem}.nml") if place.is_file())
     for family in read_setting.families:
