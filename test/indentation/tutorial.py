@@ -4,10 +4,10 @@ usage: tutorial.py list DOCUMENT             every command, one a line
        tutorial.py check ROOT DOCUMENT       no run is made: names, options and files of every command; cheap commands are done
        tutorial.py run DOCUMENT [LIMIT]      every command in order, in the current directory; what it prints beside the document
 
-A command is a line of a block ```sh (a line that ends with a backslash goes on; a comment is none). What it prints is the block ```text that
-follows, if one does: a line `...` in it stands for any lines. Words must be equal. Numbers must be within 5 %, and within half a unit of
-their last digit; not compared, but to be there, are uncertainties and shares (after +-, before %), and the times of machines (before s, min).
-`run` fails where a command's status is not 0, or what it printed is not what the document has.
+A command is a line of a block ```sh (a line that ends with a backslash goes on; a comment is none). What a block prints is the block
+```text that follows, if one does: a line `...` in it stands for any lines. Words must be equal. Numbers must be within 5 %, or
+within half a unit of their last digit; not compared, but to be there, are uncertainties and shares (after +-, before %), and the
+times of machines (before s, min). `run` fails where a command's status is not 0, or what it printed is not what the document has.
 """
 
 import re
@@ -28,17 +28,15 @@ def blocks(text):
 
 
 def steps(document):
-    """(command, what it prints or None) in order; what is printed belongs to the last command of a block."""
+    """(commands of a block, what they print together or None), in order."""
     found = []
     parts = blocks(Path(document).read_text())
     for i, (language, content) in enumerate(parts):
         if language != "sh":
             continue
-        lines = [line for line in content.replace("\\\n", " ").splitlines() if line.strip() and not line.lstrip().startswith("#")]
-        for j, line in enumerate(lines):
-            last = j == len(lines) - 1
-            expected = parts[i + 1][1] if last and i + 1 < len(parts) and parts[i + 1][0] == "text" else None
-            found.append((line.strip(), expected))
+        lines = [line.strip() for line in content.replace("\\\n", " ").splitlines()]
+        expected = parts[i + 1][1] if i + 1 < len(parts) and parts[i + 1][0] == "text" else None
+        found.append(([line for line in lines if line and not line.startswith("#")], expected))
     return found
 
 
@@ -51,12 +49,9 @@ def fault(sentence):
 
 
 def pieces(line):
-    """A line as words and numbers: [(kind, text)]; a number has kind 'number', or 'any' where it is not compared."""
-    found = []
-    words = line.split()
-    for i, word in enumerate(words):
-        found.append((word, words[i - 1] if i else "", words[i + 1] if i + 1 < len(words) else ""))
-    return found
+    """The words of a line, each with the one before it and the one after it."""
+    words = ["", *line.split(), ""]
+    return [(words[i], words[i - 1], words[i + 1]) for i in range(1, len(words) - 1)]
 
 
 def alike(wanted, line):
@@ -106,19 +101,23 @@ def difference(expected, printed):
 
 def run(document, limit):
     began = time.monotonic()
-    for command, expected in steps(document):
-        start = time.monotonic()
-        done = subprocess.run(["bash", "-c", command], stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True, stdin=subprocess.DEVNULL)
-        print(f"{time.monotonic() - start:7.1f} s  {command}", flush=True)
-        if done.returncode:
-            print(done.stdout[-2000:])
-            fault(f"status {done.returncode}: {command}")
-            break
-        if expected is not None:
-            off = difference(expected, done.stdout)
-            if off:
-                print(done.stdout)
-                fault(f"{command}\n   the document has: {off[0]}\n   printed was:      {off[1]}")
+    for commands, expected in steps(document):
+        printed = ""
+        for command in commands:
+            start = time.monotonic()
+            done = subprocess.run(
+                ["bash", "-c", command], stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True, stdin=subprocess.DEVNULL
+            )
+            print(f"{time.monotonic() - start:7.1f} s  {command}", flush=True)
+            if done.returncode:
+                print(done.stdout[-2000:])
+                fault(f"status {done.returncode}: {command}")
+                return
+            printed += done.stdout
+        off = difference(expected, printed) if expected is not None else None
+        if off:
+            print(printed)
+            fault(f"{commands[-1]}\n   the document has: {off[0]}\n   printed was:      {off[1]}")
     total = time.monotonic() - began
     print(f"{total:7.1f} s in all")
     if limit and total > limit:
@@ -139,7 +138,8 @@ def check(root, document):
     targets = set(re.findall(r"^## (\w+) ", makefile, re.M))
     variables, known = set(re.findall(r"\$\((\w+)[):]", makefile)), options_of(root)
     runs, scenes = set(), []
-    for command, _ in steps(document):
+    commands = [command for block, _ in steps(document) for command in block]
+    for command in commands:
         words = shlex.split(command)
         if words[0] == "make":
             for word in words[1:]:
@@ -169,27 +169,31 @@ def check(root, document):
             runs.add(re.search(r"directory='([^']*)'", text)[1])
             scenes.append(scene[1])
         elif words[0] in ("sed", "cp"):
+            made = re.search(r">\s*(\S+)$", command)
+            if made:
+                Path(made[1]).parent.mkdir(parents=True, exist_ok=True)
             if subprocess.run(["bash", "-c", command]).returncode:
-                fault(command)
+                fault(f"status not 0: {command}")
         else:
-            for word in words:
-                if word.startswith("out/") and not any(word.startswith(f"{run_}/") for run_ in runs):
+            for word in (word.rstrip(";") for word in words):
+                if word.startswith("out/") and not any(f"{word}/".startswith(f"{made}/") for made in runs):
                     fault(f"no command before makes {word}: {command}")
     distinct = {re.sub(r"directory='[^']*'", "", Path(scene).read_text()) for scene in scenes}
     if len(distinct) != len(set(scenes)):
         fault("two scenes differ in nothing but their directory: a `sed` has changed nothing")
     for scene in dict.fromkeys(scenes):
-        planned = subprocess.run(["./gimp3d"], input=Path(scene).read_text().replace("&scene ", "&scene mode='plan', ", 1), capture_output=True, text=True)
-        if planned.returncode:
-            fault(f"{scene}: {planned.stderr.strip()}")
+        text = re.sub(r"end_time=\S+", "end_time=1e-15", Path(scene).read_text())
+        done = subprocess.run(["./gimp3d"], input=text, capture_output=True, text=True)
+        if done.returncode:
+            fault(f"{scene}: {done.stderr.strip()}")
         else:
-            print(f"ok      {scene}: {re.search(r'^time .*', planned.stdout, re.M)[0]}")
-    print(f"        {Path(document).name}: {len(steps(document))} commands, {len(scenes)} runs")
+            print(f"ok      {scene}: {re.search(r'^particles .* rank', done.stdout, re.M)[0]}")
+    print(f"        {Path(document).name}: {len(commands)} commands, {len(scenes)} runs")
 
 
 what = sys.argv[1]
 if what == "list":
-    print("\n".join(command for command, _ in steps(sys.argv[2])))
+    print("\n".join(command for block, _ in steps(sys.argv[2]) for command in block))
 elif what == "check":
     check(Path(sys.argv[2]), sys.argv[3])
 else:
