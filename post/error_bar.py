@@ -9,8 +9,9 @@ uncertainty (fit) come
    grid    from the runs that differ in their cells alone. Two: the error of first order, |coarse - fine|/(ratio - 1).
            Three or more: 1.25 times the distance to Richardson's limit of the three finest, of the order that they show, at most 2;
            where they show no order, the spread of all of them
-   others  from runs that differ in something else too (speed, size of the body, ...) and have the cells of one of the first: what
-           that changes
+   speed   from a run at another speed that has the cells of one of the first: the error of first order in the speed, |run - slow| over
+           1 - 1/ratio of their times, which is twice what half the speed changes
+   others  from runs that differ in something else (size of the body, ...) and have the cells of one of the first: what that changes
 
 and the error bar is the root of the sum of their squares. Under the finest run: error_bar.json.
 
@@ -160,6 +161,12 @@ def grid_error(cells, values):
     return safety_factor * step, f"{used:.2f}" if used == order else f"{used:.0f}, not {order:.1f}"
 
 
+def factor_of(what, partner, case):
+    """Error of a run over what another one changes: of first order in the speed where all is slower or faster by one factor."""
+    slower = case.scene["scene"][0]["end_time"][0] / partner.scene["scene"][0]["end_time"][0]
+    return 1 / abs(1 - 1 / slower) if what == "speed" and abs(slower - 1) > 1e-6 else 1.0
+
+
 def assess(ladder, pairs):
     """One dictionary a quantity that all runs of the ladder have, and sentences on those that some lack."""
     found, missing = [], []
@@ -173,7 +180,8 @@ def assess(ladder, pairs):
         parts = {"fit": ladder[0].answer.get(f"{key}_uncertainty"), "grid": error}
         for what, partner, case in pairs:
             if case.answer.get(key) is not None:
-                parts[what] = max(parts.get(what) or 0.0, abs(case.answer[key] - partner.answer[key]))
+                changed = abs(case.answer[key] - partner.answer[key]) * factor_of(what, partner, case)
+                parts[what] = max(parts.get(what) or 0.0, changed)
         bar = math.sqrt(sum(part**2 for part in parts.values() if part is not None))
         found.append({"name": title, "key": key, "unit": unit, "value": values[0], "error_bar": bar, "parts": parts, "order": order})
     return found, missing

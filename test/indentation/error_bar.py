@@ -86,8 +86,10 @@ check("without an order: the spread", near(row["parts"]["grid"], 4e7) and row["o
 
 ones = [run("fine", fine, 2.0e9), run("coarse", coarse, 2.1e9), run("slow", coarse, 2.06e9, end=2e-9)]
 row = bars(*ones)[2]
-check("half the speed, beside the run of its cells", near(row["parts"]["speed"], 4e7) and near(row["parts"]["grid"], 1e8))
-check("... counts in the error bar", near(row["error_bar"], math.hypot(4e7, 1e8)))
+check("half the speed, beside the run of its cells", near(row["parts"]["speed"], 8e7) and near(row["parts"]["grid"], 1e8))
+check("... counts in the error bar", near(row["error_bar"], math.hypot(8e7, 1e8)))
+ones = [run("fine", fine, 2.0e9), run("coarse", coarse, 2.1e9), run("fast", coarse, 2.16e9, end=0.5e-9)]
+check("twice the speed", near(bars(*ones)[2]["parts"]["speed"], 6e7))
 ones = [run("fine", fine, 2.0e9), run("coarse", coarse, 2.1e9), run("wide", fine, 2.03e9, width=28.8e-6)]
 row = bars(*ones)[2]
 check("a wider body is said by its name", near(row["parts"]["body.upper"], 3e7))

@@ -171,7 +171,7 @@ for path in sorted([*ROOT.glob("input/studies/*.toml"), *ROOT.glob("input/tutori
             scene_of(scene.read_text(), {**read_setting.base, **rung}, read_setting)
     rungs = sum(len(family.values) for family in read_setting.families)
     check(f"setting: {path.name} and its scene make {rungs} rungs", bool(wanted))
-for scene in sorted(ROOT.glob("input/*.nml")):
+for scene in sorted([*ROOT.glob("input/*.nml"), *ROOT.glob("input/tutorial/*.nml")]):
     given, wanted = study_setting.by_default(scene.read_text(), "")
     for family in given.families:
         for rung in family.rungs():
