@@ -1,7 +1,7 @@
 #!/bin/sh
 #test: beside
 # Every scene of input/ is accepted, steps and ends well: the first thousandth of its time on 2 ranks.
-#test: limit 120
+#test: limit 180
 . "$(dirname "$0")/../harness/env.sh"
 for scene in "$ROOT"/input/*.nml "$ROOT"/input/tutorial/*.nml; do
    name=$(echo "${scene#"$ROOT"/input/}" | tr / _)

@@ -3,6 +3,7 @@ import itertools
 import random
 import sys
 from pathlib import Path
+from types import SimpleNamespace
 
 import numpy as np
 
@@ -146,6 +147,16 @@ load = study_setting.Quantity("load", "load")
 noisy = (time, 5 * time + 0.1 * (-1)**np.arange(2001))
 check("loads: lines are fitted through noise",
       np.allclose(quantities.at(load, noisy, np.array([0.5, 0.9, 1.0])), [2.5, 4.5, 5], atol=1e-2))
+
+
+way = np.r_[np.linspace(0, 1, 101), np.linspace(1, 0.8, 21)[1:]]  # m, in and back
+rows = "".join(f"{t} {d} 0 0 {5 * d if t < 101 else 0}\n" for t, d in enumerate(way))
+Path("tool_tip.dat").write_text('TITLE="t"\nVARIABLES="time [s]", "depth [m]", "load_x [N]", "load_y [N]", "load_z [N]"\nZONE T="t"\n'
+                                'AUXDATA model_share="1"\n' + rows)
+run = SimpleNamespace(directory=Path("."), settings={}, case=read_namelists(
+    "&body shape='box', lower=0,0,0, upper=1,1,1 /\n&tool name='tip', shape='cone', tip=0,0,1 /\n"))
+there, force = quantities.curve_of(run, load)
+check("loads: the way back is not among them", len(there) == 101 and there[-1] == 1 and np.allclose(force, 5 * there))
 
 
 def read(text):
