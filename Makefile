@@ -81,7 +81,7 @@ library_objects := $(patsubst src/%,$(build)/obj/src/%.o,$(basename $(filter-out
 program := $(if $(filter $(main),$(sources)),$(build)/gimp3d)
 
 # Goals that compile nothing need no list of what depends on what.
-plain_goals := help clean distclean deps needed venv demo test check test-all bench fuzz effects plans plots hardness hard map study api uninstall report gallery paraview benchmarks
+plain_goals := help clean distclean deps needed venv demo test check test-all bench fuzz effects plans plots hardness hard map study api uninstall report gallery paraview benchmarks error_bar
 ifneq ($(filter-out $(plain_goals),$(or $(MAKECMDGOALS),gimp3d)),)
 include $(build)/depends.mk
 stale_modules := $(filter-out $(modules:%=$(build)/mod/%.mod),$(wildcard $(build)/mod/*.mod))
@@ -240,7 +240,7 @@ uninstall:
 
 # ---- use ------------------------------------------------------------------------------------------------------------------------
 
-.PHONY: demo test check test-all bench fuzz effects plans plots hardness hard map study api report gallery paraview benchmarks
+.PHONY: demo test check test-all bench fuzz effects plans plots hardness hard map study api report gallery paraview benchmarks error_bar
 
 mpi := . test/harness/mpi.sh;
 jobs = $(if $(filter -j% --jobserver%,$(MAKEFLAGS)),,-j$(shell nproc 2>/dev/null || echo 1))
@@ -321,6 +321,12 @@ hardness:
 	@[ -n "$(RUN)" ] || { echo "Say which run: make hardness RUN=out/indenter"; exit 1; }
 	@$(MAKE) --no-print-directory venv
 	@$(python) post/hardness.py $(TOOL:%=--tool %) $(OPTIONS) "$(RUN)"
+
+## error_bar   RUNS="directory directory ...": error bars of hardness, modulus, ... from runs on other cells, at other speeds; TOOL=name
+error_bar:
+	@[ -n "$(RUNS)" ] || { echo 'Say which runs: make error_bar RUNS="out/cone out/cone_coarse"'; exit 2; }
+	@$(MAKE) --no-print-directory venv
+	@$(python) post/error_bar.py $(TOOL:%=--tool %) $(RUNS)
 
 ## paraview    RUN=directory: its scene for ParaView (paraview.pvsm) and a picture of that; opened where there is a display.
 ##             PARAVIEW_OPTIONS=--frames: a picture of every snapshot

@@ -384,7 +384,8 @@ def kinetic_share(run, record, row, main, answer):
     used = (energy["time"] >= half) & (energy["time"] <= last) & (energy["external_work"] > 0)
     if not np.any(used):
         return
-    answer["kinetic_share"] = float(np.max(energy["kinetic"][used] / energy["external_work"][used]))
+    work = np.maximum.accumulate(energy["external_work"])  # what an elastic unloading gives back counts as work done
+    answer["kinetic_share"] = float(np.max(energy["kinetic"][used] / work[used]))
     if answer["kinetic_share"] > 0.01:
         answer["notes"].append(
             f"Kinetic energy reaches {100 * answer['kinetic_share']:.2g} % of the work over the part that is used: the "

@@ -257,10 +257,12 @@ def contact_radius(surface, tool, tip):
     apart = gap > 0.1 * np.minimum(rise, width)
     beyond = np.searchsorted(
         radius, radius + 1.5 * width
-    )  # the edge is where all are apart for one and a half particles; some hover within
+    )  # the edge is where all are apart for one and a half particles, and none touch beyond; some hover within
     counted = np.r_[0, np.cumsum(apart)]
     rows = np.arange(radius.size)
-    open_ = apart & (counted[beyond] - counted[rows] > 0.95 * (beyond - rows)) & (beyond < radius.size)
+    share = (counted[beyond] - counted[rows]) / np.maximum(beyond - rows, 1)
+    touched = np.flatnonzero((share < 0.5) & (beyond < radius.size))
+    open_ = apart & (share > 0.95) & (beyond < radius.size) & (rows > (touched[-1] if touched.size else -1))
     if not np.any(open_) or radius[np.argmax(open_)] < 2 * width[np.argmax(open_)]:
         return None
     first, unit = float(radius[np.argmax(open_)]), float(width[np.argmax(open_)])

@@ -45,7 +45,9 @@ def load(run, quantity):
     _, gap = indentation.indented_body(run.case, tool)
     share = indentation.share_of_body(history)
     along = indentation.unit_axis(tool)
-    return history["depth"] - gap, -sum(history[f"load_{axis}"] * part for axis, part in zip("xyz", along)) / share
+    way = slice(0, int(np.argmax(history["depth"])) + 1)  # up to the largest depth: the way back is another curve
+    force = -sum(history[f"load_{axis}"] * part for axis, part in zip("xyz", along)) / share
+    return history["depth"][way] - gap, force[way]
 
 
 def probe(run, quantity):

@@ -18,6 +18,7 @@ import numpy as np
 ROOT, WORK = Path(sys.argv[1]), Path(sys.argv[2])
 sys.path.insert(0, str(ROOT / "post"))
 import hardness
+import imprint
 import oliver_pharr as op
 
 angle, young, poisson, top = math.radians(70.3), 70e9, 0.3, 4e-6
@@ -369,12 +370,34 @@ check(
     and answer["pile_up"] is None
     and answer["stiffness"] is not None,
 )
+
+# the edge of a contact of which a ring near the axis hovers: particles under a tip do, where they are as large as it is blunt
+width = 60e-9
+x, y = (a.ravel() for a in np.meshgrid(*[np.arange(-2.01e-6, 2.04e-6, width)] * 2))
+r = np.hypot(x, y)
+hover = np.where((r > 2.2 * width) & (r < 4.4 * width), 0.3 * width, 0.0)
+surface = imprint.Surface(np.c_[x, y], heights(r, deepest, False) - hover, np.full(x.size, width / 2), 0 * x, 0 * x)
+found = imprint.contact_radius(surface, {"shape": ["cone"], "half_angle": [70.3]}, -deepest)
+check(f"a ring that hovers is not the edge of the contact: {1e9 * found[0]:.0f} nm", abs(found[0] - radius) < 0.5 * width)
+
 fabricate("late", snapshot_at=200)
 status, text, answer = run("late")
 check(
     "no snapshot at the largest depth: a sentence",
     status == 0 and "the snapshot nearest to the largest depth is at" in text and answer["pile_up"] is None,
 )
+fabricate("springs_back", curve=(np.r_[inward(400)[0], inward(400)[0][::-1][1:]], np.r_[inward(400)[1], inward(400)[1][::-1][1:]]))
+rows = (WORK / "springs_back/energy.dat").read_text().splitlines()
+most = max(float(row.split()[2]) for row in rows[3:])
+(WORK / "springs_back/energy.dat").write_text(
+    "\n".join(rows[:3] + [" ".join([row.split()[0], f"{0.001 * most:.16e}", *row.split()[2:]]) for row in rows[3:]]) + "\n"
+)
+status, text, answer = run("springs_back")
+check(
+    "kinetic energy is compared with the largest work, not with what an elastic unloading has left of it",
+    status == 0 and "not quasi-static" not in text and near(answer["kinetic_share"], 0.008, 0.02),
+)
+
 fabricate("fast", kinetic=0.05)
 status, text, answer = run("fast")
 check(

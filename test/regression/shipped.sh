@@ -1,10 +1,11 @@
 #!/bin/sh
 #test: beside
 # Every scene of input/ is accepted, steps and ends well: the first thousandth of its time on 2 ranks.
-#test: limit 120
+#test: limit 180
 . "$(dirname "$0")/../harness/env.sh"
-for scene in "$ROOT"/input/*.nml; do
-   name=$(basename "$scene" .nml)
+for scene in "$ROOT"/input/*.nml "$ROOT"/input/tutorial/*.nml; do
+   name=$(echo "${scene#"$ROOT"/input/}" | tr / _)
+   name=${name%.nml}
    awk '
       match($0, /end_time=[-+0-9.eEdD]+/) {
          value = substr($0, RSTART + 9, RLENGTH - 9)

@@ -3,6 +3,7 @@ import itertools
 import random
 import sys
 from pathlib import Path
+from types import SimpleNamespace
 
 import numpy as np
 
@@ -148,6 +149,16 @@ check("loads: lines are fitted through noise",
       np.allclose(quantities.at(load, noisy, np.array([0.5, 0.9, 1.0])), [2.5, 4.5, 5], atol=1e-2))
 
 
+way = np.r_[np.linspace(0, 1, 101), np.linspace(1, 0.8, 21)[1:]]  # m, in and back
+rows = "".join(f"{t} {d} 0 0 {5 * d if t < 101 else 0}\n" for t, d in enumerate(way))
+Path("tool_tip.dat").write_text('TITLE="t"\nVARIABLES="time [s]", "depth [m]", "load_x [N]", "load_y [N]", "load_z [N]"\nZONE T="t"\n'
+                                'AUXDATA model_share="1"\n' + rows)
+run = SimpleNamespace(directory=Path("."), settings={}, case=read_namelists(
+    "&body shape='box', lower=0,0,0, upper=1,1,1 /\n&tool name='tip', shape='cone', tip=0,0,1 /\n"))
+there, force = quantities.curve_of(run, load)
+check("loads: the way back is not among them", len(there) == 101 and there[-1] == 1 and np.allclose(force, 5 * there))
+
+
 def read(text):
     path = Path("setting.toml")
     path.write_text(text)
@@ -163,7 +174,7 @@ for word, bad in (("unknown cell", good.replace("cells", "cell")), ("kind='lod'"
                   ("must rise", good.replace("kind=", "window=[1,0.5]\nkind="))):
     check(f"setting: refused, {word}", refused(BadSetting, word, lambda: read(bad)))
 check("setting: what is no TOML is refused", refused(Unreadable, "setting.toml", lambda: read("a = = 1")))
-for path in sorted(ROOT.glob("input/studies/*.toml")):
+for path in sorted([*ROOT.glob("input/studies/*.toml"), *ROOT.glob("input/tutorial/studies/*.toml")]):
     read_setting, wanted = study_setting.read(path)
     scene = next(place for place in (path.with_suffix(".nml"), path.parents[1] / f"{path.stem}.nml") if place.is_file())
     for family in read_setting.families:
@@ -171,7 +182,7 @@ for path in sorted(ROOT.glob("input/studies/*.toml")):
             scene_of(scene.read_text(), {**read_setting.base, **rung}, read_setting)
     rungs = sum(len(family.values) for family in read_setting.families)
     check(f"setting: {path.name} and its scene make {rungs} rungs", bool(wanted))
-for scene in sorted(ROOT.glob("input/*.nml")):
+for scene in sorted([*ROOT.glob("input/*.nml"), *ROOT.glob("input/tutorial/*.nml")]):
     given, wanted = study_setting.by_default(scene.read_text(), "")
     for family in given.families:
         for rung in family.rungs():
