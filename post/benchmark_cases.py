@@ -105,12 +105,14 @@ def one_per_cell(text):
 
 # ---- B1, B2, B12: elastic-plastic ----
 
-# E/Y above which the particle at the tip is drawn out so far that domains which follow the material are split without end
+# E/Y above which a cone draws the particle at its tip out so far that domains which follow the material are split without end; under
+# the edges of a pyramid they are at E/Y = 100
 far_from_elastic = 300.0
 
 
-def plastic(title, tool, ratio, exponent, radius_over_depth, way_back):
-    """A scene of a pointed tool that goes in until its contact has the grid's radius, and comes back by `way_back` of its depth."""
+def plastic(title, tool, ratio, exponent, radius_over_depth, way_back, cubes):
+    """A scene of a pointed tool that goes in until its contact has the grid's radius, and comes back by `way_back` of its depth.
+    `cubes`: particles stay such."""
 
     def make(grid, directory):
         depth = grid.contact * grid.cell / radius_over_depth
@@ -124,7 +126,7 @@ def plastic(title, tool, ratio, exponent, radius_over_depth, way_back):
             tool,
             motion,
             directory,
-            effects=(["&time domain='fixed' /"] if ratio > far_from_elastic else []) + ["&anti_locking /"],
+            effects=(["&time domain='fixed' /"] if cubes else []) + ["&anti_locking /"],
         )
 
     return make
@@ -146,12 +148,13 @@ def sharp_row(case, name, what, shape, tool, grids, ratio, exponent, curvature, 
     radius = stiffness / references["area_of_stiffness"][shape] / math.sqrt(math.pi)
     # P / (S h): how far back the load would go if the stiffness stayed
     way = curvature / ratio * (1 - poisson**2) / stiffness
+    cubes = shape == "berkovich" or ratio > far_from_elastic
     return Row(
         case,
         name,
         what,
         grids,
-        plastic(f"{shape}, E/Y = {ratio:g}, n = {exponent:g}", tool, ratio, exponent, radius, min(1.4 * way, 0.8)),
+        plastic(f"{shape}, E/Y = {ratio:g}, n = {exponent:g}", tool, ratio, exponent, radius, min(1.4 * way, 0.8), cubes),
         lambda directory, grid: measures.sharp(directory, grid, young / ratio),
         sharp_numbers(shape, ratio, curvature, stiffness, work),
     )
@@ -615,7 +618,8 @@ def cases():
             "Berkovich in metal that hardens",
             lulu.replace("FEM_70deg", "Berkovich") + ", three-dimensional",
             "As B1 with a pyramid of 65.3 degrees, half model",
-            "As B1. The three edges of the pyramid are sharp, and the grid rounds them.",
+            "As B1. The three edges of the pyramid are sharp, and the grid rounds them. Under them particles are drawn out as under the tip of a "
+            "cone in soft metal, and all rows have `domain='fixed'`.",
             berkovich_rows(),
         ),
         Case(
