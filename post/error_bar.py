@@ -190,7 +190,7 @@ def assess(ladder, pairs):
 def print_table(found, ladder, pairs, missing):
     kinds = ["fit", "grid", *dict.fromkeys(what for what, _, _ in pairs)]
     print(f"{ladder[0].directory}: cells of " + ", ".join(f"{1e9 * case.cell:.4g}" for case in ladder) + " nm; shares of the error bar")
-    head = "".join(f"{kind + ' %':>{max(9, len(kind) + 4)}}" for kind in kinds)
+    head = "".join(f"{kind:>{max(9, len(kind) + 4)}}" for kind in kinds)
     print(f"{'':<24}{'value':>10}{'':8}{'error bar':>12}{head}   order in the cell")
     for row in found:
         factor, unit = scaled(row["unit"], [row["value"]]) if row["unit"] else (1.0, "")
@@ -199,7 +199,7 @@ def print_table(found, ladder, pairs, missing):
         text = f"{row['name']:<24}{row['value'] / factor:>10.4g} {unit:<6} +- {row['error_bar'] / factor:>9.2g}"
         for kind in kinds:
             part = row["parts"].get(kind)
-            share = "-" if part is None or not row["value"] else f"{100 * part / abs(row['value']):.2g}"
+            share = "-" if part is None or not row["value"] else f"{100 * part / abs(row['value']):.2g} %"
             text += f"{share:>{max(9, len(kind) + 4)}}"
         print(f"{text}   {row['order']}".rstrip())
     for sentence in missing:
