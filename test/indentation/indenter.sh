@@ -1,6 +1,7 @@
 #!/bin/sh
 #test: beside
-#test: limit 120
+#test: long
+#test: limit 600
 # A small cone into plastic material, in and out: `make hardness` beside finite elements. The body is eight radii of the contact high, the
 # cells a third of it: bounds are wide (indenter_long.sh has the shipped scene).
 . "$(dirname "$0")/../harness/env.sh"

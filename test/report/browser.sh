@@ -1,6 +1,7 @@
 #!/bin/bash
 #test: beside
-#test: limit 120
+#test: long
+#test: limit 600
 # Reports and the gallery, opened in headless Chromium at 400 and 1600 pixels: every picture is shown, no script fails, nothing is
 # fetched, nothing scrolls sideways, curves can be read, zoomed and hidden. What is planted must be noticed.
 . "$(dirname "$0")/../harness/env.sh"
