@@ -69,6 +69,14 @@ def half_space_theory(case, tool):
     return None
 
 
+def rounded_cone_depth(half_angle, share):
+    """Depth of a rounded cone over its tip's radius where the contact has `share` times the radius of the circle in which its sphere
+    touches it, 1 or more (Briscoe 1994)."""
+    b = math.cos(half_angle)
+    a = share * b
+    return a * (a - math.sqrt(a * a - b * b)) + a / math.tan(half_angle) * (math.pi / 2 - math.asin(b / a))
+
+
 def rounded_cone(modulus, half_angle, tip_radius):
     """load(depth) (N, m) of an elastic half-space of plane-strain modulus E' (Pa) under a rigid cone whose tip is a sphere of a radius
     (m) that touches it (Briscoe, Sebastian and Adams 1994). Up to the contact radius R cos(half_angle) it is Hertz's."""

@@ -17,6 +17,7 @@ sys.path.insert(0, str(ROOT / "post"))
 import benchmark_cases as cases
 import benchmark_measures as measures
 import benchmarks
+import indentation
 import oliver_pharr
 from benchmark_scenes import Motion, plane_modulus, poisson, power_law, young
 from layered import Layers, base_compliance, stiffening
@@ -86,6 +87,14 @@ known = tables["sneddon_sphere"]
 depth, load = cases.sneddon(known["radius"])
 check("Sneddon's sphere", near(depth, known["depth"], 2e-5) and near(load, known["load"], 1e-5))
 check("and Hertz is 2.8 % above it", near(4 / 3 * depth**1.5 / load, 1.028, 1e-3))
+known = tables["rounded_cone"]
+angle = math.radians(known["half_angle"])
+for share, depth, load in known["rows"]:
+    ours = indentation.rounded_cone_depth(angle, share)
+    check(
+        f"a rounded cone at a/b = {share}",
+        near(ours, depth, 5e-5) and near(float(indentation.rounded_cone(1.0, angle, 1.0)(ours)), load, 5e-5),
+    )
 first, *others = tables["elastic_pyramid"]["berkovich"]
 check("Berkovich, elastic, 2.0250", near(first * (1 + sum(c * 0.3 ** (i + 1) for i, c in enumerate(others))), 2.0250, 3e-5))
 first, *others = tables["elastic_pyramid"]["vickers"]
