@@ -28,9 +28,9 @@ check "a file that may not grow: status $status, $(said limited.log)" [ $status 
 check 'one sentence' once limited.log
 check 'nothing begun is left' [ -z "$(ls limited | grep '^checkpoint.*part')" ]
 
-# histories that may not grow beyond 8 kB, nothing else written: no torn file under its own name
+# histories that may not grow beyond 16 kB, nothing else written: no torn file under its own name
 histories=$(grep -v '^&checkpoint' <<<"${limited/end_time=1000/end_time=0.1}")
-(ulimit -f 8; "$GIMP3D" <<<"${histories//OUT/short}" >short.log 2>&1)
+(ulimit -f 16; "$GIMP3D" <<<"${histories//OUT/short}" >short.log 2>&1)
 status=$?
 check "histories that may not grow: status $status, $(said short.log)" [ $status = 4 ]
 check 'one sentence' once short.log
