@@ -88,7 +88,7 @@ shutil.rmtree("damaged")
 
 # another format; another scene's tables under a good seal
 older, newer = fresh("format")
-reseal(newer, 8)
+reseal(newer, 9)
 refused("another format", 2, r"has the format 9 of gimp3d [0-9.]+; this is gimp3d [0-9.]+, which reads format 8$", restart="format")
 
 
