@@ -166,16 +166,16 @@ contains
       type(balance_t) :: balance
       type(snapshot_t) :: snapshot
       type(probe_t), allocatable :: probes(:)
-      real(wp) :: began, bytes, largest, value, position(3), stress(6), strain, recovered(6)
+      real(wp) :: area, began, bytes, largest, value, position(3), stress(6), strain, recovered(6)
       integer :: f
       probes = [(choose_particle(model, scene%probes(f)%position), f=1, size(scene%probes))]
       began = wall_time()
       call balance%follow(model)
       do f = 1, size(scene%tools)
          if (scene%output%present) &
-            value = projected_area(model%communicator, model%contact%tools(f), &
-                                   model%levels(size(model%levels)), model%materials, &
-                                   model%contact%candidates%carried + f - 1)
+            area = projected_area(model%communicator, model%contact%tools(f), &
+                                  model%levels(size(model%levels)), model%materials, &
+                                  model%contact%candidates%carried + f - 1)
       end do
       do f = 1, size(probes)
          if (scene%output%present) call read_probe(model, probes(f), position, stress, strain, recovered)

@@ -88,8 +88,8 @@ contains
                            'quarter more time; &'//scene%brought//" kind='none' / leaves it out")
       if (may_lock(scene)) &
          call console%line('may lock   a law keeps its volume, nearly or when it flows, and there is no '// &
-                           '&anti_locking: too stiff, and the pressure of single particles swings; with it '// &
-                           'both are mended for up to a quarter more time')
+                           '&anti_locking: too stiff, and the pressure of single particles swings; '// &
+                           'with it both are mended for up to a quarter more time')
    end subroutine introduce_choices
 
    !> True when a body of several particles a cell keeps its volume, as plastic flow does and as a Poisson's

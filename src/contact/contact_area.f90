@@ -1,5 +1,6 @@
 !> Area over which a tool and the bodies are in contact, seen along the tool's axis (theory.md, eq.
-!> contact-area): from the gaps and pressures of the points at the surface on both sides of the contact's edge.
+!> contact-area): from the gaps of the points at the surface on both sides of the contact's edge, and from
+!> which of them are pressed.
 module m_contact_area
    use mpi_f08
    use m_kinds, only: wp
@@ -35,12 +36,14 @@ module m_contact_area
    type :: squares_t
       real(wp) :: low(2) = 0.0_wp, width = 1.0_wp
       integer, allocatable :: first(:, :), next(:)
+      integer :: most = 0 !< points of a square
    end type squares_t
 
    real(wp), parameter :: farthest = 1.5_wp !< cells: gaps that are looked at
-   real(wp), parameter :: buried = 0.4_wp   !< a point is not at the surface if another one beside it is nearer
-                                            !< to the tool by so many edges
+   real(wp), parameter :: buried = 0.4_wp !< a point is not at the surface if another one beside it is nearer
+                                          !< to the tool by so many edges
    real(wp), parameter :: beside = 0.75_wp  !< edges, seen along the axis
+   real(wp), parameter :: sight = 1.2_wp    !< edges: so far a point outside says where the edge is
    real(wp), parameter :: closed = 0.03_wp  !< of the largest gap within a cell: a smaller gap is none
    real(wp), parameter :: around = 1.5_wp   !< cells: a point is in contact that points in contact so near
                                             !< surround
@@ -83,6 +86,7 @@ contains
       squares = sorted_in_squares(points, cell)
       in_contact = closed_points(points, squares, cell)
       in_contact = in_contact .or. surrounded(points, squares, in_contact, around*cell)
+      if (.not. any(in_contact)) return ! all that is pressed lies below something
       area = communicator%sum_real(counted(points, squares, in_contact, cell, mirrors, &
                                            communicator%rank, communicator%ranks))
    end function area_of_points
@@ -95,10 +99,10 @@ contains
       integer, intent(in) :: carried
       real(wp), intent(in) :: across(3, 2)
       type(surface_point_t), allocatable :: points(:)
-      type(surface_point_t) :: point
+      type(surface_point_t), allocatable :: found(:)
       real(wp) :: gap, edge, normal(3), thickness
       integer, allocatable :: near(:)
-      integer :: b, n
+      integer :: b, count, n
       allocate (points(0))
       associate (reach => farthest*level%grid%cell, x => level%layout%position)
          do b = 1, size(level%blocks)
@@ -107,28 +111,33 @@ contains
                if (.not. near_tool(tool, level, block)) cycle
                call block%cells%link(block%particles%count)
                near = particles_near(tool, level, block, thickest(level) + reach)
+               if (allocated(found)) deallocate (found)
+               allocate (found(size(near)))
+               count = 0
                do n = 1, size(near)
                   call find_gap(tool, level, materials, b, near(n), reach, gap, normal, edge, thickness)
                   if (gap > reach) cycle
                   gap = gap + unloaded(materials%slots(materials%of_body(block%particles%body(near(n))))%law)
-                  point = surface_point_t(matmul(column(near(n), x:x + 2), across), gap, edge, &
-                                          merge(1.0_wp, 0.0_wp, abs(column(near(n), carried)) > 0.0_wp))
+                  count = count + 1
+                  found(count) = surface_point_t(matmul(column(near(n), x:x + 2), across), gap, edge)
+                  if (abs(column(near(n), carried)) > 0.0_wp) found(count)%pressed = 1.0_wp
+                  ! from there back along the axis, beyond all gaps that are looked at
                   call tool%gap_and_normal(column(near(n), x:x + 2) - 2.0_wp*reach*tool%spec%axis, &
-                                           point%beside, normal)
-                  point%outwards = matmul(normal, across)
-                  points = [points, point]
+                                           found(count)%beside, normal)
+                  found(count)%outwards = matmul(normal, across)
                end do
+               points = [points, found(:count)]
             end associate
          end do
       end associate
    contains
-      !> What the gap would be less were the particle's own pressure taken off it, m: points that the nodes hold
-      !> off the tool bear none in their list but have it in their stress.
+      !> How much the gap changes when the particle's own stress is taken off it, m: points that the nodes
+      !> hold off the tool are not pressed, but their particles have the pressure in their stress.
       real(wp) function unloaded(law)
          class(material_t), intent(in) :: law
-         unloaded = tool%spec%penetration_factor*thickness &
-                    *(1.0_wp - 1.0_wp/law%stretch(level%blocks(b)%particles%column(near(n), :), level%layout, &
-                                                  normal))
+         real(wp) :: stretch
+         stretch = law%stretch(level%blocks(b)%particles%column(near(n), :), level%layout, normal)
+         unloaded = tool%spec%penetration_factor*thickness*(1.0_wp - 1.0_wp/stretch)
       end function unloaded
    end function points_near
 
@@ -153,6 +162,7 @@ contains
       type(tool_t), intent(in) :: tool
       real(wp), intent(in) :: across(3, 2)
       type(mirror_t), allocatable :: mirrors(:)
+      real(wp) :: plane
       integer :: axis, inwards, side
       allocate (mirrors(0))
       associate (grid => level%grid)
@@ -161,8 +171,8 @@ contains
             do side = 1, 2
                if (grid%boundary(side, axis) /= boundary_symmetry) cycle
                inwards = 3 - 2*side
-               mirrors = [mirrors, mirror_t(inwards*across(axis, :), inwards*( &
-                                            grid%lower(axis) + merge(0, grid%cells(axis), side == 1)*grid%cell))]
+               plane = grid%lower(axis) + merge(0, grid%cells(axis), side == 1)*grid%cell
+               mirrors = [mirrors, mirror_t(inwards*across(axis, :), inwards*plane)]
             end do
          end do
       end associate
@@ -198,17 +208,20 @@ contains
       type(surface_point_t), intent(in) :: points(:)
       real(wp), intent(in) :: width !< m
       type(squares_t) :: squares
+      integer, allocatable :: filled(:, :)
       integer :: at(2), p
       squares%width = width
       squares%low = [minval(points%place(1)), minval(points%place(2))]
       at = square_of(squares, [maxval(points%place(1)), maxval(points%place(2))])
-      allocate (squares%first(0:at(1), 0:at(2)), source=0)
+      allocate (squares%first(0:at(1), 0:at(2)), filled(0:at(1), 0:at(2)), source=0)
       allocate (squares%next(size(points)))
       do p = size(points), 1, -1
          at = square_of(squares, points(p)%place)
          squares%next(p) = squares%first(at(1), at(2))
          squares%first(at(1), at(2)) = p
+         filled(at(1), at(2)) = filled(at(1), at(2)) + 1
       end do
+      squares%most = maxval(filled)
    end function sorted_in_squares
 
    pure function square_of(squares, place) result(at)
@@ -227,7 +240,7 @@ contains
       integer :: i, j, low(2), high(2), n, p
       low = max(0, square_of(squares, place - distance))
       high = min(ubound(squares%first), square_of(squares, place + distance))
-      allocate (found(size(points)))
+      allocate (found(max(0, squares%most*product(high - low + 1))))
       n = 0
       do j = low(2), high(2)
          do i = low(1), high(1)
@@ -306,8 +319,8 @@ contains
       end do
    end function on_all_sides
 
-   !> Where the contact's edge is, seen from a point beside it: where the straight line through its gap and that
-   !> of a point further out comes to none; or where the tool itself ends.
+   !> Where the contact's edge is, seen from a point beside it: where the straight line through its gap and
+   !> that of a point further out comes to none; or where the tool itself ends.
    pure subroutine look_back(points, squares, in_contact, cell, outwards, back)
       type(surface_point_t), intent(in) :: points(:)
       type(squares_t), intent(in) :: squares
@@ -373,7 +386,7 @@ contains
          integer, allocatable :: near(:)
          real(wp) :: distance, nearest, nearest_out
          integer :: m, p, out
-         near = neighbours(points, squares, place, 1.2_wp*edge)
+         near = neighbours(points, squares, place, sight*edge)
          covers = .false.
          out = 0
          nearest = huge(nearest)
@@ -387,7 +400,8 @@ contains
             nearest_out = distance
             out = p
          end do
-         if (out > 0) covers = nearest < edge .and. dot_product(points(out)%place - place, outwards(:, out)) > back(out)
+         if (out > 0) covers = nearest < edge .and. dot_product(points(out)%place - place, &
+                                                                outwards(:, out)) > back(out)
       end function covers
    end function counted
 

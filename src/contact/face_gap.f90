@@ -1,5 +1,5 @@
-!> How far the faces of particles are from a tool, by their places and shapes alone (theory.md, eq. contact-gap),
-!> and which particles may be near.
+!> How far the faces of particles are from a tool, by their places and shapes alone (theory.md, eq.
+!> contact-gap), and which particles may be near.
 module m_face_gap
    use m_kinds, only: wp
    use m_constants, only: block_size

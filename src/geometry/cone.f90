@@ -1,4 +1,5 @@
-!> A cone that is open upwards, its tip in the origin: its apex, or the foremost point of a sphere that touches it.
+!> A cone that is open upwards, its tip in the origin: its apex, or the foremost point of a sphere that
+!> touches it.
 module m_cone
    use m_kinds, only: wp
    use m_group_reader, only: group_reader_t

@@ -18,7 +18,8 @@ contains
       block; use m_cone, only: cone_t; call tool('cone', cone_t()); end block
       block; use m_flat, only: flat_t; call tool('flat', flat_t()); end block
       block; use m_berkovich, only: berkovich_t; call tool('berkovich', berkovich_t()); end block
-      block; use m_regular_pyramid, only: regular_pyramid_t; call tool('pyramid', regular_pyramid_t()); end block
+      block; use m_regular_pyramid, only: regular_pyramid_t; call tool('pyramid', &
+         regular_pyramid_t()); end block
       block; use m_roller, only: roller_t; call tool('cylinder', roller_t()); end block
       block; use m_wedge, only: wedge_t; call tool('wedge', wedge_t()); end block
    contains

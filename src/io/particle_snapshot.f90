@@ -19,8 +19,8 @@ module m_particle_snapshot
 contains
 
    !> Collective: all written fields, the recovered stress, the numbers of body and level, the levels' boxes.
-   !> Particles stand level by level, in the order of their blocks' indices, so that the file is the same on any
-   !> number of ranks.
+   !> Particles stand level by level, in the order of their blocks' indices, so that the file is the same on
+   !> any number of ranks.
    subroutine take_snapshot(model, snapshot)
       type(model_t), intent(inout) :: model !< stays as it is
       type(snapshot_t), intent(inout) :: snapshot

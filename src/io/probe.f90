@@ -49,8 +49,8 @@ contains
    end function choose_particle
 
    !> Collective: position (m), stress (Pa; xx yy zz yz xz xy), equivalent plastic strain and recovered stress
-   !> (Pa) of the probed particle; strain is 0 when its law has no plastic flow, all are 0 when nothing is left
-   !> of the particle.
+   !> (Pa) of the probed particle; strain is 0 when its law has no plastic flow, all are 0 when nothing is
+   !> left of the particle.
    subroutine read_probe(model, probe, position, stress, plastic_strain, recovered)
       type(model_t), intent(in) :: model
       type(probe_t), intent(in) :: probe

@@ -379,10 +379,11 @@ contains
       header%zone = 'probe '//name
       header%columns = [character(len=history_text_length) :: 'time [s]', 'x [m]', 'y [m]', 'z [m]', &
                         'stress_xx [Pa]', 'stress_yy [Pa]', 'stress_zz [Pa]', 'stress_yz [Pa]', &
-                        'stress_xz [Pa]', 'stress_xy [Pa]', 'von_mises [Pa]', 'equivalent_plastic_strain [1]', &
-                        'stress_recovered_xx [Pa]', 'stress_recovered_yy [Pa]', 'stress_recovered_zz [Pa]', &
-                        'stress_recovered_yz [Pa]', 'stress_recovered_xz [Pa]', 'stress_recovered_xy [Pa]', &
-                        'von_mises_recovered [Pa]']
+                        'stress_xz [Pa]', 'stress_xy [Pa]', 'von_mises [Pa]', &
+                        'equivalent_plastic_strain [1]', 'stress_recovered_xx [Pa]', &
+                        'stress_recovered_yy [Pa]', 'stress_recovered_zz [Pa]', &
+                        'stress_recovered_yz [Pa]', 'stress_recovered_xz [Pa]', &
+                        'stress_recovered_xy [Pa]', 'von_mises_recovered [Pa]']
    end function probe_header
 
 end module m_recorder

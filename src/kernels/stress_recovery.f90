@@ -15,8 +15,8 @@ module m_stress_recovery
    private
    public :: give_stress, take_stress
 
-   real(wp), parameter :: damping = 1.0e-3_wp !< how little a body may be spread along an axis, squared, for its
-                                              !< slope along it to count: in a sheet of one particle none does
+   real(wp), parameter :: damping = 1.0e-3_wp !< how little a body may be spread along an axis, squared, for
+                                              !< its slope along it to count: in a sheet of one particle none
 
    !> The weights of a chunk of particles on the 27 nodes around each of them, whatever their domains are.
    type :: shares_t
@@ -57,8 +57,8 @@ contains
                                 i => shares%place(1, m) + a, j => shares%place(2, m) + b, &
                                 k => shares%place(3, m) + c)
                         places(1, i, j, k) = places(1, i, j, k) + share
-                        places(2:4, i, j, k) = places(2:4, i, j, k) &
-                                               + share*frame%cell*(shares%offset(:, m) - [a - 1, b - 1, c - 1])
+                        places(2:4, i, j, k) = places(2:4, i, j, k) + share*frame%cell &
+                                               *(shares%offset(:, m) - [a - 1, b - 1, c - 1])
                         stresses(1, i, j, k) = stresses(1, i, j, k) + share
                         stresses(2:7, i, j, k) = stresses(2:7, i, j, k) &
                                                  + share*column(p, layout%stress:layout%stress + 5)

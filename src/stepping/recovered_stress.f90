@@ -63,8 +63,8 @@ contains
       end subroutine add_up
    end subroutine recover_stress
 
-   !> Collective: the recovered stress (Pa) of one particle, on the rank that has it; 0 on the others. Only its
-   !> neighbours are asked, which costs a scene of any size the same.
+   !> Collective: the recovered stress (Pa) of one particle, on the rank that has it; 0 on the others. Only
+   !> its neighbours are asked, which costs a scene of any size the same.
    subroutine recover_stress_at(model, at, stress)
       type(model_t), intent(in) :: model
       integer, intent(in) :: at(3)           !< its level, block and number here; 0 where it is not

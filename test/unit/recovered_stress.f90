@@ -115,9 +115,10 @@ contains
       logical, intent(in) :: linear
       real(wp), intent(in) :: bound
       type(block_stress_t), allocatable :: recovered(:)
-      real(wp) :: off, largest
+      real(wp) :: off, largest, at_surface
       integer :: b, l, p
       off = 0.0_wp
+      at_surface = 0.0_wp
       largest = 0.0_wp
       do l = 1, size(model%levels)
          call recover_stress(model, l, recovered)
@@ -127,14 +128,20 @@ contains
                   associate (own => particles%column(p, at%stress:at%stress + 5))
                      largest = max(largest, maxval(abs(own)))
                      if (linear) off = max(off, maxval(abs(recovered(b)%of(:, p) - own)))
-                     if (linear .or. near_surface(particles%column(p, at%position + 2))) cycle
-                     off = max(off, maxval(abs(recovered(b)%of(:, p))))
+                     if (linear) cycle
+                     at_surface = max(at_surface, maxval(abs(recovered(b)%of(:, p))))
+                     if (.not. near_surface(particles%column(p, at%position + 2))) &
+                        off = max(off, maxval(abs(recovered(b)%of(:, p))))
                   end associate
                end do
             end associate
          end do
       end do
-      off = comm%maximum(off)/comm%maximum(largest)
+      largest = comm%maximum(largest)
+      off = comm%maximum(off)/largest
+      at_surface = comm%maximum(at_surface)/largest
+      if (comm%is_root() .and. .not. linear) print '(3x,a,f5.2)', name//': at the surfaces ', at_surface
+      call test%check(at_surface < 1.1_wp, name//': at surfaces no larger than it was')
       if (comm%is_root()) print '(3x,a,es9.2)', name//': off by ', off
       call test%check(off < bound, name)
    end subroutine compare
