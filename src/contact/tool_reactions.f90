@@ -54,6 +54,7 @@ contains
       real(wp) :: tangential(3)
       integer :: c
       do c = 1, candidates%count
+         if (candidates%list(c)%tool == 0) cycle
          associate (it => candidates%list(c), sums => reactions(candidates%list(c)%tool))
             sums%load = sums%load - it%force*it%normal
             sums%candidates = sums%candidates + 1.0_wp

@@ -174,7 +174,7 @@ contains
       do l = 1, size(self%levels)
          call self%effect_step(l)%build(self%effects, self%levels(l)%grid%block_count(), self%timers)
       end do
-      call self%contact%build(scene%tools, scene%contact)
+      call self%contact%build(scene)
       self%contact%strains_apart = self%method%stress_update /= update_usl
       self%contact%followed = self%contact%active() .and. (self%method%affine &
                                                            .or. self%method%stress_update == update_usl)
@@ -261,6 +261,7 @@ contains
             call self%effects(m)%effect%declare(table)
             self%effects(m)%columns = table%columns - self%effects(m)%columns
          end do
+         if (self%contact%pairs%active()) call self%contact%pairs%declare(table)
          do l = 1, size(self%levels)
             self%levels(l)%table = table
             self%levels(l)%layout = table%layout()
