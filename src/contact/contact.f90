@@ -6,7 +6,7 @@ module m_contact
    use m_constants, only: exit_numerical
    use m_errors, only: error_t, fail
    use m_text, only: to_text
-   use m_scene, only: tool_spec_t, contact_spec_t, hopeless_residual
+   use m_scene, only: tool_spec_t, contact_spec_t, grid_spec_t, hopeless_residual
    use m_tool, only: tool_t, make_tool
    use m_communicator, only: communicator_t
    use m_field_table, only: field_table_t
@@ -15,7 +15,7 @@ module m_contact
    use m_contact_complaints, only: check_nodes, candidate_text
    use m_face_gap, only: fastest
    use m_candidates, only: candidates_t
-   use m_contact_point, only: candidate_t, point_velocity, overlap_rate
+   use m_contact_point, only: candidate_t, point_velocity, tool_velocity, overlap_rate
    use m_friction, only: friction_t
    use m_tool_reactions, only: reaction_t, tool_state_t, accumulate_reactions, add_particle_work, add_up
    use m_contact_system, only: contact_system_t
@@ -77,15 +77,16 @@ module m_contact
 contains
 
    !> Tools at their start.
-   subroutine build(self, tools, spec)
+   subroutine build(self, tools, spec, grid)
       class(contact_t), intent(inout) :: self
       type(tool_spec_t), intent(in) :: tools(:)
       type(contact_spec_t), intent(in) :: spec
+      type(grid_spec_t), intent(in) :: grid
       integer :: t
       allocate (self%tools(size(tools)), self%states(size(tools)), self%reactions(size(tools)), &
                 self%candidates%list(64))
       do t = 1, size(tools)
-         self%tools(t) = make_tool(tools(t))
+         self%tools(t) = make_tool(tools(t), reshape([grid%lower, grid%upper], [3, 2]))
       end do
       self%spec = spec
       self%friction%present = any(tools%friction > 0.0_wp)
@@ -203,7 +204,7 @@ contains
       integer :: c
       do c = 1, size(b)
          associate (it => self%candidates%list(c), scale => self%system%scale(c))
-            b(c) = dot_product(it%normal, self%tools(it%tool)%velocity()) - it%speed - held_gap(it)/time_step
+            b(c) = dot_product(it%normal, tool_velocity(self%tools, it)) - it%speed - held_gap(it)/time_step
             b(c) = b(c)*scale
             x(c) = 0.0_wp
             if (scale > 0.0_wp) x(c) = it%force/scale
@@ -382,12 +383,17 @@ contains
       type(level_t), intent(in) :: level
       real(wp), intent(in) :: time, time_step !< s
       type(error_t), intent(inout) :: error
+      real(wp) :: velocity(3), spin(3)
       integer(i8) :: candidates
       integer :: t
       call add_up(communicator, self%reactions, self%states%overlap)
       do t = 1, size(self%tools)
-         call self%tools(t)%react(self%reactions(t)%load, time_step)
-         call self%states(t)%book(self%reactions(t), self%tools(t)%velocity(), time_step)
+         associate (tool => self%tools(t), reaction => self%reactions(t))
+            velocity = tool%velocity
+            spin = tool%spin
+            call tool%react(reaction%load, reaction%moment, time_step)
+            call self%states(t)%book(reaction, tool, tool%velocity - velocity, tool%spin - spin, time_step)
+         end associate
       end do
       self%worst_overlap = max(self%worst_overlap, maxval(self%states%overlap))
       candidates = nint(sum(self%reactions%candidates), i8)
@@ -395,7 +401,7 @@ contains
       self%handled = self%handled + candidates
       do t = 1, size(self%tools)
          call self%tools(t)%end_step(time, time_step)
-         if (.not. abs(self%tools(t)%speed)*time_step <= fastest*level%grid%cell) &
+         if (.not. self%tools(t)%surface_speed()*time_step <= fastest*level%grid%cell) &
             call fail(error, exit_numerical, 'time '//to_text(time)//' s: the tool '// &
                       self%tools(t)%spec%name//' moves by more than '//to_text(fastest)// &
                       ' cells in a step; try '//trim(merge('a larger mass or smaller loads ', &

@@ -8,7 +8,7 @@ module m_contact_rows
    use m_tool, only: tool_t
    use m_level, only: level_t
    use m_boundary, only: apply_boundary, held_components, inside
-   use m_contact_point, only: candidate_t
+   use m_contact_point, only: candidate_t, place_of
    use m_candidates, only: candidates_t
    use m_contact_nodes, only: nodal_forces_t
    use m_contact_system, only: contact_system_t
@@ -44,11 +44,12 @@ contains
       integer :: c, n, place(0:2, 3), t
       logical, allocatable :: done(:)
       associate (list => candidates%list(:candidates%count))
-         call system%begin(communicator, level%grid%cells, [(tools(t)%mobility(time_step), t=1, size(tools))])
+         call system%begin(communicator, level%grid%cells, [(size(tools(t)%pushed), t=1, size(tools))], &
+                           [(tools(t)%mobilities(time_step), t=1, size(tools))])
          do c = 1, size(list)
             place = places_of(level, list(c))
             call system%add_row(list(c)%face%last, place, list(c)%face%weight, list(c)%reflected_normal, &
-                                list(c)%tool, dot_product(list(c)%normal, tools(list(c)%tool)%spec%axis))
+                                list(c)%tool, tools(list(c)%tool)%along(place_of(list(c)), list(c)%normal))
          end do
          compliance(:size(list)) = softness*time_step/list%mass
          do c = 1, size(list)
@@ -57,7 +58,7 @@ contains
             do t = 1, 2
                call system%add_row(list(c)%face%last, place, list(c)%face%weight, &
                                    list(c)%reflection*list(c)%tangent(:, t), list(c)%tool, &
-                                   dot_product(list(c)%tangent(:, t), tools(list(c)%tool)%spec%axis))
+                                   tools(list(c)%tool)%along(place_of(list(c)), list(c)%tangent(:, t)))
                compliance(system%rows) = stick_compliance*compliance(c)
             end do
          end do

@@ -32,11 +32,13 @@ module m_contact_system
       type(cell_rows_t) :: free_rows             !< those of the normal forces that are free
       logical, allocatable :: free(:)            !< (rows of normal forces)
       integer, allocatable :: tool(:)            !< (rows)
-      real(wp), allocatable :: along(:)          !< (rows): what of the direction is along the tool's axis
-      real(wp), allocatable :: tool_mobility(:) !< (tools): along their axes, s/kg; 0 for those that do not
-                                                !< give way
-      real(wp), allocatable :: tool_push(:) !< (tools): work, forces along the axes and then the speeds that
-                                            !< they make
+      integer, allocatable :: first_freedom(:) !< (tools + 1): first of each tool's degrees of freedom that
+                                               !< give way
+      real(wp), allocatable :: along(:, :) !< (freedoms of a tool at most, rows): how a unit of force pushes
+                                           !< them, 1 or m
+      real(wp), allocatable :: freedom_mobility(:) !< (freedoms): s/kg or s/(kg m2)
+      real(wp), allocatable :: freedom_push(:) !< (freedoms): work, forces and moments and then the speeds that
+                                               !< they make
       real(wp), allocatable :: mobility(:, :)    !< (4, nodes): dt/m, 0 for held components, s/kg
       real(wp), allocatable :: force(:, :) !< (4, nodes): work, forces and then the velocities that they make
       real(wp), allocatable :: scale(:)          !< (rows): makes the diagonal 1
@@ -66,31 +68,36 @@ module m_contact_system
 contains
 
    !> Start an empty system.
-   subroutine begin(self, communicator, cells, tool_mobility)
+   subroutine begin(self, communicator, cells, freedoms, mobility)
       class(contact_system_t), intent(inout) :: self
       type(communicator_t), intent(in) :: communicator
       integer, intent(in) :: cells(3)          !< of the grid
-      real(wp), intent(in) :: tool_mobility(:) !< (tools), the same on all ranks, s/kg
+      integer, intent(in) :: freedoms(:)       !< (tools): how many of each give way
+      real(wp), intent(in) :: mobility(:)      !< of these, tool by tool, s/kg or s/(kg m2); the same on all
+                                               !< ranks
+      integer :: t
       self%communicator = communicator
       self%rows = 0
       self%nodes%extent = cells + 3
-      self%tool_mobility = tool_mobility
-      self%tool_push = 0.0_wp*tool_mobility
-      self%gives_way = any(tool_mobility > 0.0_wp)
-      if (.not. allocated(self%place)) allocate (self%place(0:2, 3, 64), self%weight(512), self%begins(65), &
-                                                 self%direction(width, 64), self%tool(64), self%along(64))
+      self%first_freedom = [(1 + sum(freedoms(:t)), t=0, size(freedoms))]
+      self%freedom_mobility = mobility
+      self%freedom_push = 0.0_wp*mobility
+      self%gives_way = any(mobility > 0.0_wp)
+      if (.not. allocated(self%place)) &
+         allocate (self%place(0:2, 3, 64), self%weight(512), self%begins(65), self%direction(width, 64), &
+                   self%tool(64), self%along(maxval(freedoms), 64))
       self%begins(1) = 1
    end subroutine begin
 
    !> Add a row: where the nodes of its contact point are in the grid along each axis, their weights, the
-   !> direction in which its force acts; the tool that the force acts on in turn, and what of it is along the
-   !> tool's axis.
+   !> direction in which its force acts; the tool that the force acts on in turn, and how it pushes those of
+   !> the tool's degrees of freedom that give way.
    subroutine add_row(self, last, place, weight, direction, tool, along)
       class(contact_system_t), intent(inout) :: self
       integer, intent(in) :: last !< nodes along each axis are from 0 to here: 1 in a cell, 2 around a bin
       integer, intent(in) :: place(0:2, 3)            !< (nodes, axes), from -1
       integer, intent(in) :: tool
-      real(wp), intent(in) :: weight(0:2, 0:2, 0:2), direction(3), along
+      real(wp), intent(in) :: weight(0:2, 0:2, 0:2), direction(3), along(:)
       integer :: j, k, n, s
       n = self%rows + 1
       s = self%begins(n)
@@ -106,7 +113,7 @@ contains
       end do
       self%direction(:, n) = [direction, 0.0_wp]
       self%tool(n) = tool
-      self%along(n) = along
+      self%along(:size(along), n) = along
    end subroutine add_row
 
    !> Room for so many rows and entries, and one row more to begin.
@@ -114,7 +121,7 @@ contains
       class(contact_system_t), intent(inout) :: self
       integer, intent(in) :: rows, entries
       integer, allocatable :: more_places(:, :, :), more_begins(:), more_tools(:)
-      real(wp), allocatable :: more_weights(:), more_directions(:, :), more_along(:)
+      real(wp), allocatable :: more_weights(:), more_directions(:, :), more_along(:, :)
       integer :: n
       n = size(self%weight)
       if (entries > n) then
@@ -125,12 +132,12 @@ contains
       n = size(self%tool)
       if (rows >= n) then
          allocate (more_places(0:2, 3, 2*n), more_begins(2*n + 1), more_directions(width, 2*n), &
-                   more_tools(2*n), more_along(2*n))
+                   more_tools(2*n), more_along(size(self%along, 1), 2*n))
          more_places(:, :, :n) = self%place
          more_begins(:n + 1) = self%begins
          more_directions(:, :n) = self%direction
          more_tools(:n) = self%tool
-         more_along(:n) = self%along
+         more_along(:, :n) = self%along
          call move_alloc(more_places, self%place)
          call move_alloc(more_begins, self%begins)
          call move_alloc(more_directions, self%direction)
@@ -263,15 +270,18 @@ contains
       if (self%gives_way) call self%push_tools(forces)
    end subroutine spread
 
-   !> The same for the tools along their axes.
+   !> The same for the freedoms of tools.
    subroutine push_tools(self, forces)
       class(contact_system_t), intent(inout) :: self
       real(wp), intent(in), contiguous :: forces(:) !< (active rows)
-      integer :: c
-      self%tool_push = 0.0_wp
+      integer :: c, k
+      self%freedom_push = 0.0_wp
       do c = self%first, self%last
-         associate (push => self%tool_push(self%tool(c)))
-            push = push + self%along(c)*self%scale(c)*forces(c - self%first + 1)
+         associate (first => self%first_freedom(self%tool(c)))
+            do k = first, self%first_freedom(self%tool(c) + 1) - 1
+               self%freedom_push(k) = self%freedom_push(k) + self%along(k - first + 1, c)*self%scale(c) &
+                                      *forces(c - self%first + 1)
+            end do
          end associate
       end do
    end subroutine push_tools
@@ -297,7 +307,7 @@ contains
       class(contact_system_t), intent(inout) :: self
       call self%nodes%send(self%force)
       if (self%gives_way) &
-         call MPI_Allreduce(MPI_IN_PLACE, self%tool_push, size(self%tool_push), MPI_DOUBLE_PRECISION, &
+         call MPI_Allreduce(MPI_IN_PLACE, self%freedom_push, size(self%freedom_push), MPI_DOUBLE_PRECISION, &
                             MPI_SUM, self%communicator%comm)
       call self%nodes%add_received(self%force)
    end subroutine share
@@ -306,7 +316,7 @@ contains
    pure subroutine set_in_motion(self)
       class(contact_system_t), intent(inout) :: self
       call multiply_each(width*self%nodes%count, self%mobility, self%force)
-      if (self%gives_way) self%tool_push = self%tool_push*self%tool_mobility
+      if (self%gives_way) self%freedom_push = self%freedom_push*self%freedom_mobility
    end subroutine set_in_motion
 
    !> Multiply values by factors, one by one.
@@ -327,14 +337,17 @@ contains
       if (self%gives_way) call self%add_tools(y)
    end subroutine collect
 
-   !> What the active rows get from tools that give way, scaled.
+   !> What the active rows get from freedoms that give way, scaled.
    pure subroutine add_tools(self, y)
       class(contact_system_t), intent(in) :: self
       real(wp), intent(inout), contiguous :: y(:) !< (active rows)
-      integer :: c
+      integer :: c, k
       do c = self%first, self%last
-         y(c - self%first + 1) = y(c - self%first + 1) &
-                                 + self%along(c)*self%tool_push(self%tool(c))*self%scale(c)
+         associate (first => self%first_freedom(self%tool(c)), at => c - self%first + 1)
+            do k = first, self%first_freedom(self%tool(c) + 1) - 1
+               y(at) = y(at) + self%along(k - first + 1, c)*self%freedom_push(k)*self%scale(c)
+            end do
+         end associate
       end do
    end subroutine add_tools
 
@@ -343,7 +356,7 @@ contains
       class(contact_system_t), intent(inout) :: self
       real(wp), intent(in) :: compliance(:) !< (rows): of each contact point, s/kg
       real(wp) :: diagonal
-      integer :: c, s
+      integer :: c, k, s
       if (allocated(self%scale)) then
          if (size(self%scale) < self%rows) deallocate (self%scale, self%softness)
       end if
@@ -354,7 +367,11 @@ contains
             diagonal = diagonal + self%weight(s)**2*sum(self%direction(:, c)**2*self%mobility(:, &
                   self%node(s)))
          end do
-         if (self%gives_way) diagonal = diagonal + self%along(c)**2*self%tool_mobility(self%tool(c))
+         associate (first => self%first_freedom(self%tool(c)), beyond => self%first_freedom(self%tool(c) + 1))
+            do k = first, beyond - 1
+               diagonal = diagonal + self%along(k - first + 1, c)**2*self%freedom_mobility(k)
+            end do
+         end associate
          self%scale(c) = 0.0_wp
          if (diagonal > 0.0_wp) self%scale(c) = 1.0_wp/sqrt(diagonal)
          self%softness(c) = compliance(c)*self%scale(c)**2

@@ -7,7 +7,7 @@ module m_friction
    use m_kinds, only: wp, i8
    use m_tool, only: tool_t
    use m_level, only: level_t
-   use m_contact_point, only: candidate_t, point_velocity
+   use m_contact_point, only: candidate_t, point_velocity, tool_velocity
    use m_contact_system, only: contact_system_t
    implicit none
    private
@@ -45,7 +45,7 @@ contains
       allocate (self%force(system%rows - n), self%free(system%rows - n), source=0.0_wp)
       do c = 1, n
          if (list(c)%frictional == 0) cycle
-         velocity = tools(list(c)%tool)%velocity() - point_velocity(level, list(c))
+         velocity = tool_velocity(tools, list(c)) - point_velocity(level, list(c))
          do k = 1, 2
             r = 2*list(c)%frictional - 2 + k
             if (system%scale(n + r) > 0.0_wp) &

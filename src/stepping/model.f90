@@ -172,7 +172,7 @@ contains
       do l = 1, size(self%levels)
          call self%effect_step(l)%build(self%effects, product(self%levels(l)%grid%blocks), self%timers)
       end do
-      call self%contact%build(scene%tools, scene%contact)
+      call self%contact%build(scene%tools, scene%contact, scene%grid)
       self%contact%strains_apart = self%method%stress_update /= update_usl
       self%contact%followed = self%contact%active() .and. (self%method%affine &
                                                            .or. self%method%stress_update == update_usl)
