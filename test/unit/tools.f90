@@ -406,7 +406,8 @@ contains
       do k = 1, n
          call test%check_close(tool%freedoms(1)%speed_at(spec%times(k)), spec%speeds(k), 1.0e-14_wp, 'speeds at the given times')
       end do
-      call test%check_close([tool%freedoms(1)%speed_at(-5.0_wp), tool%freedoms(1)%speed_at(99.0_wp)], [spec%speeds(1), spec%speeds(n)], 0.0_wp, &
+      call test%check_close([tool%freedoms(1)%speed_at(-5.0_wp), tool%freedoms(1)%speed_at(99.0_wp)], &
+                            [spec%speeds(1), spec%speeds(n)], 0.0_wp, &
                             'speeds are held outside the given times')
       do k = 1, n - 1
          time = 0.3_wp*spec%times(k) + 0.7_wp*spec%times(k + 1)
@@ -422,7 +423,8 @@ contains
       end do
       call test%check_close(tool%freedoms(1)%travel_between(from, to), whole, 1.0e-5_wp, 'the way is the integral of the speed')
       time = chance%between(from, to)
-      call test%check_close(tool%freedoms(1)%travel_between(from, time) + tool%freedoms(1)%travel_between(time, to), tool%freedoms(1)%travel_between(from, to), &
+      call test%check_close(tool%freedoms(1)%travel_between(from, time) + tool%freedoms(1)%travel_between(time, to), &
+                            tool%freedoms(1)%travel_between(from, to), &
                             1.0e-14_wp, 'ways add up')
       call test%check_close(tool%freedoms(1)%travel_between(from, from), 0.0_wp, 0.0_wp, 'no time, no way')
       tool%freedoms(1)%speed = 3.0_wp
