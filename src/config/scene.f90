@@ -60,6 +60,20 @@ module m_scene
       integer :: field = 1               !< the group's number: bodies of one share a velocity field
    end type body_spec_t
 
+   !> &motion: a degree of freedom of a tool.
+   type, public :: motion_spec_t
+      logical :: turns = .false.         !< kind: 'turn', else 'slide'
+      real(wp) :: axis(3) = 0.0_wp       !< unit vector
+      real(wp) :: point(3) = 0.0_wp      !< of a turn: on its axis at the start, m
+      real(wp), allocatable :: times(:) !< s, rising; before the first and after the last the speed or load is
+                                        !< held
+      real(wp), allocatable :: speeds(:) !< m/s or rad/s, linear in between; or
+      real(wp), allocatable :: loads(:)  !< N or N m on the tool, for the modelled part of the body
+      real(wp) :: mass = 0.0_wp          !< with loads: mass (kg) or inertia (kg m2) of the modelled part
+      real(wp) :: initial_speed = 0.0_wp !< with loads: m/s or rad/s
+      integer :: number = 0              !< of the group in the scene; 0: along the axis, by the &tool itself
+   end type motion_spec_t
+
    !> &tool
    type, public :: tool_spec_t
       character(len=:), allocatable :: name
@@ -73,6 +87,8 @@ module m_scene
       real(wp), allocatable :: loads(:)  !< N along the axis on the tool, for the modelled part of the body
       real(wp) :: mass = 0.0_wp          !< with loads: of the modelled part of the tool, kg
       real(wp) :: initial_speed = 0.0_wp !< with loads: along the axis, m/s
+      logical :: stands = .false. !< nothing is said of how it moves along its axis: it does not
+      type(motion_spec_t), allocatable :: motions(:) !< how else it moves; absent where it does not
       real(wp) :: penetration_factor = 0.5_wp
       real(wp) :: friction = 0.0_wp
    end type tool_spec_t
@@ -170,6 +186,7 @@ module m_scene
       type(probe_spec_t), allocatable :: probes(:)
       type(offer_slot_t), allocatable :: effects(:) !< in the order of the catalogue, then of the text
       type(place_t), allocatable :: places(:)       !< in the text that it was read from
+      logical :: has_motions = .false.   !< there is a &motion
       logical :: chose_domain = .false. !< domains follow the material since the scene did not say and a law
                                         !< wants it
       character(len=:), allocatable :: brought !< names of the effects that laws have brought since the scene

@@ -8,6 +8,7 @@ module m_scene_checks
    use m_text, only: exact_text, to_text
    use m_scene
    use m_scene_level_checks, only: check_levels
+   use m_scene_motion, only: check_motions
    use m_shape, only: shape_t
    use m_overlap, only: overlap
    implicit none
@@ -39,6 +40,8 @@ contains
          call check_body(text, scene, i, error)
          call check_safety(text, scene, i, error)
       end do
+      if (error%happened()) return
+      call check_motions(text, scene, error)
       if (error%happened()) return
       call check_overlaps(text, scene, error)
       call check_probes(text, scene, error)

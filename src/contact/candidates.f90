@@ -12,8 +12,8 @@ module m_candidates
    use m_stencil, only: bin_place
    use m_face_weights, only: find_face, cube_span, flattening
    use m_face_gap, only: find_gap, near_tool, particles_near, deform, thickest, fastest
-   use m_contact_point, only: candidate_t, partner_t, no_candidate, drift_of, set_face, point_velocity, overlap_rate, &
-                              margin
+   use m_contact_point, only: candidate_t, partner_t, no_candidate, drift_of, set_face, point_velocity, &
+                              place_of, overlap_rate, margin
    implicit none
    private
    public :: candidates_t
@@ -121,7 +121,7 @@ contains
       integer :: n
       reach = min(fastest*level%grid%cell, &
                   margin*thickest(level) + time_step*(fastest_node(level%nodes(:, :, :, :, b)) &
-                                                      + norm2(tool%velocity())))
+                                                      + tool%surface_speed()))
       associate (cells => level%blocks(b)%cells, &
                  near => particles_near(tool, level, level%blocks(b), thickest(level) + reach))
          do n = 1, size(near)
@@ -263,13 +263,13 @@ contains
          c%from = position
          c%arm = -to_face*c%normal
          c%speed = dot_product(c%normal, point_velocity(level, c))
-         if (c%gap + time_step*(c%speed - dot_product(c%normal, tool%velocity())) > margin*edge &
+         if (c%gap + time_step*(c%speed - dot_product(c%normal, tool%velocity_at(place_of(c)))) > margin*edge &
              .and. .not. carried) return
          c%area = edge**2
          if (deform(level)) c%area = column(p, at%volume)/thickness
          c%mass = column(p, at%mass)
          c%force = expected(column(p, self%pressure), column(p, self%earlier))*c%area
-         c%opposite = tool%velocity()
+         c%opposite = tool%velocity_at(place_of(c))
          c%friction = tool%spec%friction
          if (tool%spec%friction > 0.0_wp) then
             self%frictional = self%frictional + 1

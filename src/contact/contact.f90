@@ -87,7 +87,7 @@ contains
          allocate (self%tools(n), self%states(n), self%reactions(n), self%candidates%list(64))
       end associate
       do t = 1, size(scene%tools)
-         self%tools(t) = make_tool(scene%tools(t))
+         self%tools(t) = make_tool(scene%tools(t), reshape([scene%grid%lower, scene%grid%upper], [3, 2]))
       end do
       self%spec = scene%contact
       call self%pairs%build(scene)
@@ -419,12 +419,17 @@ contains
       type(level_t), intent(in) :: level
       real(wp), intent(in) :: time, time_step !< s
       type(error_t), intent(inout) :: error
+      real(wp) :: velocity(3), spin(3)
       integer(i8) :: candidates
       integer :: t
       call add_up(communicator, self%reactions, self%states%overlap)
       do t = 1, size(self%tools)
-         call self%tools(t)%react(self%reactions(t)%load, time_step)
-         call self%states(t)%book(self%reactions(t), self%tools(t)%velocity(), time_step)
+         associate (tool => self%tools(t), reaction => self%reactions(t))
+            velocity = tool%velocity
+            spin = tool%spin
+            call tool%react(reaction%load, reaction%moment, time_step)
+            call self%states(t)%book(reaction, tool, tool%velocity - velocity, tool%spin - spin, time_step)
+         end associate
       end do
       if (self%pairs%active()) call self%pairs%add_up(communicator)
       self%worst_overlap = maxval([self%worst_overlap, self%states%overlap, self%pairs%overlap])
@@ -433,7 +438,7 @@ contains
       self%handled = self%handled + candidates
       do t = 1, size(self%tools)
          call self%tools(t)%end_step(time, time_step)
-         if (.not. abs(self%tools(t)%speed)*time_step <= fastest*level%grid%cell) &
+         if (.not. self%tools(t)%surface_speed()*time_step <= fastest*level%grid%cell) &
             call fail(error, exit_numerical, 'time '//to_text(time)//' s: the tool '// &
                       self%tools(t)%spec%name//' moves by more than '//to_text(fastest)// &
                       ' cells in a step; try '//trim(merge('a larger mass or smaller loads ', &

@@ -6,12 +6,13 @@ module m_contact_point
    use m_node_values, only: v_x, v_z
    use m_scene, only: boundary_symmetry
    use m_level, only: level_t
+   use m_tool, only: tool_t
    use m_grid_level, only: grid_level_t
    use m_face_weights, only: face_weights_t, weigh
    implicit none
    private
    public :: candidate_t, no_candidate, partner_t, drift_of, set_face, place_face, point_velocity, &
-             overlap_rate, margin
+             tool_velocity, place_of, overlap_rate, margin
 
    !> A particle that would end the step inside a tool or another body, or within a margin of it.
    type :: candidate_t
@@ -135,5 +136,20 @@ contains
       end do
       velocity = c%reflection*velocity
    end function point_velocity
+
+   !> Where it is at the beginning of the step, m.
+   pure function place_of(c) result(place)
+      type(candidate_t), intent(in) :: c
+      real(wp) :: place(3)
+      place = c%from + c%arm
+   end function place_of
+
+   !> Velocity (m/s) of its tool there.
+   pure function tool_velocity(tools, c) result(velocity)
+      type(tool_t), intent(in) :: tools(:)
+      type(candidate_t), intent(in) :: c
+      real(wp) :: velocity(3)
+      velocity = tools(c%tool)%velocity_at(place_of(c))
+   end function tool_velocity
 
 end module m_contact_point

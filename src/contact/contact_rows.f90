@@ -8,7 +8,7 @@ module m_contact_rows
    use m_tool, only: tool_t
    use m_level, only: level_t
    use m_boundary, only: apply_boundary, held_components, inside
-   use m_contact_point, only: candidate_t
+   use m_contact_point, only: candidate_t, place_of
    use m_candidates, only: candidates_t
    use m_contact_nodes, only: nodal_forces_t
    use m_contact_system, only: contact_system_t
@@ -45,7 +45,8 @@ contains
       logical, allocatable :: done(:)
       associate (list => candidates%list(:candidates%count))
          call system%begin(communicator, level%grid%cells, level%grid%fields, &
-                           [(tools(t)%mobility(time_step), t=1, size(tools))])
+                           [(size(tools(t)%pushed), t=1, size(tools))], &
+                           [(tools(t)%mobilities(time_step), t=1, size(tools))])
          do c = 1, size(list)
             call add_row(list(c), list(c)%normal)
          end do
@@ -81,9 +82,9 @@ contains
       subroutine add_row(c, direction)
          type(candidate_t), intent(in) :: c
          real(wp), intent(in) :: direction(3)
-         real(wp) :: along
-         along = 0.0_wp
-         if (c%tool > 0) along = dot_product(direction, tools(c%tool)%spec%axis)
+         real(wp), allocatable :: along(:)
+         allocate (along(0))
+         if (c%tool > 0) along = tools(c%tool)%along(place_of(c), direction)
          call system%add_row(c%face%last, places_of(level, c), c%face%weight, c%reflection*direction, &
                              level%blocks(c%block)%field, c%tool, along)
          if (c%partner == 0) return

@@ -36,11 +36,13 @@ module m_contact_system
       type(cell_rows_t) :: free_rows             !< those of the normal forces that are free
       logical, allocatable :: free(:)            !< (rows of normal forces)
       integer, allocatable :: tool(:)            !< (rows)
-      real(wp), allocatable :: along(:)          !< (rows): what of the direction is along the tool's axis
-      real(wp), allocatable :: tool_mobility(:) !< (tools): along their axes, s/kg; 0 for those that do not
-                                                !< give way
-      real(wp), allocatable :: tool_push(:) !< (tools): work, forces along the axes and then the speeds that
-                                            !< they make
+      integer, allocatable :: first_freedom(:) !< (tools + 1): first of each tool's degrees of freedom that
+                                               !< give way
+      real(wp), allocatable :: along(:, :) !< (freedoms of a tool at most, rows): how a unit of force pushes
+                                           !< them, 1 or m
+      real(wp), allocatable :: freedom_mobility(:) !< (freedoms): s/kg or s/(kg m2)
+      real(wp), allocatable :: freedom_push(:) !< (freedoms): work, forces and moments and then the speeds that
+                                               !< they make
       real(wp), allocatable :: mobility(:, :)    !< (4, nodes): dt/m, 0 for held components, s/kg
       real(wp), allocatable :: force(:, :) !< (4, nodes): work, forces and then the velocities that they make
       real(wp), allocatable :: scale(:)          !< (rows): makes the diagonal 1
@@ -71,39 +73,45 @@ module m_contact_system
 contains
 
    !> Start an empty system.
-   subroutine begin(self, communicator, cells, fields, tool_mobility)
+   subroutine begin(self, communicator, cells, fields, freedoms, mobility)
       class(contact_system_t), intent(inout) :: self
       type(communicator_t), intent(in) :: communicator
       integer, intent(in) :: cells(3)          !< of the grid
       integer, intent(in) :: fields            !< velocity fields
-      real(wp), intent(in) :: tool_mobility(:) !< (tools), the same on all ranks, s/kg
+      integer, intent(in) :: freedoms(:)       !< (tools): how many of each give way
+      real(wp), intent(in) :: mobility(:)      !< of these, tool by tool, s/kg or s/(kg m2); the same on all
+                                               !< ranks
+      integer :: t
       self%communicator = communicator
       self%rows = 0
       self%parts = 0
       self%nodes%extent = [cells + 3, fields]
-      self%tool_mobility = tool_mobility
-      self%tool_push = 0.0_wp*tool_mobility
-      self%gives_way = any(tool_mobility > 0.0_wp)
-      if (.not. allocated(self%place)) allocate (self%place(0:2, 3, 64), self%weight(512), self%begins(65), &
-                                                 self%direction(width, 64), self%tool(64), self%along(64), &
-                                                 self%row(64), self%field(64))
+      if (.not. allocated(self%first_freedom)) allocate (self%first_freedom(0:size(freedoms) + 1))
+      self%first_freedom(0) = 1 ! rows between bodies have the tool 0
+      self%first_freedom(1:) = [(1 + sum(freedoms(:t)), t=0, size(freedoms))]
+      self%freedom_mobility = mobility
+      self%freedom_push = 0.0_wp*mobility
+      self%gives_way = any(mobility > 0.0_wp)
+      if (.not. allocated(self%place)) &
+         allocate (self%place(0:2, 3, 64), self%weight(512), self%begins(65), self%direction(width, 64), &
+                   self%tool(64), self%along(maxval([0, freedoms]), 64), self%row(64), self%field(64))
       self%begins(1) = 1
    end subroutine begin
 
    !> Add a row: where the nodes of its contact point are in the grid along each axis, their weights, the
-   !> direction in which its force acts; the tool that the force acts on in turn, and what of it is along the
-   !> tool's axis.
+   !> direction in which its force acts; the tool that the force acts on in turn, and how it pushes those of
+   !> the tool's degrees of freedom that give way.
    subroutine add_row(self, last, place, weight, direction, field, tool, along)
       class(contact_system_t), intent(inout) :: self
       integer, intent(in) :: last !< nodes along each axis are from 0 to here: 1 in a cell, 2 around a bin
       integer, intent(in) :: place(0:2, 3)            !< (nodes, axes), from -1
       integer, intent(in) :: field                    !< velocity field of the nodes
       integer, intent(in) :: tool                     !< 0: none, another body
-      real(wp), intent(in) :: weight(0:2, 0:2, 0:2), direction(3), along
+      real(wp), intent(in) :: weight(0:2, 0:2, 0:2), direction(3), along(:)
       self%rows = self%rows + 1
       call self%add_part(last, place, weight, direction, field)
       self%tool(self%rows) = tool
-      self%along(self%rows) = along
+      self%along(:size(along), self%rows) = along
    end subroutine add_row
 
    !> Add to the last row what its force does to another velocity field.
@@ -134,7 +142,7 @@ contains
       class(contact_system_t), intent(inout) :: self
       integer, intent(in) :: parts, entries
       integer, allocatable :: more_places(:, :, :), more_begins(:), more_tools(:), more_rows(:), more_fields(:)
-      real(wp), allocatable :: more_weights(:), more_directions(:, :), more_along(:)
+      real(wp), allocatable :: more_weights(:), more_directions(:, :), more_along(:, :)
       integer :: n
       n = size(self%weight)
       if (entries > n) then
@@ -145,14 +153,14 @@ contains
       n = size(self%tool)
       if (parts >= n) then
          allocate (more_places(0:2, 3, 2*n), more_begins(2*n + 1), more_directions(width, 2*n), &
-                   more_tools(2*n), more_along(2*n), more_rows(2*n), more_fields(2*n))
+                   more_tools(2*n), more_along(size(self%along, 1), 2*n), more_rows(2*n), more_fields(2*n))
          more_places(:, :, :n) = self%place
          more_begins(:n + 1) = self%begins
          more_directions(:, :n) = self%direction
          more_rows(:n) = self%row
          more_fields(:n) = self%field
          more_tools(:n) = self%tool
-         more_along(:n) = self%along
+         more_along(:, :n) = self%along
          call move_alloc(more_places, self%place)
          call move_alloc(more_begins, self%begins)
          call move_alloc(more_directions, self%direction)
@@ -288,16 +296,18 @@ contains
       if (self%gives_way) call self%push_tools(forces)
    end subroutine spread
 
-   !> The same for the tools along their axes.
+   !> The same for the freedoms of tools.
    subroutine push_tools(self, forces)
       class(contact_system_t), intent(inout) :: self
       real(wp), intent(in), contiguous :: forces(:) !< (active rows)
-      integer :: c
-      self%tool_push = 0.0_wp
+      integer :: c, k
+      self%freedom_push = 0.0_wp
       do c = self%first, self%last
-         if (self%tool(c) == 0) cycle
-         associate (push => self%tool_push(self%tool(c)))
-            push = push + self%along(c)*self%scale(c)*forces(c - self%first + 1)
+         associate (first => self%first_freedom(self%tool(c)))
+            do k = first, self%first_freedom(self%tool(c) + 1) - 1
+               self%freedom_push(k) = self%freedom_push(k) + self%along(k - first + 1, c)*self%scale(c) &
+                                      *forces(c - self%first + 1)
+            end do
          end associate
       end do
    end subroutine push_tools
@@ -323,7 +333,7 @@ contains
       class(contact_system_t), intent(inout) :: self
       call self%nodes%send(self%force)
       if (self%gives_way) &
-         call MPI_Allreduce(MPI_IN_PLACE, self%tool_push, size(self%tool_push), MPI_DOUBLE_PRECISION, &
+         call MPI_Allreduce(MPI_IN_PLACE, self%freedom_push, size(self%freedom_push), MPI_DOUBLE_PRECISION, &
                             MPI_SUM, self%communicator%comm)
       call self%nodes%add_received(self%force)
    end subroutine share
@@ -332,7 +342,7 @@ contains
    pure subroutine set_in_motion(self)
       class(contact_system_t), intent(inout) :: self
       call multiply_each(width*self%nodes%count, self%mobility, self%force)
-      if (self%gives_way) self%tool_push = self%tool_push*self%tool_mobility
+      if (self%gives_way) self%freedom_push = self%freedom_push*self%freedom_mobility
    end subroutine set_in_motion
 
    !> Multiply values by factors, one by one.
@@ -354,15 +364,17 @@ contains
       if (self%gives_way) call self%add_tools(y)
    end subroutine collect
 
-   !> What the active rows get from tools that give way, scaled.
+   !> What the active rows get from freedoms that give way, scaled.
    pure subroutine add_tools(self, y)
       class(contact_system_t), intent(in) :: self
       real(wp), intent(inout), contiguous :: y(:) !< (active rows)
-      integer :: c
+      integer :: c, k
       do c = self%first, self%last
-         if (self%tool(c) == 0) cycle
-         y(c - self%first + 1) = y(c - self%first + 1) &
-                                 + self%along(c)*self%tool_push(self%tool(c))*self%scale(c)
+         associate (first => self%first_freedom(self%tool(c)), at => c - self%first + 1)
+            do k = first, self%first_freedom(self%tool(c) + 1) - 1
+               y(at) = y(at) + self%along(k - first + 1, c)*self%freedom_push(k)*self%scale(c)
+            end do
+         end associate
       end do
    end subroutine add_tools
 
@@ -371,7 +383,7 @@ contains
       class(contact_system_t), intent(inout) :: self
       real(wp), intent(in) :: compliance(:) !< (rows): of each contact point, s/kg
       real(wp) :: diagonal(self%rows)
-      integer :: c, n, s
+      integer :: c, k, n, s
       if (allocated(self%scale)) then
          if (size(self%scale) < self%rows) deallocate (self%scale, self%softness)
       end if
@@ -385,8 +397,11 @@ contains
          end do
       end do
       do c = 1, self%rows
-         if (self%gives_way .and. self%tool(c) > 0) &
-            diagonal(c) = diagonal(c) + self%along(c)**2*self%tool_mobility(self%tool(c))
+         associate (first => self%first_freedom(self%tool(c)), beyond => self%first_freedom(self%tool(c) + 1))
+            do k = first, beyond - 1
+               diagonal(c) = diagonal(c) + self%along(k - first + 1, c)**2*self%freedom_mobility(k)
+            end do
+         end associate
          self%scale(c) = 0.0_wp
          if (diagonal(c) > 0.0_wp) self%scale(c) = 1.0_wp/sqrt(diagonal(c))
          self%softness(c) = compliance(c)*self%scale(c)**2

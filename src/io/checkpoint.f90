@@ -21,6 +21,7 @@ module m_checkpoint
    use m_energy, only: balance_t, sums_t
    use m_guard, only: guard_facts
    use m_snapshot, only: file_layout_t
+   use m_motion_store, only: describe_motions
    use m_state_store, only: store_t, some_rows
    use m_hdf5_file, only: hdf5_file_t, rows_of_real, rows_of_long, rows_of_byte
    use m_hdf5_reader, only: hdf5_reader_t
@@ -246,15 +247,15 @@ contains
          allocate (tools(10, size(contact%tools)))
          do t = 1, size(contact%tools)
             associate (state => contact%states(t))
-               tools(:, t) = [contact%tools(t)%travel, contact%tools(t)%speed, state%load, state%overlap, &
+               tools(:, t) = [contact%tools(t)%freedoms(1)%travel, contact%tools(t)%freedoms(1)%speed, state%load, state%overlap, &
                               state%work, state%heat, state%particle_work, &
                               state%constraint_work]
             end associate
          end do
          call store%reals('/state/tools', tools, error)
          do t = 1, size(contact%tools)
-            contact%tools(t)%travel = tools(1, t)
-            contact%tools(t)%speed = tools(2, t)
+            contact%tools(t)%freedoms(1)%travel = tools(1, t)
+            contact%tools(t)%freedoms(1)%speed = tools(2, t)
             contact%states(t)%load = tools(3:5, t)
             contact%states(t)%overlap = tools(6, t)
             contact%states(t)%work = tools(7, t)
@@ -262,6 +263,7 @@ contains
             contact%states(t)%particle_work = tools(9, t)
             contact%states(t)%constraint_work = tools(10, t)
          end do
+         call describe_motions(store, contact%tools, error)
          worth = [contact%worst_residual, contact%worst_overlap, &
                   model%communicator%maximum(contact%worst_bridge), contact%friction%steepest, &
                   model%communicator%maximum(contact%candidates%drift)]

@@ -233,7 +233,8 @@ contains
             if (any(abs(state%load) > 0.0_wp)) &
                area = projected_area(model%communicator, tool, model%levels(size(model%levels)), &
                                      model%materials, model%contact%candidates%carried + n - 1)
-            call self%tools(n)%append([model%time, tool%travel, state%load, area, state%overlap], error)
+            call self%tools(n)%append([model%time, tool%depth(), state%load, area, state%overlap, tool%point, &
+                                       tool%orientation, tool%velocity, tool%spin, state%moment], error)
          end associate
       end do
       do n = 1, size(self%probes)
@@ -349,7 +350,11 @@ contains
       header%title = scene%title
       header%zone = 'tool '//scene%tools(n)%name
       header%columns = [character(len=history_text_length) :: 'time [s]', 'depth [m]', 'load_x [N]', &
-                        'load_y [N]', 'load_z [N]', 'contact_area [m2]', 'max_gap_violation [m]']
+                        'load_y [N]', 'load_z [N]', 'contact_area [m2]', 'max_gap_violation [m]', &
+                        'position_x [m]', 'position_y [m]', 'position_z [m]', 'rotation_w [1]', &
+                        'rotation_x [1]', 'rotation_y [1]', 'rotation_z [1]', 'velocity_x [m/s]', &
+                        'velocity_y [m/s]', 'velocity_z [m/s]', 'spin_x [rad/s]', 'spin_y [rad/s]', &
+                        'spin_z [rad/s]', 'moment_x [N m]', 'moment_y [N m]', 'moment_z [N m]']
       header%notes = [character(len=history_text_length) :: 'model_share='//to_text(model_share(scene, n))]
    end function tool_header
 

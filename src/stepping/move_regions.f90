@@ -90,7 +90,7 @@ contains
          if (spec%follow > 0) then
             associate (tool => model%contact%tools(spec%follow))
                region = model%first_regions(l)%shifted( &
-                        2**(l - 1)*nint(tool%travel*tool%spec%axis*model%levels(1)%grid%per_cell))
+                        2**(l - 1)*nint(tool%displacement()*model%levels(1)%grid%per_cell))
             end associate
          else if (spec%criterion /= criterion_none .and. mod(model%step, int(judged_every, i8)) == 0) then
             call judge_region(model%communicator, model%levels, l, model%materials, spec%criterion, &
