@@ -123,7 +123,12 @@ module m_scene
    type, public :: body_contact_spec_t
       integer :: groups(2) = 0           !< their numbers; 0: all pairs that no other one names
       real(wp) :: friction = 0.0_wp
+      real(wp) :: adhesion = 0.0_wp      !< work of separation, J/m2
+      real(wp) :: cohesive_range = 0.0_wp !< gap up to which adhesion pulls, m
+      real(wp) :: bond_strength = 0.0_wp !< of what touches at the start, Pa; it softens as it opens, by
+                                         !< `adhesion` in all
       integer :: start = start_apart     !< what becomes of an overlap at the start
+      real(wp) :: press_fit = 0.0_wp     !< time over which it is pressed out, s
    end type body_contact_spec_t
 
    !> &guard
