@@ -25,7 +25,7 @@ module m_body_pairs
    use m_candidates, only: candidates_t
    implicit none
    private
-   public :: body_pairs_t, pair_state_t
+   public :: body_pairs_t, pair_state_t, state_reals
 
    real(wp), parameter :: most_weight = 1.5_wp !< of a node, in the root of its mass over the particle's: one of
                                                !< hardly any mass gets hardly any force
@@ -41,6 +41,7 @@ module m_body_pairs
       real(wp) :: area = 0.0_wp        !< of the points that press, m2, the mean of both sides
       real(wp) :: heat = 0.0_wp        !< made by friction, J
       real(wp) :: work = 0.0_wp        !< done by the condition itself, J
+      real(wp) :: pressed = 0.0_wp     !< done where an overlap at the start is pressed out, J
       real(wp) :: candidates = 0.0_wp  !< how many
    end type pair_state_t
 
@@ -75,6 +76,7 @@ module m_body_pairs
       procedure, private :: place_partner
       procedure, private :: may_touch
       procedure, private :: gap_of
+      procedure, private :: press_speed
       procedure, private :: range_of
       procedure, private :: set_adhesion
    end type body_pairs_t
@@ -227,6 +229,20 @@ contains
                self%at%overlap(self%elements%element(n)))
       end associate
    end function gap_of
+
+   !> How fast what a candidate's bodies overlapped by at the start is pressed out, m/s.
+   pure real(wp) function press_speed(self, level, c, partner) result(speed)
+      class(body_pairs_t), intent(in) :: self
+      type(level_t), intent(in) :: level
+      type(candidate_t), intent(in) :: c
+      type(partner_t), intent(in) :: partner
+      speed = 0.0_wp
+      associate (spec => self%specs(self%pair_of(level%blocks(c%block)%field, partner%field)))
+         if (spec%start /= start_as_is .or. self%time >= spec%press_fit) return
+         speed = level%blocks(c%block)%particles%column(c%particle, self%at%overlap(partner%element)) &
+                 /spec%press_fit
+      end associate
+   end function press_speed
 
    !> Gap (m) up to which a pair adheres.
    pure real(wp) function range_of(self, pair)
@@ -465,6 +481,7 @@ contains
                column(p, pressure) = column(p, pressure) + c%force/c%area
                if (c%force > 0.0_wp) state%area = state%area + 0.5_wp*c%area
                state%work = state%work + time_step*c%force*c%opening
+               state%pressed = state%pressed + time_step*c%force*self%press_speed(level, c, partner)
                side = merge(1.0_wp, -1.0_wp, own < partner%field)
                state%force = state%force + side*force
                state%moment = state%moment + side*cross(partner%point, force)
@@ -484,6 +501,7 @@ contains
                          communicator%comm)
       self%step%heat = self%step%heat + self%states%heat
       self%step%work = self%step%work + self%states%work
+      self%step%pressed = self%step%pressed + self%states%pressed
       self%states = self%step
    end subroutine add_up
 
