@@ -98,7 +98,7 @@ module m_scene
    type, public :: level_spec_t
       real(wp) :: lower(3) = 0.0_wp      !< m; where the box moves, at the start
       real(wp) :: upper(3) = 0.0_wp      !< m
-      integer :: follow = 0 !< index into scene_t%tools of the tool that the box moves with; 0: none
+      integer :: follow = 0 !< what the box moves with, by its number in scene_t%leaders; 0: nothing
       integer :: criterion = criterion_none !< places the box by the gradient of von Mises stress or of strain
       integer :: max_cells = 1000000     !< with a criterion: of the level's own cells, in its box
    end type level_spec_t
@@ -199,6 +199,7 @@ module m_scene
    contains
       procedure :: place
       procedure :: fields
+      procedure :: leaders
       procedure :: contact_of
    end type scene_t
 
@@ -228,6 +229,18 @@ contains
       fields = 1
       if (allocated(self%bodies)) fields = max(1, maxval(self%bodies%field))
    end function fields
+
+   !> Names of what levels may follow: the tools, then the contact groups.
+   pure function leaders(self) result(names)
+      class(scene_t), intent(in) :: self
+      character(len=name_length), allocatable :: names(:)
+      integer :: t
+      allocate (names(size(self%tools)))
+      do t = 1, size(self%tools)
+         names(t) = self%tools(t)%name
+      end do
+      if (self%fields() > 1) names = [names, self%contact_groups]
+   end function leaders
 
    !> What holds between bodies of two groups: what the last &body_contact that names both says, else the last
    !> one that names none, else what holds where nothing is said.
