@@ -40,26 +40,16 @@ contains
       type(scene_t), intent(in) :: scene
       type(body_contact_spec_t), intent(inout) :: contact
       character(len=name_length), allocatable :: names(:)
-      integer :: groups(2)
+      integer :: g
       allocate (names(0))
-      if (allocated(scene%contact_groups)) names = pack(scene%contact_groups, scene%contact_groups /= '')
-      if (size(names) == 0 .and. group%is_given('groups')) then
-         call group%refuse('groups', 'no &body has a contact_group')
-      else if (any(contact%groups > 0) .or. .not. group%is_writing()) then
-         groups = 0
-         if (group%is_writing()) groups = [findloc(names == scene%contact_groups(contact%groups(1)), .true., &
-            dim=1), findloc(names == scene%contact_groups(contact%groups(2)), .true., dim=1)]
-         call group%get_choices('groups', groups, names)
-         if (all(groups > 0) .and. .not. group%is_writing()) then
-            contact%groups = [findloc(scene%contact_groups == names(groups(1)), .true., dim=1), &
-                              findloc(scene%contact_groups == names(groups(2)), .true., dim=1)]
-            if (groups(1) == groups(2)) call group%refuse('groups', 'must be two different groups: bodies of one are bonded')
-         end if
-      end if
-      if (.not. group%is_writing() .and. size(scene%bodies) > 0) then
-         if (scene%fields() < 2) call group%refuse('groups', &
-            'all bodies are of one contact group: nothing is in contact; allowed where bodies have different contact_group')
-      end if
+      if (allocated(scene%contact_groups)) names = [character(len=name_length) :: &
+                                                    (scene%group_label(g), g=1, size(scene%contact_groups))]
+      if (size(names) < 2 .and. .not. group%is_writing()) call group%refuse('groups', &
+         'all bodies are of one contact group: nothing is in contact; allowed where bodies have different contact_group')
+      if (any(contact%groups > 0) .or. .not. group%is_writing()) &
+         call group%get_choices('groups', contact%groups, names)
+      if (contact%groups(1) > 0 .and. contact%groups(1) == contact%groups(2)) &
+         call group%refuse('groups', 'must be two different groups: bodies of one are bonded')
       call group%get('friction', contact%friction, at_least(0.0_wp, '', at_most=largest_friction))
       call group%get('adhesion', contact%adhesion, at_least(0.0_wp, 'J/m2'))
       call group%get('cohesive_range', contact%cohesive_range, at_least(0.0_wp, 'm'))

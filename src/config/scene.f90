@@ -13,6 +13,7 @@ module m_scene
    integer, parameter, public :: update_usl = 1, update_usf = 2, update_musl = 3
    integer, parameter, public :: domain_by_law = 0, domain_fixed = 1, domain_stretch = 2, domain_corners = 3
    integer, parameter, public :: criterion_none = 0, criterion_stress = 1, criterion_strain = 2
+   character(len=*), parameter, public :: rest_group = 'rest' !< the contact group of bodies that name none
    integer, parameter, public :: start_apart = 1, start_as_is = 2
 
    !> &grid: the background grid. Sides in the order x- x+ y- y+ z- z+.
@@ -200,6 +201,7 @@ module m_scene
       procedure :: place
       procedure :: fields
       procedure :: leaders
+      procedure :: group_label
       procedure :: contact_of
    end type scene_t
 
@@ -229,6 +231,15 @@ contains
       fields = 1
       if (allocated(self%bodies)) fields = max(1, maxval(self%bodies%field))
    end function fields
+
+   !> A contact group's name; that of the bodies that name none is 'rest'.
+   pure function group_label(self, number) result(label)
+      class(scene_t), intent(in) :: self
+      integer, intent(in) :: number
+      character(len=:), allocatable :: label
+      label = trim(self%contact_groups(number))
+      if (label == '') label = rest_group
+   end function group_label
 
    !> Names of what levels may follow: the tools, then the contact groups.
    pure function leaders(self) result(names)

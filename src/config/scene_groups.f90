@@ -380,6 +380,8 @@ contains
       if (.not. allocated(body%contact_group)) body%contact_group = ''
       if (body%contact_group /= '' .or. .not. group%is_writing()) &
          call group%get_name('contact_group', body%contact_group)
+      if (lower_case(body%contact_group) == rest_group) &
+         call group%refuse('contact_group', 'must not be '//rest_group//', the group of bodies that name none')
    end subroutine describe_body
 
    subroutine describe_tool(group, may_stand, tool)

@@ -41,6 +41,7 @@ module m_body_pairs
       real(wp) :: area = 0.0_wp        !< of the points that press, m2, the mean of both sides
       real(wp) :: heat = 0.0_wp        !< made by friction, J
       real(wp) :: work = 0.0_wp        !< done by the condition itself, J
+      real(wp) :: parting = 0.0_wp     !< taken by adhesion as gaps opened, J
       real(wp) :: pressed = 0.0_wp     !< done where an overlap at the start is pressed out, J
       real(wp) :: candidates = 0.0_wp  !< how many
    end type pair_state_t
@@ -480,7 +481,8 @@ contains
                column(p, at) = column(p, at) + c%force/c%area
                column(p, pressure) = column(p, pressure) + c%force/c%area
                if (c%force > 0.0_wp) state%area = state%area + 0.5_wp*c%area
-               state%work = state%work + time_step*c%force*c%opening
+               state%work = state%work + time_step*(c%force + c%pull)*c%opening
+               state%parting = state%parting + time_step*c%pull*c%opening
                state%pressed = state%pressed + time_step*c%force*self%press_speed(level, c, partner)
                side = merge(1.0_wp, -1.0_wp, own < partner%field)
                state%force = state%force + side*force
@@ -501,6 +503,7 @@ contains
                          communicator%comm)
       self%step%heat = self%step%heat + self%states%heat
       self%step%work = self%step%work + self%states%work
+      self%step%parting = self%step%parting + self%states%parting
       self%step%pressed = self%step%pressed + self%states%pressed
       self%states = self%step
    end subroutine add_up
