@@ -19,7 +19,7 @@ module m_body_pairs
    use m_partner_surface, only: meeting_t, find_meetings, reach_of
    use m_partner_nodes, only: wanted_nodes_t
    use m_contact_point, only: candidate_t, partner_t, no_candidate, place_face, set_face, point_velocity, &
-                              margin
+                              overlap_rate, margin
    use m_contact_rows, only: masses_of
    use m_contact_complaints, only: allowed_text
    use m_candidates, only: candidates_t
@@ -38,7 +38,7 @@ module m_body_pairs
       sequence
       real(wp) :: force(3) = 0.0_wp    !< on the first group, N
       real(wp) :: moment(3) = 0.0_wp   !< of it about the origin, N m
-      real(wp) :: area = 0.0_wp        !< of the points that press, m2, the mean of both sides
+      real(wp) :: area = 0.0_wp        !< of the elements whose gap is shut, m2: half from each side
       real(wp) :: heat = 0.0_wp        !< made by friction, J
       real(wp) :: work = 0.0_wp        !< done by the condition itself, J
       real(wp) :: parting = 0.0_wp     !< taken by adhesion as gaps opened, J
@@ -480,7 +480,8 @@ contains
                   time_step*matmul(c%tangent, partner%slip))
                column(p, at) = column(p, at) + c%force/c%area
                column(p, pressure) = column(p, pressure) + c%force/c%area
-               if (c%force > 0.0_wp) state%area = state%area + 0.5_wp*c%area
+               if (c%gap + time_step*c%opening <= overlap_rate*sqrt(c%area)) state%area = state%area &
+                  + 0.5_wp*c%area ! also of points that press nothing: others beside them do
                state%work = state%work + time_step*(c%force + c%pull)*c%opening
                state%parting = state%parting + time_step*c%pull*c%opening
                state%pressed = state%pressed + time_step*c%force*self%press_speed(level, c, partner)
@@ -501,6 +502,8 @@ contains
                          communicator%comm)
       call MPI_Allreduce(MPI_IN_PLACE, self%overlap, size(self%overlap), MPI_DOUBLE_PRECISION, MPI_MAX, &
                          communicator%comm)
+      where (norm2(reshape([self%step%force(1), self%step%force(2), self%step%force(3)], [size(self%step), 3]), &
+                   dim=2) <= 0.0_wp) self%step%area = 0.0_wp ! they touch and press nothing
       self%step%heat = self%step%heat + self%states%heat
       self%step%work = self%step%work + self%states%work
       self%step%parting = self%step%parting + self%states%parting

@@ -288,7 +288,7 @@ contains
             if (scale > 0.0_wp) gap = max(0.0_wp, (w(c) - b(c))/scale*time_step)
             if (it%force > 0.0_wp) self%worst_bridge = max(self%worst_bridge, &
                                                            it%force*gap/(strongest*level%grid%cell))
-            if ((it%force > 0.0_wp .or. it%carried .or. it%pull > 0.0_wp) .and. scale > 0.0_wp) &
+            if ((it%force > 0.0_wp .or. it%carried .or. it%partner > 0) .and. scale > 0.0_wp) &
                call self%leave_gap(level, it, time_step, (w(c) - b(c))/scale)
             if (it%tool == 0) cycle ! body_pairs keeps it
             column(it%particle, self%candidates%pressure) = it%force/it%area
