@@ -3,10 +3,10 @@
 module m_body_pairs
    use mpi_f08
    use m_kinds, only: wp
-   use m_constants, only: exit_numerical
+   use m_constants, only: exit_input, exit_numerical
    use m_errors, only: error_t, fail
-   use m_text, only: to_text
-   use m_scene, only: scene_t, body_contact_spec_t
+   use m_text, only: to_text, si
+   use m_scene, only: scene_t, body_contact_spec_t, start_as_is
    use m_vectors, only: cross
    use m_communicator, only: communicator_t
    use m_field_table, only: field_table_t
@@ -19,13 +19,13 @@ module m_body_pairs
    use m_partner_surface, only: meeting_t, find_meetings, reach_of
    use m_partner_nodes, only: wanted_nodes_t
    use m_contact_point, only: candidate_t, partner_t, no_candidate, place_face, set_face, point_velocity, &
-                              margin
+                              overlap_rate, margin
    use m_contact_rows, only: masses_of
    use m_contact_complaints, only: allowed_text
    use m_candidates, only: candidates_t
    implicit none
    private
-   public :: body_pairs_t, pair_state_t
+   public :: body_pairs_t, pair_state_t, state_reals
 
    real(wp), parameter :: most_weight = 1.5_wp !< of a node, in the root of its mass over the particle's: one of
                                                !< hardly any mass gets hardly any force
@@ -38,9 +38,11 @@ module m_body_pairs
       sequence
       real(wp) :: force(3) = 0.0_wp    !< on the first group, N
       real(wp) :: moment(3) = 0.0_wp   !< of it about the origin, N m
-      real(wp) :: area = 0.0_wp        !< of the points that press, m2, the mean of both sides
+      real(wp) :: area = 0.0_wp        !< of the elements whose gap is shut, m2: half from each side
       real(wp) :: heat = 0.0_wp        !< made by friction, J
       real(wp) :: work = 0.0_wp        !< done by the condition itself, J
+      real(wp) :: parting = 0.0_wp     !< taken by adhesion as gaps opened, J
+      real(wp) :: pressed = 0.0_wp     !< done where an overlap at the start is pressed out, J
       real(wp) :: candidates = 0.0_wp  !< how many
    end type pair_state_t
 
@@ -56,11 +58,15 @@ module m_body_pairs
       type(surface_elements_t) :: elements
       type(meeting_t), allocatable :: meetings(:)
       type(wanted_nodes_t) :: wanted
-      integer :: first = 1 !< candidate; those before are of tools
+      integer :: first = 1       !< candidate; those before are of tools
+      real(wp) :: time = 0.0_wp  !< s
    contains
       procedure :: build
       procedure :: declare
       procedure :: active
+      procedure :: adheres
+      procedure :: rubs
+      procedure :: begin
       procedure :: pair_of
       procedure :: find
       procedure :: forbid
@@ -69,6 +75,11 @@ module m_body_pairs
       procedure, private :: find_meetings_of
       procedure, private :: make_candidate
       procedure, private :: place_partner
+      procedure, private :: may_touch
+      procedure, private :: gap_of
+      procedure, private :: press_speed
+      procedure, private :: range_of
+      procedure, private :: set_adhesion
    end type body_pairs_t
 
 contains
@@ -95,6 +106,18 @@ contains
       active = self%fields > 1
    end function active
 
+   !> True when some pair adheres or is bonded.
+   pure logical function adheres(self)
+      class(body_pairs_t), intent(in) :: self
+      adheres = any(self%specs%adhesion > 0.0_wp)
+   end function adheres
+
+   !> True when some pair has tangential forces.
+   pure logical function rubs(self)
+      class(body_pairs_t), intent(in) :: self
+      rubs = any(self%specs%friction > 0.0_wp) .or. any(self%specs%bond_strength > 0.0_wp)
+   end function rubs
+
    !> Number of the pair of two fields.
    pure integer function pair_of(self, one, other)
       class(body_pairs_t), intent(in) :: self
@@ -114,7 +137,15 @@ contains
       do e = 1, self%at%elements
          call table%declare('surface_pressure_'//to_text(e), 1, 'Pa', written=.false.)
          self%at%pressure(e) = table%column('surface_pressure_'//to_text(e))
-         if (.not. any(self%specs%friction > 0.0_wp)) cycle
+         if (any(self%specs%start == start_as_is)) then
+            call table%declare('surface_overlap_'//to_text(e), 1, 'm', written=.false.)
+            self%at%overlap(e) = table%column('surface_overlap_'//to_text(e))
+         end if
+         if (any(self%specs%bond_strength > 0.0_wp)) then
+            call table%declare('surface_bond_'//to_text(e), 4, '1', written=.false.)
+            self%at%bond(e) = table%column('surface_bond_'//to_text(e))
+         end if
+         if (.not. self%rubs()) cycle
          call table%declare('surface_friction_'//to_text(e), 3, 'Pa', written=.false.)
          self%at%friction(e) = table%column('surface_friction_'//to_text(e))
       end do
@@ -122,23 +153,24 @@ contains
 
    !> Collective among near ranks: the candidates of a step between bodies, after those of tools: points where
    !> an element meets another body that the free motion would carry into it, or almost.
-   subroutine find(self, communicator, level, time_step, candidates)
+   subroutine find(self, communicator, level, time, time_step, candidates)
       class(body_pairs_t), intent(inout) :: self
       type(communicator_t), intent(in) :: communicator
       type(level_t), intent(inout) :: level
-      real(wp), intent(in) :: time_step
+      real(wp), intent(in) :: time, time_step !< s
       type(candidates_t), intent(inout) :: candidates
       integer, allocatable :: first_wanted(:)
       type(partner_t) :: partner
       integer :: count, m, n
       self%first = candidates%count + 1
+      self%time = time
       self%overlap = 0.0_wp
       call self%find_meetings_of(communicator, level, count)
       allocate (first_wanted(count))
       call self%wanted%clear()
       n = 0
       do m = 1, count
-         if (.not. may_touch(self%elements, self%meetings(m), time_step)) cycle
+         if (.not. self%may_touch(level, self%meetings(m), time_step)) cycle
          n = n + 1
          self%meetings(n) = self%meetings(m)
          first_wanted(n) = self%wanted%count + 1
@@ -170,14 +202,120 @@ contains
    end subroutine find_meetings_of
 
    !> True when the particles' velocities say that a meeting may become contact in a step.
-   pure logical function may_touch(elements, meeting, time_step)
-      type(surface_elements_t), intent(in) :: elements
+   pure logical function may_touch(self, level, meeting, time_step)
+      class(body_pairs_t), intent(in) :: self
+      type(level_t), intent(in) :: level
       type(meeting_t), intent(in) :: meeting
       real(wp), intent(in) :: time_step
-      associate (e => elements%list(meeting%element))
-         may_touch = meeting%gap - 2.0_wp*time_step*norm2(e%velocity - meeting%velocity) < early*e%edge
+      associate (e => self%elements%list(meeting%element))
+         may_touch = self%gap_of(level, meeting) - 2.0_wp*time_step*norm2(e%velocity - meeting%velocity) &
+                     < max(early*e%edge, self%range_of(self%pair_of(nint(e%field), meeting%field)))
       end associate
    end function may_touch
+
+   !> Gap of a meeting (m): what the bodies overlapped by at the start counts as none, or what of it has not been
+   !> pressed out yet.
+   pure real(wp) function gap_of(self, level, meeting) result(gap)
+      class(body_pairs_t), intent(in) :: self
+      type(level_t), intent(in) :: level
+      type(meeting_t), intent(in) :: meeting
+      real(wp) :: left
+      gap = meeting%gap
+      associate (n => meeting%element, spec => self%specs(self%pair_of(nint(self%elements%list( &
+                 meeting%element)%field), meeting%field)))
+         if (spec%start /= start_as_is) return
+         left = 1.0_wp
+         if (spec%press_fit > 0.0_wp) left = max(0.0_wp, 1.0_wp - self%time/spec%press_fit)
+         gap = gap + left*level%blocks(self%elements%block(n))%particles%column(self%elements%particle(n), &
+               self%at%overlap(self%elements%element(n)))
+      end associate
+   end function gap_of
+
+   !> How fast what a candidate's bodies overlapped by at the start is pressed out, m/s.
+   pure real(wp) function press_speed(self, level, c, partner) result(speed)
+      class(body_pairs_t), intent(in) :: self
+      type(level_t), intent(in) :: level
+      type(candidate_t), intent(in) :: c
+      type(partner_t), intent(in) :: partner
+      speed = 0.0_wp
+      associate (spec => self%specs(self%pair_of(level%blocks(c%block)%field, partner%field)))
+         if (spec%start /= start_as_is .or. self%time >= spec%press_fit) return
+         speed = level%blocks(c%block)%particles%column(c%particle, self%at%overlap(partner%element)) &
+                 /spec%press_fit
+      end associate
+   end function press_speed
+
+   !> Gap (m) up to which a pair adheres.
+   pure real(wp) function range_of(self, pair)
+      class(body_pairs_t), intent(in) :: self
+      integer, intent(in) :: pair
+      associate (spec => self%specs(pair))
+         range_of = spec%cohesive_range
+         if (spec%bond_strength > 0.0_wp) range_of = 2.0_wp*spec%adhesion/spec%bond_strength
+      end associate
+   end function range_of
+
+   !> The tension that adhesion bears at a candidate of a pair, and its tangential grip. Both sides of the
+   !> contact have elements: each bears half.
+   pure subroutine set_adhesion(self, level, pair, element, c)
+      class(body_pairs_t), intent(in) :: self
+      type(level_t), intent(in) :: level
+      integer, intent(in) :: pair, element
+      type(candidate_t), intent(inout) :: c
+      associate (spec => self%specs(pair))
+         if (spec%bond_strength > 0.0_wp) then
+            associate (left => level%blocks(c%block)%particles%column(c%particle, self%at%bond(element)))
+               c%pull = 0.5_wp*left*spec%bond_strength*c%area
+               c%grip = c%pull
+            end associate
+         else if (spec%adhesion > 0.0_wp .and. c%gap < spec%cohesive_range) then
+            c%pull = 0.5_wp*spec%adhesion/spec%cohesive_range*c%area
+         end if
+      end associate
+   end subroutine set_adhesion
+
+   !> A bond loses strength by how far it opens and slips: linearly to nothing at 2 adhesion/bond_strength
+   !> (theory.md, eq. bond).
+   pure subroutine weaken(column, at, limit, gap, slip)
+      real(wp), intent(inout) :: column(:) !< of the particle
+      integer, intent(in) :: at            !< first column of the bond
+      real(wp), intent(in) :: limit        !< m
+      real(wp), intent(in) :: gap, slip(3) !< m, at the end of the step; in the step
+      if (.not. column(at) > 0.0_wp) return
+      column(at + 1:at + 3) = column(at + 1:at + 3) + slip
+      associate (opening => hypot(max(0.0_wp, gap), norm2(column(at + 1:at + 3))))
+         column(at) = max(0.0_wp, min(column(at), 1.0_wp - opening/limit))
+      end associate
+   end subroutine weaken
+
+   !> Collective among near ranks, when all bodies are filled: what overlaps and may be kept so; what is bonded.
+   subroutine begin(self, communicator, level, error)
+      class(body_pairs_t), intent(inout) :: self
+      type(communicator_t), intent(in) :: communicator
+      type(level_t), intent(inout) :: level
+      type(error_t), intent(inout) :: error
+      integer :: count, m, pair
+      do pair = 1, size(self%specs)
+         if (self%range_of(pair) > 0.5_wp*level%grid%cell) call fail(error, exit_input, &
+            '&body_contact: adhesion acts up to a gap of '//si(self%range_of(pair), 'm')// &
+            ' here, more than half a cell of the finest level, '//si(0.5_wp*level%grid%cell, 'm')// &
+            '; allowed: a smaller cohesive_range, or a larger bond_strength')
+      end do
+      if (error%happened()) return
+      call self%find_meetings_of(communicator, level, count)
+      do m = 1, count
+         associate (meeting => self%meetings(m), it => self%elements%list(self%meetings(m)%element), &
+                    element => self%elements%element(self%meetings(m)%element), &
+                    column => level%blocks(self%elements%block(self%meetings(m)%element))%particles%column, &
+                    p => self%elements%particle(self%meetings(m)%element))
+            pair = self%pair_of(nint(it%field), meeting%field)
+            if (self%at%overlap(element) > 0 .and. self%specs(pair)%start == start_as_is) &
+               column(p, self%at%overlap(element)) = max(0.0_wp, -meeting%gap)
+            if (self%at%bond(element) > 0 .and. meeting%gap <= margin*it%edge) &
+               column(p, self%at%bond(element)) = 1.0_wp
+         end associate
+      end do
+   end subroutine begin
 
    !> Nodes and weights of the other body of a meeting: in the mean over the same face as on the element's
    !> body, on the other side of the gap.
@@ -229,11 +367,11 @@ contains
                  last => self%elements%last(:, meeting%element), &
                  pair => self%pair_of(nint(self%elements%list(meeting%element)%field), meeting%field), &
                  block => level%blocks(self%elements%block(meeting%element)))
-         self%overlap(pair) = max(self%overlap(pair), -meeting%gap)
+         c%gap = self%gap_of(level, meeting)
+         self%overlap(pair) = max(self%overlap(pair), -c%gap)
          c%block = self%elements%block(meeting%element)
          c%particle = self%elements%particle(meeting%element)
          c%normal = meeting%normal
-         c%gap = meeting%gap
          c%mass = 1.0_wp/(1.0_wp/element%mass + 1.0_wp/meeting%mass)
          c%area = element%area
          call set_face(c, level%grid, block%place, bin_place(int(block%cells%bin(c%particle))), &
@@ -245,7 +383,9 @@ contains
          if (.not. all(held)) return
          c%opposite = partner%reflection*mean_velocity(self%wanted, first_wanted, partner%face)
          c%speed = dot_product(c%normal, point_velocity(level, c))
-         if (c%gap + time_step*(c%speed - dot_product(c%normal, c%opposite)) > margin*element%edge) return
+         call self%set_adhesion(level, pair, partner%element, c)
+         if (c%gap + time_step*(c%speed - dot_product(c%normal, c%opposite)) > margin*element%edge &
+             .and. .not. c%pull > 0.0_wp) return
          c%from = block%particles%column(c%particle, level%layout%position:level%layout%position + 2)
          c%arm = element%point - c%from
          c%force = last(1)*c%area
@@ -325,7 +465,8 @@ contains
                     column => level%blocks(candidates%list(n)%block)%particles%column, &
                     own => level%blocks(candidates%list(n)%block)%field)
             associate (state => self%step(self%pair_of(own, partner%field)), p => c%particle, &
-                       at => self%at%pressure(partner%element), friction => self%at%friction(partner%element))
+                       at => self%at%pressure(partner%element), friction => self%at%friction(partner%element), &
+                       bond => self%at%bond(partner%element))
                state%candidates = state%candidates + 1.0_wp
                force = c%force*c%normal
                if (c%frictional > 0) then
@@ -334,10 +475,16 @@ contains
                   column(p, friction:friction + 2) = column(p, friction:friction + 2) &
                                                      + matmul(c%tangent, c%tangential_force)/c%area
                end if
+               if (c%pull > 0.0_wp .and. bond > 0) call weaken(column(p, :), bond, &
+                  self%range_of(self%pair_of(own, partner%field)), c%gap + time_step*c%opening, &
+                  time_step*matmul(c%tangent, partner%slip))
                column(p, at) = column(p, at) + c%force/c%area
                column(p, pressure) = column(p, pressure) + c%force/c%area
-               if (c%force > 0.0_wp) state%area = state%area + 0.5_wp*c%area
-               state%work = state%work + time_step*c%force*c%opening
+               if (c%gap + time_step*c%opening <= overlap_rate*sqrt(c%area)) state%area = state%area &
+                  + 0.5_wp*c%area ! also of points that press nothing: others beside them do
+               state%work = state%work + time_step*(c%force + c%pull)*c%opening
+               state%parting = state%parting + time_step*c%pull*c%opening
+               state%pressed = state%pressed + time_step*c%force*self%press_speed(level, c, partner)
                side = merge(1.0_wp, -1.0_wp, own < partner%field)
                state%force = state%force + side*force
                state%moment = state%moment + side*cross(partner%point, force)
@@ -355,8 +502,12 @@ contains
                          communicator%comm)
       call MPI_Allreduce(MPI_IN_PLACE, self%overlap, size(self%overlap), MPI_DOUBLE_PRECISION, MPI_MAX, &
                          communicator%comm)
+      where (norm2(reshape([self%step%force(1), self%step%force(2), self%step%force(3)], [size(self%step), 3]), &
+                   dim=2) <= 0.0_wp) self%step%area = 0.0_wp ! they touch and press nothing
       self%step%heat = self%step%heat + self%states%heat
       self%step%work = self%step%work + self%states%work
+      self%step%parting = self%step%parting + self%states%parting
+      self%step%pressed = self%step%pressed + self%states%pressed
       self%states = self%step
    end subroutine add_up
 

@@ -60,6 +60,7 @@ module m_contact
       procedure :: release
       procedure, private :: solve
       procedure, private :: pose
+      procedure, private :: add_adhesion
       procedure, private :: keep_solution
       procedure, private :: sweep
       procedure, private :: solve_normal
@@ -91,7 +92,7 @@ contains
       end do
       self%spec = scene%contact
       call self%pairs%build(scene)
-      self%friction%present = any(scene%tools%friction > 0.0_wp) .or. any(self%pairs%specs%friction > 0.0_wp)
+      self%friction%present = any(scene%tools%friction > 0.0_wp) .or. self%pairs%rubs()
    end subroutine build
 
    !> The fields that contact adds; they are also where the next solve starts from.
@@ -133,7 +134,7 @@ contains
          call self%tools(t)%begin_step(time, time_step)
       end do
       call self%candidates%find(self%tools, level, materials, time_step, self%states%overlap)
-      if (self%pairs%active()) call self%pairs%find(communicator, level, time_step, self%candidates)
+      if (self%pairs%active()) call self%pairs%find(communicator, level, time, time_step, self%candidates)
       call self%make_room(communicator)
       if (self%has_problem) then
          call assemble(self%system, communicator, neighbours, self%tools, self%candidates, level, &
@@ -209,15 +210,16 @@ contains
       type(level_t), intent(inout) :: level
       real(wp), intent(in) :: time_step
       type(error_t), intent(inout) :: error
-      real(wp), dimension(self%candidates%count) :: b, x, w
+      real(wp), dimension(self%candidates%count) :: b, x, w, pull
       integer :: iterations
       logical :: settled
       call self%system%activate(1, self%candidates%count)
       call self%pose(level, time_step, b, x, error)
+      call self%add_adhesion(b, x, pull)
       settled = .true.
       self%step_residual = 0.0_wp
       if (self%friction%present) then
-         call self%sweep(level, b, x, settled)
+         call self%sweep(level, pull, b, x, settled)
       else
          call self%solve_normal(b, x, iterations)
       end if
@@ -227,6 +229,23 @@ contains
       call self%check_solution(level, b, x, w, error)
       call self%keep_solution(level, time_step, b, x, w)
    end subroutine solve
+
+   !> Adhesion bears a tension up to a limit. The unknowns become forces above that limit, which are not below
+   !> 0 (theory.md, eq. adhesion); what the limit itself does to the points goes to the right-hand side.
+   subroutine add_adhesion(self, b, x, pull)
+      class(contact_t), intent(inout) :: self
+      real(wp), intent(inout) :: b(:), x(:)
+      real(wp), intent(out) :: pull(:) !< scaled
+      real(wp) :: pulled(size(pull))
+      pull = 0.0_wp
+      if (.not. self%pairs%adheres()) return
+      associate (scale => self%system%scale(:size(pull)))
+         where (scale > 0.0_wp) pull = self%candidates%list(:size(pull))%pull/scale
+      end associate
+      call self%system%multiply(pull, pulled)
+      b = b + pulled
+      x = max(0.0_wp, x + pull)
+   end subroutine add_adhesion
 
    !> The problem of the normal forces, scaled: its right-hand side, and the forces to start from.
    subroutine pose(self, level, time_step, b, x, error)
@@ -264,12 +283,12 @@ contains
          associate (it => self%candidates%list(c), scale => self%system%scale(c), &
                     first => self%candidates%traction, &
                     column => level%blocks(self%candidates%list(c)%block)%particles%column)
-            it%force = x(c)*scale
+            it%force = x(c)*scale - it%pull
             gap = 0.0_wp
             if (scale > 0.0_wp) gap = max(0.0_wp, (w(c) - b(c))/scale*time_step)
             if (it%force > 0.0_wp) self%worst_bridge = max(self%worst_bridge, &
                                                            it%force*gap/(strongest*level%grid%cell))
-            if ((it%force > 0.0_wp .or. it%carried) .and. scale > 0.0_wp) &
+            if ((it%force > 0.0_wp .or. it%carried .or. it%partner > 0) .and. scale > 0.0_wp) &
                call self%leave_gap(level, it, time_step, (w(c) - b(c))/scale)
             if (it%tool == 0) cycle ! body_pairs keeps it
             column(it%particle, self%candidates%pressure) = it%force/it%area
@@ -358,9 +377,10 @@ contains
    !> Normal forces with the friction held, and friction with the normal forces held, in turn until the normal
    !> problem is solved with the friction that belongs to it (theory.md, eq. friction-sweeps). On return b
    !> holds what the friction does to it.
-   subroutine sweep(self, level, b, x, settled)
+   subroutine sweep(self, level, pull, b, x, settled)
       class(contact_t), intent(inout) :: self
       type(level_t), intent(in) :: level
+      real(wp), intent(in) :: pull(:) !< of adhesion, scaled: forces are x less this
       real(wp), intent(inout) :: b(:), x(:)
       logical, intent(out) :: settled !< in as many rounds as are allowed
       real(wp) :: free(size(b)), dragged(size(b)), residual
@@ -381,9 +401,9 @@ contains
                if (list(c)%frictional == 0) cycle
                radius(list(c)%frictional) = 0.0_wp
                if (scale(n + 2*list(c)%frictional) > 0.0_wp) radius(list(c)%frictional) = &
-                  list(c)%friction*x(c)*scale(c)/scale(n + 2*list(c)%frictional)
+                  (list(c)%friction*x(c)*scale(c) + list(c)%grip)/scale(n + 2*list(c)%frictional)
             end do
-            call self%system%respond([1, n], x, [n + 1, rows], pushed)
+            call self%system%respond([1, n], x - pull, [n + 1, rows], pushed)
             call self%friction%solve(self%system, radius, pushed, self%spec%tolerance, &
                                      products*self%spec%max_iterations, residual)
             call self%check_convergence(residual, to_text(products*self%spec%max_iterations)// &

@@ -35,6 +35,8 @@ module m_contact_point
       real(wp) :: mass = 1.0_wp  !< kg
       real(wp) :: force = 0.0_wp !< N
       real(wp) :: opening = 0.0_wp !< speed at which its gap opens with that force, m/s
+      real(wp) :: pull = 0.0_wp  !< largest tension that adhesion bears, N
+      real(wp) :: grip = 0.0_wp  !< tangential force that it bears besides friction, N
       real(wp) :: friction = 0.0_wp !< its coefficient
       integer :: frictional = 0     !< place among the candidates with friction; 0 without
       real(wp) :: tangent(3, 2) = 0.0_wp !< across the normal, as the tool sees them

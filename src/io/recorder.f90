@@ -112,9 +112,10 @@ contains
                     probe_header(self%title, scene%probes(n)%name))
       end do
       do n = 1, self%pairs
-         associate (names => scene%contact_groups(model%contact%pairs%specs(n)%groups))
-            call begin(self%histories(1 + self%tools + self%probes + n), 'contact_'//label(names(1))//'_'// &
-                       label(names(2))//'.dat', pair_header(self%title, label(names(1)), label(names(2))))
+         associate (groups => model%contact%pairs%specs(n)%groups)
+            call begin(self%histories(1 + self%tools + self%probes + n), &
+                       'contact_'//scene%group_label(groups(1))//'_'//scene%group_label(groups(2))//'.dat', &
+                       pair_header(self%title, scene%group_label(groups(1)), scene%group_label(groups(2))))
          end associate
       end do
       ok = .false.
@@ -245,8 +246,8 @@ contains
       do n = 1, self%pairs
          associate (pair => model%contact%pairs%states(n))
             call self%histories(1 + self%tools + self%probes + n)%append( &
-               [model%time, pair%force, pair%moment, pair%area, model%contact%pairs%overlap(n), pair%heat], &
-               error)
+               [model%time, pair%force, pair%moment, pair%area, model%contact%pairs%overlap(n), pair%heat, &
+                pair%parting], error)
          end associate
       end do
       call model%communicator%agree(error)
@@ -376,14 +377,6 @@ contains
       end associate
    end function model_share
 
-   !> A contact group's name; of the bodies that name none, 'rest'.
-   pure function label(name) result(text)
-      character(len=*), intent(in) :: name
-      character(len=:), allocatable :: text
-      text = trim(name)
-      if (text == '') text = 'rest'
-   end function label
-
    function pair_header(title, one, other) result(header)
       character(len=*), intent(in) :: title, one, other
       type(history_header_t) :: header
@@ -391,7 +384,8 @@ contains
       header%zone = 'contact of '//one//' and '//other
       header%columns = [character(len=history_text_length) :: 'time [s]', 'force_x [N]', 'force_y [N]', &
                         'force_z [N]', 'moment_x [N m]', 'moment_y [N m]', 'moment_z [N m]', &
-                        'contact_area [m2]', 'max_gap_violation [m]', 'friction_heat [J]']
+                        'contact_area [m2]', 'max_gap_violation [m]', 'friction_heat [J]', &
+                        'adhesion_work [J]']
    end function pair_header
 
    function probe_header(title, name) result(header)
