@@ -11,6 +11,7 @@ module m_body_pairs
    use m_communicator, only: communicator_t
    use m_field_table, only: field_table_t
    use m_level, only: level_t
+   use m_materials, only: materials_t
    use m_grid_level, only: grid_level_t
    use m_boundary, only: inside
    use m_stencil, only: bin_place
@@ -451,13 +452,14 @@ contains
 
    !> What the solution says of the candidates between bodies: pressures and friction in the columns of their
    !> particles, and the sums of the pairs over this rank.
-   subroutine keep(self, level, candidates, time_step, pressure)
+   subroutine keep(self, level, materials, candidates, time_step, pressure)
       class(body_pairs_t), intent(inout) :: self
       type(level_t), intent(inout) :: level
+      type(materials_t), intent(in) :: materials
       type(candidates_t), intent(in) :: candidates
       real(wp), intent(in) :: time_step !< s
       integer, intent(in) :: pressure   !< column of the contact pressure
-      real(wp) :: force(3), side
+      real(wp) :: force(3), heat, side
       integer :: n
       self%step = pair_state_t()
       do n = self%first, candidates%count
@@ -471,7 +473,11 @@ contains
                force = c%force*c%normal
                if (c%frictional > 0) then
                   force = force + matmul(c%tangent, c%tangential_force)
-                  state%heat = state%heat - time_step*dot_product(c%tangential_force, partner%slip)
+                  heat = -time_step*dot_product(c%tangential_force, partner%slip)
+                  state%heat = state%heat + heat
+                  ! both bodies' elements have candidates: each warms its own
+                  call materials%slots(materials%of_body(level%blocks(c%block)%particles%body(p)))%law%take_heat( &
+                     column(p, :), level%layout, heat)
                   column(p, friction:friction + 2) = column(p, friction:friction + 2) &
                                                      + matmul(c%tangent, c%tangential_force)/c%area
                end if
