@@ -13,6 +13,7 @@ module m_scene
    integer, parameter, public :: update_usl = 1, update_usf = 2, update_musl = 3
    integer, parameter, public :: domain_by_law = 0, domain_fixed = 1, domain_stretch = 2, domain_corners = 3
    integer, parameter, public :: criterion_none = 0, criterion_stress = 1, criterion_strain = 2
+   character(len=*), parameter, public :: rest_group = 'rest' !< the contact group of bodies that name none
    integer, parameter, public :: start_apart = 1, start_as_is = 2
 
    !> &grid: the background grid. Sides in the order x- x+ y- y+ z- z+.
@@ -98,7 +99,7 @@ module m_scene
    type, public :: level_spec_t
       real(wp) :: lower(3) = 0.0_wp      !< m; where the box moves, at the start
       real(wp) :: upper(3) = 0.0_wp      !< m
-      integer :: follow = 0 !< index into scene_t%tools of the tool that the box moves with; 0: none
+      integer :: follow = 0 !< what the box moves with, by its number in scene_t%leaders; 0: nothing
       integer :: criterion = criterion_none !< places the box by the gradient of von Mises stress or of strain
       integer :: max_cells = 1000000     !< with a criterion: of the level's own cells, in its box
    end type level_spec_t
@@ -123,7 +124,12 @@ module m_scene
    type, public :: body_contact_spec_t
       integer :: groups(2) = 0           !< their numbers; 0: all pairs that no other one names
       real(wp) :: friction = 0.0_wp
+      real(wp) :: adhesion = 0.0_wp      !< work of separation, J/m2
+      real(wp) :: cohesive_range = 0.0_wp !< gap up to which adhesion pulls, m
+      real(wp) :: bond_strength = 0.0_wp !< of what touches at the start, Pa; it softens as it opens, by
+                                         !< `adhesion` in all
       integer :: start = start_apart     !< what becomes of an overlap at the start
+      real(wp) :: press_fit = 0.0_wp     !< time over which it is pressed out, s
    end type body_contact_spec_t
 
    !> &guard
@@ -194,6 +200,8 @@ module m_scene
    contains
       procedure :: place
       procedure :: fields
+      procedure :: leaders
+      procedure :: group_label
       procedure :: contact_of
    end type scene_t
 
@@ -223,6 +231,27 @@ contains
       fields = 1
       if (allocated(self%bodies)) fields = max(1, maxval(self%bodies%field))
    end function fields
+
+   !> A contact group's name; that of the bodies that name none is 'rest'.
+   pure function group_label(self, number) result(label)
+      class(scene_t), intent(in) :: self
+      integer, intent(in) :: number
+      character(len=:), allocatable :: label
+      label = trim(self%contact_groups(number))
+      if (label == '') label = rest_group
+   end function group_label
+
+   !> Names of what levels may follow: the tools, then the contact groups.
+   pure function leaders(self) result(names)
+      class(scene_t), intent(in) :: self
+      character(len=name_length), allocatable :: names(:)
+      integer :: t
+      allocate (names(size(self%tools)))
+      do t = 1, size(self%tools)
+         names(t) = self%tools(t)%name
+      end do
+      if (self%fields() > 1) names = [names, self%contact_groups]
+   end function leaders
 
    !> What holds between bodies of two groups: what the last &body_contact that names both says, else the last
    !> one that names none, else what holds where nothing is said.

@@ -271,7 +271,7 @@ contains
       case ('motion')
          call describe_nth_motion(group, number, scene%tools)
       case ('level')
-         call describe_level(group, scene%tools, scene%levels(number))
+         call describe_level(group, scene%leaders(), scene%levels(number))
       case ('probe')
          if (.not. allocated(scene%probes(number)%name)) scene%probes(number)%name = 'probe'//to_text(number)
          call group%get_name('name', scene%probes(number)%name)
@@ -380,6 +380,8 @@ contains
       if (.not. allocated(body%contact_group)) body%contact_group = ''
       if (body%contact_group /= '' .or. .not. group%is_writing()) &
          call group%get_name('contact_group', body%contact_group)
+      if (lower_case(body%contact_group) == rest_group) &
+         call group%refuse('contact_group', 'must not be '//rest_group//', the group of bodies that name none')
    end subroutine describe_body
 
    subroutine describe_tool(group, may_stand, tool)
@@ -440,21 +442,17 @@ contains
    end subroutine choose_shape
 
    !> The box of a level and what moves it, if anything does.
-   subroutine describe_level(group, tools, level)
+   subroutine describe_level(group, leaders, level)
       type(group_reader_t), intent(inout) :: group
-      type(tool_spec_t), intent(in) :: tools(:)
+      character(len=*), intent(in) :: leaders(:)
       type(level_spec_t), intent(inout) :: level
-      character(len=name_length) :: tool_names(size(tools))
-      integer :: choice, i
-      do i = 1, size(tools)
-         tool_names(i) = tools(i)%name
-      end do
+      integer :: choice
       call group%get('lower', level%lower, any_value('m'), required=.true.)
       call group%get('upper', level%upper, any_value('m'), required=.true.)
-      if (group%is_given('follow') .and. size(tools) == 0) &
-         call group%refuse('follow', 'the scene has no &tool to follow')
+      if (group%is_given('follow') .and. size(leaders) == 0) &
+         call group%refuse('follow', 'the scene has no &tool to follow, and no contact groups')
       if (level%follow > 0 .or. .not. group%is_writing()) &
-         call group%get_choice('follow', level%follow, tool_names)
+         call group%get_choice('follow', level%follow, leaders)
       choice = level%criterion + 1
       call group%get_choice('criterion', choice, criterion_words)
       level%criterion = max(choice, 1) - 1

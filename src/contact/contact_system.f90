@@ -16,17 +16,21 @@ module m_contact_system
    type, extends(petsc_operator_t) :: contact_system_t
       type(communicator_t) :: communicator
       integer :: rows = 0
+      integer :: parts = 0 !< of rows: what a row's force does to the nodes of one velocity field. One a row
+                           !< for a tool, one a body between bodies; in the order of the rows
       integer :: first = 1, last = 0 !< the active rows: of the normal forces, of friction, or both
       integer :: normal = 0                      !< rows of normal forces; those of friction follow
       type(contact_nodes_t) :: nodes             !< of all rows
       logical :: gives_way = .false.             !< some tool does
       integer(i8) :: products = 0                !< times the operator was applied, over the run
-      integer, allocatable :: begins(:) !< (rows + 1): first entry of each row; an entry is one of its nodes
-      integer, allocatable :: place(:, :, :) !< (0:2, 3, rows): nodes in the grid along each axis, from -1; of
-                                             !< a cell's 0:1 count
+      integer, allocatable :: row(:)             !< (parts): which row it is of
+      integer, allocatable :: begins(:) !< (parts + 1): first entry of each part; an entry is one of its nodes
+      integer, allocatable :: place(:, :, :) !< (0:2, 3, parts): nodes in the grid along each axis, from -1;
+                                             !< of a cell's 0:1 count
+      integer, allocatable :: field(:)           !< (parts): velocity field of the nodes
       integer, allocatable :: node(:)            !< (entries): local numbers, x fastest
       real(wp), allocatable :: weight(:)         !< (entries): of the contact point on the node
-      real(wp), allocatable :: direction(:, :)   !< (4, rows): in which a force acts; the last is 0
+      real(wp), allocatable :: direction(:, :)   !< (4, parts): in which a force acts; the last is 0
       type(cell_rows_t) :: normal_rows, friction_rows !< as products take them, for unknowns that are scaled
                                                       !< forces
       type(cell_rows_t) :: free_rows             !< those of the normal forces that are free
@@ -47,6 +51,7 @@ module m_contact_system
       procedure :: begin
       procedure :: activate
       procedure :: add_row
+      procedure :: add_part
       procedure :: number_nodes
       procedure :: group_rows
       procedure :: multiply
@@ -68,42 +73,60 @@ module m_contact_system
 contains
 
    !> Start an empty system.
-   subroutine begin(self, communicator, cells, freedoms, mobility)
+   subroutine begin(self, communicator, cells, fields, freedoms, mobility)
       class(contact_system_t), intent(inout) :: self
       type(communicator_t), intent(in) :: communicator
       integer, intent(in) :: cells(3)          !< of the grid
+      integer, intent(in) :: fields            !< velocity fields
       integer, intent(in) :: freedoms(:)       !< (tools): how many of each give way
       real(wp), intent(in) :: mobility(:)      !< of these, tool by tool, s/kg or s/(kg m2); the same on all
                                                !< ranks
       integer :: t
       self%communicator = communicator
       self%rows = 0
-      self%nodes%extent = cells + 3
-      self%first_freedom = [(1 + sum(freedoms(:t)), t=0, size(freedoms))]
+      self%parts = 0
+      self%nodes%extent = [cells + 3, fields]
+      if (.not. allocated(self%first_freedom)) allocate (self%first_freedom(0:size(freedoms) + 1))
+      self%first_freedom(0) = 1 ! rows between bodies have the tool 0
+      self%first_freedom(1:) = [(1 + sum(freedoms(:t)), t=0, size(freedoms))]
       self%freedom_mobility = mobility
       self%freedom_push = 0.0_wp*mobility
       self%gives_way = any(mobility > 0.0_wp)
       if (.not. allocated(self%place)) &
          allocate (self%place(0:2, 3, 64), self%weight(512), self%begins(65), self%direction(width, 64), &
-                   self%tool(64), self%along(maxval(freedoms), 64))
+                   self%tool(64), self%along(maxval([0, freedoms]), 64), self%row(64), self%field(64))
       self%begins(1) = 1
    end subroutine begin
 
    !> Add a row: where the nodes of its contact point are in the grid along each axis, their weights, the
    !> direction in which its force acts; the tool that the force acts on in turn, and how it pushes those of
    !> the tool's degrees of freedom that give way.
-   subroutine add_row(self, last, place, weight, direction, tool, along)
+   subroutine add_row(self, last, place, weight, direction, field, tool, along)
       class(contact_system_t), intent(inout) :: self
       integer, intent(in) :: last !< nodes along each axis are from 0 to here: 1 in a cell, 2 around a bin
       integer, intent(in) :: place(0:2, 3)            !< (nodes, axes), from -1
-      integer, intent(in) :: tool
+      integer, intent(in) :: field                    !< velocity field of the nodes
+      integer, intent(in) :: tool                     !< 0: none, another body
       real(wp), intent(in) :: weight(0:2, 0:2, 0:2), direction(3), along(:)
+      self%rows = self%rows + 1
+      call self%add_part(last, place, weight, direction, field)
+      self%tool(self%rows) = tool
+      self%along(:size(along), self%rows) = along
+   end subroutine add_row
+
+   !> Add to the last row what its force does to another velocity field.
+   subroutine add_part(self, last, place, weight, direction, field)
+      class(contact_system_t), intent(inout) :: self
+      integer, intent(in) :: last, place(0:2, 3), field !< as in add_row
+      real(wp), intent(in) :: weight(0:2, 0:2, 0:2), direction(3)
       integer :: j, k, n, s
-      n = self%rows + 1
+      n = self%parts + 1
       s = self%begins(n)
-      self%rows = n
+      self%parts = n
       self%begins(n + 1) = s + (last + 1)**3
       call self%make_room(n, self%begins(n + 1) - 1)
+      self%row(n) = self%rows
+      self%field(n) = field
       self%place(:, :, n) = place
       do k = 0, last
          do j = 0, last
@@ -112,15 +135,13 @@ contains
          end do
       end do
       self%direction(:, n) = [direction, 0.0_wp]
-      self%tool(n) = tool
-      self%along(:size(along), n) = along
-   end subroutine add_row
+   end subroutine add_part
 
-   !> Room for so many rows and entries, and one row more to begin.
-   subroutine make_room(self, rows, entries)
+   !> Room for so many parts, no fewer than rows, and entries, and one part more to begin.
+   subroutine make_room(self, parts, entries)
       class(contact_system_t), intent(inout) :: self
-      integer, intent(in) :: rows, entries
-      integer, allocatable :: more_places(:, :, :), more_begins(:), more_tools(:)
+      integer, intent(in) :: parts, entries
+      integer, allocatable :: more_places(:, :, :), more_begins(:), more_tools(:), more_rows(:), more_fields(:)
       real(wp), allocatable :: more_weights(:), more_directions(:, :), more_along(:, :)
       integer :: n
       n = size(self%weight)
@@ -130,17 +151,21 @@ contains
          call move_alloc(more_weights, self%weight)
       end if
       n = size(self%tool)
-      if (rows >= n) then
+      if (parts >= n) then
          allocate (more_places(0:2, 3, 2*n), more_begins(2*n + 1), more_directions(width, 2*n), &
-                   more_tools(2*n), more_along(size(self%along, 1), 2*n))
+                   more_tools(2*n), more_along(size(self%along, 1), 2*n), more_rows(2*n), more_fields(2*n))
          more_places(:, :, :n) = self%place
          more_begins(:n + 1) = self%begins
          more_directions(:, :n) = self%direction
+         more_rows(:n) = self%row
+         more_fields(:n) = self%field
          more_tools(:n) = self%tool
          more_along(:, :n) = self%along
          call move_alloc(more_places, self%place)
          call move_alloc(more_begins, self%begins)
          call move_alloc(more_directions, self%direction)
+         call move_alloc(more_rows, self%row)
+         call move_alloc(more_fields, self%field)
          call move_alloc(more_tools, self%tool)
          call move_alloc(more_along, self%along)
       end if
@@ -158,16 +183,16 @@ contains
    subroutine number_nodes(self, normal)
       class(contact_system_t), intent(inout) :: self
       integer, intent(in) :: normal !< rows of normal forces, the first ones
-      integer :: last(self%rows)
+      integer :: last(self%parts)
       self%normal = normal
-      associate (entries => self%begins(2:self%rows + 1) - self%begins(:self%rows))
+      associate (entries => self%begins(2:self%parts + 1) - self%begins(:self%parts))
          last = merge(1, 2, entries == cell_nodes)
       end associate
       if (allocated(self%node)) then
-         if (size(self%node) < self%begins(self%rows + 1) - 1) deallocate (self%node)
+         if (size(self%node) < self%begins(self%parts + 1) - 1) deallocate (self%node)
       end if
       if (.not. allocated(self%node)) allocate (self%node(size(self%weight)))
-      call self%nodes%number_all(self%place(:, :, :self%rows), last, self%node)
+      call self%nodes%number_all(self%place(:, :, :self%parts), last, self%field(:self%parts), self%node)
       if (allocated(self%force)) then
          if (size(self%force, 2) >= self%nodes%count) return
          deallocate (self%force, self%mobility)
@@ -180,16 +205,17 @@ contains
    !> Put the rows of a cell together; needs numbers and scales.
    subroutine group_rows(self)
       class(contact_system_t), intent(inout) :: self
-      real(wp) :: direction(width, self%rows)
+      real(wp) :: direction(width, self%parts)
       integer :: c
-      do c = 1, self%rows
-         direction(:, c) = self%scale(c)*self%direction(:, c)
+      do c = 1, self%parts
+         direction(:, c) = self%scale(self%row(c))*self%direction(:, c)
       end do
-      associate (n => self%normal)
-         call self%normal_rows%sort(self%nodes%count, self%begins(:n + 1), self%node, self%weight, &
-                                    direction(:, :n))
-         call self%friction_rows%sort(self%nodes%count, self%begins(n + 1:self%rows + 1), self%node, &
-                                      self%weight, direction(:, n + 1:))
+      associate (n => count(self%row(:self%parts) <= self%normal))
+         call self%normal_rows%sort(self%nodes%count, self%row(:n), self%begins(:n + 1), self%node, &
+                                    self%weight, direction(:, :n))
+         call self%friction_rows%sort(self%nodes%count, self%row(n + 1:self%parts) - self%normal, &
+                                      self%begins(n + 1:self%parts + 1), self%node, self%weight, &
+                                      direction(:, n + 1:))
       end associate
    end subroutine group_rows
 
@@ -331,6 +357,7 @@ contains
    subroutine collect(self, y)
       class(contact_system_t), intent(inout) :: self
       real(wp), intent(inout), contiguous :: y(:) !< (active rows)
+      y = 0.0_wp
       if (self%first <= self%normal) call self%normal_rows%collect(self%force, y)
       if (self%last > self%normal) &
          call self%friction_rows%collect(self%force, y(self%normal - self%first + 2:))
@@ -355,25 +382,28 @@ contains
    subroutine set_scale(self, compliance)
       class(contact_system_t), intent(inout) :: self
       real(wp), intent(in) :: compliance(:) !< (rows): of each contact point, s/kg
-      real(wp) :: diagonal
-      integer :: c, k, s
+      real(wp) :: diagonal(self%rows)
+      integer :: c, k, n, s
       if (allocated(self%scale)) then
          if (size(self%scale) < self%rows) deallocate (self%scale, self%softness)
       end if
       if (.not. allocated(self%scale)) allocate (self%scale(2*self%rows + 8), self%softness(2*self%rows + 8))
-      do c = 1, self%rows
-         diagonal = 0.0_wp
-         do s = self%begins(c), self%begins(c + 1) - 1
-            diagonal = diagonal + self%weight(s)**2*sum(self%direction(:, c)**2*self%mobility(:, &
+      diagonal = 0.0_wp
+      do n = 1, self%parts
+         c = self%row(n)
+         do s = self%begins(n), self%begins(n + 1) - 1
+            diagonal(c) = diagonal(c) + self%weight(s)**2*sum(self%direction(:, n)**2*self%mobility(:, &
                   self%node(s)))
          end do
+      end do
+      do c = 1, self%rows
          associate (first => self%first_freedom(self%tool(c)), beyond => self%first_freedom(self%tool(c) + 1))
             do k = first, beyond - 1
-               diagonal = diagonal + self%along(k - first + 1, c)**2*self%freedom_mobility(k)
+               diagonal(c) = diagonal(c) + self%along(k - first + 1, c)**2*self%freedom_mobility(k)
             end do
          end associate
          self%scale(c) = 0.0_wp
-         if (diagonal > 0.0_wp) self%scale(c) = 1.0_wp/sqrt(diagonal)
+         if (diagonal(c) > 0.0_wp) self%scale(c) = 1.0_wp/sqrt(diagonal(c))
          self%softness(c) = compliance(c)*self%scale(c)**2
       end do
    end subroutine set_scale

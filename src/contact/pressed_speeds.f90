@@ -42,7 +42,7 @@ contains
             it%force = 0.0_wp
             if (it%carried) it%force = level%blocks(it%block)%particles%column(it%particle, &
                   contact%candidates%pressure)*it%area
-            it%slides = norm2(it%last_tangential_force) > sticks*contact%tools(it%tool)%spec%friction*it%force
+            it%slides = norm2(it%last_tangential_force) > sticks*it%friction*it%force
          end associate
       end do
       call assemble(contact%system, communicator, neighbours, contact%tools, contact%candidates, level, &

@@ -59,6 +59,7 @@ contains
       real(wp) :: tangential(3), arm(3)
       integer :: c
       do c = 1, candidates%count
+         if (candidates%list(c)%tool == 0) cycle
          associate (it => candidates%list(c), sums => reactions(candidates%list(c)%tool))
             arm = place_of(it) - tools(it%tool)%point
             sums%load = sums%load - it%force*it%normal
