@@ -336,12 +336,21 @@ def close_up(run, particles, whole, tip, across, up):
     if not 2 * reach < 0.6 * (whole[1] - whole[0]):
         return None
     inwards = np.sign(indentation.unit_axis(tool)[up])
-    now = carried(history, indentation.unit_axis(tool), time, np.array([tool["tip"]]))[0]
+    now = where(tool, history, time, np.array([tool["tip"]]))[0]
     tip = now[across], now[up]
     top = tip[1] - inwards * 0.25 * reach
     bottom = top + inwards * 1.25 * reach
     left = min(max(whole[0], tip[0] - reach), whole[1] - 2 * reach)
     return [left, left + 2 * reach, min(top, bottom), max(top, bottom)]
+
+
+def where(tool, history, time, places):
+    """Where places of a tool's outline (n x 3, m, as at the start) are at a time. Round tools look the same however they turn."""
+    axis = indentation.unit_axis(tool)
+    if tool["shape"][0] not in ("sphere", "cylinder"):
+        return carried(history, axis, time, places)
+    middle = np.array([tool["tip"]]) - tool["radius"][0] * axis
+    return places + carried(history, axis, time, middle) - middle
 
 
 def draw_tools(run, ax, time, across, up, factor):
@@ -358,7 +367,7 @@ def draw_tools(run, ax, time, across, up, factor):
             places[:, across] += side * outline[0]
             places[:, up] -= np.sign(axis[up]) * outline[1]
             if history is not None and history.rows > 0:
-                places = carried(history, axis, time, places)
+                places = where(tool, history, time, places)
             ax.plot(places[:, across] / factor, places[:, up] / factor, color="0.25", linewidth=1.0)
 
 

@@ -39,7 +39,7 @@ history = tip("scratch")
 spread_z, normal = steady(history, "load_z")
 spread_x, across = steady(history, "load_x")
 ratio = -across / normal
-estimate = 2 / math.pi / math.tan(math.radians(60))
+estimate = 2 / math.pi / math.tan(math.radians(70.3))
 print(f"   normal load {1e3*normal:.1f} mN, tangential {-1e3*across:.1f} mN, ratio {ratio:.4f}; ploughing {estimate:.4f}")
 check("normal load over the last half of the way", spread_z, 0.03)
 check("tangential load over the last half of the way", spread_x, 0.03)
@@ -49,8 +49,8 @@ last, cell, top = sorted(Path("scratch").glob("particles_*.h5"))[-1], 1e-6, 8e-6
 end = history["position_x"][-1]
 y, z = heights(last, end - 10 * cell, end - 6 * cell, cell)
 print(f"   groove {1e6*(top - z.min()):.2f} um deep behind the tip, {1e6*(z.max() - top):.2f} um of pile-up at {1e6*abs(y[np.argmax(z)]):.1f} um beside")
-require("there is a groove", 1.0e-6 < top - z.min() < 2.6e-6)
-require("there is pile-up beside it", z.max() > top + 0.1e-6)
+require("there is a groove", 0.5e-6 < top - z.min() < 1.3e-6)
+require("there is pile-up beside it", z.max() > top + 0.05e-6)
 
 reference = tip("short_1")
 for name, sign in (("short_mirrored", -1), ("short_2", 1), ("short_4", 1)):
