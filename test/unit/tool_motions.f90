@@ -2,12 +2,10 @@
 !> one after another, points between the given times, levers.
 program tool_motions
    use m_kinds, only: wp
-   use m_constants, only: pi
    use m_communicator, only: communicator_t
    use m_cone, only: cone_t
    use m_sphere, only: sphere_t
    use m_roller, only: roller_t
-   use m_box, only: box_t
    use m_rotations, only: turn_by, followed_by, matrix_of, no_rotation
    use m_scene, only: tool_spec_t, motion_spec_t
    use m_tool, only: tool_t, make_tool
