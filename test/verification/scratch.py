@@ -32,7 +32,7 @@ def heights(path, low, high, cell):
                          else np.atleast_2d(fields["half_size"][...].T).T[:, -1])
     among = (x[:, 0] > low) & (x[:, 0] < high)
     y = np.arange(-8 * cell, 8.01 * cell, cell / 2)
-    return y, np.array([top[among & (np.abs(x[:, 1] - at) < cell / 4)].max() for at in y])
+    return y, np.array([top[among & (np.abs(x[:, 1] - at) < cell / 2)].max() for at in y])
 
 
 history = tip("scratch")
