@@ -9,7 +9,8 @@ module m_user_law
    use m_value_range, only: any_value, above, at_least
    use m_field_table, only: field_table_t, layout_t
    use m_material, only: material_t
-   use m_corotation, only: split_gradient, into_frame, out_of_frame, relative_spin
+   use m_corotation, only: split_gradient, into_frame, out_of_frame, relative_spin, &
+      advance_gradient
    use m_tangent, only: tangent_t
    implicit none
    private
@@ -193,7 +194,7 @@ contains
       points%density = column(first:last, layout%mass)/(column(first:last, layout%volume)*half)
       tensor = column(first:last, layout%stress:layout%stress + 5)
       call into_frame(n, r_old, tensor)
-      points%stress_old(:, tensor_place) = tensor
+      call place_tensor(n, tensor, points%stress_old)
       do k = 1, self%states
          points%state_old(:, k) = column(first:last, self%sdv(k))
       end do
@@ -245,8 +246,8 @@ contains
                 source=0.0_wp)
    end function room_for
 
-   !> F <- (I + A) F with A = dt L, its parts before and after, and the increments of strain and turn of
-   !> eq. elastic in the frame at the step's end.
+   !> F and its parts before and after the step, and the increments of strain and turn of eq. elastic in the
+   !> frame at the step's end.
    pure subroutine follow(n, dt, gradient, f, points, r_old, r, half)
       integer, intent(in) :: n
       real(wp), intent(in) :: dt, gradient(n, 9)
@@ -254,30 +255,34 @@ contains
       type(points_t), intent(inout) :: points
       real(wp), intent(out) :: r_old(n, 9), r(n, 9)
       real(wp), intent(out) :: half(n) !< det(I + A/2)
-      real(wp) :: tensor(n, 6), stretch(n, 6), a(3, 3), g(3, 3)
-      integer :: p
-      points%deformation_old(:, matrix_place) = f
-      call split_gradient(n, f, r_old, tensor)
-      points%stretch_old(:, tensor_place) = tensor
-      do p = 1, n
-         a = dt*reshape(gradient(p, :), [3, 3])
-         f(p, :) = f(p, :) + reshape(matmul(a, reshape(f(p, :), [3, 3])), [9])
-         g = a - 0.5_wp*matmul(a, a)
-         tensor(p, :) = [g(1, 1), g(2, 2), g(3, 3), 0.5_wp*(g(2, 3) + g(3, 2)), 0.5_wp*(g(1, 3) + g(3, 1)), &
-                         0.5_wp*(g(1, 2) + g(2, 1))]
-         points%spin(p, :) = 0.5_wp*[g(3, 2) - g(2, 3), g(1, 3) - g(3, 1), g(2, 1) - g(1, 2)]
-         a = 0.5_wp*a
-         half(p) = (1.0_wp + a(1, 1))*((1.0_wp + a(2, 2))*(1.0_wp + a(3, 3)) - a(2, 3)*a(3, 2)) &
-                   - a(1, 2)*(a(2, 1)*(1.0_wp + a(3, 3)) - a(2, 3)*a(3, 1)) &
-                   + a(1, 3)*(a(2, 1)*a(3, 2) - (1.0_wp + a(2, 2))*a(3, 1))
+      real(wp) :: tensor(n, 6)
+      integer :: c
+      do c = 1, 9
+         points%deformation_old(:, matrix_place(c)) = f(:, c)
       end do
-      points%deformation(:, matrix_place) = f
-      call split_gradient(n, f, r, stretch)
-      points%stretch(:, tensor_place) = stretch
+      call split_gradient(n, f, r_old, tensor)
+      call place_tensor(n, tensor, points%stretch_old)
+      call advance_gradient(n, dt, gradient, f, tensor, points%spin, half)
+      do c = 1, 9
+         points%deformation(:, matrix_place(c)) = f(:, c)
+      end do
+      call split_gradient(n, f, r, points%strain) ! it has the stretch until the next line
+      call place_tensor(n, points%strain, points%stretch)
       call into_frame(n, r, tensor)
-      points%strain(:, tensor_place) = tensor
+      call place_tensor(n, tensor, points%strain)
       call relative_spin(n, r_old, r, points%spin)
    end subroutine follow
+
+   !> xx yy zz yz xz xy in the order of a call.
+   pure subroutine place_tensor(n, tensor, there)
+      integer, intent(in) :: n
+      real(wp), intent(in) :: tensor(n, 6)
+      real(wp), intent(out) :: there(n, 6)
+      integer :: c
+      do c = 1, 6
+         there(:, tensor_place(c)) = tensor(:, c)
+      end do
+   end subroutine place_tensor
 
    !> Two calls at the time 0, as Abaqus/Explicit makes them before its first increment: one without strain,
    !> one with small fictitious strains, whose answers tell the moduli and are dropped.
