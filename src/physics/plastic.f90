@@ -7,7 +7,7 @@ module m_plastic
    use m_elastic, only: elastic_t
    implicit none
    private
-   public :: plastic_t, lane_t, lanes, declare_plastic, initial_plastic, von_mises
+   public :: plastic_t, lane_t, lanes, declare_plastic, initial_plastic, update_plastic, follow_shape, von_mises
 
    integer, parameter :: lanes = 128 !< particles at once: what a law needs between its vector loops stays in
                                      !< the nearest cache
@@ -26,7 +26,7 @@ module m_plastic
    contains
       procedure :: declare => declare_plastic
       procedure :: initial => initial_plastic
-      procedure :: update
+      procedure :: update => update_plastic
       procedure :: plastic_energy
       procedure :: equivalent_plastic_strain
       procedure :: stretch
@@ -90,7 +90,7 @@ contains
    end subroutine initial_plastic
 
    !> Elastic trial step, then return to the yield surface.
-   pure subroutine update(self, column, layout, gradient, time_step, first, last)
+   pure subroutine update_plastic(self, column, layout, gradient, time_step, first, last)
       class(plastic_t), intent(in) :: self
       real(wp), intent(inout), contiguous :: column(:, :)
       type(layout_t), intent(in) :: layout
@@ -124,7 +124,7 @@ contains
             end do
          end do
       end associate
-   end subroutine update
+   end subroutine update_plastic
 
    !> Von Mises stress of a stress, in its unit.
    pure elemental real(wp) function von_mises(xx, yy, zz, yz, xz, xy)
