@@ -4,7 +4,7 @@ module m_corotation
    use m_kinds, only: wp
    implicit none
    private
-   public :: split_gradient, into_frame, out_of_frame, relative_spin, advance_gradient
+   public :: split_gradient, into_frame, out_of_frame, relative_spin, advance_gradient, strain_and_spin, turn_by
 
    integer, parameter :: most_iterations = 60 !< stretches of 1e6 need 25
    real(wp), parameter :: close_enough = 1.0e-8_wp !< last change of R: what is still missing is of its square
@@ -129,6 +129,41 @@ contains
                    gradient(p, 6), gradient(p, 7), gradient(p, 8), gradient(p, 9), f(p, 7), f(p, 8), f(p, 9))
       end do
    end subroutine advance_gradient
+
+   !> Of G = A - A^2/2, A = dt L (eq. elastic), the symmetric part, xx yy zz yz xz xy, and the axial vector of
+   !> the skew one.
+   pure subroutine strain_and_spin(n, time_step, gradient, strain, spin)
+      integer, intent(in) :: n
+      real(wp), intent(in) :: time_step, gradient(n, 9) !< s; 1/s
+      real(wp), intent(out) :: strain(n, 6), spin(n, 3)
+      real(wp) :: half
+      integer :: p
+      !$omp simd private(half)
+      do p = 1, n
+         call increments(time_step, gradient(p, 1), gradient(p, 2), gradient(p, 3), gradient(p, 4), gradient(p, 5), &
+                         gradient(p, 6), gradient(p, 7), gradient(p, 8), gradient(p, 9), strain(p, 1), strain(p, 2), &
+                         strain(p, 3), strain(p, 4), strain(p, 5), strain(p, 6), spin(p, 1), spin(p, 2), spin(p, 3), &
+                         half)
+      end do
+   end subroutine strain_and_spin
+
+   !> Q a Q^T of symmetric tensors, Q the Cayley transform of `spin`.
+   pure subroutine turn_by(n, spin, a)
+      integer, intent(in) :: n
+      real(wp), intent(in) :: spin(n, 3)
+      real(wp), intent(inout) :: a(n, 6)
+      real(wp) :: c, wx, wy, wz
+      integer :: p
+      !$omp simd private(c, wx, wy, wz)
+      do p = 1, n
+         wx = spin(p, 1); wy = spin(p, 2); wz = spin(p, 3)
+         c = 1.0_wp/(1.0_wp + 0.25_wp*(wx*wx + wy*wy + wz*wz))
+         call turn(1.0_wp - 0.5_wp*c*(wy*wy + wz*wz), c*(0.5_wp*wx*wy + wz), c*(0.5_wp*wx*wz - wy), &
+                   c*(0.5_wp*wx*wy - wz), 1.0_wp - 0.5_wp*c*(wx*wx + wz*wz), c*(0.5_wp*wy*wz + wx), &
+                   c*(0.5_wp*wx*wz + wy), c*(0.5_wp*wy*wz - wx), 1.0_wp - 0.5_wp*c*(wx*wx + wy*wy), &
+                   a(p, 1), a(p, 2), a(p, 3), a(p, 4), a(p, 5), a(p, 6))
+      end do
+   end subroutine turn_by
 
    !> v <- v + dt L v.
    pure elemental subroutine push(dt, l11, l21, l31, l12, l22, l32, l13, l23, l33, x, y, z)

@@ -37,14 +37,15 @@ contains
    subroutine variables(self, group)
       class(j2_t), intent(inout) :: self
       type(group_reader_t), intent(inout) :: group
-      call self%isotropic_variables(group)
+      call self%isotropic_variables(group, must_yield=.true.)
       call self%kinematic%variables(group)
    end subroutine variables
 
    !> Those of elasticity and of the yield stress.
-   subroutine isotropic_variables(self, group)
+   subroutine isotropic_variables(self, group, must_yield)
       class(j2_t), intent(inout) :: self
       type(group_reader_t), intent(inout) :: group
+      logical, intent(in) :: must_yield !< false: without a yield stress it never yields
       logical :: by_table
       call self%elastic_variables(group)
       by_table = group%is_given('hardening_strain') .or. group%is_given('hardening_stress') &
@@ -53,7 +54,8 @@ contains
                           required=by_table, used=by_table)
       call group%get_list('hardening_stress', self%hardening_stress, above(0.0_wp, 'Pa'), required=by_table, &
                           used=by_table)
-      call group%get('yield_stress', self%yield_stress, above(0.0_wp, 'Pa'), required=.not. by_table)
+      call group%get('yield_stress', self%yield_stress, above(0.0_wp, 'Pa'), &
+                     required=must_yield .and. .not. by_table)
       call group%get('hardening_modulus', self%hardening_modulus, at_least(0.0_wp, 'Pa'))
       if (.not. (allocated(self%hardening_strain) .and. allocated(self%hardening_stress))) return
       associate (strain => self%hardening_strain, stress => self%hardening_stress)

@@ -7,7 +7,8 @@ module m_plastic
    use m_elastic, only: elastic_t
    implicit none
    private
-   public :: plastic_t, lane_t, lanes, declare_plastic, initial_plastic, update_plastic, follow_shape, von_mises
+   public :: plastic_t, lane_t, lanes, declare_plastic, initial_plastic, update_plastic, follow_shape, shape_stretch, &
+      return_along_deviator, von_mises
 
    integer, parameter :: lanes = 128 !< particles at once: what a law needs between its vector loops stays in
                                      !< the nearest cache
@@ -206,9 +207,13 @@ contains
       real(wp), intent(in) :: values(:)
       type(layout_t), intent(in) :: layout
       real(wp), intent(in) :: direction(3)
-      associate (n => direction, b => values(self%shape:self%shape + 5))
-         stretch = sqrt(sum(b(1:3)*n**2) + 2.0_wp*(b(4)*n(2)*n(3) + b(5)*n(1)*n(3) + b(6)*n(1)*n(2)))
-      end associate
+      stretch = shape_stretch(values(self%shape:self%shape + 5), direction)
    end function stretch
+
+   !> sqrt(n . b . n).
+   pure real(wp) function shape_stretch(b, n)
+      real(wp), intent(in) :: b(6), n(3)
+      shape_stretch = sqrt(sum(b(1:3)*n**2) + 2.0_wp*(b(4)*n(2)*n(3) + b(5)*n(1)*n(3) + b(6)*n(1)*n(2)))
+   end function shape_stretch
 
 end module m_plastic
