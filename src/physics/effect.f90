@@ -43,6 +43,7 @@ module m_effect
       procedure :: longest_step
       procedure :: rests_at
       procedure :: dissipated
+      procedure :: summary
       procedure :: pushed
       procedure :: particle_work
       procedure :: potential
@@ -137,6 +138,15 @@ contains
       integer, intent(in) :: first, last
       dissipated = 0.0_wp
    end function dissipated
+
+   !> Collective: a line for the closing summary; empty for none.
+   function summary(self, communicator, levels) result(text)
+      class(effect_t), intent(in) :: self
+      type(communicator_t), intent(in) :: communicator
+      type(level_t), intent(in) :: levels(:)
+      character(len=:), allocatable :: text
+      text = ''
+   end function summary
 
    !> Numbers of a block's particles that add_forces pushes.
    pure function pushed(self, particles) result(which)

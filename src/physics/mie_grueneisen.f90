@@ -43,6 +43,7 @@ module m_mie_grueneisen
       procedure :: stretch
       procedure :: for_large_strains
       procedure :: brings
+      procedure :: takes_heat
       procedure, private :: shear
       procedure, private :: cold
       procedure, private :: apply_pressure
@@ -165,6 +166,9 @@ contains
          column(p, self%energy) = column(p, self%energy) + warming/column(p, layout%mass) - 0.5_wp*before(p - first + 1)*change
          eta = 1.0_wp - volume*self%density/column(p, layout%mass)
          pressure = (self%cold(eta) + gain*column(p, self%energy))/(1.0_wp + 0.5_wp*gain*change)
+         if (layout%damage > 0 .and. pressure < 0.0_wp) then ! what has failed is pulled apart without work
+            if (column(p, layout%damage) >= 1.0_wp) pressure = 0.0_wp
+         end if
          column(p, self%energy) = column(p, self%energy) - 0.5_wp*pressure*change
          mean = 0.0_wp
          if (self%strength /= of_none) mean = (column(p, s) + column(p, s + 1) + column(p, s + 2))/3.0_wp
@@ -190,6 +194,12 @@ contains
       if (eta > 0.0_wp) cold = cold*(1.0_wp - 0.5_wp*self%grueneisen*eta)/(1.0_wp - self%hugoniot_slope*eta)**2
       if (self%hugoniot_slope*eta >= 1.0_wp) cold = ieee_value(1.0_wp, ieee_quiet_nan)
    end function cold
+
+   !> True with a law of strength that has a temperature.
+   pure logical function takes_heat(self)
+      class(mie_grueneisen_t), intent(in) :: self
+      takes_heat = self%strength > of_j2
+   end function takes_heat
 
    !> Of strength, Pa.
    pure real(wp) function shear(self)
