@@ -35,6 +35,7 @@ module m_damage
       real(wp) :: constants(5) = 0.0_wp         !< D1 to D5
       real(wp) :: reference_rate = 1.0_wp       !< 1/s
       real(wp) :: tension_limit = 0.0_wp        !< of the mean stress, Pa; 0: none
+      logical :: erode = .false.                !< what has failed is taken out
       type(stuff_t), allocatable :: stuff(:)    !< of each body
       integer :: damage = 0, strain = 0, tension = 0, lost = 0 !< columns
       integer :: plastic = 0, temperature = 0   !< columns of the laws; 0 where there are none
@@ -60,13 +61,14 @@ contains
       call group%get('constants', self%constants, any_value(''))
       call group%get('reference_rate', self%reference_rate, above(0.0_wp, '1/s'))
       call group%get('tension_limit', self%tension_limit, at_least(0.0_wp, 'Pa'))
+      call group%get('erode', self%erode)
       if (.not. (self%has_strain_to_failure() .or. self%tension_limit > 0.0_wp)) &
          call group%refuse('constants', 'missing; one of constants and tension_limit must be there')
    end subroutine variables
 
    pure type(hooks_t) function hooks(self)
       class(damage_t), intent(in) :: self
-      hooks = hooks_t(on_stress=.true.)
+      hooks = hooks_t(on_stress=.true., erodes=self%erode)
    end function hooks
 
    pure logical function has_strain_to_failure(self)
@@ -273,6 +275,8 @@ contains
             end associate
          end do
       end do
+      text = ''
+      if (self%erode) return ! they are gone
       text = 'damage: '//to_text(communicator%sum_count(failed))//' particles have failed, '// &
              si(1000.0_wp*communicator%sum_real(mass), 'g')
    end function summary

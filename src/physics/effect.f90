@@ -27,6 +27,7 @@ module m_effect
       logical :: on_stress = .false.
       logical :: acts_at_rest = .false. !< changes material that does not move and bears no stress: nothing
                                         !< may be left out
+      logical :: erodes = .false.     !< particles with damage 1 (layout_t) are taken out of the model
       logical :: dissipates = .false. !< what it does to nodes counts as damped energy, not as external work
       logical :: follows_particles = .false. !< particle_work and potential say all of its external work by
                                              !< the motion of particles

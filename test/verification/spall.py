@@ -7,7 +7,7 @@ from runs import check, energy, finish, require, snapshots
 RHO, C0, S, GAMMA = 8930.0, 3940.0, 1.489, 1.99
 LAW = f"&material name='copper', model='mie_grueneisen', density={RHO:g}, sound_speed={C0:g}, hugoniot_slope={S}, grueneisen={GAMMA}%s /\n"
 STRENGTH = ", strength='j2', young=124e9, poisson=0.34, yield_stress=100e6"
-CELL = 0.0625e-3
+CELL = 0.1e-3
 GRID = ("&grid lower=0,0,0, upper=%g,%g,%%g, cell_size=%g, boundary='symmetry','symmetry','symmetry','symmetry','%%s','free' /\n"
         "&bulk_viscosity linear=0.3 /\n&time safety=0.3 /\n" % (CELL, CELL, CELL))
 
@@ -115,6 +115,16 @@ def spall():
     check("momentum over the flyer's", np.abs(np.array(rows["momentum_z"])/rows["momentum_z"][0] - 1).max(), 1e-10)
     v = held[-1].fields["velocity"][:, 2]
     top = held[-1].fields["position"][:, 2]
+    # taken out instead: the mass goes, its energy is booked
+    log = run(text % (f"&damage tension_limit={limit}, erode=.true. /\n", "eroded"), 1)
+    rows = energy("eroded")
+    last = snapshots("eroded")[-1]
+    share = 1 - last.fields["mass"].sum()/held[0].fields["mass"].sum()
+    require("some mass is gone, not much", 0.01 < share < 0.2)
+    require("the summary says so", "g of what has failed, taken out" in log)
+    check("mass of energy.dat and of the particles", rows["mass"][-1]/rows["mass"][0] - (1 - share), 1e-12)
+    require("nothing that has failed is left", last.fields["damage"].max() < 1)
+    check("balance of energy over the flyer's", np.abs(rows["balance_error"]).max(), 0.03)
     require("the two parts fly apart", v[top > top.max() - 1e-3].mean() > 1.3*v[top < 5e-3].mean())
 
 
