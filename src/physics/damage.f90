@@ -37,8 +37,8 @@ module m_damage
       real(wp) :: tension_limit = 0.0_wp        !< of the mean stress, Pa; 0: none
       logical :: erode = .false.                !< what has failed is taken out
       type(stuff_t), allocatable :: stuff(:)    !< of each body
-      integer :: damage = 0, strain = 0, tension = 0, lost = 0 !< columns
-      integer :: plastic = 0, temperature = 0   !< columns of the laws; 0 where there are none
+      integer :: damage = 0, strain = 0, tension = 0, lost = 0, worked = 0 !< columns
+      integer :: plastic = 0, work = 0, temperature = 0 !< columns of the laws; 0 where there are none
    contains
       procedure :: variables
       procedure :: hooks
@@ -50,6 +50,7 @@ module m_damage
       procedure :: summary
       procedure, private :: grow
       procedure, private :: relieve
+      procedure, private :: give_up
       procedure, private :: has_strain_to_failure
    end type damage_t
 
@@ -77,16 +78,19 @@ contains
    end function has_strain_to_failure
 
    !> The damage, 1 where a particle has failed; the plastic strain up to which it has been counted; the tension
-   !> that is owed, Pa; the energy of the stress that was lost, J.
+   !> that is owed, Pa; the energy of the stress that was lost, and the plastic work until then, J.
    subroutine declare(self, table)
       class(damage_t), intent(inout) :: self
       type(field_table_t), intent(inout) :: table
       self%plastic = table%column('plastic_strain')
       self%temperature = table%column('temperature')
+      self%work = table%column('plastic_work')
       call table%declare('damage', 1, '1', written=.true.)
       call table%declare('damage_strain', 1, '1', written=.false.)
       call table%declare('lost_tension', 1, 'Pa', written=.false.)
       call table%declare('failure_energy', 1, 'J', written=.false., extensive=.true.)
+      if (self%work > 0) call table%declare('work_before_failure', 1, 'J', written=.false., extensive=.true.)
+      self%worked = table%column('work_before_failure')
       self%damage = table%column('damage')
       self%strain = table%column('damage_strain')
       self%tension = table%column('lost_tension')
@@ -154,10 +158,17 @@ contains
       integer :: p
       do p = 1, particles%count
          if (.not. self%stuff(particles%body(p))%acts) cycle
-         if (particles%column(p, self%damage) < 1.0_wp) &
-            call self%grow(self%stuff(particles%body(p)), particles%column, p, layout, time_step)
-         if (particles%column(p, self%damage) >= 1.0_wp) &
-            call self%relieve(self%stuff(particles%body(p)), particles%column, p, layout)
+         associate (stuff => self%stuff(particles%body(p)), column => particles%column)
+            if (column(p, self%damage) >= 1.0_wp) then
+               call self%relieve(stuff, column, p, layout)
+               ! flow of a deviator that did no work
+               if (self%plastic > 0) column(p, self%plastic) = column(p, self%strain)
+               if (self%work > 0) column(p, self%work) = column(p, self%worked)
+            else
+               call self%grow(stuff, column, p, layout, time_step)
+               if (column(p, self%damage) >= 1.0_wp) call self%give_up(stuff, column, p, layout)
+            end if
+         end associate
       end do
    end subroutine on_stress
 
@@ -198,6 +209,21 @@ contains
       end if
    end subroutine grow
 
+   !> A particle fails: the energy of the stress that it loses is booked, its plastic strain and work are kept.
+   pure subroutine give_up(self, stuff, column, p, layout)
+      class(damage_t), intent(in) :: self
+      type(stuff_t), intent(in) :: stuff
+      real(wp), intent(inout), contiguous :: column(:, :)
+      integer, intent(in) :: p
+      type(layout_t), intent(in) :: layout
+      real(wp) :: before
+      before = energy_of(stuff, column, p, layout)
+      call self%relieve(stuff, column, p, layout)
+      column(p, self%lost) = column(p, self%lost) + before - energy_of(stuff, column, p, layout)
+      if (self%plastic > 0) column(p, self%strain) = column(p, self%plastic)
+      if (self%work > 0) column(p, self%worked) = column(p, self%work)
+   end subroutine give_up
+
    !> Of the stress the pressure stays, where it is one. Where the pressure is summed up from rates, tension that
    !> was lost is owed: it is paid back before pressure comes again, so that what has opened must close first.
    pure subroutine relieve(self, stuff, column, p, layout)
@@ -206,10 +232,9 @@ contains
       real(wp), intent(inout), contiguous :: column(:, :)
       integer, intent(in) :: p
       type(layout_t), intent(in) :: layout
-      real(wp) :: mean, before
+      real(wp) :: mean
       integer :: s
       s = layout%stress
-      before = energy_of(stuff, column, p, layout)
       mean = (column(p, s) + column(p, s + 1) + column(p, s + 2))/3.0_wp
       if (stuff%by_volume) then
          mean = min(mean, 0.0_wp)
@@ -220,7 +245,6 @@ contains
       end if
       column(p, s:s + 2) = mean
       column(p, s + 3:s + 5) = 0.0_wp
-      column(p, self%lost) = column(p, self%lost) + before - energy_of(stuff, column, p, layout)
       ! the mean of the cell may not pull at it either
       if (layout%pressure_shift > 0) &
          column(p, layout%pressure_shift) = max(column(p, layout%pressure_shift), mean)

@@ -149,6 +149,7 @@ contains
       real(wp), intent(in) :: before(:)  !< pressure of the step's beginning, Pa
       real(wp), intent(in) :: plastic(:) !< plastic work of the step, J
       real(wp) :: a(3, 3), volume, change, viscous, warming, pressure, mean, eta, gain
+      logical :: failed
       integer :: p, s
       s = layout%stress
       gain = self%grueneisen*self%density
@@ -157,6 +158,9 @@ contains
          volume = column(p, layout%volume)*determinant(a)
          change = (volume - column(p, layout%volume))/column(p, layout%mass)
          warming = plastic(p - first + 1)
+         failed = .false.
+         if (layout%damage > 0) failed = column(p, layout%damage) >= 1.0_wp
+         if (failed) warming = 0.0_wp ! it bears no shear that could flow
          if (layout%viscous_pressure > 0) then
             ! the work of the viscosity, as it is booked there
             viscous = -column(p, layout%viscous_pressure)*(a(1, 1) + a(2, 2) + a(3, 3))*volume
@@ -166,9 +170,7 @@ contains
          column(p, self%energy) = column(p, self%energy) + warming/column(p, layout%mass) - 0.5_wp*before(p - first + 1)*change
          eta = 1.0_wp - volume*self%density/column(p, layout%mass)
          pressure = (self%cold(eta) + gain*column(p, self%energy))/(1.0_wp + 0.5_wp*gain*change)
-         if (layout%damage > 0 .and. pressure < 0.0_wp) then ! what has failed is pulled apart without work
-            if (column(p, layout%damage) >= 1.0_wp) pressure = 0.0_wp
-         end if
+         if (failed) pressure = max(pressure, 0.0_wp) ! it is pulled apart without work
          column(p, self%energy) = column(p, self%energy) - 0.5_wp*pressure*change
          mean = 0.0_wp
          if (self%strength /= of_none) mean = (column(p, s) + column(p, s + 1) + column(p, s + 2))/3.0_wp

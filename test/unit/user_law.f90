@@ -1,6 +1,5 @@
 !> What a law of a user's gets: stretch, increments and turns in the frame of R, by laws whose answer is known in another way.
 !> And moduli of any symmetry.
-!> of any symmetry.
 module m_given_laws
    use m_kinds, only: wp
    use m_group_reader, only: group_reader_t
