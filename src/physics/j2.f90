@@ -92,7 +92,8 @@ contains
       real(wp), intent(in), contiguous :: gradient(:, :)
       real(wp), intent(in) :: time_step
       integer, intent(in) :: first, last
-      integer :: p
+      real(wp) :: apart(lanes), strength, slope
+      integer :: from, p
       if (.not. self%kinematic%is_used()) then
          call update_plastic(self, column, layout, gradient, time_step, first, last)
          return
@@ -100,8 +101,12 @@ contains
       call self%elastic_t%update(column, layout, gradient, time_step, first, last)
       call self%kinematic%turn(column, layout, gradient, time_step, first, last)
       if (self%shape > 0) call follow_shape(self%shape, column, gradient, time_step, first, last)
-      do p = first, last
-         call return_to_moved(self, column, layout, p)
+      do from = first, last, lanes
+         call self%kinematic%measure(column, layout%stress, from, min(from + lanes - 1, last), apart)
+         do p = from, min(from + lanes - 1, last)
+            call self%curve(column(p, self%strain), strength, slope)
+            if (apart(p - from + 1) > strength) call return_to_moved(self, column, layout, p)
+         end do
       end do
    end subroutine update
 

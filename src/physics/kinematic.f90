@@ -24,6 +24,7 @@ module m_kinematic
       procedure :: is_used
       procedure :: declare
       procedure :: turn
+      procedure :: measure
       procedure :: relative
       procedure :: look
       procedure :: advance
@@ -94,6 +95,25 @@ contains
          call turner%update(column, seen, gradient, time_step, first, last)
       end do
    end subroutine turn
+
+   !> Von Mises measure (Pa) of what is between stress and back stresses of particles first..last.
+   pure subroutine measure(self, column, s, first, last, apart)
+      class(kinematic_t), intent(in) :: self
+      real(wp), intent(in), contiguous :: column(:, :)
+      integer, intent(in) :: s, first, last !< s: first column of the stress
+      real(wp), intent(out) :: apart(:)
+      real(wp) :: x(last - first + 1, 6)
+      integer :: c, k, n
+      n = last - first + 1
+      do c = 1, 6
+         x(:, c) = column(first:last, s + c - 1)
+         do k = 1, size(self%back)
+            x(:, c) = x(:, c) - column(first:last, self%back(k) + c - 1)
+         end do
+      end do
+      apart(:n) = sqrt(0.5_wp*((x(:, 1) - x(:, 2))**2 + (x(:, 2) - x(:, 3))**2 + (x(:, 3) - x(:, 1))**2) &
+                       + 3.0_wp*(x(:, 4)**2 + x(:, 5)**2 + x(:, 6)**2))
+   end subroutine measure
 
    !> The deviator of a particle's stress, its back stresses, and what is between them.
    pure type(trial_t) function relative(self, column, p, s) result(trial)

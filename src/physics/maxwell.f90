@@ -192,29 +192,47 @@ contains
       real(wp), intent(in) :: force(n, 6)     !< C : de, Pa
       real(wp), intent(inout) :: stress(n, 6) !< Pa
       real(wp), intent(inout) :: work(n)      !< per volume, J/m3
-      real(wp) :: before(6), half(6), after(6), steady(6), away(6), fall, fall_half, e, e_half
+      real(wp) :: half(n, 6), after(n, 6), fall, fall_half, e, e_half
       integer :: p
       e = exp(-x)
       e_half = exp(-0.5_wp*x)
       fall = decayed(x)
       fall_half = 0.5_wp*decayed(0.5_wp*x)
-      do p = 1, n
-         before = stress(p, :)
-         after = e*before + fall*force(p, :)
-         if (x < short) then
-            half = e_half*before + fall_half*force(p, :)
-            work(p) = work(p) + x/3.0_wp*(stored(shear, bulk, before) + 4.0_wp*stored(shear, bulk, half) &
-                                          + stored(shear, bulk, after))
-         else ! h = steady + away exp(-t/tau)
-            steady = force(p, :)/x
-            away = before - steady
-            work(p) = work(p) + 2.0_wp*((x - 2.0_wp*(1.0_wp - e) + 0.5_wp*(1.0_wp - e**2))*stored(shear, bulk, steady) &
-                                        + 0.5_wp*(1.0_wp - e - 0.5_wp*(1.0_wp - e**2))*mixed(shear, bulk, steady, before) &
-                                        + 0.5_wp*(1.0_wp - e**2)*stored(shear, bulk, before))
-         end if
-         stress(p, :) = after
-      end do
+      after = e*stress + fall*force
+      if (x < short) then
+         half = e_half*stress + fall_half*force
+         call add_stored(n, shear, bulk, stress, x/3.0_wp, work)
+         call add_stored(n, shear, bulk, half, 4.0_wp*x/3.0_wp, work)
+         call add_stored(n, shear, bulk, after, x/3.0_wp, work)
+      else ! h = steady + (before - steady) exp(-t/tau), steady = force/x
+         call add_stored(n, shear, bulk, force, 2.0_wp*(x - 2.0_wp*(1.0_wp - e) + 0.5_wp*(1.0_wp - e**2))/x**2, work)
+         call add_stored(n, shear, bulk, stress, 1.0_wp - e**2, work)
+         do p = 1, n
+            work(p) = work(p) + (1.0_wp - e - 0.5_wp*(1.0_wp - e**2))/x*mixed(shear, bulk, force(p, :), stress(p, :))
+         end do
+      end if
+      stress = after
    end subroutine relax
+
+   !> Add a multiple of h : C^-1 : h/2, J/m3; a modulus that is 0 stores nothing.
+   pure subroutine add_stored(n, shear, bulk, h, factor, energy)
+      integer, intent(in) :: n
+      real(wp), intent(in) :: shear, bulk, h(n, 6), factor
+      real(wp), intent(inout) :: energy(n)
+      real(wp) :: mean, squares, by_shear, by_bulk
+      integer :: p
+      by_shear = 0.0_wp
+      by_bulk = 0.0_wp
+      if (shear > 0.0_wp) by_shear = 0.25_wp*factor/shear
+      if (bulk > 0.0_wp) by_bulk = 0.5_wp*factor/bulk
+      !$omp simd private(mean, squares)
+      do p = 1, n
+         mean = (h(p, 1) + h(p, 2) + h(p, 3))/3.0_wp
+         squares = (h(p, 1) - mean)**2 + (h(p, 2) - mean)**2 + (h(p, 3) - mean)**2 &
+                   + 2.0_wp*(h(p, 4)**2 + h(p, 5)**2 + h(p, 6)**2)
+         energy(p) = energy(p) + by_shear*squares + by_bulk*mean**2
+      end do
+   end subroutine add_stored
 
    !> (1 - exp(-x))/x, to all digits where x is small.
    pure real(wp) function decayed(x)
@@ -225,12 +243,6 @@ contains
       t = tanh(0.5_wp*x)
       decayed = 2.0_wp*t/(1.0_wp + t)/x
    end function decayed
-
-   !> h : C^-1 : h/2, J/m3; a modulus that is 0 stores nothing.
-   pure real(wp) function stored(shear, bulk, h)
-      real(wp), intent(in) :: shear, bulk, h(6)
-      stored = 0.5_wp*mixed(shear, bulk, h, h)/2.0_wp
-   end function stored
 
    !> 2 a : C^-1 : b.
    pure real(wp) function mixed(shear, bulk, a, b)
@@ -249,15 +261,23 @@ contains
       real(wp), intent(in), contiguous :: column(:, :)
       type(layout_t), intent(in) :: layout
       integer, intent(in) :: first, last
-      real(wp) :: shear, bulk
-      integer :: from, k, p
+      real(wp) :: shear, bulk, by_shear, by_bulk, mean, squares
+      integer :: f, k, p
       energy = 0.0_wp
       do k = 0, size(self%branch)
          call self%moduli(k, shear, bulk)
-         from = self%spring
-         if (k > 0) from = self%branch(k)
+         by_shear = 0.0_wp
+         by_bulk = 0.0_wp
+         if (shear > 0.0_wp) by_shear = 0.25_wp/shear
+         if (bulk > 0.0_wp) by_bulk = 0.5_wp/bulk
+         f = self%spring
+         if (k > 0) f = self%branch(k)
+         !$omp simd private(mean, squares) reduction(+: energy)
          do p = first, last
-            energy = energy + column(p, layout%volume)*stored(shear, bulk, column(p, from:from + 5))
+            mean = (column(p, f) + column(p, f + 1) + column(p, f + 2))/3.0_wp
+            squares = (column(p, f) - mean)**2 + (column(p, f + 1) - mean)**2 + (column(p, f + 2) - mean)**2 &
+                      + 2.0_wp*(column(p, f + 3)**2 + column(p, f + 4)**2 + column(p, f + 5)**2)
+            energy = energy + column(p, layout%volume)*(by_shear*squares + by_bulk*mean**2)
          end do
       end do
    end function strain_energy

@@ -1,8 +1,7 @@
 !> Pressure by the equation of state of Mie and Grueneisen about a straight Hugoniot curve, beside the strength
 !> of another law (theory.md, eqs mie-grueneisen, shock-energy).
 module m_mie_grueneisen
-   use, intrinsic :: ieee_arithmetic, only: ieee_value, ieee_quiet_nan
-   use m_kinds, only: wp
+   use m_kinds, only: wp, i8
    use m_group_reader, only: group_reader_t
    use m_value_range, only: above, at_least
    use m_field_table, only: field_table_t, layout_t
@@ -15,6 +14,7 @@ module m_mie_grueneisen
 
    character(len=*), parameter :: strengths(3) = [character(len=12) :: 'none', 'j2', 'johnson_cook']
    integer, parameter :: of_none = 1, of_j2 = 2
+   real(wp), parameter :: not_a_number = transfer(-2251799813685248_i8, 1.0_wp) !< quiet, as a pattern of bits
 
    !> A law of strength gives the deviator, this one the pressure.
    type, extends(material_t) :: mie_grueneisen_t
@@ -45,7 +45,6 @@ module m_mie_grueneisen
       procedure :: brings
       procedure :: takes_heat
       procedure, private :: shear
-      procedure, private :: cold
       procedure, private :: apply_pressure
    end type mie_grueneisen_t
 
@@ -148,53 +147,67 @@ contains
       integer, intent(in) :: first, last
       real(wp), intent(in) :: before(:)  !< pressure of the step's beginning, Pa
       real(wp), intent(in) :: plastic(:) !< plastic work of the step, J
-      real(wp) :: a(3, 3), volume, change, viscous, warming, pressure, mean, eta, gain
-      logical :: failed
-      integer :: p, s
+      real(wp) :: viscous(last - first + 1), failed(last - first + 1), volume, change, pressure, mean, gain, bears_shear
+      integer :: i, p, s
       s = layout%stress
       gain = self%grueneisen*self%density
-      do p = first, last
-         a = time_step*reshape(gradient(p, :), [3, 3])
-         volume = column(p, layout%volume)*determinant(a)
-         change = (volume - column(p, layout%volume))/column(p, layout%mass)
-         warming = plastic(p - first + 1)
-         failed = .false.
-         if (layout%damage > 0) failed = column(p, layout%damage) >= 1.0_wp
-         if (failed) warming = 0.0_wp ! it bears no shear that could flow
-         if (layout%viscous_pressure > 0) then
+      bears_shear = merge(1.0_wp, 0.0_wp, self%strength /= of_none)
+      associate (q => layout%viscous_pressure, d => layout%damage, e => self%energy)
+         viscous = 0.0_wp
+         failed = 0.0_wp
+         if (d > 0) failed = merge(1.0_wp, 0.0_wp, column(first:last, d) >= 1.0_wp)
+         if (q > 0) then
             ! the work of the viscosity, as it is booked there
-            viscous = -column(p, layout%viscous_pressure)*(a(1, 1) + a(2, 2) + a(3, 3))*volume
-            column(p, self%heat) = column(p, self%heat) + viscous
-            warming = warming + viscous
+            do p = first, last
+               viscous(p - first + 1) = -time_step*column(p, q)*(gradient(p, 1) + gradient(p, 5) + gradient(p, 9)) &
+                                        *column(p, layout%volume) &
+                                        *stretched(time_step, gradient(p, 1), gradient(p, 2), gradient(p, 3), &
+                                                   gradient(p, 4), gradient(p, 5), gradient(p, 6), gradient(p, 7), &
+                                                   gradient(p, 8), gradient(p, 9))
+            end do
+            column(first:last, self%heat) = column(first:last, self%heat) + viscous
          end if
-         column(p, self%energy) = column(p, self%energy) + warming/column(p, layout%mass) - 0.5_wp*before(p - first + 1)*change
-         eta = 1.0_wp - volume*self%density/column(p, layout%mass)
-         pressure = (self%cold(eta) + gain*column(p, self%energy))/(1.0_wp + 0.5_wp*gain*change)
-         if (failed) pressure = max(pressure, 0.0_wp) ! it is pulled apart without work
-         column(p, self%energy) = column(p, self%energy) - 0.5_wp*pressure*change
-         mean = 0.0_wp
-         if (self%strength /= of_none) mean = (column(p, s) + column(p, s + 1) + column(p, s + 2))/3.0_wp
-         if (self%strength == of_none) column(p, s:s + 5) = 0.0_wp
-         column(p, s:s + 2) = column(p, s:s + 2) - mean - pressure
-      end do
+         !$omp simd private(i, volume, change, pressure, mean)
+         do p = first, last
+            i = p - first + 1
+            volume = column(p, layout%volume)*stretched(time_step, gradient(p, 1), gradient(p, 2), gradient(p, 3), &
+                                                        gradient(p, 4), gradient(p, 5), gradient(p, 6), &
+                                                        gradient(p, 7), gradient(p, 8), gradient(p, 9))
+            change = (volume - column(p, layout%volume))/column(p, layout%mass)
+            ! what has failed bears no shear that could flow
+            column(p, e) = column(p, e) + (viscous(i) + (1.0_wp - failed(i))*plastic(i))/column(p, layout%mass) &
+                           - 0.5_wp*before(i)*change
+            pressure = (cold(self%density*self%sound_speed**2, self%grueneisen, self%hugoniot_slope, &
+                             1.0_wp - volume*self%density/column(p, layout%mass)) + gain*column(p, e)) &
+                       /(1.0_wp + 0.5_wp*gain*change)
+            pressure = merge(max(pressure, 0.0_wp), pressure, failed(i) > 0.0_wp) ! it is pulled apart without work
+            column(p, e) = column(p, e) - 0.5_wp*pressure*change
+            mean = (column(p, s) + column(p, s + 1) + column(p, s + 2))/3.0_wp
+            column(p, s) = bears_shear*(column(p, s) - mean) - pressure
+            column(p, s + 1) = bears_shear*(column(p, s + 1) - mean) - pressure
+            column(p, s + 2) = bears_shear*(column(p, s + 2) - mean) - pressure
+         end do
+      end associate
    end subroutine apply_pressure
 
-   !> det(I + a).
-   pure real(wp) function determinant(a)
-      real(wp), intent(in) :: a(3, 3)
-      determinant = (1.0_wp + a(1, 1))*((1.0_wp + a(2, 2))*(1.0_wp + a(3, 3)) - a(2, 3)*a(3, 2)) &
-                    - a(1, 2)*(a(2, 1)*(1.0_wp + a(3, 3)) - a(2, 3)*a(3, 1)) &
-                    + a(1, 3)*(a(2, 1)*a(3, 2) - (1.0_wp + a(2, 2))*a(3, 1))
-   end function determinant
+   !> det(I + dt L).
+   pure elemental real(wp) function stretched(dt, l11, l21, l31, l12, l22, l32, l13, l23, l33)
+      real(wp), intent(in) :: dt, l11, l21, l31, l12, l22, l32, l13, l23, l33
+      stretched = (1.0_wp + dt*l11)*((1.0_wp + dt*l22)*(1.0_wp + dt*l33) - dt*l23*dt*l32) &
+                  - dt*l12*(dt*l21*(1.0_wp + dt*l33) - dt*l23*dt*l31) &
+                  + dt*l13*(dt*l21*dt*l32 - (1.0_wp + dt*l22)*dt*l31)
+   end function stretched
 
    !> Pressure (Pa) without internal energy at eta = 1 - rho0/rho; in tension straight on. Not a number where the
    !> Hugoniot curve has ended (s eta = 1).
-   pure real(wp) function cold(self, eta)
-      class(mie_grueneisen_t), intent(in) :: self
-      real(wp), intent(in) :: eta
-      cold = self%density*self%sound_speed**2*eta
-      if (eta > 0.0_wp) cold = cold*(1.0_wp - 0.5_wp*self%grueneisen*eta)/(1.0_wp - self%hugoniot_slope*eta)**2
-      if (self%hugoniot_slope*eta >= 1.0_wp) cold = ieee_value(1.0_wp, ieee_quiet_nan)
+   pure elemental real(wp) function cold(stiffness, grueneisen, slope, eta)
+      real(wp), intent(in) :: stiffness !< rho0 c0^2, Pa
+      real(wp), intent(in) :: grueneisen, slope, eta
+      real(wp) :: squeezed, rest
+      squeezed = max(eta, 0.0_wp)
+      rest = 1.0_wp - slope*squeezed
+      rest = merge(rest, not_a_number, rest > 0.0_wp)
+      cold = stiffness*eta*(1.0_wp - 0.5_wp*grueneisen*squeezed)/(rest*rest)
    end function cold
 
    !> True with a law of strength that has a temperature.

@@ -5,15 +5,16 @@ module m_norton
    use m_group_reader, only: group_reader_t
    use m_value_range, only: above, at_least
    use m_field_table, only: field_table_t, layout_t
-   use m_plastic, only: lane_t, return_along_deviator
+   use m_plastic, only: lane_t, lanes, return_along_deviator
    use m_j2, only: j2_t
    implicit none
    private
    public :: norton_t
 
    real(wp), parameter :: never = 1.0e30_wp        !< Pa, yield stress of what does not yield
-   real(wp), parameter :: close_enough = 1.0e-14_wp !< last change of the logarithm of von Mises' stress
+   real(wp), parameter :: close_enough = 3.0e-14_wp !< last change of the logarithm of von Mises' stress
    real(wp), parameter :: negligible = 1.0e-17_wp  !< drop of stress in a step, relative: none
+   real(wp), parameter :: least_stress = 1.0e-100_wp !< Pa, in place of none
    integer, parameter :: most_iterations = 60      !< three to eight are needed
 
    !> The creep rate at the von Mises stress q: creep_rate (q/creep_stress)^creep_exponent, or by the points of
@@ -31,6 +32,7 @@ module m_norton
       procedure :: declare
       procedure :: flow
       procedure, private :: relax
+      procedure, private :: relax_all
       procedure, private :: rate_of
    end type norton_t
 
@@ -88,27 +90,64 @@ contains
       real(wp), intent(in) :: time_step
       integer, intent(in) :: first, last
       type(lane_t), intent(inout) :: lane
-      real(wp) :: q, primary, crept
+      real(wp) :: q(lanes), primary
       integer :: i, p
       associate (s => layout%stress)
+         if (size(self%creep_stress) == 1 .and. self%primary == 0) then
+            call self%relax_all(time_step, lane%trial(:last - first + 1), q(:last - first + 1))
+         else
+            do p = first, last
+               i = p - first + 1
+               q(i) = lane%trial(i)
+               if (.not. q(i) > 0.0_wp) cycle
+               primary = 0.0_wp
+               if (self%primary > 0) primary = column(p, self%primary)
+               call self%relax(lane%trial(i), time_step, primary, q(i))
+               if (self%primary > 0) column(p, self%primary) = primary
+            end do
+         end if
+         !$omp simd private(i)
          do p = first, last
             i = p - first + 1
-            if (.not. lane%trial(i) > 0.0_wp) cycle
-            primary = 0.0_wp
-            if (self%primary > 0) primary = column(p, self%primary)
-            call self%relax(lane%trial(i), time_step, primary, q)
-            if (.not. lane%trial(i) - q > negligible*lane%trial(i)) cycle
-            crept = (lane%trial(i) - q)/(3.0_wp*self%shear)
-            call return_along_deviator(lane%trial(i) - q, lane%trial(i), column(p, s), column(p, s + 1), &
+            if (.not. lane%trial(i) - q(i) > negligible*lane%trial(i)) q(i) = lane%trial(i)
+            call return_along_deviator(lane%trial(i) - q(i), lane%trial(i), column(p, s), column(p, s + 1), &
                                        column(p, s + 2), column(p, s + 3), column(p, s + 4), column(p, s + 5))
-            column(p, self%work) = column(p, self%work) + column(p, layout%volume)*0.5_wp*(q + lane%trial(i))*crept
-            column(p, self%creep) = column(p, self%creep) + crept
-            if (self%primary > 0) column(p, self%primary) = primary
-            lane%trial(i) = q
+            column(p, self%work) = column(p, self%work) + column(p, layout%volume)*(lane%trial(i)**2 - q(i)**2) &
+                                   /(6.0_wp*self%shear)
+            column(p, self%creep) = column(p, self%creep) + (lane%trial(i) - q(i))/(3.0_wp*self%shear)
+            lane%trial(i) = q(i)
          end do
       end associate
       call self%j2_t%flow(column, layout, time_step, first, last, lane)
    end subroutine flow
+
+   !> As `relax`, of many particles at once, by one power law alone. All go on until the last is there.
+   pure subroutine relax_all(self, dt, trial, q)
+      class(norton_t), intent(in) :: self
+      real(wp), intent(in) :: dt                     !< s
+      real(wp), intent(in), contiguous :: trial(:)   !< Pa
+      real(wp), intent(out), contiguous :: q(:)      !< Pa
+      real(wp) :: u(size(trial)), aim(size(trial)), crept, side, change, worst, factor, shift
+      integer :: i, iteration
+      factor = 3.0_wp*self%shear*dt*self%creep_rate(1)
+      shift = log(self%creep_stress(1))
+      aim = log(max(trial, least_stress))
+      u = aim
+      do iteration = 1, most_iterations
+         worst = 0.0_wp
+         !$omp simd private(crept, side, change) reduction(max: worst)
+         do i = 1, size(trial)
+            q(i) = exp(u(i))
+            crept = factor*exp(self%creep_exponent*(u(i) - shift))
+            side = q(i) + crept
+            change = (log(side) - aim(i))*side/(q(i) + self%creep_exponent*crept)
+            u(i) = u(i) - change
+            worst = max(worst, abs(change))
+         end do
+         if (worst <= close_enough) exit
+      end do
+      q = min(exp(u), trial)
+   end subroutine relax_all
 
    !> The von Mises stress q after a step that begins with `trial`:
    !>    q + 3 mu (dt rate(q) + primary creep at q) = trial
