@@ -4,8 +4,7 @@ elastic load comes from a run on the same body and grid, through a fit over dept
 from pathlib import Path
 
 import numpy as np
-from run_data import History
-from run_scene import run
+from run_scene import History, run
 from runs import check, finish, require
 
 TAU, RATIO = 2e-8, 0.5
