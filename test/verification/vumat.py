@@ -6,7 +6,7 @@ import subprocess
 import sys
 from pathlib import Path
 import numpy as np
-from run_scene import run
+from run_scene import ROOT, run
 from vumat_fields import far, newest
 
 J2 = "model='j2', young=200e9, poisson=0.3, yield_stress=350e6, hardening_modulus=1e9"
@@ -46,6 +46,16 @@ require(f"plastic strains of {built_in['plastic_strain'].max():.2f}", built_in["
 for name, other in (("SDV1", "plastic_strain"), ("stress", "stress"), ("velocity", "velocity"), ("domain", "domain")):
     off = far(ours[name], built_in[other])
     require(f"VUMAT against model='j2': {name} off by {off:.1e}", off < 1e-10)
+
+# the same law in free form
+lines = [re.sub("^c", "!", line) for line in Path("j2.f").read_text().splitlines()]
+Path("free.f90").write_text("\n".join((line[6:] if line.startswith("     &") else line)
+                                      + (" &" if after.startswith("     &") else "") for line, after in zip(lines, lines[1:] + [""])))
+subprocess.run(["make", "-s", "-C", str(ROOT), "vumat", f"FILE={Path('free.f90').resolve()}"], check=True, stdout=subprocess.DEVNULL)
+run(SCENE % ("3e-6", VUMAT, "fixed"), 1)
+run(SCENE % ("3e-6", VUMAT.replace("j2.so", "free.so"), "free"), 1)
+fixed, free = newest("fixed"), newest("free")
+require("in free form the same bits", all(np.array_equal(fixed[name], free[name]) for name in fixed))
 
 run(SCENE % (END, VUMAT, "two"), 2)
 two = newest("two")
