@@ -229,7 +229,7 @@ contains
          begin = self%cap_begins(compaction + grown)
          axis = self%cap_ratio*(self%a + self%b*begin)
          at(1) = trial(1) - bulk*grown
-         x = grown/max(at(1) - begin, tiny(begin))
+         x = grown/max(at(1) - begin, 1.0e-14_wp*axis)
          at(2) = trial(2)/(1.0_wp + 3.0_wp*self%shear*self%cap_ratio**2*x)
          distance = sqrt(max(at(1) - begin, 0.0_wp)**2 + (self%cap_ratio*at(2))**2)/axis - 1.0_wp
       end subroutine look
