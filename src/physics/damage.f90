@@ -21,6 +21,8 @@ module m_damage
    private
    public :: damage_t
 
+   real(wp), parameter :: most_triaxial = 1.0e3_wp !< mean over von Mises stress: as good as no shear
+
    !> What the effect knows of a body's material.
    type :: stuff_t
       logical :: acts = .false.      !< its law is one that the effect can act on
@@ -181,7 +183,7 @@ contains
       integer, intent(in) :: p
       type(layout_t), intent(in) :: layout
       real(wp), intent(in) :: time_step
-      real(wp) :: mean, acting, mises, grown, warmth, ductility
+      real(wp) :: mean, acting, mises, triaxiality, grown, warmth, ductility
       integer :: s
       s = layout%stress
       mean = (column(p, s) + column(p, s + 1) + column(p, s + 2))/3.0_wp
@@ -195,7 +197,8 @@ contains
       mises = sqrt(1.5_wp*((column(p, s) - mean)**2 + (column(p, s + 1) - mean)**2 + (column(p, s + 2) - mean)**2) &
                    + 3.0_wp*(column(p, s + 3)**2 + column(p, s + 4)**2 + column(p, s + 5)**2))
       associate (d => self%constants)
-         ductility = d(1) + d(2)*exp(min(d(3)*acting/max(mises, tiny(mises)), 300.0_wp))
+         triaxiality = acting/max(mises, abs(acting)/most_triaxial, tiny(mises))
+         ductility = d(1) + d(2)*exp(min(d(3)*triaxiality, 300.0_wp))
          ductility = ductility*(1.0_wp + d(4)*log(max(1.0_wp, grown/(time_step*self%reference_rate))))
          warmth = 0.0_wp
          if (stuff%warms) warmth = min(max((column(p, self%temperature) - stuff%room)/(stuff%melting - stuff%room), &
