@@ -11,25 +11,22 @@ module m_body_pairs
    use m_communicator, only: communicator_t
    use m_field_table, only: field_table_t
    use m_level, only: level_t
-   use m_grid_level, only: grid_level_t
-   use m_boundary, only: inside
+   use m_materials, only: materials_t
    use m_stencil, only: bin_place
-   use m_face_weights, only: face_weights_t
    use m_surface_elements, only: surface_elements_t, surface_columns_t, find_columns
    use m_partner_surface, only: meeting_t, find_meetings, reach_of
    use m_partner_nodes, only: wanted_nodes_t
-   use m_contact_point, only: candidate_t, partner_t, no_candidate, place_face, set_face, point_velocity, &
+   use m_partner_point, only: place_partner, want_nodes, take_mass, mean_velocity, cap
+   use m_pair_law, only: range_of, overlap_left, press_rate, find_adhesion, weaken
+   use m_contact_point, only: candidate_t, partner_t, no_candidate, set_face, point_velocity, &
                               overlap_rate, margin
    use m_contact_rows, only: masses_of
    use m_contact_complaints, only: allowed_text
-   use m_candidates, only: candidates_t
+   use m_candidates, only: candidates_t, carry_on
    implicit none
    private
    public :: body_pairs_t, pair_state_t, state_reals
 
-   real(wp), parameter :: most_weight = 1.5_wp !< of a node, in the root of its mass over the particle's: one of
-                                               !< hardly any mass gets hardly any force
-   real(wp), parameter :: least_held = 0.2_wp  !< of the weights that must be left
    real(wp), parameter :: early = 0.25_wp      !< a gap that nodes are asked about, in particle edges
 
    !> What two groups have met: in the last step, and since the start. Numbers alone: they are added up over
@@ -74,11 +71,8 @@ module m_body_pairs
       procedure :: add_up
       procedure, private :: find_meetings_of
       procedure, private :: make_candidate
-      procedure, private :: place_partner
       procedure, private :: may_touch
       procedure, private :: gap_of
-      procedure, private :: press_speed
-      procedure, private :: range_of
       procedure, private :: set_adhesion
    end type body_pairs_t
 
@@ -137,6 +131,8 @@ contains
       do e = 1, self%at%elements
          call table%declare('surface_pressure_'//to_text(e), 1, 'Pa', written=.false.)
          self%at%pressure(e) = table%column('surface_pressure_'//to_text(e))
+         call table%declare('surface_gap_'//to_text(e), 2, 'm', written=.false.)
+         self%at%gap(e) = table%column('surface_gap_'//to_text(e))
          if (any(self%specs%start == start_as_is)) then
             call table%declare('surface_overlap_'//to_text(e), 1, 'm', written=.false.)
             self%at%overlap(e) = table%column('surface_overlap_'//to_text(e))
@@ -174,16 +170,17 @@ contains
          n = n + 1
          self%meetings(n) = self%meetings(m)
          first_wanted(n) = self%wanted%count + 1
-         call self%place_partner(level, self%meetings(n), partner)
+         call place_partner(self%elements, level, self%meetings(n), partner)
          call want_nodes(level%grid, partner, self%wanted)
       end do
       call self%wanted%fetch(communicator, level)
       if (.not. allocated(candidates%partners)) allocate (candidates%partners(64))
       candidates%paired = 0
       do m = 1, n
-         call self%place_partner(level, self%meetings(m), partner)
+         call place_partner(self%elements, level, self%meetings(m), partner)
          call self%make_candidate(level, time_step, self%meetings(m), first_wanted(m), partner, candidates)
       end do
+      call candidates%order_pairs(size(level%blocks), self%first)
    end subroutine find
 
    !> Collective among near ranks: meetings of the elements of a level's particles.
@@ -209,84 +206,38 @@ contains
       real(wp), intent(in) :: time_step
       associate (e => self%elements%list(meeting%element))
          may_touch = self%gap_of(level, meeting) - 2.0_wp*time_step*norm2(e%velocity - meeting%velocity) &
-                     < max(early*e%edge, self%range_of(self%pair_of(nint(e%field), meeting%field)))
+                     < max(early*e%edge, range_of(self%specs(self%pair_of(nint(e%field), meeting%field))))
       end associate
    end function may_touch
 
-   !> Gap of a meeting (m): what the bodies overlapped by at the start counts as none, or what of it has not been
-   !> pressed out yet.
+   !> Gap of a meeting (m), with what the bodies may overlap by.
    pure real(wp) function gap_of(self, level, meeting) result(gap)
       class(body_pairs_t), intent(in) :: self
       type(level_t), intent(in) :: level
       type(meeting_t), intent(in) :: meeting
-      real(wp) :: left
       gap = meeting%gap
-      associate (n => meeting%element, spec => self%specs(self%pair_of(nint(self%elements%list( &
-                 meeting%element)%field), meeting%field)))
-         if (spec%start /= start_as_is) return
-         left = 1.0_wp
-         if (spec%press_fit > 0.0_wp) left = max(0.0_wp, 1.0_wp - self%time/spec%press_fit)
-         gap = gap + left*level%blocks(self%elements%block(n))%particles%column(self%elements%particle(n), &
-               self%at%overlap(self%elements%element(n)))
+      associate (n => meeting%element, elements => self%elements)
+         associate (spec => self%specs(self%pair_of(nint(elements%list(n)%field), meeting%field)))
+            if (spec%start == start_as_is) gap = gap + overlap_left(spec, self%time) &
+               *level%blocks(elements%block(n))%particles%column(elements%particle(n), &
+                  self%at%overlap(elements%element(n)))
+         end associate
       end associate
    end function gap_of
 
-   !> How fast what a candidate's bodies overlapped by at the start is pressed out, m/s.
-   pure real(wp) function press_speed(self, level, c, partner) result(speed)
+   !> What adhesion bears at a candidate.
+   pure subroutine set_adhesion(self, level, spec, element, c)
       class(body_pairs_t), intent(in) :: self
       type(level_t), intent(in) :: level
-      type(candidate_t), intent(in) :: c
-      type(partner_t), intent(in) :: partner
-      speed = 0.0_wp
-      associate (spec => self%specs(self%pair_of(level%blocks(c%block)%field, partner%field)))
-         if (spec%start /= start_as_is .or. self%time >= spec%press_fit) return
-         speed = level%blocks(c%block)%particles%column(c%particle, self%at%overlap(partner%element)) &
-                 /spec%press_fit
-      end associate
-   end function press_speed
-
-   !> Gap (m) up to which a pair adheres.
-   pure real(wp) function range_of(self, pair)
-      class(body_pairs_t), intent(in) :: self
-      integer, intent(in) :: pair
-      associate (spec => self%specs(pair))
-         range_of = spec%cohesive_range
-         if (spec%bond_strength > 0.0_wp) range_of = 2.0_wp*spec%adhesion/spec%bond_strength
-      end associate
-   end function range_of
-
-   !> The tension that adhesion bears at a candidate of a pair, and its tangential grip. Both sides of the
-   !> contact have elements: each bears half.
-   pure subroutine set_adhesion(self, level, pair, element, c)
-      class(body_pairs_t), intent(in) :: self
-      type(level_t), intent(in) :: level
-      integer, intent(in) :: pair, element
+      type(body_contact_spec_t), intent(in) :: spec
+      integer, intent(in) :: element !< of the particle
       type(candidate_t), intent(inout) :: c
-      associate (spec => self%specs(pair))
-         if (spec%bond_strength > 0.0_wp) then
-            associate (left => level%blocks(c%block)%particles%column(c%particle, self%at%bond(element)))
-               c%pull = 0.5_wp*left*spec%bond_strength*c%area
-               c%grip = c%pull
-            end associate
-         else if (spec%adhesion > 0.0_wp .and. c%gap < spec%cohesive_range) then
-            c%pull = 0.5_wp*spec%adhesion/spec%cohesive_range*c%area
-         end if
-      end associate
+      real(wp) :: left
+      left = 0.0_wp
+      if (spec%bond_strength > 0.0_wp) left = level%blocks(c%block)%particles%column(c%particle, &
+            self%at%bond(element))
+      call find_adhesion(spec, c%gap, c%area, left, c%pull, c%grip)
    end subroutine set_adhesion
-
-   !> A bond loses strength by how far it opens and slips: linearly to nothing at 2 adhesion/bond_strength
-   !> (theory.md, eq. bond).
-   pure subroutine weaken(column, at, limit, gap, slip)
-      real(wp), intent(inout) :: column(:) !< of the particle
-      integer, intent(in) :: at            !< first column of the bond
-      real(wp), intent(in) :: limit        !< m
-      real(wp), intent(in) :: gap, slip(3) !< m, at the end of the step; in the step
-      if (.not. column(at) > 0.0_wp) return
-      column(at + 1:at + 3) = column(at + 1:at + 3) + slip
-      associate (opening => hypot(max(0.0_wp, gap), norm2(column(at + 1:at + 3))))
-         column(at) = max(0.0_wp, min(column(at), 1.0_wp - opening/limit))
-      end associate
-   end subroutine weaken
 
    !> Collective among near ranks, when all bodies are filled: what overlaps and may be kept so; what is bonded.
    subroutine begin(self, communicator, level, error)
@@ -296,8 +247,8 @@ contains
       type(error_t), intent(inout) :: error
       integer :: count, m, pair
       do pair = 1, size(self%specs)
-         if (self%range_of(pair) > 0.5_wp*level%grid%cell) call fail(error, exit_input, &
-            '&body_contact: adhesion acts up to a gap of '//si(self%range_of(pair), 'm')// &
+         if (range_of(self%specs(pair)) > 0.5_wp*level%grid%cell) call fail(error, exit_input, &
+            '&body_contact: adhesion acts up to a gap of '//si(range_of(self%specs(pair)), 'm')// &
             ' here, more than half a cell of the finest level, '//si(0.5_wp*level%grid%cell, 'm')// &
             '; allowed: a smaller cohesive_range, or a larger bond_strength')
       end do
@@ -317,40 +268,6 @@ contains
       end do
    end subroutine begin
 
-   !> Nodes and weights of the other body of a meeting: in the mean over the same face as on the element's
-   !> body, on the other side of the gap.
-   pure subroutine place_partner(self, level, meeting, partner)
-      class(body_pairs_t), intent(in) :: self
-      type(level_t), intent(in) :: level
-      type(meeting_t), intent(in) :: meeting
-      type(partner_t), intent(out) :: partner
-      real(wp) :: place(3)
-      partner%field = meeting%field
-      partner%element = self%elements%element(meeting%element)
-      partner%point = self%elements%list(meeting%element)%point
-      place = (meeting%point - level%grid%lower)*level%grid%per_cell
-      call place_face(partner%face, partner%reflection, level%grid, [0, 0, 0], nint(place), &
-                      level%layout%domain > 0, place, &
-                      self%elements%span(:, :, meeting%element)*level%grid%per_cell)
-   end subroutine place_partner
-
-   !> Ask for the values of a partner's nodes; a node outside a symmetry plane is its mirror image inside.
-   subroutine want_nodes(grid, partner, wanted)
-      type(grid_level_t), intent(in) :: grid
-      type(partner_t), intent(in) :: partner
-      type(wanted_nodes_t), intent(inout) :: wanted
-      integer :: axis, i, j, k
-      do k = 0, partner%face%last
-         do j = 0, partner%face%last
-            do i = 0, partner%face%last
-               associate (node => partner%face%corner + [i, j, k])
-                  call wanted%want([(inside(grid, axis, node(axis)), axis=1, 3)], partner%field)
-               end associate
-            end do
-         end do
-      end do
-   end subroutine want_nodes
-
    !> Keep a meeting as a candidate if the free motion of the nodes would close it, or almost.
    subroutine make_candidate(self, level, time_step, meeting, first_wanted, partner, candidates)
       class(body_pairs_t), intent(inout) :: self
@@ -368,6 +285,13 @@ contains
                  pair => self%pair_of(nint(self%elements%list(meeting%element)%field), meeting%field), &
                  block => level%blocks(self%elements%block(meeting%element)))
          c%gap = self%gap_of(level, meeting)
+         c%allowed = c%gap - meeting%gap
+         call carry_on(merge(last(5) + c%allowed, 0.0_wp, nint(last(6)) == meeting%field), element%edge, c%gap, &
+                       c%carried, c%drift)
+         if (.not. c%carried .and. self%specs(pair)%press_fit > 0.0_wp) then ! pushed out, not drawn
+            c%gap = c%gap - c%drift
+            c%drift = 0.0_wp
+         end if
          self%overlap(pair) = max(self%overlap(pair), -c%gap)
          c%block = self%elements%block(meeting%element)
          c%particle = self%elements%particle(meeting%element)
@@ -383,9 +307,9 @@ contains
          if (.not. all(held)) return
          c%opposite = partner%reflection*mean_velocity(self%wanted, first_wanted, partner%face)
          c%speed = dot_product(c%normal, point_velocity(level, c))
-         call self%set_adhesion(level, pair, partner%element, c)
+         call self%set_adhesion(level, self%specs(pair), partner%element, c)
          if (c%gap + time_step*(c%speed - dot_product(c%normal, c%opposite)) > margin*element%edge &
-             .and. .not. c%pull > 0.0_wp) return
+             .and. .not. (c%carried .or. c%pull > 0.0_wp)) return
          c%from = block%particles%column(c%particle, level%layout%position:level%layout%position + 2)
          c%arm = element%point - c%from
          c%force = last(1)*c%area
@@ -395,69 +319,16 @@ contains
       call candidates%add_pair(c, partner)
    end subroutine make_candidate
 
-   !> Masses of a partner's nodes, of those that were fetched.
-   pure subroutine take_mass(wanted, first, partner)
-      type(wanted_nodes_t), intent(in) :: wanted
-      integer, intent(in) :: first
-      type(partner_t), intent(inout) :: partner
-      integer :: i, j, k, n
-      n = first
-      do k = 0, partner%face%last
-         do j = 0, partner%face%last
-            do i = 0, partner%face%last
-               partner%mass(i, j, k) = wanted%values(1, n)
-               n = n + 1
-            end do
-         end do
-      end do
-   end subroutine take_mass
-
-   !> Velocity that fetched nodes give to a point, m/s.
-   pure function mean_velocity(wanted, first, face) result(velocity)
-      type(wanted_nodes_t), intent(in) :: wanted
-      integer, intent(in) :: first
-      type(face_weights_t), intent(in) :: face
-      real(wp) :: velocity(3)
-      integer :: i, j, k, n
-      n = first
-      velocity = 0.0_wp
-      do k = 0, face%last
-         do j = 0, face%last
-            do i = 0, face%last
-               velocity = velocity + face%weight(i, j, k)*wanted%values(2:4, n)
-               n = n + 1
-            end do
-         end do
-      end do
-   end function mean_velocity
-
-   !> No node gets more of a force than its mass can bear; the others get the rest (theory.md, eq. capped).
-   !> Where hardly any node has mass the force is not held.
-   pure subroutine cap(face, mass, particle_mass, held)
-      type(face_weights_t), intent(inout) :: face
-      real(wp), intent(in) :: mass(0:, 0:, 0:)  !< of the nodes, kg
-      real(wp), intent(in) :: particle_mass     !< kg
-      logical, intent(out) :: held
-      real(wp) :: total
-      integer :: n
-      n = face%last
-      associate (weight => face%weight(0:n, 0:n, 0:n))
-         weight = min(weight, most_weight*sqrt(mass(0:n, 0:n, 0:n)/particle_mass))
-         total = sum(weight)
-         held = total > least_held
-         if (held) weight = weight/total
-      end associate
-   end subroutine cap
-
    !> What the solution says of the candidates between bodies: pressures and friction in the columns of their
    !> particles, and the sums of the pairs over this rank.
-   subroutine keep(self, level, candidates, time_step, pressure)
+   subroutine keep(self, level, materials, candidates, time_step, pressure)
       class(body_pairs_t), intent(inout) :: self
       type(level_t), intent(inout) :: level
+      type(materials_t), intent(in) :: materials
       type(candidates_t), intent(in) :: candidates
       real(wp), intent(in) :: time_step !< s
       integer, intent(in) :: pressure   !< column of the contact pressure
-      real(wp) :: force(3), side
+      real(wp) :: force(3), heat, side
       integer :: n
       self%step = pair_state_t()
       do n = self%first, candidates%count
@@ -465,26 +336,33 @@ contains
                     column => level%blocks(candidates%list(n)%block)%particles%column, &
                     own => level%blocks(candidates%list(n)%block)%field)
             associate (state => self%step(self%pair_of(own, partner%field)), p => c%particle, &
+                       spec => self%specs(self%pair_of(own, partner%field)), &
                        at => self%at%pressure(partner%element), friction => self%at%friction(partner%element), &
-                       bond => self%at%bond(partner%element))
+                       bond => self%at%bond(partner%element), gap => self%at%gap(partner%element))
                state%candidates = state%candidates + 1.0_wp
                force = c%force*c%normal
                if (c%frictional > 0) then
                   force = force + matmul(c%tangent, c%tangential_force)
-                  state%heat = state%heat - time_step*dot_product(c%tangential_force, partner%slip)
+                  heat = -time_step*dot_product(c%tangential_force, partner%slip)
+                  state%heat = state%heat + heat
+                  ! both bodies' elements have candidates: each warms its own
+                  call materials%slots(materials%of_body(level%blocks(c%block)%particles%body(p)))%law%take_heat( &
+                     column(p, :), level%layout, heat)
                   column(p, friction:friction + 2) = column(p, friction:friction + 2) &
                                                      + matmul(c%tangent, c%tangential_force)/c%area
                end if
-               if (c%pull > 0.0_wp .and. bond > 0) call weaken(column(p, :), bond, &
-                  self%range_of(self%pair_of(own, partner%field)), c%gap + time_step*c%opening, &
-                  time_step*matmul(c%tangent, partner%slip))
+               if (c%pull > 0.0_wp .and. bond > 0) call weaken(column(p, bond:bond + 3), spec, &
+                  c%gap + time_step*c%opening, time_step*matmul(c%tangent, partner%slip))
+               if (abs(c%force) > 0.0_wp .or. c%carried .or. c%pull > 0.0_wp) &
+                  column(p, gap:gap + 1) = [c%gap - c%allowed + time_step*c%opening, real(partner%field, wp)]
                column(p, at) = column(p, at) + c%force/c%area
                column(p, pressure) = column(p, pressure) + c%force/c%area
                if (c%gap + time_step*c%opening <= overlap_rate*sqrt(c%area)) state%area = state%area &
                   + 0.5_wp*c%area ! also of points that press nothing: others beside them do
                state%work = state%work + time_step*(c%force + c%pull)*c%opening
                state%parting = state%parting + time_step*c%pull*c%opening
-               state%pressed = state%pressed + time_step*c%force*self%press_speed(level, c, partner)
+               if (self%at%overlap(partner%element) > 0) state%pressed = state%pressed + time_step*c%force &
+                  *press_rate(spec, self%time)*column(p, self%at%overlap(partner%element))
                side = merge(1.0_wp, -1.0_wp, own < partner%field)
                state%force = state%force + side*force
                state%moment = state%moment + side*cross(partner%point, force)

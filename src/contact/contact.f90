@@ -159,7 +159,7 @@ contains
       end if
       call accumulate_reactions(self%reactions, self%candidates, self%tools, level, time_step)
       if (self%pairs%active()) &
-         call self%pairs%keep(level, self%candidates, time_step, self%candidates%pressure)
+         call self%pairs%keep(level, materials, self%candidates, time_step, self%candidates%pressure)
    end subroutine apply
 
    !> Collective: how the candidates between bodies slip with the forces of the step. Nodes have not been moved

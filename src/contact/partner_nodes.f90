@@ -47,42 +47,37 @@ contains
       self%node(:, self%count) = [place, field]
    end subroutine want
 
-   !> Collective among near ranks: the values of all nodes, from tiles here or of the lowest rank that has one.
+   !> Collective among near ranks: the values of all nodes, from tiles here, else of the lowest rank that has
+   !> them. A tile may not reach as far as a node that its neighbour's does: all ranks that may have it are
+   !> asked.
    subroutine fetch(self, communicator, level)
       class(wanted_nodes_t), intent(inout) :: self
       type(communicator_t), intent(in) :: communicator
       type(level_t), intent(in) :: level
-      integer :: n, holder(self%count)
+      integer :: n
       if (allocated(self%values)) deallocate (self%values)
       allocate (self%values(values_each, self%count), source=0.0_wp)
       do n = 1, self%count
-         holder(n) = holder_of(level, communicator%rank, self%node(:, n))
-         if (holder(n) == communicator%rank) self%values(:, n) = values_here(level, self%node(:, n))
+         self%values(:, n) = values_here(level, self%node(:, n))
       end do
-      if (size(level%near_ranks) > 0) call ask_others(self, communicator, level, holder)
+      if (size(level%near_ranks) > 0) call ask_others(self, communicator, level)
    end subroutine fetch
 
-   !> This rank, if a tile here has the node, else the lowest that has one; -1 where no block has.
-   pure integer function holder_of(level, here, node) result(holder)
+   !> True when a rank has a block of which a tile may hold a node.
+   pure logical function may_hold(level, rank, node)
       type(level_t), intent(in) :: level
-      integer, intent(in) :: here, node(numbers_each)
-      integer :: low(3), high(3), x, y, z, owner
+      integer, intent(in) :: rank, node(numbers_each)
+      integer :: low(3), high(3), x, y, z
       call blocks_around(node(:3), low, high)
-      holder = huge(holder)
+      may_hold = .false.
       do z = low(3), high(3)
          do y = low(2), high(2)
             do x = low(1), high(1)
-               owner = level%owner_at([x, y, z], node(4))
-               if (owner == here) then
-                  holder = here
-                  return
-               end if
-               if (owner >= 0) holder = min(holder, owner)
+               may_hold = may_hold .or. level%owner_at([x, y, z], node(4)) == rank
             end do
          end do
       end do
-      if (holder == huge(holder)) holder = -1
-   end function holder_of
+   end function may_hold
 
    !> Places of the blocks whose tiles hold a node.
    pure subroutine blocks_around(node, low, high)
@@ -94,7 +89,7 @@ contains
       high = home + merge(1, 0, modulo(node, block_size) == block_size - 1)
    end subroutine blocks_around
 
-   !> Of a tile here.
+   !> Of a tile here, of a block with particles: nobody solves the nodes of one without.
    pure function values_here(level, node) result(values)
       type(level_t), intent(in) :: level
       integer, intent(in) :: node(numbers_each)
@@ -107,6 +102,7 @@ contains
             do x = low(1), high(1)
                slot = level%slot_at([x, y, z], node(4))
                if (slot == 0 .or. slot > size(level%blocks)) cycle
+               if (level%blocks(slot)%particles%count == 0) cycle
                at = node(:3) - block_size*[x, y, z] + 1
                associate (tile => level%nodes(:, at(1), at(2), at(3), slot))
                   values = [tile(mass_), tile(v_x:v_z)]
@@ -117,12 +113,11 @@ contains
       end do
    end function values_here
 
-   !> Ask each near rank for the nodes that it holds, and answer what it asks for.
-   subroutine ask_others(self, communicator, level, holder)
+   !> Ask each near rank for the nodes that it may hold, and answer what it asks for.
+   subroutine ask_others(self, communicator, level)
       class(wanted_nodes_t), intent(inout) :: self
       type(communicator_t), intent(in) :: communicator
       type(level_t), intent(in) :: level
-      integer, intent(in) :: holder(:)
       type :: parcel_t
          integer, allocatable :: mine(:), asked(:, :), theirs(:, :)
          real(wp), allocatable :: given(:, :), taken(:, :)
@@ -135,7 +130,8 @@ contains
       associate (ranks => level%near_ranks, comm => communicator%comm)
          do r = 1, size(ranks)
             associate (it => parcels(r))
-               it%mine = pack([(n, n=1, self%count)], holder == ranks(r))
+               it%mine = pack([(n, n=1, self%count)], [(.not. self%values(1, n) > 0.0_wp .and. &
+                  may_hold(level, ranks(r), self%node(:, n)), n=1, self%count)])
                it%asked = self%node(:, it%mine)
                allocate (it%taken(values_each, size(it%mine)))
                call MPI_Irecv(it%taken, size(it%taken), MPI_DOUBLE_PRECISION, ranks(r), answers, comm, &
@@ -160,7 +156,9 @@ contains
          call MPI_Waitall(size(requests), requests, MPI_STATUSES_IGNORE)
          do r = 1, size(ranks)
             do n = 1, size(parcels(r)%mine)
-               self%values(:, parcels(r)%mine(n)) = parcels(r)%taken(:, n)
+               associate (it => self%values(:, parcels(r)%mine(n)))
+                  if (.not. it(1) > 0.0_wp) it = parcels(r)%taken(:, n)
+               end associate
             end do
          end do
       end associate
