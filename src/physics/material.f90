@@ -17,6 +17,7 @@ module m_material
       procedure :: plastic_energy
       procedure :: equivalent_plastic_strain
       procedure :: von_mises_modulus
+      procedure :: present_modulus
       procedure :: take_heat
       procedure(modulus_interface), deferred :: p_wave_modulus
       procedure(stress_interface), deferred :: complementary_energy
@@ -130,5 +131,15 @@ contains
       modulus = 0.5_wp/self%complementary_energy([0.0_wp, 0.0_wp, 0.0_wp, sqrt(1.0_wp/3.0_wp), 0.0_wp, &
                                                  0.0_wp])
    end function von_mises_modulus
+
+   !> Largest modulus of a plane wave in particles first..last as they are (all of this material), Pa, in the sense
+   !> of p_wave_modulus; a law that stiffens says more than that.
+   pure real(wp) function present_modulus(self, column, layout, first, last) result(modulus)
+      class(material_t), intent(in) :: self
+      real(wp), intent(in), contiguous :: column(:, :)
+      type(layout_t), intent(in) :: layout
+      integer, intent(in) :: first, last
+      modulus = self%p_wave_modulus()
+   end function present_modulus
 
 end module m_material
