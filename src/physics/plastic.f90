@@ -7,7 +7,7 @@ module m_plastic
    use m_elastic, only: elastic_t
    implicit none
    private
-   public :: plastic_t, lane_t, lanes, declare_plastic, initial_plastic, von_mises
+   public :: plastic_t, lane_t, lanes, declare_plastic, initial_plastic, von_mises, follow_shape
 
    integer, parameter :: lanes = 128 !< particles at once: what a law needs between its vector loops stays in
                                      !< the nearest cache
