@@ -9,11 +9,13 @@ module m_crystal_flow
    private
    public :: crystal_constants_t, slip_t, flow, slip_threshold
 
-   integer, parameter, public :: most_iterations = 60 !< of a solve
+   integer, parameter, public :: most_iterations = 60 !< of a minimisation
+   integer, parameter, public :: most_rounds = 30     !< of a solve
    integer, parameter, public :: most_parts = 64      !< that a step is cut into where solves fail
-   real(wp), parameter :: tolerance = 1.0e-9_wp   !< of the stress, in the smallest slip resistance
-   real(wp), parameter :: settled = 1.0e-9_wp     !< relative change of slip resistances
+   real(wp), parameter :: tolerance = 1.0e-9_wp   !< of stress and resistances, in the smallest resistance
+   real(wp), parameter :: looser = 1.0e-2_wp      !< of a minimisation, than what is wrong around it
    real(wp), parameter :: negligible = 1.0e-18_wp !< slip of a step that is none
+   real(wp), parameter :: most_slope = 0.9_wp     !< behind a step, in that before it
    real(wp), parameter :: growth = 30.0_wp        !< largest growth of the fastest slip in an iteration
 
    !> What does not change from particle to particle.
@@ -37,7 +39,7 @@ module m_crystal_flow
       real(wp) :: work = 0.0_wp                 !< of slip, per volume before elastic deformation, J/m3
       real(wp) :: strain = 0.0_wp               !< equivalent plastic strain of the step
       real(wp) :: elastic(3, 3) = 0.0_wp        !< elastic deformation gradient at the step's end
-      integer :: iterations = 0                 !< of all solves
+      integer :: iterations = 0                 !< of Newton's method
       logical :: found = .false.                !< else nothing here is of use
    end type slip_t
 
@@ -88,9 +90,9 @@ contains
       a(3, 3) = 1.0_wp
    end function unit
 
-   !> One solve: the stress and the slip that it drives, so that both agree. Newton's method in the deviator of
-   !> the Mandel stress, with the compliance of small strains. It begins on the way from the stress before to
-   !> the elastic trial stress, where slip is about what the step's strain asks for.
+   !> One solve: the stress and the slip that it drives, so that both agree. With resistances, the skew part of
+   !> the stress and what small strains leave out held, the deviator of the stress is the minimum of a convex
+   !> function (`minimise`); these follow, and so on, which converges by a factor of about the strain.
    pure subroutine solve(constants, time_step, threshold, trial, stress, one, flown)
       type(crystal_constants_t), intent(in) :: constants
       real(wp), intent(in) :: time_step, threshold
@@ -98,49 +100,97 @@ contains
       real(wp), intent(inout) :: stress(8) !< Mandel's, before and after
       type(slip_t), intent(inout) :: one
       real(wp), intent(out) :: flown(3, 3) !< inverse of the plastic deformation gradient of the step
-      real(wp) :: tau(constants%systems), slip(constants%systems), rise(constants%systems), &
-                  resistance(constants%systems), harder(constants%systems)
-      real(wp) :: c(3, 3), now(8), change(8), reach, together(8)
-      logical :: definite
+      real(wp) :: tau(constants%systems), slip(constants%systems), resistance(constants%systems), &
+                  harder(constants%systems)
+      real(wp) :: c(3, 3), now(8), change(8), target(5), compliance(5), together(8), reach, wrong, smallest
       integer :: n
       c = matmul(transpose(trial), trial)
       now = mandel(constants, c)
       flown = unit()
-      one%found = .true.
-      if (all(abs(matmul(constants%schmid, now)) <= threshold*one%resistance)) then
+      one%found = all(abs(matmul(constants%schmid, now)) <= threshold*one%resistance)
+      if (one%found) then
          stress = now
          return
       end if
+      compliance(:2) = 1.0_wp/(constants%c11 - constants%c12)
+      compliance(3:) = 0.5_wp/constants%c44
       reach = max(threshold, maxval(abs(matmul(constants%schmid, stress))/one%resistance), &
                   (strain_of(one%increment)/(time_step*constants%reference_rate))**constants%sensitivity)
       change = now - stress
       stress = stress + step_share(constants, stress, change, reach*one%resistance)*change
-      harder = one%resistance
-      do n = 1, most_iterations
-         one%iterations = one%iterations + 1
-         resistance = harder
-         tau = matmul(constants%schmid, stress)
-         call slip_rates(constants, time_step, threshold, tau, resistance, slip, rise)
+      resistance = one%resistance
+      smallest = minval(resistance)
+      target = now(:5)
+      wrong = smallest
+      do n = 1, most_rounds
+         call minimise(constants, time_step, threshold, compliance, target, resistance, reach, &
+                       max(tolerance*smallest, looser*wrong), stress, tau, slip, one)
+         if (.not. one%found) exit
          together = matmul(slip, constants%schmid)
          flown = inverse_of(together)
          now = mandel(constants, matmul(transpose(flown), matmul(c, flown)))
          harder = one%resistance + matmul(constants%latent, one%modulus*abs(slip))
-         if (maxval(abs(stress - now)) <= tolerance*minval(resistance) &
-             .and. maxval(abs(harder - resistance)) <= settled*minval(resistance)) then
+         wrong = max(maxval(abs(stress - now)), maxval(abs(harder - resistance)))
+         if (wrong <= tolerance*smallest) then
             one%resistance = harder
             one%slip = one%slip + abs(slip)
             one%work = one%work + dot_product(tau, slip)
             one%strain = one%strain + sqrt(2.0_wp/3.0_wp)*norm2(together(:5))
             return
          end if
-         change(6:) = now(6:) - stress(6:)
-         call newton_step(constants, rise, stress(:5) - now(:5), change(:5), definite)
-         if (.not. definite) exit
-         reach = max(reach, maxval(abs(tau)/resistance))*growth**constants%sensitivity
-         stress = stress + step_share(constants, stress, change, reach*resistance)*change
+         if (.not. wrong <= huge(wrong)) exit
+         target = now(:5) + together(:5)/compliance
+         ! what resists more takes more stress for the same slip
+         stress(:5) = stress(:5)*(maxval(abs(tau)/resistance)/maxval(abs(tau)/harder))
+         stress(6:) = now(6:)
+         resistance = harder
       end do
       one%found = .false.
    end subroutine solve
+
+   !> The deviator of the stress where compliance (stress - target) + slip P = 0, the slope of a convex function
+   !> of the deviator. Newton's method; steps in which the fastest slip would grow by more than `growth` are
+   !> cut, and halved where they lead well beyond the minimum along them.
+   pure subroutine minimise(constants, time_step, threshold, compliance, target, resistance, reach, enough, &
+                            stress, tau, slip, one)
+      type(crystal_constants_t), intent(in) :: constants
+      real(wp), intent(in) :: time_step, threshold
+      real(wp), intent(in) :: compliance(5)  !< 1/Pa
+      real(wp), intent(in) :: target(5)      !< Pa
+      real(wp), intent(in) :: resistance(:)  !< (systems), Pa
+      real(wp), intent(in) :: reach          !< ratio of stress to resistance that slip is expected at
+      real(wp), intent(in) :: enough         !< of the residual, Pa
+      real(wp), intent(inout) :: stress(8)   !< Pa; the skew part is held
+      real(wp), intent(out) :: tau(:), slip(:)
+      type(slip_t), intent(inout) :: one     !< found, iterations
+      real(wp) :: rise(constants%systems), from(8), change(8), off(5), share, slope, ratio
+      logical :: definite
+      integer :: n
+      slope = huge(slope)
+      share = 0.0_wp
+      change = 0.0_wp
+      from = stress
+      one%found = .false.
+      do n = 1, most_iterations
+         one%iterations = one%iterations + 1
+         tau = matmul(constants%schmid, stress)
+         call slip_rates(constants, time_step, threshold, tau, resistance, slip, rise)
+         off = compliance*(stress(:5) - target) + matmul(slip, constants%schmid(:, :5))
+         one%found = maxval(abs(off/compliance)) <= enough
+         if (one%found) return
+         if (.not. dot_product(off, change(:5)) <= most_slope*slope) then
+            share = 0.5_wp*share
+         else
+            call newton_step(compliance, constants%schmid, rise, off, change(:5), definite)
+            if (.not. definite) return
+            slope = -dot_product(off, change(:5))
+            from = stress
+            ratio = max(reach, maxval(abs(tau)/resistance))*growth**constants%sensitivity
+            share = step_share(constants, stress, change, ratio*resistance)
+         end if
+         stress = from + share*change
+      end do
+   end subroutine minimise
 
    !> Mandel's stress C S of an elastic deformation with C = F^T F, as m_slip_systems has it, Pa: (C T + T
    !> C^-1)/2 with T = K : (C - C^-1)/4.
@@ -194,25 +244,24 @@ contains
       flown = flown*(1.0_wp - rest/3.0_wp*(1.0_wp - 2.0_wp*rest/3.0_wp))
    end function inverse_of
 
-   !> (K^-1 + sum of rise P P) change = -K^-1 off, in the five deviators.
-   pure subroutine newton_step(constants, rise, off, change, definite)
-      type(crystal_constants_t), intent(in) :: constants
-      real(wp), intent(in) :: rise(:) !< 1/Pa
-      real(wp), intent(in) :: off(5)  !< Pa
-      real(wp), intent(out) :: change(5) !< Pa
+   !> (K^-1 + sum of rise P P) change = -off, in the five deviators.
+   pure subroutine newton_step(compliance, schmid, rise, off, change, definite)
+      real(wp), intent(in) :: compliance(5) !< 1/Pa
+      real(wp), intent(in), contiguous :: schmid(:, :)
+      real(wp), intent(in) :: rise(:)       !< 1/Pa
+      real(wp), intent(in) :: off(5)        !< strain
+      real(wp), intent(out) :: change(5)    !< Pa
       logical, intent(out) :: definite
-      real(wp) :: matrix(5, 5), compliance(5), weighted(constants%systems)
+      real(wp) :: matrix(5, 5), weighted(size(rise))
       integer :: i, j
-      compliance(:2) = 1.0_wp/(constants%c11 - constants%c12)
-      compliance(3:) = 0.5_wp/constants%c44
       do j = 1, 5
-         weighted = rise*constants%schmid(:, j)
+         weighted = rise*schmid(:, j)
          do i = j, 5
-            matrix(i, j) = dot_product(weighted, constants%schmid(:, i))
+            matrix(i, j) = dot_product(weighted, schmid(:, i))
          end do
          matrix(j, j) = matrix(j, j) + compliance(j)
       end do
-      call solve_definite(5, matrix, -compliance*off, change, definite)
+      call solve_definite(5, matrix, -off, change, definite)
    end subroutine newton_step
 
    !> The largest share, at most 1, of a change that leaves all resolved shear stresses within a limit, or

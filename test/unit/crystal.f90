@@ -100,8 +100,8 @@ contains
       call say(name//': slip per strain over the exact less 1', slip_rate*dt/strain*schmid - 1.0_wp)
       call say(name//': the axis has turned, degrees', 180.0_wp/pi*acos(min(1.0_wp, axis(1))))
       call test%check(worst < 1.0e-6_wp, name//': uniaxial stress')
-      call test%check(abs(stress/expected - 1.0_wp) < 2.0e-3_wp, name//': stress by Schmid''s factor and the rate')
-      call test%check(abs(slip_rate*dt/strain*schmid - 1.0_wp) < 2.0e-3_wp, name//': slip by Schmid''s factor')
+      call test%check(abs(stress/expected - 1.0_wp) < 5.0e-4_wp, name//': stress by Schmid''s factor and the rate')
+      call test%check(abs(slip_rate*dt/strain*schmid - 1.0_wp) < 2.0e-4_wp, name//': slip by Schmid''s factor')
       call test%check(acos(min(1.0_wp, axis(1))) < 1.0e-4_wp, name//': the axis keeps its direction')
    end subroutine multiple_slip
 
@@ -119,20 +119,21 @@ contains
       end associate
    end function orientation_of
 
-   !> Tension along [123]: one system slips, with Schmid's factor 0.4667, and the lattice turns so that the slip direction comes
+   !> Tension along [123]: one system slips, with Schmid's factor 8/(7 sqrt(6)), and the lattice turns so that the slip direction comes
    !> nearer to the axis: sin(angle) times the length stays (Schmid and Boas).
    subroutine single_slip()
       type(point_t) :: point
       real(wp), parameter :: dt = 0.2_wp
       real(wp), allocatable :: normals(:, :), directions(:, :), factors(:)
-      real(wp) :: left, worst, d(3), q(4), axis(3), length, first, now, expected, strain, stress, schmid, worst_turn, rate
+      real(wp) :: left, worst, d(3), q(4), axis(3), length, first, now, expected, strain, stress, schmid, worst_turn, rate, &
+                  turned(3, 3)
       integer :: t, a
       integer, parameter :: steps = 400
       d = [1.0_wp, 2.0_wp, 3.0_wp]/sqrt(14.0_wp)
       call make_slip_systems(1, normals, directions)
       factors = abs(matmul(d, normals)*matmul(d, directions))
       a = maxloc(factors, dim=1)
-      call test%check_close(factors(a), 0.4667_wp, 1.0e-4_wp, '[123]: the largest Schmid factor')
+      call test%check_close(factors(a), 8/(7*sqrt(6.0_wp)), 1.0e-12_wp, '[123]: the largest Schmid factor')
       q = along_x(d)
       call point%ready(law_of('crystal', perfect), 1, reshape(q, [4, 1]))
       length = 1.0_wp
@@ -152,16 +153,18 @@ contains
          rate = strain/dt/schmid
          expected = asin(sin(first)/(length*(1.0_wp - stress/modulus(d))))
          call keep_worst(worst_turn, (now - expected)/(first - expected))
-         call keep_worst(worst, 0.0_wp)
       end do
       expected = 16.0e6_wp/schmid*(rate/1.0e-3_wp)**0.02_wp
       call say('[123]: stress over the exact less 1, at 8 %', stress/expected - 1.0_wp)
       call say('[123]: turn of the lattice, degrees', column_of(point, 'lattice_rotation'))
       call say('[123]: turn against Schmid and Boas, relative', worst_turn)
       call test%check(worst < 1.0e-6_wp, '[123]: uniaxial stress')
-      call test%check(abs(stress/expected - 1.0_wp) < 2.0e-3_wp, '[123]: stress by Schmid''s factor')
-      call test%check(worst_turn < 5.0e-3_wp, '[123]: the lattice turns as by Schmid and Boas')
-      call test%check_close(column_of(point, 'lattice_rotation'), (first - now)*180.0_wp/pi, 0.02_wp, '[123]: lattice_rotation')
+      call test%check(abs(stress/expected - 1.0_wp) < 2.0e-4_wp, '[123]: stress by Schmid''s factor')
+      call test%check(worst_turn < 1.0e-4_wp, '[123]: the lattice turns as by Schmid and Boas')
+      turned = matmul(matrix_of(orientation_of(point)), transpose(matrix_of(q)))
+      call test%check_close(column_of(point, 'lattice_rotation'), &
+                            180.0_wp/pi*acos(0.5_wp*(turned(1, 1) + turned(2, 2) + turned(3, 3) - 1.0_wp)), 1.0e-6_wp, &
+                            '[123]: lattice_rotation is the angle from the first orientation')
    end subroutine single_slip
 
    !> Young's modulus of the copper above along a direction.

@@ -20,6 +20,7 @@ module m_point
       type(field_table_t) :: table
       type(layout_t) :: layout
       real(wp), allocatable :: column(:, :), gradient(:, :)
+      real(wp) :: last(5) = [-0.4_wp, -0.4_wp, 0.0_wp, 0.0_wp, 0.0_wp] !< of `pull`: what it found, per strain
    contains
       procedure :: ready
       procedure :: strain_by
@@ -78,6 +79,7 @@ contains
             self%column(:, o:o + 3) = transpose(orientations)
          end associate
       end if
+      self%last = [-0.4_wp, -0.4_wp, 0.0_wp, 0.0_wp, 0.0_wp]
       call self%law%initial(self%column, self%layout, 1, n)
    end subroutine ready
 
@@ -117,24 +119,32 @@ contains
       class(point_t), intent(inout) :: self
       real(wp), intent(in) :: strain, dt
       real(wp), intent(out) :: left
-      real(wp) :: start(size(self%column, 1), size(self%column, 2)), x(5), f(5), g(5), matrix(5, 5), h
+      real(wp) :: start(size(self%column, 1), size(self%column, 2)), x(5), f(5), g(5), matrix(5, 5), h, change(5), share
       integer :: n, k
       start = self%column
-      x = [-0.4_wp*strain, -0.4_wp*strain, 0.0_wp, 0.0_wp, 0.0_wp]
-      h = 1.0e-4_wp*abs(strain)
-      do n = 1, 40
-         call attempt(x, f)
+      x = strain*self%last
+      h = 1.0e-5_wp*abs(strain)
+      call attempt(x, f)
+      do n = 1, 60
          left = maxval(abs(f))/max(abs(self%column(1, self%layout%stress)), 1.0_wp)
-         if (left < 1.0e-7_wp) return
+         if (left < 1.0e-7_wp) exit
          do k = 1, 5
             x(k) = x(k) + h
             call attempt(x, g)
             x(k) = x(k) - h
             matrix(:, k) = (g - f)/h
          end do
-         x = x - limited(solution(matrix, f))
+         change = solution(matrix, f)
+         share = 1.0_wp
+         do k = 1, 20
+            call attempt(x - share*change, g)
+            if (norm2(g) < (1.0_wp - 0.1_wp*share)*norm2(f)) exit
+            share = 0.5_wp*share
+         end do
+         x = x - share*change
+         f = g
       end do
-      call attempt(x, f)
+      self%last = x/strain
    contains
       subroutine attempt(x, f)
          real(wp), intent(in) :: x(5)
@@ -151,11 +161,6 @@ contains
          call self%strain_by(increment, dt)
          f = self%column(1, self%layout%stress + 1:self%layout%stress + 5)
       end subroutine attempt
-      function limited(change) result(taken)
-         real(wp), intent(in) :: change(5)
-         real(wp) :: taken(5)
-         taken = change*min(1.0_wp, 2.0_wp*abs(strain)/maxval(abs(change)))
-      end function limited
    end subroutine pull
 
    !> Five unknowns by elimination with pivots.
