@@ -76,12 +76,11 @@ contains
    !> The constants of the flow.
    subroutine prepare(self)
       class(crystal_t), intent(inout) :: self
-      real(wp), allocatable :: normals(:, :), directions(:, :)
+      real(wp), allocatable :: normals(:, :), directions(:, :), schmid(:, :), latent(:, :)
       integer :: a, b, n
       call make_slip_systems(max(self%slip_systems, 1), normals, directions)
       n = size(normals, 2)
       associate (c => self%constants)
-         c%systems = n
          c%c11 = self%c11
          c%c12 = self%c12
          c%c44 = self%c44
@@ -92,16 +91,18 @@ contains
             if (abs(1.0_wp/c%sensitivity - anint(1.0_wp/c%sensitivity)) < 1.0e-9_wp/c%sensitivity) &
                c%power = nint(1.0_wp/c%sensitivity)
          end if
-         if (allocated(c%schmid)) deallocate (c%schmid, c%latent)
-         allocate (c%schmid(n, 8), c%latent(n, n))
+         c%compliance(:2) = 1.0_wp/max(self%c11 - self%c12, tiny(1.0_wp))
+         c%compliance(3:) = 0.5_wp/max(self%c44, tiny(1.0_wp))
+         allocate (schmid(n, 8), latent(n, n))
          do a = 1, n
-            c%schmid(a, :) = schmid_columns(spread(directions(:, a), 2, 3)*spread(normals(:, a), 1, 3))
+            schmid(a, :) = schmid_columns(spread(directions(:, a), 2, 3)*spread(normals(:, a), 1, 3))
             do b = 1, n
-               c%latent(a, b) = self%q
+               latent(a, b) = self%q
                if (a == b .or. (self%hardening == 2 .and. abs(dot_product(normals(:, a), normals(:, b))) &
-                                > 1.0_wp - same_plane)) c%latent(a, b) = 1.0_wp
+                                > 1.0_wp - same_plane)) latent(a, b) = 1.0_wp
             end do
          end do
+         call c%set_systems(schmid, latent)
       end associate
    end subroutine prepare
 
@@ -154,7 +155,8 @@ contains
       real(wp) :: q(4), r(3, 3), threshold
       integer :: n, p
       n = self%constants%systems
-      allocate (one%resistance(n), one%modulus(n), one%slip(n))
+      allocate (one%resistance(self%constants%width), source=self%tau0)
+      allocate (one%modulus(self%constants%width), source=0.0_wp)
       threshold = slip_threshold(self%constants, time_step)
       if (self%shape > 0) call follow_shape(self%shape, column, gradient, time_step, first, last)
       do p = first, last
@@ -162,8 +164,8 @@ contains
          r = matrix_of(q)
          one%increment = time_step*matmul(transpose(r), matmul(reshape(gradient(p, 1:9), [3, 3]), r))
          one%stretch = tensor_of(column(p, self%elastic:self%elastic + 5))
-         one%resistance = column(p, self%resistance:self%resistance + n - 1)
-         call self%modulus(column(p, self%slip), one%resistance, one%modulus)
+         one%resistance(:n) = column(p, self%resistance:self%resistance + n - 1)
+         call self%modulus(column(p, self%slip), one%resistance(:n), one%modulus(:n))
          call flow(self%constants, time_step, threshold, one)
          if (.not. one%found) then ! the step reports what is not a number (fault_text)
             column(p, layout%stress:layout%stress + 5) = ieee_value(1.0_wp, ieee_quiet_nan)
@@ -171,8 +173,8 @@ contains
          end if
          column(p, self%work) = column(p, self%work) + column(p, layout%volume)/determinant(one%stretch)*one%work
          column(p, self%strain) = column(p, self%strain) + one%strain
-         column(p, self%slip) = column(p, self%slip) + sum(one%slip)
-         column(p, self%resistance:self%resistance + n - 1) = one%resistance
+         column(p, self%slip) = column(p, self%slip) + one%slip
+         column(p, self%resistance:self%resistance + n - 1) = one%resistance(:n)
          call self%settle(column, layout, p, q, one%elastic)
          column(p, self%rotation) = 180.0_wp/pi*angle_between( &
                                     column(p, self%orientation:self%orientation + 3), &

@@ -4,46 +4,89 @@ module m_crystal_flow
    use m_kinds, only: wp
    use m_rotations, only: cofactors
    use m_slip_systems, only: schmid_columns, schmid_tensor
-   use m_small_systems, only: solve_definite
    implicit none
    private
    public :: crystal_constants_t, slip_t, flow, slip_threshold
 
+   integer, parameter :: most_systems = 48
    integer, parameter, public :: most_iterations = 60 !< of a minimisation
    integer, parameter, public :: most_rounds = 30     !< of a solve
    integer, parameter, public :: most_parts = 64      !< that a step is cut into where solves fail
-   real(wp), parameter :: tolerance = 1.0e-9_wp   !< of stress and resistances, in the smallest resistance
+   real(wp), parameter :: tolerance = 1.0e-8_wp   !< of stress and resistances, in the smallest resistance
+   real(wp), parameter :: near = 1.0e-2_wp        !< the same, where Newton's method needs no guard
    real(wp), parameter :: looser = 1.0e-2_wp      !< of a minimisation, than what is wrong around it
+   real(wp), parameter :: falls = 0.3_wp          !< what is wrong, at least by this factor in a round
    real(wp), parameter :: negligible = 1.0e-18_wp !< slip of a step that is none
    real(wp), parameter :: most_slope = 0.9_wp     !< behind a step, in that before it
    real(wp), parameter :: growth = 30.0_wp        !< largest growth of the fastest slip in an iteration
 
-   !> What does not change from particle to particle.
+   !> What does not change from particle to particle. Arrays over systems are filled up to whole vectors, with
+   !> systems that nothing moves.
    type :: crystal_constants_t
       integer :: systems = 0
-      real(wp), allocatable :: schmid(:, :) !< (systems, 8), m_slip_systems
-      real(wp), allocatable :: latent(:, :) !< (systems, systems): hardening of a system by slip on another
+      integer :: width = 0                    !< systems, filled up
+      real(wp), allocatable :: schmid(:, :)   !< (width, 8), m_slip_systems
+      real(wp), allocatable :: by_system(:, :) !< (8, width): the same
+      real(wp), allocatable :: squares(:, :)  !< (15, width): of the first five, the lower triangle by columns
+      real(wp), allocatable :: latent(:, :)   !< (width, width): hardening of a system by slip on another
       real(wp) :: c11 = 0.0_wp, c12 = 0.0_wp, c44 = 0.0_wp !< Pa
-      real(wp) :: reference_rate = 0.0_wp   !< 1/s
-      real(wp) :: sensitivity = 0.0_wp      !< m
-      integer :: power = 0                  !< 1/m where that is a whole number, else 0
+      real(wp) :: compliance(5) = 0.0_wp      !< of the deviators, 1/Pa
+      real(wp) :: reference_rate = 0.0_wp     !< 1/s
+      real(wp) :: sensitivity = 0.0_wp        !< m
+      integer :: power = 0                    !< 1/m where that is a whole number, else 0
+   contains
+      procedure :: set_systems
    end type crystal_constants_t
 
    !> One crystal: what flow is given, and what it finds.
    type :: slip_t
-      real(wp) :: stretch(3, 3)   = 0.0_wp      !< elastic, at the step's beginning
-      real(wp) :: increment(3, 3) = 0.0_wp      !< dt L
-      real(wp), allocatable :: resistance(:)    !< (systems), Pa; advanced
-      real(wp), allocatable :: modulus(:)       !< (systems): of hardening in this step, Pa
-      real(wp), allocatable :: slip(:)          !< (systems): of the step, without sign
-      real(wp) :: work = 0.0_wp                 !< of slip, per volume before elastic deformation, J/m3
-      real(wp) :: strain = 0.0_wp               !< equivalent plastic strain of the step
-      real(wp) :: elastic(3, 3) = 0.0_wp        !< elastic deformation gradient at the step's end
-      integer :: iterations = 0                 !< of Newton's method
-      logical :: found = .false.                !< else nothing here is of use
+      real(wp) :: stretch(3, 3) = 0.0_wp   !< elastic, at the step's beginning
+      real(wp) :: increment(3, 3) = 0.0_wp !< dt L
+      real(wp), allocatable :: resistance(:) !< (width), Pa; advanced
+      real(wp), allocatable :: modulus(:)  !< (width): of hardening in this step, Pa
+      real(wp) :: slip = 0.0_wp            !< of the step, all systems together
+      real(wp) :: work = 0.0_wp            !< of slip, per volume before elastic deformation, J/m3
+      real(wp) :: strain = 0.0_wp          !< equivalent plastic strain of the step
+      real(wp) :: elastic(3, 3) = 0.0_wp   !< elastic deformation gradient at the step's end
+      integer :: iterations = 0            !< evaluations of the flow law
+      logical :: found = .false.           !< else nothing here is of use
    end type slip_t
 
+   !> What slips under a stress.
+   type :: rates_t
+      real(wp) :: together(8)  !< sum of slip P
+      real(wp) :: squares(15)  !< sum of (d slip/d tau) P P, the lower triangle by columns, 1/Pa
+      real(wp) :: fastest      !< largest ratio of resolved shear stress to resistance
+      real(wp) :: work         !< sum of tau times slip, J/m3
+      real(wp) :: slip         !< sum without sign
+      real(wp) :: slips(most_systems) !< of the systems
+   end type rates_t
+
 contains
+
+   !> Take up slip systems.
+   pure subroutine set_systems(self, schmid, latent)
+      class(crystal_constants_t), intent(inout) :: self
+      real(wp), intent(in) :: schmid(:, :) !< (systems, 8)
+      real(wp), intent(in) :: latent(:, :) !< (systems, systems)
+      integer :: i, j, k, n
+      n = size(schmid, 1)
+      self%systems = n
+      self%width = 8*((n + 7)/8)
+      if (allocated(self%schmid)) deallocate (self%schmid, self%by_system, self%squares, self%latent)
+      allocate (self%schmid(self%width, 8), self%by_system(8, self%width), self%squares(15, self%width), &
+                self%latent(self%width, self%width), source=0.0_wp)
+      self%schmid(:n, :) = schmid
+      self%latent(:n, :n) = latent
+      self%by_system = transpose(self%schmid)
+      k = 0
+      do j = 1, 5
+         do i = j, 5
+            k = k + 1
+            self%squares(k, :) = self%schmid(:, i)*self%schmid(:, j)
+         end do
+      end do
+   end subroutine set_systems
 
    !> Resolved shear stress over resistance below which a step of dt has no slip.
    pure real(wp) function slip_threshold(constants, time_step) result(threshold)
@@ -58,7 +101,7 @@ contains
       real(wp), intent(in) :: time_step !< s
       real(wp), intent(in) :: threshold
       type(slip_t), intent(inout) :: one
-      real(wp) :: way(3, 3), back(3, 3), flown(3, 3), stress(8), resistance(constants%systems)
+      real(wp) :: way(3, 3), back(3, 3), flown(3, 3), stress(8), resistance(constants%width)
       integer :: part, parts
       one%iterations = 0
       resistance = one%resistance
@@ -72,7 +115,8 @@ contains
          stress = mandel(constants, matmul(one%stretch, one%stretch))
          do part = 1, parts
             way = one%stretch + (real(part, wp)/parts)*matmul(one%increment, one%stretch)
-            call solve(constants, time_step/parts, threshold, matmul(way, back), stress, one, flown)
+            call solve(constants, constants%width, time_step/parts, threshold, matmul(way, back), stress, one, &
+                       flown)
             if (.not. one%found) exit
             back = matmul(back, flown)
          end do
@@ -92,79 +136,106 @@ contains
 
    !> One solve: the stress and the slip that it drives, so that both agree. With resistances, the skew part of
    !> the stress and what small strains leave out held, the deviator of the stress is the minimum of a convex
-   !> function (`minimise`); these follow, and so on, which converges by a factor of about the strain.
-   pure subroutine solve(constants, time_step, threshold, trial, stress, one, flown)
+   !> function (`minimise`). These follow: near the solution with each of Newton's steps; else, and where that
+   !> does not converge fast, from minimum to minimum, which converges by a factor of about the strain.
+   pure subroutine solve(constants, width, time_step, threshold, trial, stress, one, flown)
       type(crystal_constants_t), intent(in) :: constants
+      integer, intent(in) :: width
       real(wp), intent(in) :: time_step, threshold
       real(wp), intent(in) :: trial(3, 3)  !< elastic deformation gradient, were there no slip
       real(wp), intent(inout) :: stress(8) !< Mandel's, before and after
       type(slip_t), intent(inout) :: one
       real(wp), intent(out) :: flown(3, 3) !< inverse of the plastic deformation gradient of the step
-      real(wp) :: tau(constants%systems), slip(constants%systems), resistance(constants%systems), &
-                  harder(constants%systems)
-      real(wp) :: c(3, 3), now(8), change(8), target(5), compliance(5), together(8), reach, wrong, smallest
+      real(wp) :: resistance(width), harder(width)
+      real(wp) :: c(3, 3), now(8), change(8), target(5), reach, wrong, before, smallest, ratio
+      type(rates_t) :: rates
+      logical :: guarded
       integer :: n
       c = matmul(transpose(trial), trial)
       now = mandel(constants, c)
       flown = unit()
-      one%found = all(abs(matmul(constants%schmid, now)) <= threshold*one%resistance)
+      one%found = fastest(width, constants%schmid, now, one%resistance) <= threshold
       if (one%found) then
          stress = now
          return
       end if
-      compliance(:2) = 1.0_wp/(constants%c11 - constants%c12)
-      compliance(3:) = 0.5_wp/constants%c44
-      reach = max(threshold, maxval(abs(matmul(constants%schmid, stress))/one%resistance), &
+      reach = max(threshold, fastest(width, constants%schmid, stress, one%resistance), &
                   (strain_of(one%increment)/(time_step*constants%reference_rate))**constants%sensitivity)
       change = now - stress
-      stress = stress + step_share(constants, stress, change, reach*one%resistance)*change
       resistance = one%resistance
-      smallest = minval(resistance)
+      stress = stress + step_share(width, constants%schmid, stress, change, reach, resistance)*change
+      smallest = minval(resistance(:constants%systems))
       target = now(:5)
       wrong = smallest
+      guarded = .true.
       do n = 1, most_rounds
-         call minimise(constants, time_step, threshold, compliance, target, resistance, reach, &
-                       max(tolerance*smallest, looser*wrong), stress, tau, slip, one)
-         if (.not. one%found) exit
-         together = matmul(slip, constants%schmid)
-         flown = inverse_of(together)
+         if (guarded) then
+            call minimise(constants, width, time_step, threshold, target, resistance, reach, &
+                          max(tolerance*smallest, looser*wrong), stress, rates, harder, one)
+         else
+            call find_rates(constants, width, time_step, threshold, stress, resistance, rates, one%modulus, &
+                            harder)
+            one%iterations = one%iterations + 1
+         end if
+         if (.not. one%found) return
+         flown = inverse_of(rates%together)
          now = mandel(constants, matmul(transpose(flown), matmul(c, flown)))
-         harder = one%resistance + matmul(constants%latent, one%modulus*abs(slip))
+         harder = one%resistance + harder
+         before = wrong
          wrong = max(maxval(abs(stress - now)), maxval(abs(harder - resistance)))
          if (wrong <= tolerance*smallest) then
             one%resistance = harder
-            one%slip = one%slip + abs(slip)
-            one%work = one%work + dot_product(tau, slip)
-            one%strain = one%strain + sqrt(2.0_wp/3.0_wp)*norm2(together(:5))
+            one%slip = one%slip + rates%slip
+            one%work = one%work + rates%work
+            one%strain = one%strain + sqrt(2.0_wp/3.0_wp)*norm2(rates%together(:5))
             return
          end if
          if (.not. wrong <= huge(wrong)) exit
-         target = now(:5) + together(:5)/compliance
-         ! what resists more takes more stress for the same slip
-         stress(:5) = stress(:5)*(maxval(abs(tau)/resistance)/maxval(abs(tau)/harder))
-         stress(6:) = now(6:)
+         guarded = wrong > near*smallest .or. (wrong > falls*before .and. .not. guarded)
+         if (guarded) target = now(:5) + rates%together(:5)/constants%compliance
+         call newton_step(constants%compliance, rates%squares, constants%compliance*(stress(:5) - now(:5)) &
+                          - less_slip(constants, width, rates, resistance, harder), change(:5))
+         change(6:) = now(6:) - stress(6:)
+         ratio = max(reach, rates%fastest)*growth**constants%sensitivity
+         stress = stress + step_share(width, constants%schmid, stress, change, ratio, harder)*change
          resistance = harder
       end do
       one%found = .false.
    end subroutine solve
 
+   !> What grown resistances take off the slip at a given stress, to first order, in the five deviators.
+   pure function less_slip(constants, width, rates, resistance, harder) result(less)
+      type(crystal_constants_t), intent(in) :: constants
+      integer, intent(in) :: width
+      type(rates_t), intent(in) :: rates
+      real(wp), intent(in) :: resistance(width), harder(width) !< before and after, Pa
+      real(wp) :: less(5)
+      integer :: a
+      less = 0.0_wp
+      do a = 1, constants%systems
+         if (.not. abs(rates%slips(a)) > 0.0_wp) cycle
+         less = less + rates%slips(a)/constants%sensitivity*(harder(a)/resistance(a) - 1.0_wp) &
+                *constants%by_system(:5, a)
+      end do
+   end function less_slip
+
    !> The deviator of the stress where compliance (stress - target) + slip P = 0, the slope of a convex function
    !> of the deviator. Newton's method; steps in which the fastest slip would grow by more than `growth` are
    !> cut, and halved where they lead well beyond the minimum along them.
-   pure subroutine minimise(constants, time_step, threshold, compliance, target, resistance, reach, enough, &
-                            stress, tau, slip, one)
+   pure subroutine minimise(constants, width, time_step, threshold, target, resistance, reach, enough, stress, &
+                            rates, harder, one)
       type(crystal_constants_t), intent(in) :: constants
+      integer, intent(in) :: width
       real(wp), intent(in) :: time_step, threshold
-      real(wp), intent(in) :: compliance(5)  !< 1/Pa
-      real(wp), intent(in) :: target(5)      !< Pa
-      real(wp), intent(in) :: resistance(:)  !< (systems), Pa
-      real(wp), intent(in) :: reach          !< ratio of stress to resistance that slip is expected at
-      real(wp), intent(in) :: enough         !< of the residual, Pa
-      real(wp), intent(inout) :: stress(8)   !< Pa; the skew part is held
-      real(wp), intent(out) :: tau(:), slip(:)
+      real(wp), intent(in) :: target(5)         !< Pa
+      real(wp), intent(in) :: resistance(width) !< Pa
+      real(wp), intent(in) :: reach         !< ratio of stress to resistance that slip is expected at
+      real(wp), intent(in) :: enough        !< of the residual, Pa
+      real(wp), intent(inout) :: stress(8)  !< Pa; the skew part is held
+      type(rates_t), intent(out) :: rates
+      real(wp), intent(out) :: harder(width) !< growth of the resistances, Pa
       type(slip_t), intent(inout) :: one     !< found, iterations
-      real(wp) :: rise(constants%systems), from(8), change(8), off(5), share, slope, ratio
-      logical :: definite
+      real(wp) :: from(8), change(8), off(5), share, slope, ratio
       integer :: n
       slope = huge(slope)
       share = 0.0_wp
@@ -173,20 +244,18 @@ contains
       one%found = .false.
       do n = 1, most_iterations
          one%iterations = one%iterations + 1
-         tau = matmul(constants%schmid, stress)
-         call slip_rates(constants, time_step, threshold, tau, resistance, slip, rise)
-         off = compliance*(stress(:5) - target) + matmul(slip, constants%schmid(:, :5))
-         one%found = maxval(abs(off/compliance)) <= enough
+         call find_rates(constants, width, time_step, threshold, stress, resistance, rates, one%modulus, harder)
+         off = constants%compliance*(stress(:5) - target) + rates%together(:5)
+         one%found = maxval(abs(off/constants%compliance)) <= enough
          if (one%found) return
          if (.not. dot_product(off, change(:5)) <= most_slope*slope) then
             share = 0.5_wp*share
          else
-            call newton_step(compliance, constants%schmid, rise, off, change(:5), definite)
-            if (.not. definite) return
+            call newton_step(constants%compliance, rates%squares, off, change(:5))
             slope = -dot_product(off, change(:5))
             from = stress
-            ratio = max(reach, maxval(abs(tau)/resistance))*growth**constants%sensitivity
-            share = step_share(constants, stress, change, ratio*resistance)
+            ratio = max(reach, rates%fastest)*growth**constants%sensitivity
+            share = step_share(width, constants%schmid, stress, change, ratio, resistance)
          end if
          stress = from + share*change
       end do
@@ -208,28 +277,83 @@ contains
       stress = schmid_columns(0.5_wp*(matmul(c, t) + matmul(t, inverse)))
    end function mandel
 
-   !> The slip of a step by the power law, and its derivative by the resolved shear stress.
-   pure subroutine slip_rates(constants, time_step, threshold, tau, resistance, slip, rise)
+   !> The slip of a step by the power law, its derivative, and how it hardens.
+   pure subroutine find_rates(constants, width, time_step, threshold, stress, resistance, rates, modulus, harder)
       type(crystal_constants_t), intent(in) :: constants
+      integer, intent(in) :: width
       real(wp), intent(in) :: time_step, threshold
-      real(wp), intent(in) :: tau(:), resistance(:) !< Pa
-      real(wp), intent(out) :: slip(:), rise(:)     !< rise: 1/Pa
-      real(wp) :: ratio, most
+      real(wp), intent(in) :: stress(8), resistance(width), modulus(width) !< Pa
+      type(rates_t), intent(out) :: rates
+      real(wp), intent(out) :: harder(width) !< growth of the resistances, Pa
+      real(wp) :: tau(width), ratio(width), slip(width), rise
       integer :: a
-      most = time_step*constants%reference_rate
+      call resolve(width, constants%schmid, stress, tau)
+      ratio = max(abs(tau)/resistance, threshold)
+      call raise(width, constants%sensitivity, constants%power, ratio, slip)
+      rates%fastest = maxval(ratio)
+      rates%together = 0.0_wp
+      rates%squares = 0.0_wp
+      rates%work = 0.0_wp
+      rates%slip = 0.0_wp
+      harder = 0.0_wp
       do a = 1, constants%systems
-         slip(a) = 0.0_wp
-         rise(a) = 0.0_wp
-         ratio = abs(tau(a))/resistance(a)
-         if (.not. ratio > threshold) cycle
-         if (constants%power > 0) then
-            slip(a) = sign(most*ratio**constants%power, tau(a))
-         else
-            slip(a) = sign(most*ratio**(1.0_wp/constants%sensitivity), tau(a))
-         end if
-         rise(a) = slip(a)/(constants%sensitivity*tau(a))
+         rates%slips(a) = 0.0_wp
+         if (.not. ratio(a) > threshold) cycle
+         slip(a) = (time_step*constants%reference_rate)*slip(a)
+         rise = slip(a)/(constants%sensitivity*abs(tau(a)))
+         rates%slip = rates%slip + slip(a)
+         rates%work = rates%work + abs(tau(a))*slip(a)
+         harder = harder + (modulus(a)*slip(a))*constants%latent(:, a)
+         rates%slips(a) = sign(slip(a), tau(a))
+         rates%together = rates%together + rates%slips(a)*constants%by_system(:, a)
+         rates%squares = rates%squares + rise*constants%squares(:, a)
       end do
-   end subroutine slip_rates
+   end subroutine find_rates
+
+   !> Resolved shear stresses.
+   pure subroutine resolve(width, schmid, stress, tau)
+      integer, intent(in) :: width
+      real(wp), intent(in) :: schmid(width, 8), stress(8)
+      real(wp), intent(out) :: tau(width)
+      integer :: a
+      !$omp simd
+      do a = 1, width
+         tau(a) = (schmid(a, 1)*stress(1) + schmid(a, 2)*stress(2)) + (schmid(a, 3)*stress(3) &
+                  + schmid(a, 4)*stress(4)) + (schmid(a, 5)*stress(5) + schmid(a, 6)*stress(6)) &
+                  + (schmid(a, 7)*stress(7) + schmid(a, 8)*stress(8))
+      end do
+   end subroutine resolve
+
+   !> Ratios to the power 1/m.
+   pure subroutine raise(width, sensitivity, power, ratio, raised)
+      integer, intent(in) :: width, power !< 1/m as a whole number, 0: it is none
+      real(wp), intent(in) :: sensitivity, ratio(width)
+      real(wp), intent(out) :: raised(width)
+      real(wp) :: base(width)
+      integer :: left
+      if (power == 0) then
+         raised = ratio**(1.0_wp/sensitivity)
+         return
+      end if
+      raised = 1.0_wp
+      base = ratio
+      left = power
+      do
+         if (mod(left, 2) == 1) raised = raised*base
+         left = left/2
+         if (left == 0) exit
+         base = base*base
+      end do
+   end subroutine raise
+
+   !> The largest ratio of resolved shear stress to resistance.
+   pure real(wp) function fastest(width, schmid, stress, resistance) result(largest)
+      integer, intent(in) :: width
+      real(wp), intent(in) :: schmid(width, 8), stress(8), resistance(width)
+      real(wp) :: tau(width)
+      call resolve(width, schmid, stress, tau)
+      largest = maxval(abs(tau)/resistance)
+   end function fastest
 
    !> exp(-X) of a slip X without trace, of determinant 1: to the third power, and the rest of the determinant
    !> taken off.
@@ -244,40 +368,57 @@ contains
       flown = flown*(1.0_wp - rest/3.0_wp*(1.0_wp - 2.0_wp*rest/3.0_wp))
    end function inverse_of
 
-   !> (K^-1 + sum of rise P P) change = -off, in the five deviators.
-   pure subroutine newton_step(compliance, schmid, rise, off, change, definite)
+   !> (K^-1 + sum of rise P P) change = -off, in the five deviators; positive definite: L D L^T.
+   pure subroutine newton_step(compliance, squares, off, change)
       real(wp), intent(in) :: compliance(5) !< 1/Pa
-      real(wp), intent(in), contiguous :: schmid(:, :)
-      real(wp), intent(in) :: rise(:)       !< 1/Pa
+      real(wp), intent(in) :: squares(15)   !< lower triangle by columns, 1/Pa
       real(wp), intent(in) :: off(5)        !< strain
       real(wp), intent(out) :: change(5)    !< Pa
-      logical, intent(out) :: definite
-      real(wp) :: matrix(5, 5), weighted(size(rise))
-      integer :: i, j
+      real(wp) :: a(5, 5), inverse(5), factor
+      integer :: i, j, k
+      k = 0
       do j = 1, 5
-         weighted = rise*schmid(:, j)
          do i = j, 5
-            matrix(i, j) = dot_product(weighted, schmid(:, i))
+            k = k + 1
+            a(i, j) = squares(k)
          end do
-         matrix(j, j) = matrix(j, j) + compliance(j)
+         a(j, j) = a(j, j) + compliance(j)
       end do
-      call solve_definite(5, matrix, -off, change, definite)
+      change = -off
+      do j = 1, 5
+         inverse(j) = 1.0_wp/a(j, j)
+         do i = j + 1, 5
+            factor = a(i, j)*inverse(j)
+            change(i) = change(i) - factor*change(j)
+            do k = i, 5
+               a(k, i) = a(k, i) - factor*a(k, j)
+            end do
+         end do
+      end do
+      do j = 5, 1, -1
+         do i = j + 1, 5
+            change(j) = change(j) - a(i, j)*change(i)
+         end do
+         change(j) = change(j)*inverse(j)
+      end do
    end subroutine newton_step
 
-   !> The largest share, at most 1, of a change that leaves all resolved shear stresses within a limit, or
-   !> brings none further out.
-   pure real(wp) function step_share(constants, stress, change, limit) result(share)
-      type(crystal_constants_t), intent(in) :: constants
-      real(wp), intent(in) :: stress(8), change(8)
-      real(wp), intent(in) :: limit(:) !< (systems), Pa
-      real(wp) :: from(constants%systems), way(constants%systems)
+   !> The largest share, at most 1, of a change that leaves all resolved shear stresses within `ratio` times the
+   !> resistance, or brings none further out.
+   pure real(wp) function step_share(width, schmid, stress, change, ratio, resistance) result(share)
+      integer, intent(in) :: width
+      real(wp), intent(in) :: schmid(width, 8), stress(8), change(8)
+      real(wp), intent(in) :: ratio
+      real(wp), intent(in) :: resistance(width) !< Pa
+      real(wp) :: from(width), way(width)
       integer :: a
-      from = matmul(constants%schmid, stress)
-      way = matmul(constants%schmid, change)
+      call resolve(width, schmid, stress, from)
+      call resolve(width, schmid, change, way)
       share = 1.0_wp
-      do a = 1, constants%systems
-         if (abs(from(a) + share*way(a)) <= limit(a)) cycle
-         share = max(0.0_wp, min(share, (limit(a) - sign(1.0_wp, way(a))*from(a))/abs(way(a))))
+      if (maxval(abs(from + way)/resistance) <= ratio) return
+      do a = 1, width
+         if (abs(from(a) + share*way(a)) <= ratio*resistance(a)) cycle
+         share = max(0.0_wp, min(share, (ratio*resistance(a) - sign(1.0_wp, way(a))*from(a))/abs(way(a))))
       end do
    end function step_share
 
