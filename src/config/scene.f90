@@ -53,6 +53,7 @@ module m_scene
       integer :: particles_per_cell = 8  !< 1, 8, 27
       real(wp) :: velocity(3) = 0.0_wp   !< m/s
       real(wp) :: angular_velocity(3) = 0.0_wp !< rad/s about the body's own centre
+      real(wp) :: orientation(3) = 0.0_wp !< of the material's axes: Bunge's phi1 Phi phi2, degrees
    end type body_spec_t
 
    !> &tool

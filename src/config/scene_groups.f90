@@ -257,6 +257,7 @@ contains
       case ('body')
          if (.not. allocated(scene%bodies(number)%name)) scene%bodies(number)%name = 'body'//to_text(number)
          call describe_body(group, material_names, scene%bodies(number))
+         call describe_orientation(group, scene%materials, scene%bodies(number))
       case ('tool')
          if (.not. allocated(scene%tools(number)%name)) scene%tools(number)%name = 'tool'//to_text(number)
          call describe_tool(group, scene%tools(number))
@@ -368,6 +369,22 @@ contains
       call group%get('velocity', body%velocity, any_value('m/s'))
       call group%get('angular_velocity', body%angular_velocity, any_value('rad/s'))
    end subroutine describe_body
+
+   !> `orientation` of a body whose material has axes.
+   subroutine describe_orientation(group, materials, body)
+      type(group_reader_t), intent(inout) :: group
+      type(material_spec_t), intent(in) :: materials(:)
+      type(body_spec_t), intent(inout) :: body
+      logical :: has_axes
+      has_axes = body%material == 0 ! an unknown material is the fault then, not what comes with it
+      if (body%material > 0) then
+         if (allocated(materials(body%material)%law)) has_axes = materials(body%material)%law%is_oriented()
+      end if
+      if (has_axes .or. .not. group%is_writing()) &
+         call group%get('orientation', body%orientation, any_value('degrees'))
+      if (group%is_given('orientation') .and. .not. has_axes) &
+         call group%refuse('orientation', 'only of a material that has axes: crystal, cubic or orthotropic')
+   end subroutine describe_orientation
 
    subroutine describe_tool(group, tool)
       type(group_reader_t), intent(inout) :: group
