@@ -256,8 +256,7 @@ contains
          call describe_material(group, catalogue%models, scene%materials(number))
       case ('body')
          if (.not. allocated(scene%bodies(number)%name)) scene%bodies(number)%name = 'body'//to_text(number)
-         call describe_body(group, material_names, scene%bodies(number))
-         call describe_orientation(group, scene%materials, scene%bodies(number))
+         call describe_body(group, material_names, scene%materials, scene%bodies(number))
       case ('tool')
          if (.not. allocated(scene%tools(number)%name)) scene%tools(number)%name = 'tool'//to_text(number)
          call describe_tool(group, scene%tools(number))
@@ -353,15 +352,17 @@ contains
       end do
    end subroutine know_others
 
-   subroutine describe_body(group, material_names, body)
+   subroutine describe_body(group, material_names, materials, body)
       type(group_reader_t), intent(inout) :: group
       character(len=*), intent(in) :: material_names(:)
+      type(material_spec_t), intent(in) :: materials(:)
       type(body_spec_t), intent(inout) :: body
       type(offer_slot_t), allocatable :: bodies(:), tools(:)
       integer :: choice
       call known_shapes(bodies, tools)
       call group%get_name('name', body%name)
       call group%get_choice('material', body%material, material_names, required=.true.)
+      call describe_orientation(group, materials, body)
       call choose_shape(group, bodies, body%shape, choice)
       if (choice > 0) call body%shape%variables(group)
       call know_others(group, bodies, choice)
@@ -380,10 +381,7 @@ contains
       if (body%material > 0) then
          if (allocated(materials(body%material)%law)) has_axes = materials(body%material)%law%is_oriented()
       end if
-      if (has_axes .or. .not. group%is_writing()) &
-         call group%get('orientation', body%orientation, any_value('degrees'))
-      if (group%is_given('orientation') .and. .not. has_axes) &
-         call group%refuse('orientation', 'only of a material that has axes: crystal, cubic or orthotropic')
+      call group%get('orientation', body%orientation, any_value('degrees'), used=has_axes)
    end subroutine describe_orientation
 
    subroutine describe_tool(group, tool)

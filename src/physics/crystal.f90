@@ -9,7 +9,7 @@ module m_crystal
    use m_field_table, only: field_table_t, layout_t
    use m_cubic, only: cubic_t
    use m_crystal_flow, only: crystal_constants_t, slip_t, flow, slip_threshold, most_iterations, most_parts
-   use m_lattice, only: tensor_of
+   use m_lattice, only: gradient_of, tensor_of
    use m_plastic, only: follow_shape
    use m_rotations, only: angle_between, determinant, matrix_of
    use m_slip_systems, only: make_slip_systems, schmid_columns, slip_words
@@ -162,7 +162,7 @@ contains
       do p = first, last
          q = column(p, self%orientation:self%orientation + 3)
          r = matrix_of(q)
-         one%increment = time_step*matmul(transpose(r), matmul(reshape(gradient(p, 1:9), [3, 3]), r))
+         one%increment = time_step*matmul(transpose(r), matmul(gradient_of(gradient, p), r))
          one%stretch = tensor_of(column(p, self%elastic:self%elastic + 5))
          one%resistance(:n) = column(p, self%resistance:self%resistance + n - 1)
          call self%modulus(column(p, self%slip), one%resistance(:n), one%modulus(:n))

@@ -27,7 +27,7 @@ module m_crystal_flow
       integer :: width = 0                    !< systems, filled up
       real(wp), allocatable :: schmid(:, :)   !< (width, 8), m_slip_systems
       real(wp), allocatable :: by_system(:, :) !< (8, width): the same
-      real(wp), allocatable :: squares(:, :)  !< (15, width): of the first five, the lower triangle by columns
+      real(wp), allocatable :: squares(:, :)  !< (16, width): of the first five, the lower triangle by columns
       real(wp), allocatable :: latent(:, :)   !< (width, width): hardening of a system by slip on another
       real(wp) :: c11 = 0.0_wp, c12 = 0.0_wp, c44 = 0.0_wp !< Pa
       real(wp) :: compliance(5) = 0.0_wp      !< of the deviators, 1/Pa
@@ -55,7 +55,7 @@ module m_crystal_flow
    !> What slips under a stress.
    type :: rates_t
       real(wp) :: together(8)  !< sum of slip P
-      real(wp) :: squares(15)  !< sum of (d slip/d tau) P P, the lower triangle by columns, 1/Pa
+      real(wp) :: squares(16)  !< sum of (d slip/d tau) P P, the lower triangle by columns, 1/Pa
       real(wp) :: fastest      !< largest ratio of resolved shear stress to resistance
       real(wp) :: work         !< sum of tau times slip, J/m3
       real(wp) :: slip         !< sum without sign
@@ -74,7 +74,7 @@ contains
       self%systems = n
       self%width = 8*((n + 7)/8)
       if (allocated(self%schmid)) deallocate (self%schmid, self%by_system, self%squares, self%latent)
-      allocate (self%schmid(self%width, 8), self%by_system(8, self%width), self%squares(15, self%width), &
+      allocate (self%schmid(self%width, 8), self%by_system(8, self%width), self%squares(16, self%width), &
                 self%latent(self%width, self%width), source=0.0_wp)
       self%schmid(:n, :) = schmid
       self%latent(:n, :n) = latent
@@ -101,22 +101,21 @@ contains
       real(wp), intent(in) :: time_step !< s
       real(wp), intent(in) :: threshold
       type(slip_t), intent(inout) :: one
-      real(wp) :: way(3, 3), back(3, 3), flown(3, 3), stress(8), resistance(constants%width)
+      real(wp) :: way(3, 3), back(3, 3), flown(3, 3), stress(8), resistance(most_systems)
       integer :: part, parts
       one%iterations = 0
-      resistance = one%resistance
+      resistance(:constants%width) = one%resistance
       parts = 1
       do
          back = unit()
          one%slip = 0.0_wp
          one%work = 0.0_wp
          one%strain = 0.0_wp
-         one%resistance = resistance
-         stress = mandel(constants, matmul(one%stretch, one%stretch))
+         one%resistance = resistance(:constants%width)
          do part = 1, parts
             way = one%stretch + (real(part, wp)/parts)*matmul(one%increment, one%stretch)
-            call solve(constants, constants%width, time_step/parts, threshold, matmul(way, back), stress, one, &
-                       flown)
+            call solve(constants, constants%width, time_step/parts, threshold, matmul(way, back), part == 1, &
+                       stress, one, flown)
             if (.not. one%found) exit
             back = matmul(back, flown)
          end do
@@ -138,15 +137,16 @@ contains
    !> the stress and what small strains leave out held, the deviator of the stress is the minimum of a convex
    !> function (`minimise`). These follow: near the solution with each of Newton's steps; else, and where that
    !> does not converge fast, from minimum to minimum, which converges by a factor of about the strain.
-   pure subroutine solve(constants, width, time_step, threshold, trial, stress, one, flown)
+   pure subroutine solve(constants, width, time_step, threshold, trial, is_first, stress, one, flown)
       type(crystal_constants_t), intent(in) :: constants
       integer, intent(in) :: width
       real(wp), intent(in) :: time_step, threshold
       real(wp), intent(in) :: trial(3, 3)  !< elastic deformation gradient, were there no slip
+      logical, intent(in) :: is_first      !< of the step: the stress before is that of the stretch
       real(wp), intent(inout) :: stress(8) !< Mandel's, before and after
       type(slip_t), intent(inout) :: one
       real(wp), intent(out) :: flown(3, 3) !< inverse of the plastic deformation gradient of the step
-      real(wp) :: resistance(width), harder(width)
+      real(wp), dimension(most_systems) :: resistance, harder
       real(wp) :: c(3, 3), now(8), change(8), target(5), reach, wrong, before, smallest, ratio
       type(rates_t) :: rates
       logical :: guarded
@@ -159,10 +159,11 @@ contains
          stress = now
          return
       end if
+      if (is_first) stress = mandel(constants, matmul(one%stretch, one%stretch))
       reach = max(threshold, fastest(width, constants%schmid, stress, one%resistance), &
                   (strain_of(one%increment)/(time_step*constants%reference_rate))**constants%sensitivity)
       change = now - stress
-      resistance = one%resistance
+      resistance(:width) = one%resistance
       stress = stress + step_share(width, constants%schmid, stress, change, reach, resistance)*change
       smallest = minval(resistance(:constants%systems))
       target = now(:5)
@@ -180,11 +181,11 @@ contains
          if (.not. one%found) return
          flown = inverse_of(rates%together)
          now = mandel(constants, matmul(transpose(flown), matmul(c, flown)))
-         harder = one%resistance + harder
+         harder(:width) = one%resistance + harder(:width)
          before = wrong
-         wrong = max(maxval(abs(stress - now)), maxval(abs(harder - resistance)))
+         wrong = max(maxval(abs(stress - now)), maxval(abs(harder(:width) - resistance(:width))))
          if (wrong <= tolerance*smallest) then
-            one%resistance = harder
+            one%resistance = harder(:width)
             one%slip = one%slip + rates%slip
             one%work = one%work + rates%work
             one%strain = one%strain + sqrt(2.0_wp/3.0_wp)*norm2(rates%together(:5))
@@ -198,7 +199,7 @@ contains
          change(6:) = now(6:) - stress(6:)
          ratio = max(reach, rates%fastest)*growth**constants%sensitivity
          stress = stress + step_share(width, constants%schmid, stress, change, ratio, harder)*change
-         resistance = harder
+         resistance(:width) = harder(:width)
       end do
       one%found = .false.
    end subroutine solve
@@ -285,12 +286,13 @@ contains
       real(wp), intent(in) :: stress(8), resistance(width), modulus(width) !< Pa
       type(rates_t), intent(out) :: rates
       real(wp), intent(out) :: harder(width) !< growth of the resistances, Pa
-      real(wp) :: tau(width), ratio(width), slip(width), rise
+      real(wp), dimension(most_systems) :: tau, ratio, slip
+      real(wp) :: rise
       integer :: a
       call resolve(width, constants%schmid, stress, tau)
-      ratio = max(abs(tau)/resistance, threshold)
+      ratio(:width) = max(abs(tau(:width))/resistance, threshold)
       call raise(width, constants%sensitivity, constants%power, ratio, slip)
-      rates%fastest = maxval(ratio)
+      rates%fastest = maxval(ratio(:width))
       rates%together = 0.0_wp
       rates%squares = 0.0_wp
       rates%work = 0.0_wp
@@ -329,20 +331,20 @@ contains
       integer, intent(in) :: width, power !< 1/m as a whole number, 0: it is none
       real(wp), intent(in) :: sensitivity, ratio(width)
       real(wp), intent(out) :: raised(width)
-      real(wp) :: base(width)
+      real(wp) :: base(most_systems)
       integer :: left
       if (power == 0) then
          raised = ratio**(1.0_wp/sensitivity)
          return
       end if
       raised = 1.0_wp
-      base = ratio
+      base(:width) = ratio
       left = power
       do
-         if (mod(left, 2) == 1) raised = raised*base
+         if (mod(left, 2) == 1) raised = raised*base(:width)
          left = left/2
          if (left == 0) exit
-         base = base*base
+         base(:width) = base(:width)*base(:width)
       end do
    end subroutine raise
 
@@ -350,9 +352,9 @@ contains
    pure real(wp) function fastest(width, schmid, stress, resistance) result(largest)
       integer, intent(in) :: width
       real(wp), intent(in) :: schmid(width, 8), stress(8), resistance(width)
-      real(wp) :: tau(width)
+      real(wp) :: tau(most_systems)
       call resolve(width, schmid, stress, tau)
-      largest = maxval(abs(tau)/resistance)
+      largest = maxval(abs(tau(:width))/resistance)
    end function fastest
 
    !> exp(-X) of a slip X without trace, of determinant 1: to the third power, and the rest of the determinant
@@ -371,7 +373,7 @@ contains
    !> (K^-1 + sum of rise P P) change = -off, in the five deviators; positive definite: L D L^T.
    pure subroutine newton_step(compliance, squares, off, change)
       real(wp), intent(in) :: compliance(5) !< 1/Pa
-      real(wp), intent(in) :: squares(15)   !< lower triangle by columns, 1/Pa
+      real(wp), intent(in) :: squares(16)   !< lower triangle by columns, 1/Pa
       real(wp), intent(in) :: off(5)        !< strain
       real(wp), intent(out) :: change(5)    !< Pa
       real(wp) :: a(5, 5), inverse(5), factor
@@ -410,12 +412,12 @@ contains
       real(wp), intent(in) :: schmid(width, 8), stress(8), change(8)
       real(wp), intent(in) :: ratio
       real(wp), intent(in) :: resistance(width) !< Pa
-      real(wp) :: from(width), way(width)
+      real(wp), dimension(most_systems) :: from, way
       integer :: a
       call resolve(width, schmid, stress, from)
       call resolve(width, schmid, change, way)
       share = 1.0_wp
-      if (maxval(abs(from + way)/resistance) <= ratio) return
+      if (maxval(abs(from(:width) + way(:width))/resistance) <= ratio) return
       do a = 1, width
          if (abs(from(a) + share*way(a)) <= ratio*resistance(a)) cycle
          share = max(0.0_wp, min(share, (ratio*resistance(a) - sign(1.0_wp, way(a))*from(a))/abs(way(a))))

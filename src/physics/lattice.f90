@@ -10,7 +10,7 @@ module m_lattice
    use m_small_systems, only: invert_definite
    implicit none
    private
-   public :: lattice_t, tensor_of, columns_of
+   public :: lattice_t, tensor_of, columns_of, gradient_of
 
    integer, parameter :: wave_steps = 200 !< of the search for the fastest wave, from each start
 
@@ -173,7 +173,7 @@ contains
          q = column(p, self%orientation:self%orientation + 3)
          r = matrix_of(q)
          u = tensor_of(column(p, self%elastic:self%elastic + 5))
-         u = u + time_step*matmul(matmul(transpose(r), matmul(reshape(gradient(p, 1:9), [3, 3]), r)), u)
+         u = u + time_step*matmul(matmul(transpose(r), matmul(gradient_of(gradient, p), r)), u)
          call self%settle(column, layout, p, q, u)
       end do
    end subroutine update
@@ -217,6 +217,19 @@ contains
       e = 0.25_wp*columns_of(matmul(u, u) - matmul(inverse, inverse))
       e(4:6) = 2.0_wp*e(4:6)
    end function engineering_strain
+
+   !> The velocity gradient of particle p as a matrix.
+   pure function gradient_of(gradient, p) result(l)
+      real(wp), intent(in), contiguous :: gradient(:, :)
+      integer, intent(in) :: p
+      real(wp) :: l(3, 3)
+      integer :: i, j
+      do j = 1, 3
+         do i = 1, 3
+            l(i, j) = gradient(p, 3*(j - 1) + i)
+         end do
+      end do
+   end function gradient_of
 
    !> A symmetric tensor from its columns xx yy zz yz xz xy.
    pure function tensor_of(s) result(t)
