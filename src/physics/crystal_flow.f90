@@ -13,9 +13,9 @@ module m_crystal_flow
    integer, parameter, public :: most_rounds = 30     !< of a solve
    integer, parameter, public :: most_parts = 64      !< that a step is cut into where solves fail
    real(wp), parameter :: tolerance = 1.0e-8_wp   !< of stress and resistances, in the smallest resistance
-   real(wp), parameter :: near = 1.0e-2_wp        !< the same, where Newton's method needs no guard
+   real(wp), parameter :: near = 3.0e-2_wp        !< the same, where Newton's method needs no guard
    real(wp), parameter :: looser = 1.0e-2_wp      !< of a minimisation, than what is wrong around it
-   real(wp), parameter :: falls = 0.3_wp          !< what is wrong, at least by this factor in a round
+   real(wp), parameter :: falls = 0.8_wp          !< what is wrong, at least by this factor in a round
    real(wp), parameter :: negligible = 1.0e-18_wp !< slip of a step that is none
    real(wp), parameter :: most_slope = 0.9_wp     !< behind a step, in that before it
    real(wp), parameter :: growth = 30.0_wp        !< largest growth of the fastest slip in an iteration
@@ -60,6 +60,7 @@ module m_crystal_flow
       real(wp) :: work         !< sum of tau times slip, J/m3
       real(wp) :: slip         !< sum without sign
       real(wp) :: slips(most_systems) !< of the systems
+      real(wp) :: rises(most_systems) !< d slip/d tau, 1/Pa
    end type rates_t
 
 contains
@@ -194,9 +195,9 @@ contains
          if (.not. wrong <= huge(wrong)) exit
          guarded = wrong > near*smallest .or. (wrong > falls*before .and. .not. guarded)
          if (guarded) target = now(:5) + rates%together(:5)/constants%compliance
-         call newton_step(constants%compliance, rates%squares, constants%compliance*(stress(:5) - now(:5)) &
-                          - less_slip(constants, width, rates, resistance, harder), change(:5))
          change(6:) = now(6:) - stress(6:)
+         call newton_step(constants%compliance, rates%squares, constants%compliance*(stress(:5) - now(:5)) &
+                          + follow_slip(constants, width, rates, resistance, harder, change(6:)), change(:5))
          ratio = max(reach, rates%fastest)*growth**constants%sensitivity
          stress = stress + step_share(width, constants%schmid, stress, change, ratio, harder)*change
          resistance(:width) = harder(:width)
@@ -204,21 +205,24 @@ contains
       one%found = .false.
    end subroutine solve
 
-   !> What grown resistances take off the slip at a given stress, to first order, in the five deviators.
-   pure function less_slip(constants, width, rates, resistance, harder) result(less)
+   !> What grown resistances and a change of the skew part of the stress do to the slip, to first order, in the
+   !> five deviators.
+   pure function follow_slip(constants, width, rates, resistance, harder, skew) result(more)
       type(crystal_constants_t), intent(in) :: constants
       integer, intent(in) :: width
       type(rates_t), intent(in) :: rates
       real(wp), intent(in) :: resistance(width), harder(width) !< before and after, Pa
-      real(wp) :: less(5)
+      real(wp), intent(in) :: skew(3)                          !< its change, Pa
+      real(wp) :: more(5), change
       integer :: a
-      less = 0.0_wp
+      more = 0.0_wp
       do a = 1, constants%systems
-         if (.not. abs(rates%slips(a)) > 0.0_wp) cycle
-         less = less + rates%slips(a)/constants%sensitivity*(harder(a)/resistance(a) - 1.0_wp) &
-                *constants%by_system(:5, a)
+         if (.not. rates%rises(a) > 0.0_wp) cycle
+         change = rates%rises(a)*dot_product(constants%by_system(6:, a), skew) &
+                  - rates%slips(a)/constants%sensitivity*(harder(a)/resistance(a) - 1.0_wp)
+         more = more + change*constants%by_system(:5, a)
       end do
-   end function less_slip
+   end function follow_slip
 
    !> The deviator of the stress where compliance (stress - target) + slip P = 0, the slope of a convex function
    !> of the deviator. Newton's method; steps in which the fastest slip would grow by more than `growth` are
@@ -300,6 +304,7 @@ contains
       harder = 0.0_wp
       do a = 1, constants%systems
          rates%slips(a) = 0.0_wp
+         rates%rises(a) = 0.0_wp
          if (.not. ratio(a) > threshold) cycle
          slip(a) = (time_step*constants%reference_rate)*slip(a)
          rise = slip(a)/(constants%sensitivity*abs(tau(a)))
@@ -307,6 +312,7 @@ contains
          rates%work = rates%work + abs(tau(a))*slip(a)
          harder = harder + (modulus(a)*slip(a))*constants%latent(:, a)
          rates%slips(a) = sign(slip(a), tau(a))
+         rates%rises(a) = rise
          rates%together = rates%together + rates%slips(a)*constants%by_system(:, a)
          rates%squares = rates%squares + rise*constants%squares(:, a)
       end do
