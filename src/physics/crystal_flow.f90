@@ -2,7 +2,7 @@
 !> stress, implicitly (theory.md, eqs crystal-flow, crystal-solve). Everything stands along the lattice's axes.
 module m_crystal_flow
    use m_kinds, only: wp
-   use m_rotations, only: cofactors
+   use m_rotations, only: cofactors, determinant
    use m_slip_systems, only: schmid_columns, schmid_tensor
    implicit none
    private
@@ -12,11 +12,12 @@ module m_crystal_flow
    integer, parameter, public :: most_iterations = 60 !< of a minimisation
    integer, parameter, public :: most_rounds = 30     !< of a solve
    integer, parameter, public :: most_parts = 64      !< that a step is cut into where solves fail
-   real(wp), parameter :: tolerance = 1.0e-8_wp   !< of stress and resistances, in the smallest resistance
+   real(wp), parameter :: tolerance = 1.0e-7_wp   !< of stress and resistances, in the smallest resistance
    real(wp), parameter :: near = 3.0e-2_wp        !< the same, where Newton's method needs no guard
    real(wp), parameter :: looser = 1.0e-2_wp      !< of a minimisation, than what is wrong around it
    real(wp), parameter :: falls = 0.8_wp          !< what is wrong, at least by this factor in a round
    real(wp), parameter :: negligible = 1.0e-18_wp !< slip of a step that is none
+   real(wp), parameter :: tiny_slip = 1.0e-4_wp   !< in a step
    real(wp), parameter :: most_slope = 0.9_wp     !< behind a step, in that before it
    real(wp), parameter :: growth = 30.0_wp        !< largest growth of the fastest slip in an iteration
 
@@ -148,7 +149,7 @@ contains
       type(slip_t), intent(inout) :: one
       real(wp), intent(out) :: flown(3, 3) !< inverse of the plastic deformation gradient of the step
       real(wp), dimension(most_systems) :: resistance, harder
-      real(wp) :: c(3, 3), now(8), change(8), target(5), reach, wrong, before, smallest, ratio
+      real(wp) :: c(3, 3), now(8), change(8), target(5), reach, wrong, before, smallest, share
       type(rates_t) :: rates
       logical :: guarded
       integer :: n
@@ -198,8 +199,10 @@ contains
          change(6:) = now(6:) - stress(6:)
          call newton_step(constants%compliance, rates%squares, constants%compliance*(stress(:5) - now(:5)) &
                           + follow_slip(constants, width, rates, resistance, harder, change(6:)), change(:5))
-         ratio = max(reach, rates%fastest)*growth**constants%sensitivity
-         stress = stress + step_share(width, constants%schmid, stress, change, ratio, harder)*change
+         share = 1.0_wp
+         if (guarded) share = step_share(width, constants%schmid, stress, change, &
+                                         max(reach, rates%fastest)*growth**constants%sensitivity, harder)
+         stress = stress + share*change
          resistance(:width) = harder(:width)
       end do
       one%found = .false.
@@ -367,12 +370,12 @@ contains
    !> taken off.
    pure function inverse_of(together) result(flown)
       real(wp), intent(in) :: together(8)
-      real(wp) :: flown(3, 3), x(3, 3), square(3, 3), cofactor(3, 3), rest
+      real(wp) :: flown(3, 3), x(3, 3), square(3, 3), rest
       x = schmid_tensor(together)
       square = matmul(x, x)
       flown = unit() - x + 0.5_wp*square - matmul(square, x)/6.0_wp
-      cofactor = cofactors(flown)
-      rest = flown(1, 1)*cofactor(1, 1) + flown(1, 2)*cofactor(1, 2) + flown(1, 3)*cofactor(1, 3) - 1.0_wp
+      if (maxval(abs(together)) < tiny_slip) return ! its fourth power is nothing
+      rest = determinant(flown) - 1.0_wp
       flown = flown*(1.0_wp - rest/3.0_wp*(1.0_wp - 2.0_wp*rest/3.0_wp))
    end function inverse_of
 

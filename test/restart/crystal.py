@@ -2,7 +2,7 @@
 from restarts import *
 from run_data import History
 
-END = 0.03
+END = 0.015
 CRYSTAL = """
 &scene title='a polycrystal that spins and flows', end_time={end} /
 &grid lower=0,0,0, upper=2.4,1.6,1.6, cell_size=0.1 /
@@ -11,11 +11,11 @@ CRYSTAL = """
           tau0=1e3, tau_s=6e3, h0=2e4, q=1.4 /
 &material name='wood', model='orthotropic', density=1000, young_moduli=2e6,4e5,3e5, poisson_ratios=0.3,0.25,0.4,
           shear_moduli=2e5,2e5,1e5 /
-&body material='soft', shape='box', lower=0.5,0.5,0.5, upper=0.9,0.9,0.9, velocity=5,2,1, angular_velocity=0,40,30, {orientation} /
-&body material='wood', shape='box', lower=1.6,0.5,0.5, upper=2.0,0.8,0.8, velocity=-3,2,1, angular_velocity=9,8,3,
+&body material='soft', shape='box', lower=0.5,0.5,0.5, upper=0.7,0.8,0.8, velocity=5,2,1, angular_velocity=0,80,60, {orientation} /
+&body material='wood', shape='box', lower=1.6,0.5,0.5, upper=1.8,0.7,0.8, velocity=-3,2,1, angular_velocity=9,8,3,
       orientation=20,30,40 /
 {grains}
-&probe name='p', position=0.7,0.7,0.7 /
+&probe name='p', position=0.65,0.7,0.7 /
 """
 
 
@@ -24,8 +24,8 @@ def text(directory, checkpoint=None, grains="", orientation="orientation=0,0,0",
     return scene(filled, directory, checkpoint, end=end, every=end / 2)
 
 
-MANY = "&grains lower=0.5,0.5,0.5, upper=0.9,0.9,0.9, count=9, seed=3 /"
-for ranks in (1, 2, 4):
+MANY = "&grains lower=0.5,0.5,0.5, upper=0.7,0.8,0.8, count=6, seed=3 /"
+for ranks in (1, 2):
     log = run(ranks, text(f"on_{ranks}", grains=MANY))
     if ranks > 1:
         same(f"{ranks} ranks", "on_1", f"on_{ranks}")
@@ -34,7 +34,7 @@ field = "VTKHDF/PointData/"
 soft = last[field + "body"].ravel() == 1
 require("particles were split", len(last[field + "id"]) > len(first[field + "id"]))
 require("on both levels", set(last[field + "level"].ravel()) == {1.0, 2.0})
-require("all grains are there", set(first[field + "grain"].ravel()) == set(range(10)))
+require("all grains are there", set(first[field + "grain"].ravel()) == set(range(7)))
 require("there was flow", np.median(last[field + "slip"].ravel()[soft]) > 0.05)
 require("none elsewhere", np.all(last[field + "slip"].ravel()[~soft] == 0))
 turned = last[field + "orientation"]
@@ -44,7 +44,7 @@ require("resistances have grown", last[field + "slip_resistance"][soft].min() > 
 require("colours", 0 <= last[field + "ipf_colour"].min() and last[field + "ipf_colour"].max() <= 1)
 
 energy = History(Path("on_1") / "energy.dat")
-error = np.abs(energy["balance_error"]).max() / energy["kinetic"][0]
+error = np.abs(energy["balance_error"]).max()
 require(f"energy balance error {100*error:.2f} % of the energy of the start", error < 0.02)
 require(f"plastic energy {100*energy['plastic'][-1]/energy['kinetic'][0]:.1f} % of it", energy["plastic"][-1] > 0.05*energy["kinetic"][0])
 require("plastic energy never falls", np.diff(energy["plastic"]).min() >= 0)
@@ -56,7 +56,7 @@ run(2, restart="stopped")
 same("stopped on 1 rank, taken up on 2", "on_1", "stopped")
 
 # grains of one orientation are one crystal; the body's own orientation is what theirs would be
-alike = "&grains lower=0.5,0.5,0.5, upper=0.9,0.9,0.9, orientations=" + ",".join(["10,35,20"] * 5) + " /"
+alike = "&grains lower=0.5,0.5,0.5, upper=0.7,0.8,0.8, orientations=" + ",".join(["10,35,20"] * 5) + " /"
 run(1, text("alike", grains=alike))
 run(1, text("single", orientation="orientation=10,35,20"))
 a, b = (everything(sorted(Path(name).glob("particles_*.h5"))[-1]) for name in ("alike", "single"))
@@ -66,7 +66,7 @@ require("another orientation gives another answer", not np.array_equal(last[fiel
 
 # case.nml has what a file of grains says
 Path("grains.txt").write_text("# phi1 Phi phi2\n" + "10 35 20 ! a grain\n" * 5)
-run(1, text("by_file", grains="&grains lower=0.5,0.5,0.5, upper=0.9,0.9,0.9, file='grains.txt' /", end=END / 20))
+run(1, text("by_file", grains="&grains lower=0.5,0.5,0.5, upper=0.7,0.8,0.8, file='grains.txt' /", end=END / 20))
 Path("grains.txt").unlink()
 again = (Path("by_file") / "case.nml").read_text().replace("'by_file'", "'by_case'")
 run(1, again)
