@@ -35,6 +35,7 @@ program crystal
    call random_paths('bcc24', 1000)
    call random_paths('bcc48', 1000)
    call at_rest()
+   call balance()
    call test%finish()
 
 contains
@@ -352,5 +353,37 @@ contains
       call point%strain_by(0.0_wp*identity(), 1.0_wp)
       call test%check(all(abs(point%stress_of(1)) <= 0.0_wp), 'no stress without strain')
    end subroutine at_rest
+
+   !> Work of the stress on a path with flow, turns and a reversal: it is in the strain energy and the plastic work; what is missing
+   !> falls with the step.
+   subroutine balance()
+      real(wp) :: coarse, fine
+      call walk(400, coarse)
+      call walk(800, fine)
+      call say('work on a path less energy and plastic work, relative', fine)
+      call test%check(abs(fine) < 2.0e-3_wp, 'energy is kept')
+      call test%check(abs(coarse/fine) > 1.8_wp, 'what is missing falls with the step')
+   end subroutine balance
+
+   subroutine walk(steps, off)
+      integer, intent(in) :: steps
+      real(wp), intent(out) :: off
+      type(point_t) :: point
+      real(wp) :: l(3, 3), before(3, 3), work, volume, whole
+      integer :: t
+      call point%ready(law_of('crystal', voce), 1, reshape(from_euler([0.4_wp, 0.9_wp, 0.2_wp]), [4, 1]))
+      l = reshape([0.08_wp, 0.05_wp, -0.03_wp, 0.0_wp, -0.03_wp, 0.1_wp, 0.02_wp, 0.0_wp, -0.049_wp], [3, 3])
+      work = 0.0_wp
+      whole = 0.0_wp
+      do t = 1, steps
+         if (t == 2*steps/3) l = -l
+         before = point%stress_of(1)
+         volume = point%column(1, point%layout%volume)
+         call point%strain_by(l/steps, 1.0_wp/steps)
+         work = work + 0.5_wp*(volume + point%column(1, point%layout%volume))*0.5_wp*sum((before + point%stress_of(1))*l)/steps
+         whole = point%law%strain_energy(point%column, point%layout, 1, 1) + point%law%plastic_energy(point%column, 1, 1)
+      end do
+      off = whole/work - 1.0_wp
+   end subroutine walk
 
 end program crystal
