@@ -174,15 +174,15 @@ contains
       do n = 1, most_rounds
          if (guarded) then
             call minimise(constants, width, time_step, threshold, target, resistance, reach, &
-                          max(tolerance*smallest, looser*wrong), stress, rates, harder, one)
+                          max(tolerance*smallest, looser*wrong), stress, rates, one)
          else
-            call find_rates(constants, width, time_step, threshold, stress, resistance, rates, one%modulus, &
-                            harder)
+            call find_rates(constants, width, time_step, threshold, stress, resistance, rates)
             one%iterations = one%iterations + 1
          end if
          if (.not. one%found) return
          flown = inverse_of(rates%together)
          now = mandel(constants, matmul(transpose(flown), matmul(c, flown)))
+         call harden(constants%systems, width, constants%latent, one%modulus, rates%slips, harder)
          harder(:width) = one%resistance + harder(:width)
          before = wrong
          wrong = max(maxval(abs(stress - now)), maxval(abs(harder(:width) - resistance(:width))))
@@ -198,7 +198,9 @@ contains
          if (guarded) target = now(:5) + rates%together(:5)/constants%compliance
          change(6:) = now(6:) - stress(6:)
          call newton_step(constants%compliance, rates%squares, constants%compliance*(stress(:5) - now(:5)) &
-                          + follow_slip(constants, width, rates, resistance, harder, change(6:)), change(:5))
+                          + follow_slip(constants%systems, width, constants%by_system, &
+                                        1.0_wp/constants%sensitivity, rates, resistance, harder, change(6:)), &
+                          change(:5))
          share = 1.0_wp
          if (guarded) share = step_share(width, constants%schmid, stress, change, &
                                          max(reach, rates%fastest)*growth**constants%sensitivity, harder)
@@ -210,28 +212,29 @@ contains
 
    !> What grown resistances and a change of the skew part of the stress do to the slip, to first order, in the
    !> five deviators.
-   pure function follow_slip(constants, width, rates, resistance, harder, skew) result(more)
-      type(crystal_constants_t), intent(in) :: constants
-      integer, intent(in) :: width
+   pure function follow_slip(systems, width, by_system, exponent, rates, resistance, harder, skew) result(more)
+      integer, intent(in) :: systems, width
+      real(wp), intent(in) :: by_system(8, width), exponent
       type(rates_t), intent(in) :: rates
       real(wp), intent(in) :: resistance(width), harder(width) !< before and after, Pa
       real(wp), intent(in) :: skew(3)                          !< its change, Pa
-      real(wp) :: more(5), change
+      real(wp) :: more(5), together(8), change
       integer :: a
-      more = 0.0_wp
-      do a = 1, constants%systems
+      together = 0.0_wp
+      do a = 1, systems
          if (.not. rates%rises(a) > 0.0_wp) cycle
-         change = rates%rises(a)*dot_product(constants%by_system(6:, a), skew) &
-                  - rates%slips(a)/constants%sensitivity*(harder(a)/resistance(a) - 1.0_wp)
-         more = more + change*constants%by_system(:5, a)
+         change = rates%rises(a)*(by_system(6, a)*skew(1) + by_system(7, a)*skew(2) + by_system(8, a)*skew(3)) &
+                  - exponent*rates%slips(a)*(harder(a)/resistance(a) - 1.0_wp)
+         together = together + change*by_system(:, a)
       end do
+      more = together(:5)
    end function follow_slip
 
    !> The deviator of the stress where compliance (stress - target) + slip P = 0, the slope of a convex function
    !> of the deviator. Newton's method; steps in which the fastest slip would grow by more than `growth` are
    !> cut, and halved where they lead well beyond the minimum along them.
    pure subroutine minimise(constants, width, time_step, threshold, target, resistance, reach, enough, stress, &
-                            rates, harder, one)
+                            rates, one)
       type(crystal_constants_t), intent(in) :: constants
       integer, intent(in) :: width
       real(wp), intent(in) :: time_step, threshold
@@ -241,8 +244,7 @@ contains
       real(wp), intent(in) :: enough        !< of the residual, Pa
       real(wp), intent(inout) :: stress(8)  !< Pa; the skew part is held
       type(rates_t), intent(out) :: rates
-      real(wp), intent(out) :: harder(width) !< growth of the resistances, Pa
-      type(slip_t), intent(inout) :: one     !< found, iterations
+      type(slip_t), intent(inout) :: one    !< found, iterations
       real(wp) :: from(8), change(8), off(5), share, slope, ratio
       integer :: n
       slope = huge(slope)
@@ -252,7 +254,7 @@ contains
       one%found = .false.
       do n = 1, most_iterations
          one%iterations = one%iterations + 1
-         call find_rates(constants, width, time_step, threshold, stress, resistance, rates, one%modulus, harder)
+         call find_rates(constants, width, time_step, threshold, stress, resistance, rates)
          off = constants%compliance*(stress(:5) - target) + rates%together(:5)
          one%found = maxval(abs(off/constants%compliance)) <= enough
          if (one%found) return
@@ -285,41 +287,68 @@ contains
       stress = schmid_columns(0.5_wp*(matmul(c, t) + matmul(t, inverse)))
    end function mandel
 
-   !> The slip of a step by the power law, its derivative, and how it hardens.
-   pure subroutine find_rates(constants, width, time_step, threshold, stress, resistance, rates, modulus, harder)
+   !> The slip of a step by the power law, and its derivative.
+   pure subroutine find_rates(constants, width, time_step, threshold, stress, resistance, rates)
       type(crystal_constants_t), intent(in) :: constants
       integer, intent(in) :: width
       real(wp), intent(in) :: time_step, threshold
-      real(wp), intent(in) :: stress(8), resistance(width), modulus(width) !< Pa
+      real(wp), intent(in) :: stress(8), resistance(width) !< Pa
       type(rates_t), intent(out) :: rates
-      real(wp), intent(out) :: harder(width) !< growth of the resistances, Pa
       real(wp), dimension(most_systems) :: tau, ratio, slip
-      real(wp) :: rise
-      integer :: a
       call resolve(width, constants%schmid, stress, tau)
       ratio(:width) = max(abs(tau(:width))/resistance, threshold)
       call raise(width, constants%sensitivity, constants%power, ratio, slip)
-      rates%fastest = maxval(ratio(:width))
-      rates%together = 0.0_wp
-      rates%squares = 0.0_wp
+      call sum_systems(constants%systems, width, constants%by_system, constants%squares, &
+                       time_step*constants%reference_rate, 1.0_wp/constants%sensitivity, threshold, tau, ratio, &
+                       slip, rates)
+   end subroutine find_rates
+
+   !> From ratios raised to their power to slips and their sums over the systems.
+   pure subroutine sum_systems(systems, width, by_system, squares, most, exponent, threshold, tau, ratio, raised, &
+                               rates)
+      integer, intent(in) :: systems, width
+      real(wp), intent(in) :: by_system(8, width), squares(16, width)
+      real(wp), intent(in) :: most      !< slip of the step where the stress is the resistance
+      real(wp), intent(in) :: exponent, threshold
+      real(wp), intent(in) :: tau(width), ratio(width), raised(width)
+      type(rates_t), intent(out) :: rates
+      real(wp) :: together(8), square(16), slip, rise
+      integer :: a
+      together = 0.0_wp
+      square = 0.0_wp
       rates%work = 0.0_wp
       rates%slip = 0.0_wp
-      harder = 0.0_wp
-      do a = 1, constants%systems
+      rates%fastest = 0.0_wp
+      do a = 1, systems
          rates%slips(a) = 0.0_wp
          rates%rises(a) = 0.0_wp
+         rates%fastest = max(rates%fastest, ratio(a))
          if (.not. ratio(a) > threshold) cycle
-         slip(a) = (time_step*constants%reference_rate)*slip(a)
-         rise = slip(a)/(constants%sensitivity*abs(tau(a)))
-         rates%slip = rates%slip + slip(a)
-         rates%work = rates%work + abs(tau(a))*slip(a)
-         harder = harder + (modulus(a)*slip(a))*constants%latent(:, a)
-         rates%slips(a) = sign(slip(a), tau(a))
+         slip = most*raised(a)
+         rise = exponent*slip/abs(tau(a))
+         rates%slip = rates%slip + slip
+         rates%work = rates%work + abs(tau(a))*slip
+         slip = sign(slip, tau(a))
+         rates%slips(a) = slip
          rates%rises(a) = rise
-         rates%together = rates%together + rates%slips(a)*constants%by_system(:, a)
-         rates%squares = rates%squares + rise*constants%squares(:, a)
+         together = together + slip*by_system(:, a)
+         square = square + rise*squares(:, a)
       end do
-   end subroutine find_rates
+      rates%together = together
+      rates%squares = square
+   end subroutine sum_systems
+
+   !> Growth of the resistances by slip, Pa.
+   pure subroutine harden(systems, width, latent, modulus, slips, growth)
+      integer, intent(in) :: systems, width
+      real(wp), intent(in) :: latent(width, width), modulus(width), slips(width)
+      real(wp), intent(out) :: growth(width)
+      integer :: a
+      growth = 0.0_wp
+      do a = 1, systems
+         if (abs(slips(a)) > 0.0_wp) growth = growth + (modulus(a)*abs(slips(a)))*latent(:, a)
+      end do
+   end subroutine harden
 
    !> Resolved shear stresses.
    pure subroutine resolve(width, schmid, stress, tau)
