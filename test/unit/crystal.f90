@@ -7,7 +7,7 @@ program crystal
    use m_material, only: material_t
    use m_crystal, only: crystal_t
    use m_rotations, only: from_euler, matrix_of, quaternion_of
-   use m_slip_systems, only: make_slip_systems
+   use m_slip_systems, only: make_slip_systems, slip_words
    use m_assertions, only: assertions_t
    use m_chance, only: chance_t, keep_worst, say
    use m_point, only: point_t, law_of, identity, rotation
@@ -26,6 +26,8 @@ program crystal
    call multiple_slip([0.0_wp, 0.0_wp, 1.0_wp], 8, 1/sqrt(6.0_wp), '[001]')
    call multiple_slip([1.0_wp, 1.0_wp, 1.0_wp], 6, 2/(3*sqrt(6.0_wp)), '[111]')
    call multiple_slip([0.0_wp, 1.0_wp, 1.0_wp], 4, 1/sqrt(6.0_wp), '[011]')
+   call bcc_slip(2)
+   call bcc_slip(3)
    call single_slip()
    call hardening_peirce()
    call hardening_kalidindi()
@@ -105,6 +107,32 @@ contains
       call test%check(abs(slip_rate*dt/strain*schmid - 1.0_wp) < 2.0e-4_wp, name//': slip by Schmid''s factor')
       call test%check(acos(min(1.0_wp, axis(1))) < 1.0e-4_wp, name//': the axis keeps its direction')
    end subroutine multiple_slip
+
+   !> Tension of a BCC crystal along [001], where systems of several Schmid factors m slip: the strain rate is the sum of m times
+   !> a (stress m/tau0)^n, which says the stress.
+   subroutine bcc_slip(kind)
+      integer, intent(in) :: kind !< of slip_words
+      type(point_t) :: point
+      real(wp), parameter :: strain = 5.0e-5_wp, dt = 5.0e-2_wp, n = 50.0_wp
+      real(wp), allocatable :: normals(:, :), directions(:, :), m(:)
+      real(wp) :: left, expected, before, stress, slip
+      integer :: t
+      call make_slip_systems(kind, normals, directions)
+      m = abs(normals(3, :)*directions(3, :))
+      call point%ready(law_of('crystal', perfect//', slip_systems='''//trim(slip_words(kind))//''''), 1, &
+                       reshape(along_x([0.0_wp, 0.0_wp, 1.0_wp]), [4, 1]))
+      before = 0.0_wp
+      do t = 1, 400
+         before = column_of(point, 'slip')
+         call point%pull(strain, dt, left)
+      end do
+      stress = point%column(1, point%layout%stress)
+      slip = (column_of(point, 'slip') - before)/strain
+      expected = 16.0e6_wp*(strain/dt/(1.0e-3_wp*sum(m**(n + 1.0_wp))))**(1.0_wp/n)
+      call say(trim(slip_words(kind))//' along [001]: stress over the exact less 1', stress/expected - 1.0_wp)
+      call test%check(abs(stress/expected - 1.0_wp) < 5.0e-4_wp, 'BCC: stress by all Schmid''s factors and the rate')
+      call test%check(abs(slip*sum(m**(n + 1.0_wp))/sum(m**n) - 1.0_wp) < 5.0e-4_wp, 'BCC: slip by all Schmid''s factors')
+   end subroutine bcc_slip
 
    real(wp) function column_of(point, name)
       type(point_t), intent(in) :: point
