@@ -7,7 +7,7 @@ module m_introduction
    use m_machine, only: date_text, find_crowd
    use m_launcher, only: tasks_of_job
    use m_material, only: material_t
-   use m_scene, only: scene_t, domain_fixed
+   use m_scene, only: scene_t, body_contact_spec_t, domain_fixed, start_as_is
    use m_offer, only: catalogue_t
    use m_field_table, only: field_table_t, bytes_per_column
    use m_level, only: level_t
@@ -17,6 +17,8 @@ module m_introduction
    implicit none
    private
    public :: introduce, own_bytes, own_blocks
+
+   real(wp), parameter :: fewest_zone_cells = 3.0_wp !< of a zone in which adhesion acts
 
 contains
 
@@ -63,6 +65,7 @@ contains
                               ': the run is there; nothing is left to be done')
          end if
          call console%line('fields     '//fields_text(model%levels(1)%table))
+         if (scene%fields() > 1) call introduce_groups(console, scene, model)
          call console%line('effects    '//effects_text(scene, catalogue, model))
          call introduce_choices(console, scene)
       end associate
@@ -75,6 +78,57 @@ contains
          call console%line('warning    one rank in a job of '//to_text(tasks_of_job())// &
                            ' tasks (SLURM_NTASKS); '//'mpirun or srun takes them all')
    end subroutine introduce
+
+   !> The contact groups, and what holds between them.
+   subroutine introduce_groups(console, scene, model)
+      type(console_t), intent(inout) :: console
+      type(scene_t), intent(in) :: scene
+      type(model_t), intent(in) :: model
+      type(body_contact_spec_t) :: spec
+      real(wp) :: zone
+      integer :: g, h
+      do h = 2, scene%fields()
+         do g = 1, h - 1
+            spec = scene%contact_of(g, h)
+            call console%line('contact    '//scene%group_label(g)//' and '//scene%group_label(h)// &
+                              ': friction '//to_text(spec%friction)//adhesion_text(spec))
+            if (.not. spec%adhesion > 0.0_wp) cycle
+            zone = cohesive_zone(scene, model, spec)/model%levels(size(model%levels))%grid%cell
+            if (zone < fewest_zone_cells) call console%line('coarse     adhesion between '// &
+               scene%group_label(g)//' and '//scene%group_label(h)//' acts over a zone of about '// &
+               to_text(zone, 2)//' cells at the edge of contact; below '//to_text(fewest_zone_cells)// &
+               ' the force that parts them is too large: take smaller cells or a weaker pull over a longer range')
+         end do
+      end do
+   end subroutine introduce_groups
+
+   !> Length (m) of the zone at the edge of contact in which adhesion acts, pi/8 E* work/stress**2 (theory.md,
+   !> eq. cohesive-zone), with the stiffness of the softer body.
+   real(wp) function cohesive_zone(scene, model, spec) result(length)
+      type(scene_t), intent(in) :: scene
+      type(model_t), intent(in) :: model
+      type(body_contact_spec_t), intent(in) :: spec
+      real(wp), parameter :: plane = 0.4_wp !< E* of two alike bodies over their P-wave modulus, at a Poisson's
+                                            !< ratio of 0.3
+      real(wp) :: stress
+      stress = spec%bond_strength
+      if (.not. stress > 0.0_wp) stress = spec%adhesion/spec%cohesive_range
+      length = 0.3927_wp*plane*minval(model%stuff%modulus, mask=scene%bodies%field == spec%groups(1) &
+                                      .or. scene%bodies%field == spec%groups(2))*spec%adhesion/stress**2
+   end function cohesive_zone
+
+   pure function adhesion_text(spec) result(text)
+      type(body_contact_spec_t), intent(in) :: spec
+      character(len=:), allocatable :: text
+      text = ''
+      if (spec%bond_strength > 0.0_wp) then
+         text = ', bonded up to '//si(spec%bond_strength, 'Pa')//' and '//si(spec%adhesion, 'J/m2')
+      else if (spec%adhesion > 0.0_wp) then
+         text = ', adhesion '//si(spec%adhesion, 'J/m2')//' over '//si(spec%cohesive_range, 'm')
+      end if
+      if (spec%start == start_as_is) text = text//', may overlap at the start'
+      if (spec%press_fit > 0.0_wp) text = text//', which is pressed out in '//si(spec%press_fit, 's')
+   end function adhesion_text
 
    !> What the program has chosen where the scene does not say, what it costs, and how a scene says no.
    subroutine introduce_choices(console, scene)
@@ -178,6 +232,7 @@ contains
                   - bytes_per_column)
          call add(size(scene%tools) > 0, 'tool contact', table%bytes_of('contact_pressure') &
                   + table%bytes_of('last_contact_pressure') + table%bytes_of('contact_gap'))
+         call add(scene%fields() > 1, 'contact between bodies', table%bytes_with('surface_'))
          call add(model%contact%friction%present, 'friction', table%bytes_of('contact_friction'))
          call add(size(scene%probes) > 0, 'probes', 0)
          do k = 1, size(catalogue%effects)

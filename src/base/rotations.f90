@@ -1,41 +1,40 @@
-!> Rotations as unit quaternions (w, x, y, z) and as matrices, and the polar decomposition that finds them.
+!> Rotations as unit quaternions and as matrices.
 module m_rotations
    use m_kinds, only: wp
+   use m_vectors, only: cross
    implicit none
    private
-   public :: from_euler, matrix_of, quaternion_of, product_of, angle_between, polar, determinant, cofactors
+   public :: no_rotation, turn_by, followed_by, matrix_of, quaternion_of, from_euler, angle_between
 
-   integer, parameter :: most_iterations = 60 !< of the polar decomposition; four do where strains are small
-   real(wp), parameter :: settled = 4.0_wp*epsilon(1.0_wp)
+   real(wp), parameter :: no_rotation(4) = [1.0_wp, 0.0_wp, 0.0_wp, 0.0_wp]
 
 contains
 
-   !> Quaternion of Bunge's Euler angles (phi1, Phi, phi2; radians): it turns the axes of a crystal, which lie
-   !> along the sample's at first, about z, then x, then z, each as they have been turned. Its matrix takes
-   !> components along the crystal's axes to components along the sample's: the transpose of Bunge's g.
-   pure function from_euler(angles) result(q)
-      real(wp), intent(in) :: angles(3)
-      real(wp) :: q(4), half(3)
-      half = 0.5_wp*angles
-      q = product_of(product_of([cos(half(1)), 0.0_wp, 0.0_wp, sin(half(1))], &
-                                [cos(half(2)), sin(half(2)), 0.0_wp, 0.0_wp]), &
-                     [cos(half(3)), 0.0_wp, 0.0_wp, sin(half(3))])
-   end function from_euler
+   !> The turn by an angle (rad) about a unit vector.
+   pure function turn_by(axis, angle) result(q)
+      real(wp), intent(in) :: axis(3), angle
+      real(wp) :: q(4) !< cosine and vector
+      q = [cos(0.5_wp*angle), sin(0.5_wp*angle)*axis]
+   end function turn_by
 
-   !> The matrix of a quaternion, which need not have the length 1.
+   !> One rotation and then another one; of length 1 again.
+   pure function followed_by(first, second) result(q)
+      real(wp), intent(in) :: first(4), second(4)
+      real(wp) :: q(4)
+      q = [second(1)*first(1) - dot_product(second(2:), first(2:)), &
+           second(1)*first(2:) + first(1)*second(2:) + cross(second(2:), first(2:))]
+      q = q/norm2(q)
+   end function followed_by
+
+   !> Its columns are where the axes go.
    pure function matrix_of(q) result(r)
       real(wp), intent(in) :: q(4)
-      real(wp) :: r(3, 3), s
-      s = 2.0_wp/(q(1)**2 + q(2)**2 + q(3)**2 + q(4)**2)
-      r(1, 1) = 1.0_wp - s*(q(3)**2 + q(4)**2)
-      r(2, 2) = 1.0_wp - s*(q(2)**2 + q(4)**2)
-      r(3, 3) = 1.0_wp - s*(q(2)**2 + q(3)**2)
-      r(1, 2) = s*(q(2)*q(3) - q(1)*q(4))
-      r(2, 1) = s*(q(2)*q(3) + q(1)*q(4))
-      r(1, 3) = s*(q(2)*q(4) + q(1)*q(3))
-      r(3, 1) = s*(q(2)*q(4) - q(1)*q(3))
-      r(2, 3) = s*(q(3)*q(4) - q(1)*q(2))
-      r(3, 2) = s*(q(3)*q(4) + q(1)*q(2))
+      real(wp) :: r(3, 3)
+      associate (w => q(1), x => q(2), y => q(3), z => q(4))
+         r(:, 1) = [1.0_wp - 2.0_wp*(y**2 + z**2), 2.0_wp*(x*y + w*z), 2.0_wp*(x*z - w*y)]
+         r(:, 2) = [2.0_wp*(x*y - w*z), 1.0_wp - 2.0_wp*(x**2 + z**2), 2.0_wp*(y*z + w*x)]
+         r(:, 3) = [2.0_wp*(x*z + w*y), 2.0_wp*(y*z - w*x), 1.0_wp - 2.0_wp*(x**2 + y**2)]
+      end associate
    end function matrix_of
 
    !> The quaternion of a rotation matrix, with w not below 0 where the angle is below 120 degrees (Shepperd
@@ -60,61 +59,22 @@ contains
       q = q/norm2(q)
    end function quaternion_of
 
-   !> First b, then a.
-   pure function product_of(a, b) result(q)
-      real(wp), intent(in) :: a(4), b(4)
+   !> That of Bunge's Euler angles (phi1, Phi, phi2; radians): it turns the axes of a crystal, which lie along the
+   !> sample's at first, about z, then x, then z, each as they have been turned. Its matrix takes components
+   !> along the crystal's axes to components along the sample's: the transpose of Bunge's g.
+   pure function from_euler(angles) result(q)
+      real(wp), intent(in) :: angles(3)
       real(wp) :: q(4)
-      q(1) = a(1)*b(1) - a(2)*b(2) - a(3)*b(3) - a(4)*b(4)
-      q(2) = a(1)*b(2) + a(2)*b(1) + a(3)*b(4) - a(4)*b(3)
-      q(3) = a(1)*b(3) + a(3)*b(1) + a(4)*b(2) - a(2)*b(4)
-      q(4) = a(1)*b(4) + a(4)*b(1) + a(2)*b(3) - a(3)*b(2)
-   end function product_of
+      real(wp), parameter :: x(3) = [1.0_wp, 0.0_wp, 0.0_wp], z(3) = [0.0_wp, 0.0_wp, 1.0_wp]
+      q = followed_by(followed_by(turn_by(z, angles(3)), turn_by(x, angles(2))), turn_by(z, angles(1)))
+   end function from_euler
 
    !> The angle of the rotation that takes one to the other, radians, 0 to pi.
    pure real(wp) function angle_between(a, b) result(angle)
-      real(wp), intent(in) :: a(4), b(4) !< of length 1
+      real(wp), intent(in) :: a(4), b(4)
       real(wp) :: q(4)
-      q = product_of(a, [b(1), -b(2), -b(3), -b(4)])
+      q = followed_by([b(1), -b(2:)], a)
       angle = 2.0_wp*atan2(norm2(q(2:4)), abs(q(1)))
    end function angle_between
-
-   pure real(wp) function determinant(a)
-      real(wp), intent(in) :: a(3, 3)
-      determinant = a(1, 1)*(a(2, 2)*a(3, 3) - a(2, 3)*a(3, 2)) + a(1, 2)*(a(2, 3)*a(3, 1) - a(2, 1)*a(3, 3)) &
-                    + a(1, 3)*(a(2, 1)*a(3, 2) - a(2, 2)*a(3, 1))
-   end function determinant
-
-   !> Those of a matrix: over its determinant they are the transpose of its inverse.
-   pure function cofactors(a) result(c)
-      real(wp), intent(in) :: a(3, 3)
-      real(wp) :: c(3, 3)
-      c(1, 1) = a(2, 2)*a(3, 3) - a(2, 3)*a(3, 2)
-      c(1, 2) = a(2, 3)*a(3, 1) - a(2, 1)*a(3, 3)
-      c(1, 3) = a(2, 1)*a(3, 2) - a(2, 2)*a(3, 1)
-      c(2, 1) = a(3, 2)*a(1, 3) - a(3, 3)*a(1, 2)
-      c(2, 2) = a(3, 3)*a(1, 1) - a(3, 1)*a(1, 3)
-      c(2, 3) = a(3, 1)*a(1, 2) - a(3, 2)*a(1, 1)
-      c(3, 1) = a(1, 2)*a(2, 3) - a(1, 3)*a(2, 2)
-      c(3, 2) = a(1, 3)*a(2, 1) - a(1, 1)*a(2, 3)
-      c(3, 3) = a(1, 1)*a(2, 2) - a(1, 2)*a(2, 1)
-   end function cofactors
-
-   !> F = R U by Newton's iteration (Higham 1986), X <- (X + X^-T)/2. F = I gives R = U = I to the bit.
-   pure subroutine polar(f, r, u)
-      real(wp), intent(in) :: f(3, 3) !< of determinant above 0
-      real(wp), intent(out) :: r(3, 3), u(3, 3)
-      real(wp) :: c(3, 3), next(3, 3), change
-      integer :: n
-      r = f
-      do n = 1, most_iterations
-         c = cofactors(r)
-         next = 0.5_wp*(r + c/(r(1, 1)*c(1, 1) + r(1, 2)*c(1, 2) + r(1, 3)*c(1, 3)))
-         change = maxval(abs(next - r))
-         r = next
-         if (.not. change > settled) exit
-      end do
-      u = matmul(transpose(r), f)
-      u = 0.5_wp*(u + transpose(u))
-   end subroutine polar
 
 end module m_rotations

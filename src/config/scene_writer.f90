@@ -4,6 +4,7 @@ module m_scene_writer
    use m_offer, only: catalogue_t, offer
    use m_scene, only: scene_t
    use m_scene_groups, only: describe_group
+   use m_scene_motion, only: motions_of
    use m_scene_words, only: group_words
    implicit none
    private
@@ -60,9 +61,13 @@ contains
       case ('material'); count = size(scene%materials)
       case ('body'); count = size(scene%bodies)
       case ('tool'); count = size(scene%tools)
+      case ('motion'); count = motions_of(scene%tools)
       case ('level')
          count = 0 ! a scene that was not read may have none
          if (allocated(scene%levels)) count = size(scene%levels)
+      case ('body_contact')
+         count = 0
+         if (allocated(scene%body_contacts)) count = size(scene%body_contacts)
       case ('probe'); count = size(scene%probes)
       case ('output'); count = merge(1, 0, scene%output%present)
       case ('checkpoint'); count = merge(1, 0, scene%checkpoint%present)

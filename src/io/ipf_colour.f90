@@ -38,7 +38,7 @@ contains
       real(wp), intent(in) :: orientation(4) !< quaternion, m_rotations
       real(wp), intent(in) :: direction(3)   !< of the sample, of length 1
       real(wp) :: colour(3), d(3), low, high, middle
-      d = abs(matmul(direction, matrix_of(orientation)))
+      d = abs(matmul(direction, matrix_of(orientation/norm2(orientation))))
       low = minval(d)
       high = maxval(d)
       middle = sum(d) - low - high

@@ -11,7 +11,8 @@ module m_crystal
    use m_crystal_flow, only: crystal_constants_t, slip_t, flow, slip_threshold, most_iterations, most_parts
    use m_lattice, only: gradient_of, tensor_of
    use m_plastic, only: follow_shape
-   use m_rotations, only: angle_between, determinant, matrix_of
+   use m_polar, only: determinant
+   use m_rotations, only: angle_between, matrix_of
    use m_slip_systems, only: make_slip_systems, schmid_columns, slip_words
    use m_text, only: to_text
    implicit none
@@ -161,6 +162,7 @@ contains
       if (self%shape > 0) call follow_shape(self%shape, column, gradient, time_step, first, last)
       do p = first, last
          q = column(p, self%orientation:self%orientation + 3)
+         q = q/norm2(q) ! of merged particles it is a mean
          r = matrix_of(q)
          one%increment = time_step*matmul(transpose(r), matmul(gradient_of(gradient, p), r))
          one%stretch = tensor_of(column(p, self%elastic:self%elastic + 5))

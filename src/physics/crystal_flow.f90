@@ -2,7 +2,7 @@
 !> stress, implicitly (theory.md, eqs crystal-flow, crystal-solve). Everything stands along the lattice's axes.
 module m_crystal_flow
    use m_kinds, only: wp
-   use m_rotations, only: cofactors, determinant
+   use m_polar, only: cofactors, determinant
    use m_slip_systems, only: schmid_columns, schmid_tensor
    implicit none
    private

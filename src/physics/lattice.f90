@@ -6,7 +6,8 @@ module m_lattice
    use m_field_table, only: field_table_t, layout_t
    use m_group_reader, only: group_reader_t
    use m_material, only: material_t
-   use m_rotations, only: cofactors, determinant, matrix_of, polar, product_of, quaternion_of
+   use m_polar, only: cofactors, determinant, polar
+   use m_rotations, only: followed_by, matrix_of, quaternion_of
    use m_small_systems, only: invert_definite
    implicit none
    private
@@ -27,6 +28,7 @@ module m_lattice
       procedure :: initial => initial_lattice
       procedure :: update
       procedure :: settle
+      procedure, private :: axes_of
       procedure :: p_wave_modulus
       procedure :: complementary_energy
       procedure :: energy_of_stress
@@ -122,6 +124,15 @@ contains
       energy = 0.5_wp*dot_product(stress, matmul(self%compliance, stress))
    end function complementary_energy
 
+   !> The matrix of a particle's orientation.
+   pure function axes_of(self, values) result(r)
+      class(lattice_t), intent(in) :: self
+      real(wp), intent(in) :: values(:) !< the particle's columns
+      real(wp) :: r(3, 3), q(4)
+      q = values(self%orientation:self%orientation + 3)
+      r = matrix_of(q/norm2(q))
+   end function axes_of
+
    !> Of a stress in a particle, along the grid's axes.
    pure real(wp) function energy_of_stress(self, values, layout, stress) result(energy)
       class(lattice_t), intent(in) :: self
@@ -129,7 +140,7 @@ contains
       type(layout_t), intent(in) :: layout
       real(wp), intent(in) :: stress(6)
       real(wp) :: r(3, 3)
-      r = matrix_of(values(self%orientation:self%orientation + 3))
+      r = self%axes_of(values)
       energy = self%complementary_energy(columns_of(matmul(transpose(r), matmul(tensor_of(stress), r))))
    end function energy_of_stress
 
@@ -171,6 +182,7 @@ contains
       integer :: p
       do p = first, last
          q = column(p, self%orientation:self%orientation + 3)
+         q = q/norm2(q) ! of merged particles it is a mean
          r = matrix_of(q)
          u = tensor_of(column(p, self%elastic:self%elastic + 5))
          u = u + time_step*matmul(matmul(transpose(r), matmul(gradient_of(gradient, p), r)), u)
@@ -189,8 +201,7 @@ contains
       real(wp), intent(in) :: f(3, 3)
       real(wp) :: turn(3, 3), u(3, 3), inverse(3, 3), t(3, 3), r(3, 3), turned(4), jacobian
       call polar(f, turn, u)
-      turned = product_of(q, quaternion_of(turn))
-      turned = turned/norm2(turned)
+      turned = followed_by(quaternion_of(turn), q)
       jacobian = determinant(u)
       inverse = cofactors(u)/jacobian
       t = tensor_of(lattice_stress(self%stiffness, u, inverse))
@@ -272,7 +283,7 @@ contains
       type(layout_t), intent(in) :: layout
       real(wp), intent(in) :: direction(3)
       stretch = norm2(matmul(tensor_of(values(self%elastic:self%elastic + 5)), &
-                             matmul(direction, matrix_of(values(self%orientation:self%orientation + 3)))))
+                             matmul(direction, self%axes_of(values))))
    end function stretch
 
 end module m_lattice

@@ -56,23 +56,19 @@ contains
       type(sums_t) :: sums
       real(wp), allocatable :: parts(:, :) ! of every block that exists, on any rank
       real(wp) :: total(sum_count)
-      integer :: b, i, j, k, l, n
+      integer :: b, index, l, n
       allocate (parts(sum_count, sum([(count(model%levels(l)%owner >= 0), l=1, size(model%levels))])), &
                 source=0.0_wp)
       n = 0
       do l = 1, size(model%levels)
-         associate (level => model%levels(l), last => model%levels(l)%grid%blocks - 1)
-            do k = 0, last(3)
-               do j = 0, last(2)
-                  do i = 0, last(1)
-                     if (level%owner(i, j, k) < 0) cycle
-                     n = n + 1
-                     b = level%slot(i, j, k)
-                     if (b == 0 .or. b > size(level%blocks)) cycle ! another rank's
-                     parts(:, n) = level%blocks(b)%sums
-                     if (.not. level%blocks(b)%sums_hold()) parts(:, n) = block_sums(model, l, b)
-                  end do
-               end do
+         associate (level => model%levels(l))
+            do index = 1, size(level%owner)
+               if (level%owner(index) < 0) cycle
+               n = n + 1
+               b = level%slot(index)
+               if (b == 0 .or. b > size(level%blocks)) cycle ! another rank's
+               parts(:, n) = level%blocks(b)%sums
+               if (.not. level%blocks(b)%sums_hold()) parts(:, n) = block_sums(model, l, b)
             end do
          end associate
       end do
@@ -210,8 +206,11 @@ contains
       real(wp) :: by_effects, taken
       by_effects = sum(model%effect_step%external_work) + booked(1)
       taken = sum(model%effect_step%damped) - booked(2)
-      self%external_work = sum(model%contact%states%work) + by_effects
-      self%damped = taken + self%now%dissipated + sum(model%contact%states%heat) + model%lost + booked(4)
+      self%external_work = sum(model%contact%states%work) + sum(model%contact%pairs%states%pressed) &
+                           + by_effects
+      self%damped = taken + self%now%dissipated + sum(model%contact%states%heat) &
+                    + sum(model%contact%pairs%states%heat) &
+                    + sum(model%contact%pairs%states%parting) + model%lost + booked(4)
       self%driven = max(0.0_wp, -taken)
       self%largest = max(self%largest, abs(self%external_work), abs(self%damped), self%now%energy())
       self%worst = max(self%worst, abs(self%excess()))

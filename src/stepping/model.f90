@@ -15,6 +15,7 @@ module m_model
                       domain_stretch, domain_corners
    use m_grid_level, only: make_grid_level
    use m_level, only: level_t
+   use m_surface, only: make_surface
    use m_body, only: fill_block, count_in_block, expected_count
    use m_placement, only: work_t, work_of, order_work, choose_owners
    use m_decomposition, only: set_owners, all_owners, settle_blocks, blocks_before
@@ -28,7 +29,7 @@ module m_model
    use m_split, only: id_bits, stuff_t
    use m_materials, only: materials_t, make_materials
    use m_effect, only: effect_slot_t
-   use m_effects, only: make_effects
+   use m_effects, only: make_effects, add_effect
    use m_effect_step, only: effect_step_t
    use m_contact, only: contact_t
    implicit none
@@ -60,6 +61,8 @@ module m_model
       real(wp) :: unseen = 1.0_wp !< what the step leaves of the velocity that nodes do not see
       type(level_spec_t), allocatable :: level_specs(:) !< what the scene says of levels 2 and on
       type(region_t), allocatable :: first_regions(:)   !< of all levels, at the start
+      real(wp), allocatable :: first_centres(:, :)      !< (3, fields): of mass, at the start, m; where a level
+                                                        !< follows a contact group
       integer(i8) :: moves = 0                        !< times that boxes of levels have moved
       real(wp) :: time = 0.0_wp                       !< s
       real(wp) :: last_step = 0.0_wp                  !< of the coarsest level, s
@@ -83,6 +86,8 @@ module m_model
       procedure :: create_blocks
       procedure :: prepare_blocks
       procedure :: mark_around
+      procedure :: centres_of_mass
+      procedure :: follows_groups
       procedure :: rebalance
       procedure :: steps_of_levels
       procedure :: particle_count
@@ -119,9 +124,9 @@ module m_model
       end subroutine prepare_blocks
       !> The blocks that particles of a level within a box are in or, with several levels, may enter before
       !> the end of the next step.
-      module subroutine mark_around(self, l, lowest, highest, wanted)
+      module subroutine mark_around(self, l, field, lowest, highest, wanted)
          class(model_t), intent(in) :: self
-         integer, intent(in) :: l
+         integer, intent(in) :: l, field
          real(wp), intent(in) :: lowest(3), highest(3) !< m
          logical, intent(inout) :: wanted(:) !< by number
       end subroutine mark_around
@@ -164,15 +169,16 @@ contains
       end if
       if (.not. allocated(self%effects)) call make_effects(scene, self%effects)
       call make_levels(self, scene)
+      if (scene%fields() > 1) call add_effect(self%effects, make_surface(scene))
       call self%timers%start(size(self%levels))
       if (size(self%levels) > 1) self%levels_row = self%timers%row_of('levels')
       do e = 1, size(self%effects)
          call self%effects(e)%effect%prepare(self%levels(1)%grid, self%materials)
       end do
       do l = 1, size(self%levels)
-         call self%effect_step(l)%build(self%effects, product(self%levels(l)%grid%blocks), self%timers)
+         call self%effect_step(l)%build(self%effects, self%levels(l)%grid%block_count(), self%timers)
       end do
-      call self%contact%build(scene%tools, scene%contact)
+      call self%contact%build(scene)
       self%contact%strains_apart = self%method%stress_update /= update_usl
       self%contact%followed = self%contact%active() .and. (self%method%affine &
                                                            .or. self%method%stress_update == update_usl)
@@ -214,6 +220,8 @@ contains
       do l = 1, n
          self%levels(l)%number = l
          self%levels(l)%grid = make_grid_level(scene%grid, l)
+         self%levels(l)%grid%fields = scene%fields()
+         self%levels(l)%field_of_body = scene%bodies%field
          self%levels(l)%region = make_region(self%levels(l)%grid, [0, 0, 0], self%levels(l)%grid%cells)
          if (l == 1) cycle
          associate (grid => self%levels(l)%grid, spec => scene%levels(l - 1))
@@ -257,6 +265,7 @@ contains
             call self%effects(m)%effect%declare(table)
             self%effects(m)%columns = table%columns - self%effects(m)%columns
          end do
+         if (self%contact%pairs%active()) call self%contact%pairs%declare(table)
          do l = 1, size(self%levels)
             self%levels(l)%table = table
             self%levels(l)%layout = table%layout()
@@ -295,13 +304,14 @@ contains
    subroutine add_parents(levels, values)
       type(level_t), intent(in) :: levels(:)
       integer, intent(inout) :: values(:) !< one a block of each level, as from count_particles or all_owners
-      integer :: index, l, parent, place(3)
+      integer :: field, index, l, parent, place(3)
       do l = size(levels), 2, -1
-         do index = 1, product(levels(l)%grid%blocks)
+         do index = 1, levels(l)%grid%block_count()
             if (values(blocks_before(levels, l) + index) < 0) cycle
             place = levels(l)%grid%block_place(index)
             if (.not. has_constrained(levels(l)%region, place)) cycle
-            parent = blocks_before(levels, l - 1) + levels(l - 1)%grid%block_index(place/2)
+            field = levels(l)%grid%block_field(index)
+            parent = blocks_before(levels, l - 1) + levels(l - 1)%grid%block_index(place/2, field)
             if (values(parent) < 0) values(parent) = 0
          end do
       end do
@@ -343,6 +353,48 @@ contains
       end do
       self%lost_in_merging = 0.0_wp
    end subroutine fold
+
+   !> True when some level follows a contact group.
+   pure logical function follows_groups(self)
+      class(model_t), intent(in) :: self
+      follows_groups = .false.
+      if (allocated(self%level_specs)) follows_groups = any(self%level_specs%follow > size(self%contact%tools))
+   end function follows_groups
+
+   !> Collective: centres of mass of the contact groups, m: (3, fields). Sums go block by block, by the blocks'
+   !> numbers: the same bits on any number of ranks.
+   function centres_of_mass(self) result(centres)
+      class(model_t), intent(in) :: self
+      real(wp) :: centres(3, self%levels(1)%grid%fields)
+      real(wp) :: parts(4, blocks_before(self%levels, size(self%levels) + 1))
+      real(wp) :: total(4, size(centres, 2))
+      integer :: axis, b, field, l
+      parts = 0.0_wp
+      do l = 1, size(self%levels)
+         do b = 1, size(self%levels(l)%blocks)
+            associate (block => self%levels(l)%blocks(b), at => self%levels(l)%layout, &
+                       n => self%levels(l)%blocks(b)%particles%count)
+               associate (part => parts(:, blocks_before(self%levels, l) + block%index), &
+                          column => block%particles%column)
+                  part(4) = sum(column(:n, at%mass))
+                  do axis = 1, 3
+                     part(axis) = dot_product(column(:n, at%mass), column(:n, at%position + axis - 1))
+                  end do
+               end associate
+            end associate
+         end do
+      end do
+      call MPI_Allreduce(MPI_IN_PLACE, parts, size(parts), MPI_DOUBLE_PRECISION, MPI_SUM, &
+                         self%communicator%comm)
+      total = 0.0_wp
+      do l = 1, size(self%levels)
+         do b = 1, self%levels(l)%grid%block_count()
+            field = self%levels(l)%grid%block_field(b)
+            total(:, field) = total(:, field) + parts(:, blocks_before(self%levels, l) + b)
+         end do
+      end do
+      centres = total(:3, :)/spread(max(total(4, :), tiny(1.0_wp)), 1, 3)
+   end function centres_of_mass
 
    !> Particles on this rank.
    pure integer(i8) function particle_count(self)

@@ -250,7 +250,7 @@ contains
    end subroutine hardening_kalidindi
 
    !> Orientations at random, all alike likely (Shoemake 1992).
-   function random_orientations(n) result(q)
+   function random_rotations(n) result(q)
       integer, intent(in) :: n
       real(wp) :: q(4, n), u(3)
       integer :: i
@@ -259,7 +259,7 @@ contains
          q(:, i) = [sqrt(1.0_wp - u(1))*sin(2*pi*u(2)), sqrt(1.0_wp - u(1))*cos(2*pi*u(2)), sqrt(u(1))*sin(2*pi*u(3)), &
                     sqrt(u(1))*cos(2*pi*u(3))]
       end do
-   end function random_orientations
+   end function random_rotations
 
    !> 500 grains that all have the strain of the whole, isochoric and uniaxial: slip over strain, and work over tau0 times strain.
    !> Taylor's (1938) 3.06; of 12 {111}<110> systems by Bishop and Hill 3.067. Low rate sensitivity.
@@ -270,7 +270,7 @@ contains
       real(wp) :: increment(3, 3), before, factor, stress(3, 3), by_work
       integer :: t, p
       call point%ready(law_of('crystal', copper//'rate_sensitivity=0.005, tau0=16e6, tau_s=16e6, h0=0, q=1'), grains, &
-                       random_orientations(grains))
+                       random_rotations(grains))
       increment = 0.0_wp
       increment(1, 1) = strain
       increment(2, 2) = 1.0_wp/sqrt(1.0_wp + strain) - 1.0_wp
@@ -331,7 +331,7 @@ contains
       integer :: t, p, lost
       if (systems == 'fcc') law = law_of('crystal', voce//', slip_systems=''fcc''')
       if (systems /= 'fcc') law = law_of('crystal', peirce//', slip_systems='''//systems//'''')
-      call point%ready(law, count, random_orientations(count))
+      call point%ready(law, count, random_rotations(count))
       allocate (work(count), source=0.0_wp)
       size_of = 10.0_wp**chance%several(count, -6.0_wp, -1.5_wp)
       least = huge(least)
