@@ -100,6 +100,9 @@ contains
          generation = nint(block%particles%column(eight(1), at%generation))
          if (any(nint(block%particles%column(eight, at%generation)) /= generation)) return
          values(:8, :) = block%particles%column(eight, :)
+         if (at%grain > 0) then ! of several grains: there is no crystal between them
+            if (any(abs(values(:8, at%grain) - values(1, at%grain)) > 0.5_wp)) return
+         end if
          shares = level%table%shares()
          do c = 1, size(values, 2)
             if (shares%extensive(c)) then

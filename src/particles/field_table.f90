@@ -40,6 +40,8 @@ module m_field_table
       integer :: gradient = 0 !< velocity gradient of the last step, 9 columns, d v_i / d x_j at 3 (j-1) + i
       integer :: kept_gradient = 0 !< the same, where the step puts it between nodes and stress and nothing
                                    !< else wants it
+      integer :: orientation = 0   !< of the material's axes, a quaternion of 4 columns
+      integer :: grain = 0         !< number of the grain of a polycrystal
       integer :: deformation = 0   !< deformation gradient, 9 columns, the same order
       integer :: edge_stress = 0   !< stress that has grown since the level's region is where it is, 6 columns
       integer :: viscous_pressure = 0 !< adds to the pressure that makes forces, and is no part of the stress
@@ -152,6 +154,8 @@ contains
       layout%stress = self%column('stress')
       layout%gradient = self%column('velocity_gradient')
       layout%kept_gradient = self%column('kept_gradient')
+      layout%orientation = self%column('orientation')
+      layout%grain = self%column('grain')
       layout%deformation = self%column('deformation_gradient')
       layout%edge_stress = self%column('edge_stress')
       layout%viscous_pressure = self%column('viscous_pressure')

@@ -18,6 +18,8 @@ module m_material
       procedure :: equivalent_plastic_strain
       procedure :: von_mises_modulus
       procedure :: present_modulus
+      procedure :: energy_of_stress
+      procedure :: fault_text
       procedure :: take_heat
       procedure(modulus_interface), deferred :: p_wave_modulus
       procedure(stress_interface), deferred :: complementary_energy
@@ -124,6 +126,24 @@ contains
       real(wp), intent(in) :: values(:) !< the particle's columns
       strain = 0.0_wp
    end function equivalent_plastic_strain
+
+   !> What is wrong with a particle whose stress the law has made no number, for the end of a sentence; empty:
+   !> the law does no such thing.
+   pure function fault_text(self) result(text)
+      class(material_t), intent(in) :: self
+      character(len=:), allocatable :: text
+      text = ''
+   end function fault_text
+
+   !> The complementary energy of a stress in a particle, J/m3: the same, but for a law whose moduli have
+   !> directions.
+   pure real(wp) function energy_of_stress(self, values, layout, stress) result(energy)
+      class(material_t), intent(in) :: self
+      real(wp), intent(in) :: values(:) !< the particle's columns
+      type(layout_t), intent(in) :: layout
+      real(wp), intent(in) :: stress(6) !< xx yy zz yz xz xy, Pa
+      energy = self%complementary_energy(stress)
+   end function energy_of_stress
 
    !> Von Mises stress over equivalent elastic strain, Pa; here that of shear in the plane of y and z.
    pure real(wp) function von_mises_modulus(self) result(modulus)

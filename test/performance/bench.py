@@ -427,6 +427,24 @@ def table_guard(bench):
              f'{more/often:.2f}', f'{ratio(given, before):.4f}' if before else ''])
 
 
+def table_crystals(bench):
+    """The impact of input/polycrystal.nml with several laws in turn: what a particle-step takes, and over that of j2."""
+    laws = {'j2': "model='j2', density=8960, young=124e9, poisson=0.34, yield_stress=92e6, hardening_modulus=200e6",
+            'cubic': "model='cubic', density=8960, c11=170e9, c12=124e9, c44=75e9", 'crystal': None}
+    def scene(name, out):
+        text = shipped_scene('polycrystal', out, 0.5)
+        if laws[name]:
+            text = re.sub(r"model='crystal'[^/]*/", laws[name] + ' /', text)
+        return re.sub(r'^&grains.*/', '', text, flags=re.M) if name == 'j2' else text
+    head(['law', 'stress [ns]', 'all of a step [ns]', 'over j2'])
+    rounds = bench.in_turn(1, [lambda out, name=name: scene(name, out) for name in laws])
+    of = dict(zip(laws, zip(*rounds)))
+    for name in laws:
+        c = median_costs(of[name])
+        row([name, f'{c["stress"]:.0f}', f'{stepping(c):.0f}',
+             f'{statistics.median(stepping(a)/stepping(b) for a, b in zip(of[name], of["j2"])):.2f}'])
+
+
 def main():
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument('work', type=pathlib.Path)
@@ -445,7 +463,7 @@ def main():
     begun = time.time()
     tables = {'block': table_block, 'contact': table_contact, 'compliance': table_compliance, 'pairs': table_pairs,
               'growth': table_growth, 'large': table_large, 'model': table_model, 'levels': table_levels, 'guard': table_guard, 'laws': table_laws,
-              'checkpoint': table_checkpoint, 'halo': table_halo}
+              'crystals': table_crystals, 'checkpoint': table_checkpoint, 'halo': table_halo}
     for name in args.only or tables:
         tables[name](bench)
     processor = next((line.split(':')[1].strip() for line in open('/proc/cpuinfo') if line.startswith('model name')),
