@@ -58,11 +58,30 @@ contains
             call fail(error, exit_input, 'the scene is empty; give one: gimp3d < scene.nml')
       end if
       if (.not. error%happened()) call read_groups(parsed, catalogue, scene, error)
+      if (.not. error%happened()) call load_shapes(communicator, parsed, scene, error)
       if (.not. error%happened()) call check_scene(parsed, scene, error)
       if (.not. error%happened()) call note_places(parsed, scene)
       if (looks .and. .not. error%happened()) call check_directory(communicator, parsed, scene, error)
       call communicator%agree(error)
    end subroutine interpret_scene
+
+   !> Collective: shapes that are made of files read them.
+   subroutine load_shapes(communicator, parsed, scene, error)
+      type(communicator_t), intent(in) :: communicator
+      type(namelist_text_t), intent(in) :: parsed
+      type(scene_t), intent(inout) :: scene
+      type(error_t), intent(inout) :: error
+      character(len=:), allocatable :: fault
+      integer :: i
+      do i = 1, size(scene%bodies)
+         call scene%bodies(i)%shape%load(communicator, fault)
+         if (fault /= '') call fail(error, exit_input, parsed%place('body', i, 'file')//': '//fault)
+      end do
+      do i = 1, size(scene%tools)
+         call scene%tools(i)%shape%load(communicator, fault)
+         if (fault /= '') call fail(error, exit_input, parsed%place('tool', i, 'file')//': '//fault)
+      end do
+   end subroutine load_shapes
 
    !> Where in the text stands what only the model can judge.
    subroutine note_places(parsed, scene)

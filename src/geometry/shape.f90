@@ -6,6 +6,7 @@
 !> foremost point (the tip) in the origin, and points along its axis.
 module m_shape
    use m_kinds, only: wp
+   use m_communicator, only: communicator_t
    use m_offer, only: offer_t
    implicit none
    private
@@ -18,9 +19,13 @@ module m_shape
    contains
       procedure(distance_interface), deferred :: distance_and_normal
       procedure :: prepare
+      procedure :: load
+      procedure :: file_name
       procedure :: is_convex
       procedure :: bounding_box
       procedure :: distance
+      procedure :: least_distance
+      procedure :: is_searched
       procedure :: inside
       procedure :: volume
       procedure :: centre
@@ -57,6 +62,22 @@ contains
       self%axis = axis
    end subroutine prepare
 
+   !> Collective: read what the shape is made of, where that stands in a file. `fault` says what is wrong with
+   !> the file, the same on every rank; empty: nothing.
+   subroutine load(self, communicator, fault)
+      class(shape_t), intent(inout) :: self
+      type(communicator_t), intent(in) :: communicator
+      character(len=:), allocatable, intent(inout) :: fault
+      fault = ''
+   end subroutine load
+
+   !> The file that it is made of; empty: none.
+   pure function file_name(self) result(name)
+      class(shape_t), intent(in) :: self
+      character(len=:), allocatable :: name
+      name = ''
+   end function file_name
+
    !> True where the distance is known to be a convex function of the place.
    pure logical function is_convex(self)
       class(shape_t), intent(in) :: self
@@ -83,6 +104,19 @@ contains
       real(wp) :: normal(3)
       call self%distance_and_normal(place, distance, normal)
    end function distance
+
+   !> The signed distance of a place is not less, m: to be asked first where is_searched.
+   pure real(wp) function least_distance(self, place)
+      class(shape_t), intent(in) :: self
+      real(wp), intent(in) :: place(3)
+      least_distance = self%distance(place)
+   end function least_distance
+
+   !> True where a distance takes a search, and least_distance much less.
+   pure logical function is_searched(self)
+      class(shape_t), intent(in) :: self
+      is_searched = .false.
+   end function is_searched
 
    !> True when a place lies inside.
    pure logical function inside(self, place)

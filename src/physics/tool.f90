@@ -24,6 +24,7 @@ module m_tool
       procedure :: travel_between
       procedure :: mobility
       procedure :: gap_and_normal
+      procedure :: least_gap
       procedure :: velocity
    end type tool_t
 
@@ -127,5 +128,12 @@ contains
       call self%spec%shape%distance_and_normal(position - (self%spec%tip + self%travel*self%spec%axis), gap, &
                                                normal)
    end subroutine gap_and_normal
+
+   !> The gap is not less, m; the gap itself where that takes no search.
+   pure real(wp) function least_gap(self, position) result(gap)
+      class(tool_t), intent(in) :: self
+      real(wp), intent(in) :: position(3) !< m
+      gap = self%spec%shape%least_distance(position - (self%spec%tip + self%travel*self%spec%axis))
+   end function least_gap
 
 end module m_tool
