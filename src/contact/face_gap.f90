@@ -36,8 +36,10 @@ contains
       real(wp), intent(out) :: edge, thickness !< of the particle, m
       associate (block => level%blocks(b), column => level%blocks(b)%particles%column, at => level%layout)
          if (tool%spec%shape%is_searched()) then
+            edge = thickest(level)
+            if (.not. deform(level)) edge = 2.0_wp*column(p, at%half_size)
             gap = tool%least_gap(column(p, at%position:at%position + 2))
-            if (gap > thickest(level) + reach) return
+            if (gap > edge + reach) return
          end if
          call tool%gap_and_normal(column(p, at%position:at%position + 2), gap, normal)
          associate (law => materials%slots(materials%of_body(block%particles%body(p)))%law)

@@ -8,7 +8,8 @@ module m_closed_surface
    private
    public :: closed_surface_t
 
-   integer, parameter :: fewest_cells = 8**3, most_cells = 64**3, cells_a_triangle = 8
+   integer, parameter :: fewest_cells = 8**3, most_cells = 32**3, cells_a_triangle = 8 !< over its box
+   integer, parameter :: rim = 8 !< cells around that: what comes near a tool is most often outside its box
 
    !> Cubic cells over the surface's box remember the distance of their middle and the nearest triangle: what is
    !> far away is known without a search, and a search starts with a good guess.
@@ -43,7 +44,7 @@ contains
       call triangles%bounds(self%lower, self%upper)
       wanted = min(most_cells, max(fewest_cells, cells_a_triangle*triangles%count()))
       self%edge = (product(self%upper - self%lower)/wanted)**(1.0_wp/3.0_wp)
-      self%cells = ceiling((self%upper - self%lower)/self%edge) + 2
+      self%cells = ceiling((self%upper - self%lower)/self%edge) + 2*rim
       self%from = 0.5_wp*(self%lower + self%upper) - 0.5_wp*self%cells*self%edge
       allocate (self%far(self%cells(1), self%cells(2), self%cells(3)))
       allocate (self%guess(self%cells(1), self%cells(2), self%cells(3)))
@@ -117,14 +118,11 @@ contains
       real(wp), intent(in) :: place(3)
       real(wp) :: off(3)
       integer :: cell(3)
+      cell = self%cell_of(place)
+      off = place - (self%from + (cell - 0.5_wp)*self%edge)
+      least_distance = self%far(cell(1), cell(2), cell(3)) - sqrt(dot_product(off, off))
       off = max(self%lower - place, place - self%upper, 0.0_wp)
-      if (any(off > 0.0_wp)) then
-         least_distance = sqrt(dot_product(off, off))
-      else
-         cell = self%cell_of(place)
-         off = place - (self%from + (cell - 0.5_wp)*self%edge)
-         least_distance = self%far(cell(1), cell(2), cell(3)) - sqrt(dot_product(off, off))
-      end if
+      if (any(off > 0.0_wp)) least_distance = max(least_distance, sqrt(dot_product(off, off)))
    end function least_distance
 
    !> Memory.
