@@ -2,6 +2,7 @@
 !> radians). doc/user/input.md is the table of all names.
 module m_scene
    use m_kinds, only: wp
+   use m_group_reader, only: name_length
    use m_offer, only: offer_t, offer_slot_t
    use m_shape, only: shape_t
    implicit none
@@ -12,6 +13,7 @@ module m_scene
    integer, parameter, public :: update_usl = 1, update_usf = 2, update_musl = 3
    integer, parameter, public :: domain_by_law = 0, domain_fixed = 1, domain_stretch = 2, domain_corners = 3
    integer, parameter, public :: criterion_none = 0, criterion_stress = 1, criterion_strain = 2
+   integer, parameter, public :: start_apart = 1, start_as_is = 2
 
    !> &grid: the background grid. Sides in the order x- x+ y- y+ z- z+.
    type, public :: grid_spec_t
@@ -53,6 +55,9 @@ module m_scene
       integer :: particles_per_cell = 8  !< 1, 8, 27
       real(wp) :: velocity(3) = 0.0_wp   !< m/s
       real(wp) :: angular_velocity(3) = 0.0_wp !< rad/s about the body's own centre
+      character(len=:), allocatable :: contact_group !< bodies of one are bonded where they touch; empty: that
+                                                     !< of all bodies that name none
+      integer :: field = 1               !< the group's number: bodies of one share a velocity field
    end type body_spec_t
 
    !> &tool
@@ -97,6 +102,13 @@ module m_scene
       integer :: max_iterations = 200
       real(wp) :: compliance = 0.01_wp   !< of a contact point, in time step over mass of its particle
    end type contact_spec_t
+
+   !> &body_contact: what holds between bodies of two groups.
+   type, public :: body_contact_spec_t
+      integer :: groups(2) = 0           !< their numbers; 0: all pairs that no other one names
+      real(wp) :: friction = 0.0_wp
+      integer :: start = start_apart     !< what becomes of an overlap at the start
+   end type body_contact_spec_t
 
    !> &guard
    type, public :: guard_spec_t
@@ -145,6 +157,9 @@ module m_scene
       type(grid_spec_t) :: grid
       type(time_spec_t) :: time
       type(contact_spec_t) :: contact
+      character(len=name_length), allocatable :: contact_groups(:) !< names, by number; one where all bodies
+                                                                   !< are bonded
+      type(body_contact_spec_t), allocatable :: body_contacts(:) !< as they are given
       type(guard_spec_t) :: guard
       type(output_spec_t) :: output
       type(checkpoint_spec_t) :: checkpoint
@@ -161,6 +176,8 @@ module m_scene
                                                !< did not say
    contains
       procedure :: place
+      procedure :: fields
+      procedure :: contact_of
    end type scene_t
 
 contains
@@ -182,5 +199,32 @@ contains
              .and. self%places(n)%number == wanted) text = self%places(n)%text
       end do
    end function place
+
+   !> Number of the velocity fields: one for each contact group.
+   pure integer function fields(self)
+      class(scene_t), intent(in) :: self
+      fields = 1
+      if (allocated(self%bodies)) fields = max(1, maxval(self%bodies%field))
+   end function fields
+
+   !> What holds between bodies of two groups: what the last &body_contact that names both says, else the last
+   !> one that names none, else what holds where nothing is said.
+   pure type(body_contact_spec_t) function contact_of(self, one, other) result(spec)
+      class(scene_t), intent(in) :: self
+      integer, intent(in) :: one, other !< numbers of the groups
+      integer :: n
+      spec = body_contact_spec_t()
+      if (allocated(self%body_contacts)) then
+         do n = 1, size(self%body_contacts)
+            if (all(self%body_contacts(n)%groups == 0)) spec = self%body_contacts(n)
+         end do
+         do n = 1, size(self%body_contacts)
+            associate (groups => self%body_contacts(n)%groups)
+               if (all(groups == [one, other]) .or. all(groups == [other, one])) spec = self%body_contacts(n)
+            end associate
+         end do
+      end if
+      spec%groups = [one, other]
+   end function contact_of
 
 end module m_scene

@@ -6,6 +6,7 @@ module m_scene_groups
    use m_constants, only: exit_input
    use m_errors, only: error_t, fail
    use m_group_reader, only: group_reader_t, name_length
+   use m_contact_groups, only: number_groups, describe_body_contact
    use m_namelist_text, only: namelist_text_t
    use m_offer, only: catalogue_t, offer_t, offer_slot_t, offered, offered_names
    use m_text, only: to_text
@@ -44,6 +45,7 @@ contains
       allocate (scene%materials(text%count_groups('material')), scene%bodies(text%count_groups('body')))
       allocate (scene%tools(text%count_groups('tool')), scene%probes(text%count_groups('probe')))
       allocate (scene%levels(text%count_groups('level')))
+      allocate (scene%body_contacts(text%count_groups('body_contact')))
       allocate (material_names(size(scene%materials)))
       scene%output%present = text%count_groups('output') > 0
       scene%checkpoint%present = text%count_groups('checkpoint') > 0
@@ -58,6 +60,7 @@ contains
             if (error%happened()) return
             if (group_words(kind) == 'material') material_names(number) = scene%materials(number)%name
          end do
+         if (group_words(kind) == 'body') call number_groups(scene)
       end do
       call choose_domain(scene)
       call read_effects(text, catalogue%effects, scene, error)
@@ -163,7 +166,7 @@ contains
       integer, intent(in) :: number
       type(error_t), intent(inout) :: error
       integer :: i
-      if (kind == 'level') return ! has no name
+      if (kind == 'level' .or. kind == 'body_contact') return ! have no name
       do i = 1, number - 1
          if (name_of(scene, kind, i) /= name_of(scene, kind, number)) cycle
          call fail(error, exit_input, text%place(kind, number, 'name')//': the name '// &
@@ -199,6 +202,7 @@ contains
       character(len=name_length) :: material_names(0)
       integer :: kind
       allocate (scene%materials(1), scene%bodies(1), scene%tools(1), scene%levels(1), scene%probes(1))
+      allocate (scene%body_contacts(1))
       text = ''
       do kind = 1, size(group_words)
          call group%begin()
@@ -257,6 +261,8 @@ contains
       case ('body')
          if (.not. allocated(scene%bodies(number)%name)) scene%bodies(number)%name = 'body'//to_text(number)
          call describe_body(group, material_names, scene%bodies(number))
+      case ('body_contact')
+         call describe_body_contact(group, scene, scene%body_contacts(number))
       case ('tool')
          if (.not. allocated(scene%tools(number)%name)) scene%tools(number)%name = 'tool'//to_text(number)
          call describe_tool(group, scene%tools(number))
@@ -367,6 +373,9 @@ contains
       call group%get_option('particles_per_cell', body%particles_per_cell, [1, 8, 27])
       call group%get('velocity', body%velocity, any_value('m/s'))
       call group%get('angular_velocity', body%angular_velocity, any_value('rad/s'))
+      if (.not. allocated(body%contact_group)) body%contact_group = ''
+      if (body%contact_group /= '' .or. .not. group%is_writing()) &
+         call group%get_name('contact_group', body%contact_group)
    end subroutine describe_body
 
    subroutine describe_tool(group, tool)

@@ -63,6 +63,9 @@ contains
       case ('level')
          count = 0 ! a scene that was not read may have none
          if (allocated(scene%levels)) count = size(scene%levels)
+      case ('body_contact')
+         count = 0
+         if (allocated(scene%body_contacts)) count = size(scene%body_contacts)
       case ('probe'); count = size(scene%probes)
       case ('output'); count = merge(1, 0, scene%output%present)
       case ('checkpoint'); count = merge(1, 0, scene%checkpoint%present)

@@ -157,8 +157,7 @@ contains
          do j = low(2), high(2)
             do i = low(1), high(1)
                block = [i, j, k]
-               if (any(block < 0) .or. any(block >= level%grid%blocks)) cycle
-               slot = level%slot(i, j, k)
+               slot = level%slot_at(block)
                if (slot == 0 .or. slot > size(level%blocks)) cycle
                at = place - block_size*block + 1
                associate (node => level%nodes(:, at(1), at(2), at(3), slot))

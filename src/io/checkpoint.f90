@@ -490,7 +490,7 @@ contains
       type(block_table_t), intent(in) :: blocks
       integer, allocatable, intent(out) :: level(:), number(:)
       type(file_layout_t), intent(out) :: where_from
-      integer :: l, m, n, place(3), rows, runs
+      integer :: index, l, m, n, rows, runs
       m = 0
       do l = 1, size(model%levels)
          m = m + size(model%levels(l)%blocks)
@@ -500,11 +500,11 @@ contains
       runs = 0
       do n = 1, size(blocks%table, 2)
          l = int(blocks%table(1, n))
-         place = model%levels(l)%grid%block_place(int(blocks%table(2, n)))
-         if (model%levels(l)%owner_at(place) /= model%communicator%rank) cycle
+         index = int(blocks%table(2, n))
+         if (model%levels(l)%owner(index) /= model%communicator%rank) cycle
          m = m + 1
          level(m) = l
-         number(m) = model%levels(l)%slot(place(1), place(2), place(3))
+         number(m) = model%levels(l)%slot(index)
          rows = int(blocks%table(3, n))
          if (rows == 0) cycle
          if (runs > 0) then

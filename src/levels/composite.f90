@@ -61,7 +61,7 @@ contains
       type(level_t), intent(in) :: fine
       integer, allocatable :: own(:), others(:), numbers(:), indices(:) !< own blocks' numbers, others'
                                                                         !< indices
-      integer :: b, index, n, place(3)
+      integer :: b, field, index, n, place(3)
       call self%release()
       self%corrects_lag = fine%layout%corrects_lag()
       self%values = merge(lag_last, node_values, self%corrects_lag)
@@ -70,11 +70,13 @@ contains
       own = pack([(b, b=1, size(fine%blocks))], &
                  [(has_constrained(fine%region, fine%blocks(b)%place), b=1, size(fine%blocks))])
       allocate (others(0))
-      do index = 1, product(fine%grid%blocks)
+      do index = 1, size(fine%owner)
+         if (fine%owner(index) < 0) cycle
          place = fine%grid%block_place(index)
-         if (fine%owner_at(place) < 0) cycle
+         field = fine%grid%block_field(index)
          if (.not. has_constrained(fine%region, place)) cycle
          do b = 1, size(coarse%blocks)
+            if (coarse%blocks(b)%field /= field) cycle
             associate (distance => maxval(abs(coarse%blocks(b)%place - place/2)))
                self%parents(b) = self%parents(b) .or. distance == 0
                self%receiving(b) = self%receiving(b) .or. distance <= 1
@@ -82,7 +84,8 @@ contains
             end associate
          end do
          associate (here => communicator%rank)
-            if (fine%owner_at(place) /= here .and. coarse%owner_at(place/2) == here) others = [others, index]
+            if (fine%owner(index) /= here .and. coarse%owner_at(place/2, field) == here) &
+               others = [others, index]
          end associate
       end do
       self%own = size(own)

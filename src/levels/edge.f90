@@ -56,23 +56,24 @@ contains
       type(level_t), intent(in) :: coarse, fine
       integer, intent(in) :: rank, index !< this one; the block's
       integer, intent(in) :: b           !< its number here, 0 where only its parent is
-      integer :: home(3), place(3)
+      integer :: home(3), place(3), field
       place = fine%grid%block_place(index)
+      field = fine%grid%block_field(index)
       home = place/2
       edge%index = index
       edge%block = b
-      edge%rank_beyond = merge(coarse%owner_at(home), fine%owner_at(place), b > 0)
-      if (coarse%owner_at(home) == rank) edge%parent = coarse%slot(home(1), home(2), home(3))
+      edge%rank_beyond = merge(coarse%owner_at(home, field), fine%owner(index), b > 0)
+      if (coarse%owner_at(home, field) == rank) edge%parent = coarse%slot_at(home, field)
       edge%corner = block_size/2*modulo(place, 2)
-      if (b > 0) call list_constrained(edge, fine, place)
+      if (b > 0) call list_constrained(edge, fine, place, field)
    end function make_edge
 
    !> The constrained nodes in the tile of a block. Of the blocks whose tiles hold a constrained node, the one
    !> that it belongs to restricts it, or if that does not exist the one with the lowest index.
-   subroutine list_constrained(edge, fine, place)
+   subroutine list_constrained(edge, fine, place, field)
       type(edge_t), intent(inout) :: edge
       type(level_t), intent(in) :: fine
-      integer, intent(in) :: place(3)
+      integer, intent(in) :: place(3), field
       integer :: found(4, (tile_last + 1)**3), i, j, k, n
       n = 0
       do k = 0, tile_last
@@ -92,13 +93,13 @@ contains
          integer :: home(3), low(3), high(3), x, y, z
          home = (node - modulo(node, block_size))/block_size
          restricts_here = all(home == place)
-         if (restricts_here .or. fine%owner_at(home) >= 0) return
+         if (restricts_here .or. fine%owner_at(home, field) >= 0) return
          low = home - merge(1, 0, modulo(node, block_size) == 0)
          high = home + merge(1, 0, modulo(node, block_size) == block_size - 1)
          do z = low(3), high(3)
             do y = low(2), high(2)
                do x = low(1), high(1)
-                  if (fine%owner_at([x, y, z]) < 0) cycle
+                  if (fine%owner_at([x, y, z], field) < 0) cycle
                   restricts_here = all([x, y, z] == place)
                   return
                end do

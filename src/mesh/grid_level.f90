@@ -3,6 +3,9 @@
 !> Node (i,j,k), counted from 0, stands at lower + (i,j,k) cell. A particle belongs to the bin of its nearest
 !> node, so that it touches the 27 nodes around that one. Block (a,b,c) holds the nodes and bins 8a..8a+7,
 !> 8b..8b+7, 8c..8c+7.
+!>
+!> Bodies that touch only by contact have velocity fields of their own: each field has its own blocks at the
+!> same places.
 module m_grid_level
    use m_kinds, only: wp
    use m_constants, only: block_size
@@ -18,13 +21,16 @@ module m_grid_level
       real(wp) :: per_cell        !< 1/cell, 1/m
       integer :: cells(3)         !< cells along each axis
       integer :: blocks(3)        !< blocks along each axis, numbered from 0
+      integer :: fields = 1       !< velocity fields, numbered from 1
       integer :: boundary(2, 3)   !< condition on the lower and upper side of each axis
    contains
       procedure :: nearest_node
       procedure :: block_of
       procedure :: block_origin
+      procedure :: block_count
       procedure :: block_index
       procedure :: block_place
+      procedure :: block_field
       procedure :: plane
    end type grid_level_t
 
@@ -72,22 +78,37 @@ contains
       origin = self%lower + real(block_size*place, wp)*self%cell
    end function block_origin
 
-   !> Number of a block, from 1, x running fastest: the order in which sums over blocks run.
-   pure integer function block_index(self, place)
+   !> Number of the places for blocks, of all fields.
+   pure integer function block_count(self)
+      class(grid_level_t), intent(in) :: self
+      block_count = product(self%blocks)*self%fields
+   end function block_count
+
+   !> Number of a block, from 1, x running fastest, field by field: the order in which sums over blocks run.
+   pure integer function block_index(self, place, field)
       class(grid_level_t), intent(in) :: self
       integer, intent(in) :: place(3)
+      integer, intent(in), optional :: field !< 1 where it is not given
       block_index = 1 + place(1) + self%blocks(1)*(place(2) + self%blocks(2)*place(3))
+      if (present(field)) block_index = block_index + (field - 1)*product(self%blocks)
    end function block_index
 
-   !> Inverse of block_index.
+   !> Where the block with a number is.
    pure function block_place(self, index) result(place)
       class(grid_level_t), intent(in) :: self
       integer, intent(in) :: index
       integer :: place(3)
       place(1) = mod(index - 1, self%blocks(1))
       place(2) = mod((index - 1)/self%blocks(1), self%blocks(2))
-      place(3) = (index - 1)/(self%blocks(1)*self%blocks(2))
+      place(3) = mod((index - 1)/(self%blocks(1)*self%blocks(2)), self%blocks(3))
    end function block_place
+
+   !> The velocity field of the block with a number.
+   pure integer function block_field(self, index)
+      class(grid_level_t), intent(in) :: self
+      integer, intent(in) :: index
+      block_field = 1 + (index - 1)/product(self%blocks)
+   end function block_field
 
    !> Node tile index (0 to 9) of the lower (side 1) or upper (side 2) boundary plane of an axis in a block,
    !> or -1 where the plane does not cross the tile or the side is free.

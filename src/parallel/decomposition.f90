@@ -19,7 +19,7 @@ contains
       integer :: m
       before = 0
       do m = 1, l - 1
-         before = before + product(levels(m)%grid%blocks)
+         before = before + levels(m)%grid%block_count()
       end do
    end function blocks_before
 
@@ -27,22 +27,18 @@ contains
    subroutine set_owners(levels, owner)
       type(level_t), intent(inout) :: levels(:)
       integer, intent(in) :: owner(:) !< by the numbers of the blocks; -1 where there is none
-      integer :: before, l, n(3)
+      integer :: l
       do l = 1, size(levels)
-         before = blocks_before(levels, l)
-         n = levels(l)%grid%blocks
-         if (.not. allocated(levels(l)%owner)) allocate (levels(l)%owner(0:n(1) - 1, 0:n(2) - 1, 0:n(3) - 1))
-         levels(l)%owner(:, :, :) = reshape(owner(before + 1:before + product(n)), n)
+         levels(l)%owner = owner(blocks_before(levels, l) + 1:blocks_before(levels, l + 1))
       end do
    end subroutine set_owners
 
    !> The owners of the blocks of all levels.
    pure function all_owners(levels) result(owner)
       type(level_t), intent(in) :: levels(:)
-      integer :: owner(blocks_before(levels, size(levels) + 1)), before, l
+      integer :: owner(blocks_before(levels, size(levels) + 1)), l
       do l = 1, size(levels)
-         before = blocks_before(levels, l)
-         owner(before + 1:before + size(levels(l)%owner)) = reshape(levels(l)%owner, [size(levels(l)%owner)])
+         owner(blocks_before(levels, l) + 1:blocks_before(levels, l + 1)) = levels(l)%owner
       end do
    end function all_owners
 
@@ -130,10 +126,11 @@ contains
       allocate (blocks(count(level%owner == rank)))
       b = 0
       do index = 1, size(level%owner)
-         place = level%grid%block_place(index)
-         if (level%owner_at(place) /= rank) cycle
+         if (level%owner(index) /= rank) cycle
          b = b + 1
+         place = level%grid%block_place(index)
          blocks(b)%place = place
+         blocks(b)%field = level%grid%block_field(index)
          blocks(b)%index = index
          blocks(b)%origin = level%grid%block_origin(place)
       end do
@@ -168,34 +165,30 @@ contains
    subroutine find_ghosts(level, rank)
       type(level_t), intent(inout) :: level
       integer, intent(in) :: rank
-      integer :: b, index, m, n, place(3), other(3)
-      if (.not. allocated(level%slot)) &
-         allocate (level%slot(0:level%grid%blocks(1) - 1, 0:level%grid%blocks(2) - 1, &
-                              0:level%grid%blocks(3) - 1))
+      integer :: b, index, m, n
+      if (.not. allocated(level%slot)) allocate (level%slot(size(level%owner)))
       level%slot = 0
       do b = 1, size(level%blocks)
-         place = level%blocks(b)%place
-         level%slot(place(1), place(2), place(3)) = b
+         level%slot(level%blocks(b)%index) = b
       end do
       if (allocated(level%ghost_index)) deallocate (level%ghost_index)
       allocate (level%ghost_index(0))
       m = size(level%blocks)
       do index = 1, size(level%owner)
-         place = level%grid%block_place(index)
-         if (level%owner_at(place) < 0 .or. level%owner_at(place) == rank) cycle
-         if (.not. touches(place)) cycle
+         if (level%owner(index) < 0 .or. level%owner(index) == rank) cycle
+         if (.not. any(owners_around(level, level%grid%block_place(index), level%grid%block_field(index)) &
+                       == rank)) cycle
          m = m + 1
-         level%slot(place(1), place(2), place(3)) = m
+         level%slot(index) = m
          level%ghost_index = [level%ghost_index, index]
       end do
       do b = 1, size(level%blocks)
          level%blocks(b)%shared = .false.
          do n = 1, 27
-            other = level%blocks(b)%place + directions(:, n)
-            level%blocks(b)%neighbour(n) = 0
-            if (level%owner_at(other) < 0) cycle
-            level%blocks(b)%neighbour(n) = level%slot(other(1), other(2), other(3))
-            if (level%owner_at(other) /= rank) level%blocks(b)%shared = .true.
+            associate (block => level%blocks(b), other => level%blocks(b)%place + directions(:, n))
+               block%neighbour(n) = level%slot_at(other, block%field)
+               if (block%neighbour(n) > size(level%blocks)) block%shared = .true.
+            end associate
          end do
       end do
       do b = 1, size(level%blocks)
@@ -207,15 +200,35 @@ contains
       level%interior_first = [pack([(b, b=1, size(level%blocks))], .not. level%blocks%shared), &
                            pack([(b, b=1, size(level%blocks))], level%blocks%shared)]
       level%part_end = [0, count(.not. level%blocks%shared), size(level%blocks)]
-   contains
-      !> True when one of this rank's blocks is next to a place.
-      pure logical function touches(place)
-         integer, intent(in) :: place(3)
-         integer :: a(3), z(3)
-         a = max(place - 1, 0)
-         z = min(place + 1, level%grid%blocks - 1)
-         touches = any(level%owner(a(1):z(1), a(2):z(2), a(3):z(3)) == rank)
-      end function touches
+      level%near_ranks = find_near_ranks(level, rank)
    end subroutine find_ghosts
+
+   !> Owners of a field's blocks around a place, in the 27 directions; -1 where there is none.
+   pure function owners_around(level, place, field) result(owners)
+      type(level_t), intent(in) :: level
+      integer, intent(in) :: place(3), field
+      integer :: owners(27), n
+      do n = 1, 27
+         owners(n) = level%owner_at(place + directions(:, n), field)
+      end do
+   end function owners_around
+
+   !> Other ranks, rising, that own blocks of any field at the places of this one's blocks or next to them.
+   pure function find_near_ranks(level, rank) result(near)
+      type(level_t), intent(in) :: level
+      integer, intent(in) :: rank
+      integer, allocatable :: near(:)
+      logical :: is_near(-1:max(rank, maxval(level%owner)))
+      integer :: b, field, r
+      is_near = .false.
+      do b = 1, size(level%blocks)
+         if (level%grid%fields == 1 .and. .not. level%blocks(b)%shared) cycle
+         do field = 1, level%grid%fields
+            is_near(owners_around(level, level%blocks(b)%place, field)) = .true.
+         end do
+      end do
+      is_near([-1, rank]) = .false.
+      near = pack([(r, r=0, ubound(is_near, 1))], is_near(0:))
+   end function find_near_ranks
 
 end module m_decomposition

@@ -28,7 +28,7 @@ contains
       integer :: m, r
       neighbour = .false.
       do m = 1, size(level%ghost_index)
-         neighbour(level%owner_at(level%grid%block_place(level%ghost_index(m)))) = .true.
+         neighbour(level%owner(level%ghost_index(m))) = .true.
       end do
       neighbours = pack([(r, r=0, ranks - 1)], neighbour)
    end function find_neighbours
@@ -39,15 +39,14 @@ contains
       integer, intent(in) :: from, to
       type(runs_t), intent(out) :: runs
       logical :: shared(0:tile_last, 0:tile_last, 0:tile_last)
-      integer :: count, index, place(3), slot
+      integer :: count, index, slot
       allocate (runs%length(2*width**2), runs%before(2*width**2))
       count = 0
-      do index = 1, product(level%grid%blocks)
-         place = level%grid%block_place(index)
-         if (level%owner_at(place) /= from) cycle
-         slot = level%slot(place(1), place(2), place(3))
+      do index = 1, size(level%owner)
+         if (level%owner(index) /= from) cycle
+         slot = level%slot(index)
          if (slot == 0) cycle
-         shared = shared_nodes(level, place, to)
+         shared = shared_nodes(level, level%grid%block_place(index), level%grid%block_field(index), to)
          if (any(shared)) call add_runs(shared, slot, count, runs)
       end do
       runs%length = runs%length(:count)
@@ -56,15 +55,15 @@ contains
    end subroutine find_shared
 
    !> The nodes of a block's tile that blocks of rank `to` also have.
-   pure function shared_nodes(level, place, to) result(shared)
+   pure function shared_nodes(level, place, field, to) result(shared)
       type(level_t), intent(in) :: level
-      integer, intent(in) :: place(3), to
+      integer, intent(in) :: place(3), field, to
       logical :: shared(0:tile_last, 0:tile_last, 0:tile_last)
       integer :: direction(3), n
       shared = .false.
       do n = 1, 27
          direction = directions(:, n)
-         if (n == 14 .or. level%owner_at(place + direction) /= to) cycle
+         if (n == 14 .or. level%owner_at(place + direction, field) /= to) cycle
          associate (a => overlap_first(direction), b => overlap_last(direction))
             shared(a(1):b(1), a(2):b(2), a(3):b(3)) = .true.
          end associate

@@ -80,8 +80,9 @@ contains
          do m = 1, block%emigrant_count
             p = block%emigrants(m)
             place = entered(level, block, p)
-            call address(self, communicator%rank, level%owner_at(place), block%particles%column(p, :), &
-                         block%particles%id(p), block%particles%body(p), level%grid%block_index(place))
+            call address(self, communicator%rank, level%owner_at(place, block%field), &
+                         block%particles%column(p, :), block%particles%id(p), block%particles%body(p), &
+                         level%grid%block_index(place, block%field))
          end do
          call take_out(block)
       end associate
@@ -97,7 +98,7 @@ contains
       do r = 1, self%homeless%count
          associate (record => self%homeless%records(:, r))
             index = int(record(n + at_block))
-            call address(self, communicator%rank, level%owner_at(level%grid%block_place(index)), record(:n), &
+            call address(self, communicator%rank, level%owner(index), record(:n), &
                          transfer(record(n + at_id), 0_i8), int(record(n + at_body), i4), index)
          end associate
       end do
@@ -190,13 +191,13 @@ contains
       real(wp), intent(in) :: values(:)
       integer(i8), intent(in) :: id
       integer(i4), intent(in) :: body
-      integer :: place(3)
+      integer :: index, place(3)
       associate (x => level%layout%position)
          place = level%grid%block_of(values(x:x + 2))
       end associate
       self%moved = self%moved + 1
-      call address(self, communicator%rank, level%owner_at(place), values, id, body, &
-                   level%grid%block_index(place))
+      index = level%grid%block_index(place, level%field_of_body(body))
+      call address(self, communicator%rank, level%owner(index), values, id, body, index)
    end subroutine send_to_level
 
    !> Collective: what was sent to this level arrives, in the order of ids.
@@ -292,9 +293,7 @@ contains
    pure integer function slot_of(level, index)
       type(level_t), intent(in) :: level
       real(wp), intent(in) :: index
-      integer :: place(3)
-      place = level%grid%block_place(int(index))
-      slot_of = level%slot(place(1), place(2), place(3))
+      slot_of = level%slot(int(index))
    end function slot_of
 
    !> Append one record to its block.
@@ -322,11 +321,11 @@ contains
       class(migration_t), intent(inout) :: self
       type(communicator_t), intent(in) :: communicator
       type(level_t), intent(inout) :: level
-      integer, intent(in) :: new_owner(0:, 0:, 0:)
+      integer, intent(in) :: new_owner(:) !< (blocks, by number)
       integer :: b, p, rank
       do b = 1, size(level%blocks)
          associate (block => level%blocks(b))
-            rank = new_owner(block%place(1), block%place(2), block%place(3))
+            rank = new_owner(block%index)
             if (rank == communicator%rank) cycle
             do p = 1, block%particles%count
                call self%outgoing(rank)%add(block%particles%column(p, :), block%particles%id(p), &

@@ -224,7 +224,7 @@ contains
       integer, intent(in) :: vertex(:) !< of each block, from 1; 0 where there is none
       integer, intent(in) :: there(:)  !< numbers of the blocks that exist
       integer, allocatable, intent(out) :: offsets(:), adjacent(:), edge_weights(:)
-      integer :: edges, l, n, v, d(3), position(3)
+      integer :: edges, field, l, n, v, d(3), position(3)
       allocate (offsets(size(there) + 1), adjacent(35*size(there)), edge_weights(35*size(there)))
       edges = 0
       offsets(1) = 0
@@ -233,7 +233,10 @@ contains
          do while (there(v) > blocks_before(levels, l + 1))
             l = l + 1
          end do
-         position = levels(l)%grid%block_place(there(v) - blocks_before(levels, l))
+         associate (index => there(v) - blocks_before(levels, l))
+            position = levels(l)%grid%block_place(index)
+            field = levels(l)%grid%block_field(index)
+         end associate
          do n = 1, 27
             if (n == 14) cycle
             d = directions(:, n)
@@ -255,7 +258,7 @@ contains
          integer, intent(in) :: to_level, to(3), weight
          integer :: other
          if (any(to < 0) .or. any(to >= levels(to_level)%grid%blocks)) return
-         other = vertex(blocks_before(levels, to_level) + levels(to_level)%grid%block_index(to))
+         other = vertex(blocks_before(levels, to_level) + levels(to_level)%grid%block_index(to, field))
          if (other == 0) return
          edges = edges + 1
          adjacent(edges) = other - 1

@@ -39,6 +39,7 @@ module m_block
 
    type, extends(contents_t) :: block_t
       integer :: place(3) = 0            !< which block of the level, from 0
+      integer :: field = 1               !< velocity field of its particles and nodes
       integer :: index = 0               !< its number in the level (grid_level%block_index)
       real(wp) :: origin(3) = 0.0_wp     !< place of its first node, m
       integer :: neighbour(27) = 0 !< slots of the blocks around, x fastest, 14 is this one; 0 where there is

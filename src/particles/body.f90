@@ -9,7 +9,7 @@ module m_body
    use m_split, only: must_split, octant_of, child_id
    implicit none
    private
-   public :: lattice_extent, fill_block, count_in_block, expected_count
+   public :: lattice_extent, fill_block, count_in_block, expected_count, holds_place
 
    !> The lattice of a body: particle (i,j,k) has its centre at anchor + (i + 1/2, ...) spacing, first <= i <=
    !> last.
@@ -209,6 +209,18 @@ contains
       lattice%first = floor((lower - lattice%anchor)/lattice%spacing + 1.0e-6_wp, i8)
       lattice%last = ceiling((upper - lattice%anchor)/lattice%spacing - 1.0e-6_wp, i8) - 1
    end function body_lattice
+
+   !> True when a body has a particle, or parts of one, at the place of its lattice that a place lies in.
+   pure logical function holds_place(spec, cell, place)
+      type(body_spec_t), intent(in) :: spec
+      real(wp), intent(in) :: cell     !< of the coarsest level, m
+      real(wp), intent(in) :: place(3) !< m
+      type(lattice_t) :: lattice
+      lattice = body_lattice(spec, cell)
+      holds_place = spec%shape%inside(lattice%anchor &
+                                      + (floor((place - lattice%anchor)/lattice%spacing) + 0.5_wp) &
+                                      *lattice%spacing)
+   end function holds_place
 
    !> Places of a body's lattice along each axis. Ids of its particles, from 1, count them along x first, then
    !> y, then z.

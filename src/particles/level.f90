@@ -22,10 +22,13 @@ module m_level
       type(region_t) :: region               !< that it refines; the coarsest level's is everything
       type(field_table_t) :: table
       type(layout_t) :: layout
-      integer, allocatable :: owner(:, :, :) !< rank that owns a block, -1 where there is no block; from 0;
-                                             !< the same on every rank
-      integer, allocatable :: slot(:, :, :) !< slot of the block here (own blocks first, then ghosts), 0 if
-                                            !< not here
+      integer, allocatable :: owner(:) !< (blocks, by number): rank that owns it, -1 where there is none; the
+                                       !< same on every rank
+      integer, allocatable :: slot(:) !< (blocks, by number): slot here (own blocks first, then ghosts), 0 if
+                                      !< not here
+      integer, allocatable :: field_of_body(:) !< velocity field of each body's particles
+      integer, allocatable :: near_ranks(:) !< other ranks, rising, that own blocks of any field at the places
+                                            !< of blocks here or next to them
       type(block_t), allocatable :: blocks(:) !< own blocks, by rising index; block b has slot b
       integer, allocatable :: ghost_index(:) !< block indices of the neighbours on other ranks; ghost m has
                                              !< slot size(blocks) + m
@@ -57,6 +60,7 @@ module m_level
       procedure :: keep_order
       procedure :: bytes
       procedure :: owner_at
+      procedure :: slot_at
       procedure :: thickness
    end type level_t
 
@@ -72,14 +76,25 @@ contains
       end do
    end function particle_count
 
-   !> Owner of the block at a place, -1 where there is none or the place is outside the level.
-   pure integer function owner_at(self, place)
+   !> Owner of a field's block at a place, -1 where there is none or the place is outside the level.
+   pure integer function owner_at(self, place, field)
       class(level_t), intent(in) :: self
       integer, intent(in) :: place(3)
+      integer, intent(in), optional :: field !< 1 where it is not given
       owner_at = -1
       if (any(place < 0) .or. any(place >= self%grid%blocks)) return
-      owner_at = self%owner(place(1), place(2), place(3))
+      owner_at = self%owner(self%grid%block_index(place, field))
    end function owner_at
+
+   !> Slot here of a field's block at a place, 0 where it is not here.
+   pure integer function slot_at(self, place, field)
+      class(level_t), intent(in) :: self
+      integer, intent(in) :: place(3)
+      integer, intent(in), optional :: field !< 1 where it is not given
+      slot_at = 0
+      if (any(place < 0) .or. any(place >= self%grid%blocks)) return
+      slot_at = self%slot(self%grid%block_index(place, field))
+   end function slot_at
 
    !> Thickness of a particle's domain across a normal, 2 sqrt(sum (r_k . n)^2), m: exact along its edges, and
    !> the edge of a cube whichever way it is turned (theory.md, eq. thickness).

@@ -5,7 +5,7 @@ module m_effects
    use m_effect, only: effect_t, effect_slot_t
    implicit none
    private
-   public :: known_effects, make_effects
+   public :: known_effects, make_effects, add_effect
 
 contains
 
@@ -47,5 +47,19 @@ contains
          end select
       end do
    end subroutine make_effects
+
+   !> Append an effect that no group of a scene asks for.
+   subroutine add_effect(effects, effect)
+      type(effect_slot_t), allocatable, intent(inout) :: effects(:)
+      class(effect_t), intent(in) :: effect
+      type(effect_slot_t), allocatable :: more(:)
+      integer :: e
+      allocate (more(size(effects) + 1))
+      do e = 1, size(effects)
+         call move_alloc(effects(e)%effect, more(e)%effect)
+      end do
+      allocate (more(size(more))%effect, source=effect)
+      call move_alloc(more, effects)
+   end subroutine add_effect
 
 end module m_effects

@@ -1,7 +1,6 @@
 !> A pressure on a patch of a body's face that follows the surface (theory.md, eq. pressure).
 module m_pressure
    use m_kinds, only: wp
-   use m_vectors, only: cross
    use m_constants, only: exit_input
    use m_errors, only: error_t, fail
    use m_text, only: to_text
@@ -18,6 +17,7 @@ module m_pressure
    use m_stencil, only: bin_place
    use m_face_weights, only: face_weights_t, fit_share, weigh
    use m_split, only: fitted_edges
+   use m_carried_face, only: carry_faces
    use m_effect, only: effect_t, hooks_t
    implicit none
    private
@@ -223,29 +223,13 @@ contains
       work(1) = work(2) - 0.5_wp*value_at(self%times, self%values, time)*swept
    end function particle_work
 
-   !> With F = I + dt L the arm becomes F arm and the area J F^-T area (Nanson).
    pure subroutine on_stress(self, particles, layout, gradient, cell, time_step)
       class(pressure_t), intent(in) :: self
       type(particle_store_t), intent(inout) :: particles
       type(layout_t), intent(in) :: layout
       real(wp), intent(in), contiguous :: gradient(:, :)
       real(wp), intent(in) :: cell, time_step
-      real(wp) :: f(3, 3), cofactor(3, 3)
-      integer :: i, p
-      associate (column => particles%column)
-         do p = 1, particles%count
-            if (.not. any(abs(column(p, self%area:self%area + 2)) > 0.0_wp)) cycle
-            f = time_step*reshape(gradient(p, :), [3, 3])
-            do i = 1, 3
-               f(i, i) = 1.0_wp + f(i, i)
-            end do
-            cofactor(:, 1) = cross(f(:, 2), f(:, 3))
-            cofactor(:, 2) = cross(f(:, 3), f(:, 1))
-            cofactor(:, 3) = cross(f(:, 1), f(:, 2))
-            column(p, self%area:self%area + 2) = matmul(cofactor, column(p, self%area:self%area + 2))
-            column(p, self%arm:self%arm + 2) = matmul(f, column(p, self%arm:self%arm + 2))
-         end do
-      end associate
+      call carry_faces(particles%column, particles%count, self%area, self%arm, gradient, time_step)
    end subroutine on_stress
 
 end module m_pressure

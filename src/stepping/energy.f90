@@ -56,23 +56,19 @@ contains
       type(sums_t) :: sums
       real(wp), allocatable :: parts(:, :) ! of every block that exists, on any rank
       real(wp) :: total(sum_count)
-      integer :: b, i, j, k, l, n
+      integer :: b, index, l, n
       allocate (parts(sum_count, sum([(count(model%levels(l)%owner >= 0), l=1, size(model%levels))])), &
                 source=0.0_wp)
       n = 0
       do l = 1, size(model%levels)
-         associate (level => model%levels(l), last => model%levels(l)%grid%blocks - 1)
-            do k = 0, last(3)
-               do j = 0, last(2)
-                  do i = 0, last(1)
-                     if (level%owner(i, j, k) < 0) cycle
-                     n = n + 1
-                     b = level%slot(i, j, k)
-                     if (b == 0 .or. b > size(level%blocks)) cycle ! another rank's
-                     parts(:, n) = level%blocks(b)%sums
-                     if (.not. level%blocks(b)%sums_hold()) parts(:, n) = block_sums(model, l, b)
-                  end do
-               end do
+         associate (level => model%levels(l))
+            do index = 1, size(level%owner)
+               if (level%owner(index) < 0) cycle
+               n = n + 1
+               b = level%slot(index)
+               if (b == 0 .or. b > size(level%blocks)) cycle ! another rank's
+               parts(:, n) = level%blocks(b)%sums
+               if (.not. level%blocks(b)%sums_hold()) parts(:, n) = block_sums(model, l, b)
             end do
          end associate
       end do

@@ -29,6 +29,7 @@ module m_flight
       real(wp) :: velocity(3) = 0.0_wp !< m/s
       real(wp) :: particles = 0.0_wp
       integer :: level = 1 !< where they live now
+      integer :: field = 1 !< their velocity field
    end type flyer_t
 
    real(wp), parameter :: stride = 2.0_wp !< of the fastest body from one moment to the next, in cells of the
@@ -70,7 +71,7 @@ contains
       flyers = all_flyers(scene, model)
       allocate (held(0:moments), steps(0:moments), source=0.0_wp)
       allocate (entered(size(there)), here(size(there)), source=.false.)
-      block_steps = [(spread(real(level_steps(l), wp), 1, product(model%levels(l)%grid%blocks)), l=1, &
+      block_steps = [(spread(real(level_steps(l), wp), 1, model%levels(l)%grid%block_count()), l=1, &
                       size(model%levels))]
       counts = min(moments, most_counts)
       n = 0
@@ -126,6 +127,7 @@ contains
                   parts(p)%velocity = scene%bodies(p)%velocity
                end do
                parts%level = l
+               parts%field = model%levels(l)%field_of_body
                flyers = [flyers, pack(parts, parts%particles > 0.0_wp)]
             end do
          end associate
@@ -157,7 +159,7 @@ contains
          low_there = low
          high_there = high
          call model%levels(l)%region%clip(0.0_wp, low_there, high_there)
-         call model%mark_around(l, low_there, high_there, entered)
+         call model%mark_around(l, flyer%field, low_there, high_there, entered)
       end do
       particles = flyer%particles*8.0_wp**(home - flyer%level)
    end subroutine look

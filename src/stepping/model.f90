@@ -15,6 +15,7 @@ module m_model
                       domain_stretch, domain_corners
    use m_grid_level, only: make_grid_level
    use m_level, only: level_t
+   use m_surface, only: make_surface
    use m_body, only: fill_block, count_in_block, expected_count
    use m_placement, only: work_t, work_of, order_work, choose_owners
    use m_decomposition, only: set_owners, all_owners, settle_blocks, blocks_before
@@ -28,7 +29,7 @@ module m_model
    use m_split, only: id_bits, stuff_t
    use m_materials, only: materials_t, make_materials
    use m_effect, only: effect_slot_t
-   use m_effects, only: make_effects
+   use m_effects, only: make_effects, add_effect
    use m_effect_step, only: effect_step_t
    use m_contact, only: contact_t
    implicit none
@@ -119,9 +120,9 @@ module m_model
       end subroutine prepare_blocks
       !> The blocks that particles of a level within a box are in or, with several levels, may enter before
       !> the end of the next step.
-      module subroutine mark_around(self, l, lowest, highest, wanted)
+      module subroutine mark_around(self, l, field, lowest, highest, wanted)
          class(model_t), intent(in) :: self
-         integer, intent(in) :: l
+         integer, intent(in) :: l, field
          real(wp), intent(in) :: lowest(3), highest(3) !< m
          logical, intent(inout) :: wanted(:) !< by number
       end subroutine mark_around
@@ -164,13 +165,14 @@ contains
       end if
       if (.not. allocated(self%effects)) call make_effects(scene, self%effects)
       call make_levels(self, scene)
+      if (scene%fields() > 1) call add_effect(self%effects, make_surface(scene))
       call self%timers%start(size(self%levels))
       if (size(self%levels) > 1) self%levels_row = self%timers%row_of('levels')
       do e = 1, size(self%effects)
          call self%effects(e)%effect%prepare(self%levels(1)%grid, self%materials)
       end do
       do l = 1, size(self%levels)
-         call self%effect_step(l)%build(self%effects, product(self%levels(l)%grid%blocks), self%timers)
+         call self%effect_step(l)%build(self%effects, self%levels(l)%grid%block_count(), self%timers)
       end do
       call self%contact%build(scene%tools, scene%contact)
       self%contact%strains_apart = self%method%stress_update /= update_usl
@@ -214,6 +216,8 @@ contains
       do l = 1, n
          self%levels(l)%number = l
          self%levels(l)%grid = make_grid_level(scene%grid, l)
+         self%levels(l)%grid%fields = scene%fields()
+         self%levels(l)%field_of_body = scene%bodies%field
          self%levels(l)%region = make_region(self%levels(l)%grid, [0, 0, 0], self%levels(l)%grid%cells)
          if (l == 1) cycle
          associate (grid => self%levels(l)%grid, spec => scene%levels(l - 1))
@@ -295,13 +299,14 @@ contains
    subroutine add_parents(levels, values)
       type(level_t), intent(in) :: levels(:)
       integer, intent(inout) :: values(:) !< one a block of each level, as from count_particles or all_owners
-      integer :: index, l, parent, place(3)
+      integer :: field, index, l, parent, place(3)
       do l = size(levels), 2, -1
-         do index = 1, product(levels(l)%grid%blocks)
+         do index = 1, levels(l)%grid%block_count()
             if (values(blocks_before(levels, l) + index) < 0) cycle
             place = levels(l)%grid%block_place(index)
             if (.not. has_constrained(levels(l)%region, place)) cycle
-            parent = blocks_before(levels, l - 1) + levels(l - 1)%grid%block_index(place/2)
+            field = levels(l)%grid%block_field(index)
+            parent = blocks_before(levels, l - 1) + levels(l - 1)%grid%block_index(place/2, field)
             if (values(parent) < 0) values(parent) = 0
          end do
       end do

@@ -27,7 +27,8 @@ contains
       do l = 1, size(self%levels)
          do b = 1, size(self%levels(l)%blocks)
             associate (block => self%levels(l)%blocks(b))
-               if (block%particles%count > 0) call self%mark_around(l, block%lowest, block%highest, wanted)
+               if (block%particles%count > 0) call self%mark_around(l, block%field, block%lowest, block%highest, &
+                                                                 wanted)
             end associate
          end do
       end do
@@ -65,7 +66,8 @@ contains
          do k = a(3), z(3)
             do j = a(2), z(2)
                do i = a(1), z(1)
-                  wanted(blocks_before(self%levels, l) + self%levels(l)%grid%block_index([i, j, k])) = .true.
+                  wanted(blocks_before(self%levels, l) + self%levels(l)%grid%block_index([i, j, k], field)) &
+                     = .true.
                end do
             end do
          end do
@@ -135,12 +137,10 @@ contains
    subroutine place_anew(self, owner)
       class(model_t), intent(inout) :: self
       integer, intent(in) :: owner(:) !< as from choose_owners
-      integer :: before, l, n(3)
+      integer :: l
       do l = 1, size(self%levels)
-         before = blocks_before(self%levels, l)
-         n = self%levels(l)%grid%blocks
          call self%migration(l)%move_blocks(self%communicator, self%levels(l), &
-                                            reshape(owner(before + 1:before + product(n)), n))
+            owner(blocks_before(self%levels, l) + 1:blocks_before(self%levels, l + 1)))
       end do
       call set_owners(self%levels, owner)
       call self%connect()

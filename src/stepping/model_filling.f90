@@ -42,6 +42,7 @@ contains
       do b = 1, size(self%levels(l)%blocks)
          associate (block => self%levels(l)%blocks(b))
             do body = 1, size(scene%bodies)
+               if (self%levels(l)%field_of_body(body) /= block%field) cycle
                filled = block%particles%count
                call fill_block(self%levels, l, block, scene%bodies(body), body, &
                                scene%materials(scene%bodies(body)%material)%density, first_id(body))
@@ -109,8 +110,9 @@ contains
       allocate (counts(blocks_before(self%levels, size(self%levels) + 1)), source=0)
       do l = 1, size(self%levels)
          before = blocks_before(self%levels, l)
-         do index = 1 + self%communicator%rank, product(self%levels(l)%grid%blocks), self%communicator%ranks
+         do index = 1 + self%communicator%rank, self%levels(l)%grid%block_count(), self%communicator%ranks
             do body = 1, size(scene%bodies)
+               if (self%levels(l)%field_of_body(body) /= self%levels(l)%grid%block_field(index)) cycle
                found = count_in_block(self%levels, l, self%levels(l)%grid%block_place(index), &
                                       scene%bodies(body))
                counts(before + index) = counts(before + index) + found

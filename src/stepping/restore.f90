@@ -56,7 +56,7 @@ contains
          if (rank == model%communicator%rank) blocks%first = n + 1
          do l = 1, size(model%levels)
             associate (first => blocks_before(model%levels, l))
-               do index = 1, product(model%levels(l)%grid%blocks)
+               do index = 1, model%levels(l)%grid%block_count()
                   if (owner(first + index) /= rank) cycle
                   n = n + 1
                   blocks%table(:, n) = [int(l, i8), int(index, i8), int(counts(first + index), i8), &
@@ -136,11 +136,8 @@ contains
    pure integer function own_block(model, l, index) result(b)
       type(model_t), intent(in) :: model
       integer, intent(in) :: l, index
-      integer :: place(3)
-      place = model%levels(l)%grid%block_place(index)
       b = 0
-      if (model%levels(l)%owner_at(place) == model%communicator%rank) b = model%levels(l)%slot(place(1), &
-            place(2), place(3))
+      if (model%levels(l)%owner(index) == model%communicator%rank) b = model%levels(l)%slot(index)
    end function own_block
 
    !> Rows of the table are blocks of this grid, each once, and their particles follow one another.
@@ -159,7 +156,7 @@ contains
       do n = 1, size(blocks%table, 2)
          if (good) good = blocks%table(1, n) >= 1 .and. blocks%table(1, n) <= size(model%levels)
          if (good) good = blocks%table(2, n) >= 1 .and. &
-                          blocks%table(2, n) <= product(model%levels(int(blocks%table(1, n)))%grid%blocks)
+                          blocks%table(2, n) <= model%levels(int(blocks%table(1, n)))%grid%block_count()
          if (good) &
             good = blocks%table(3, n) >= 0 .and. blocks%table(4, n) >= 0 .and. blocks%table(4, n) < ranks &
                    .and. blocks%table(5, n) == before .and. blocks%table(3, n) <= blocks%particles - before

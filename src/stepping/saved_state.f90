@@ -90,7 +90,7 @@ contains
       if (.not. allocated(self%levels)) allocate (self%levels(size(model%levels)))
       do l = 1, size(model%levels)
          associate (saved => self%levels(l), step => model%effect_step(l), &
-                    places => product(model%levels(l)%grid%blocks))
+                    places => model%levels(l)%grid%block_count())
             saved%region = model%levels(l)%region
             saved%external_work = step%external_work
             saved%damped = step%damped
@@ -187,7 +187,7 @@ contains
             model%effect_step(l)%damped = saved%damped
             model%effect_step(l)%particle_work = saved%particle_work
             if (.not. model%effect_step(l)%acts_on_nodes) cycle
-            do place = 1, product(model%levels(l)%grid%blocks)
+            do place = 1, model%levels(l)%grid%block_count()
                call model%effect_step(l)%book(place, saved%booked(:, place))
             end do
          end associate

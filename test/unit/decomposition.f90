@@ -529,7 +529,7 @@ contains
    !> All ranks know the same owners, and each block that is there lives on its owner alone.
    subroutine owned_once(model)
       type(model_t), intent(in) :: model
-      integer, allocatable :: lowest(:, :, :), highest(:, :, :), homes(:)
+      integer, allocatable :: lowest(:), highest(:), homes(:)
       integer :: b, index
       allocate (lowest, source=model%levels(1)%owner)
       allocate (highest, source=model%levels(1)%owner)

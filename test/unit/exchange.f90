@@ -177,7 +177,7 @@ contains
       wrong = 0
       do b = 1, size(model%levels(1)%blocks)
          associate (place => model%levels(1)%blocks(b)%place)
-            s = single%levels(1)%slot(place(1), place(2), place(3))
+            s = single%levels(1)%slot_at(place)
             wrong = wrong + count(abs(model%levels(1)%nodes(:, :, :, :, b) - single%levels(1)%nodes(:, :, :, :, s)) > 0.0_wp)
          end associate
       end do

@@ -201,7 +201,7 @@ contains
       type(model_t) :: model
       type(error_t) :: error
       integer(i8), allocatable :: ids(:), before(:, :), after(:, :)
-      integer, allocatable :: owner(:, :, :)
+      integer, allocatable :: owner(:)
       real(wp), allocatable :: weighed(:)
       real(wp) :: share, largest
       integer :: b, round

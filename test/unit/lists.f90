@@ -65,7 +65,7 @@ contains
          associate (block => model%levels(1)%blocks(b))
             if (model%levels(1)%owner_at(block%place) /= comm%rank) wrong = wrong + 1
             if (model%levels(1)%grid%block_index(block%place) /= block%index) wrong = wrong + 1
-            if (model%levels(1)%slot(block%place(1), block%place(2), block%place(3)) /= b) wrong = wrong + 1
+            if (model%levels(1)%slot(block%index) /= b) wrong = wrong + 1
          end associate
       end do
       if (size(model%levels(1)%blocks) /= count(model%levels(1)%owner == comm%rank)) wrong = wrong + 1
@@ -105,7 +105,7 @@ contains
       same_places = .true.
       do b = 1, size(model%levels(1)%blocks)
          associate (block => model%levels(1)%blocks(b))
-            s = single%levels(1)%slot(block%place(1), block%place(2), block%place(3))
+            s = single%levels(1)%slot(block%index)
             if (s == 0) then
                same_places = .false.
             else

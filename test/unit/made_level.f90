@@ -45,18 +45,15 @@ contains
       type(level_t), intent(inout) :: level
       type(grid_spec_t), intent(in) :: spec
       real(wp), intent(in) :: values(:, :) !< (particles, columns)
-      integer :: p, n(3), place(3)
+      integer :: p
       level%grid = make_grid_level(spec)
-      n = level%grid%blocks
-      allocate (level%owner(0:n(1) - 1, 0:n(2) - 1, 0:n(3) - 1), source=-1)
+      allocate (level%owner(level%grid%block_count()), source=-1)
       do p = 1, size(values, 1)
-         place = place_of(p)
-         level%owner(place(1), place(2), place(3)) = 0
+         level%owner(level%grid%block_index(place_of(p))) = 0
       end do
       call settle_blocks(level, 0)
       do p = 1, size(values, 1)
-         place = place_of(p)
-         associate (block => level%blocks(level%slot(place(1), place(2), place(3))), x => level%layout%position)
+         associate (block => level%blocks(level%slot_at(place_of(p))), x => level%layout%position)
             call block%reserve(block%particles%count + 1, level%table%columns)
             call block%particles%append(values(p, :), int(p, i8), 1_i4)
             block%cells%bin(block%particles%count) = bin_of(values(p, x:x + 2), frame_of(level, block))

@@ -1,0 +1,204 @@
+!> The surface of bodies that meet others in contact: elements that particles carry, each an area and the arm
+!> to its middle (theory.md, eqs surface-element, carried-face). There where a scene has contact groups; no
+!> group of a scene's own.
+module m_surface
+   use m_kinds, only: wp
+   use m_text, only: to_text
+   use m_scene, only: scene_t, body_spec_t
+   use m_group_reader, only: group_reader_t
+   use m_grid_level, only: grid_level_t
+   use m_field_table, only: field_table_t, layout_t
+   use m_particle_store, only: particle_store_t
+   use m_body, only: holds_place
+   use m_materials, only: materials_t
+   use m_carried_face, only: carry_faces
+   use m_effect, only: effect_t, hooks_t
+   implicit none
+   private
+   public :: surface_t, make_surface, most_elements, area_name, arm_name
+
+   integer, parameter :: most_elements = 6 !< of a particle: one a side
+   integer, parameter :: few_elements = 3  !< of the corner of a body that is two particles thick or more
+   real(wp), parameter :: one_element = 0.7_wp !< cosine: the surface at two sides of a particle bends by less
+   integer, parameter :: steps = 20 !< along a normal to the surface
+   real(wp), parameter :: near = 1.0e-9_wp !< enough to it, in particle edges
+
+   type, extends(effect_t) :: surface_t
+      type(body_spec_t), allocatable :: bodies(:)
+      integer :: elements = most_elements !< that a particle may have
+      integer, allocatable :: area(:), arm(:) !< (elements): first columns, m2 and m
+      real(wp) :: coarsest = 0.0_wp !< cell size of the coarsest level, m
+   contains
+      procedure :: variables
+      procedure :: hooks
+      procedure :: declare
+      procedure :: prepare
+      procedure :: initialise
+      procedure :: on_stress
+      procedure, private :: elements_of
+   end type surface_t
+
+contains
+
+   !> The surface of the bodies of a scene.
+   type(surface_t) function make_surface(scene) result(surface)
+      type(scene_t), intent(in) :: scene
+      character(len=:), allocatable :: variable
+      real(wp) :: thickness, edge
+      integer :: b
+      surface%name = 'surface'
+      surface%bodies = scene%bodies
+      surface%elements = few_elements
+      do b = 1, size(scene%bodies)
+         call scene%bodies(b)%shape%thinnest(thickness, variable)
+         edge = scene%grid%cell_size/nint(real(scene%bodies(b)%particles_per_cell, wp)**(1.0_wp/3.0_wp))
+         if (thickness < 1.99_wp*edge) surface%elements = most_elements
+      end do
+   end function make_surface
+
+   !> There is no such group.
+   subroutine variables(self, group)
+      class(surface_t), intent(inout) :: self
+      type(group_reader_t), intent(inout) :: group
+   end subroutine variables
+
+   pure type(hooks_t) function hooks(self)
+      class(surface_t), intent(in) :: self
+      hooks = hooks_t(on_stress=.true.)
+   end function hooks
+
+   pure function area_name(e) result(name)
+      integer, intent(in) :: e !< number of the element
+      character(len=:), allocatable :: name
+      name = 'surface_area_'//to_text(e)
+   end function area_name
+
+   pure function arm_name(e) result(name)
+      integer, intent(in) :: e !< number of the element
+      character(len=:), allocatable :: name
+      name = 'surface_arm_'//to_text(e)
+   end function arm_name
+
+   !> Two vectors for each element that a particle may have.
+   subroutine declare(self, table)
+      class(surface_t), intent(inout) :: self
+      type(field_table_t), intent(inout) :: table
+      integer :: e
+      allocate (self%area(self%elements), self%arm(self%elements))
+      do e = 1, self%elements
+         call table%declare(area_name(e), 3, 'm2', written=.false., extensive=.true.)
+         self%area(e) = table%column(area_name(e))
+         call table%declare(arm_name(e), 3, 'm', written=.false., arm_to=self%area(e))
+         self%arm(e) = table%column(arm_name(e))
+      end do
+   end subroutine declare
+
+   subroutine prepare(self, grid, materials)
+      class(surface_t), intent(inout) :: self
+      type(grid_level_t), intent(in) :: grid
+      type(materials_t), intent(in) :: materials
+      self%coarsest = grid%cell
+   end subroutine prepare
+
+   !> Elements of the particles of a block that has just been filled.
+   subroutine initialise(self, particles, table, layout, grid)
+      class(surface_t), intent(in) :: self
+      type(particle_store_t), intent(inout) :: particles
+      type(field_table_t), intent(in) :: table
+      type(layout_t), intent(in) :: layout
+      type(grid_level_t), intent(in) :: grid
+      real(wp) :: area(3, most_elements), arm(3, most_elements)
+      integer :: e, found, p
+      do p = 1, particles%count
+         associate (column => particles%column, x => layout%position)
+            call self%elements_of(int(particles%body(p)), column(p, x:x + 2), &
+                                  column(p, layout%volume)**(1.0_wp/3.0_wp), grid, found, area, arm)
+            do e = 1, min(found, self%elements)
+               column(p, self%area(e):self%area(e) + 2) = area(:, e)
+               column(p, self%arm(e):self%arm(e) + 2) = arm(:, e)
+            end do
+         end associate
+      end do
+   end subroutine initialise
+
+   !> The elements of a particle, a cube at the start: where it has no neighbour of its contact group on a
+   !> side, the side's area as the shape's surface has it there, and the way along the surface's normal to it.
+   !> Sides where the surface hardly bends share one: a body that is filled by a lattice has no staircase.
+   subroutine elements_of(self, body, place, edge, grid, found, area, arm)
+      class(surface_t), intent(in) :: self
+      integer, intent(in) :: body
+      real(wp), intent(in) :: place(3), edge !< m
+      type(grid_level_t), intent(in) :: grid
+      integer, intent(out) :: found
+      real(wp), intent(out) :: area(3, most_elements), arm(3, most_elements) !< the largest first
+      real(wp) :: out(3), normal(3), distance, size_of(most_elements), swap(3)
+      integer :: axis, e, k, side
+      found = 0
+      area = 0.0_wp
+      arm = 0.0_wp
+      do axis = 1, 3
+         do side = -1, 1, 2
+            out = 0.0_wp
+            out(axis) = side*edge
+            if (is_held(place + out)) cycle
+            call self%bodies(body)%shape%distance_and_normal(place + 0.5_wp*out, distance, normal)
+            if (.not. dot_product(normal, out) > 0.0_wp) normal = out/edge
+            do e = 1, found
+               if (dot_product(area(:, e), normal) > one_element*norm2(area(:, e))) exit
+            end do
+            found = max(found, e)
+            area(:, e) = area(:, e) + edge*dot_product(normal, out)*normal
+         end do
+      end do
+      do e = 1, found
+         normal = area(:, e)/norm2(area(:, e))
+         arm(:, e) = way_out(normal)*normal
+         size_of(e) = norm2(area(:, e))
+      end do
+      do e = 1, found - 1
+         k = e - 1 + maxloc(size_of(e:found), dim=1)
+         swap = area(:, e); area(:, e) = area(:, k); area(:, k) = swap
+         swap = arm(:, e); arm(:, e) = arm(:, k); arm(:, k) = swap
+         size_of(k) = size_of(e)
+      end do
+   contains
+      !> True when a place holds a particle of the same contact group, or is beyond the sides of the grid.
+      logical function is_held(there)
+         real(wp), intent(in) :: there(3)
+         integer :: b
+         is_held = any(there < grid%lower) .or. any(there > grid%upper)
+         do b = 1, size(self%bodies)
+            if (is_held) return
+            if (self%bodies(b)%field /= self%bodies(body)%field) cycle
+            is_held = holds_place(self%bodies(b), self%coarsest, there)
+         end do
+      end function is_held
+
+      !> How far the surface of the shape is from the particle's centre along a normal, m.
+      real(wp) function way_out(normal)
+         real(wp), intent(in) :: normal(3)
+         real(wp) :: distance
+         integer :: s
+         way_out = 0.0_wp
+         do s = 1, steps
+            distance = self%bodies(body)%shape%distance(place + way_out*normal)
+            way_out = way_out - distance
+            if (abs(distance) <= near*edge) exit
+         end do
+         way_out = min(max(way_out, 0.1_wp*edge), 1.5_wp*edge)
+      end function way_out
+   end subroutine elements_of
+
+   pure subroutine on_stress(self, particles, layout, gradient, cell, time_step)
+      class(surface_t), intent(in) :: self
+      type(particle_store_t), intent(inout) :: particles
+      type(layout_t), intent(in) :: layout
+      real(wp), intent(in), contiguous :: gradient(:, :)
+      real(wp), intent(in) :: cell, time_step
+      integer :: e
+      do e = 1, self%elements
+         call carry_faces(particles%column, particles%count, self%area(e), self%arm(e), gradient, time_step)
+      end do
+   end subroutine on_stress
+
+end module m_surface
