@@ -1,5 +1,5 @@
 !> A shape from a file: a closed surface of triangles (STL, OBJ), or heights on a grid.
-module m_surface
+module m_file_shape
    use m_kinds, only: wp
    use m_constants, only: pi
    use m_checksum, only: text_checksum
@@ -15,13 +15,13 @@ module m_surface
    use m_closed_surface, only: closed_surface_t
    implicit none
    private
-   public :: surface_t
+   public :: file_shape_t
 
    integer, parameter :: longest_path = 1000
    integer, parameter :: most_bytes = 1000000000
    integer, parameter :: piece = 1048576 !< bytes of a file whose checksum is taken at once
 
-   type, extends(shape_t) :: surface_t
+   type, extends(shape_t) :: file_shape_t
       character(len=:), allocatable :: file
       real(wp) :: scale = 1.0_wp              !< m, of the file's unit
       real(wp) :: rotation(3) = 0.0_wp        !< about x, then y, then z, degrees
@@ -41,12 +41,12 @@ module m_surface
       procedure :: volume
       procedure :: lattice_origin
       procedure :: place_name
-   end type surface_t
+   end type file_shape_t
 
 contains
 
    subroutine variables(self, group)
-      class(surface_t), intent(inout) :: self
+      class(file_shape_t), intent(inout) :: self
       type(group_reader_t), intent(inout) :: group
       if (.not. allocated(self%file)) self%file = ''
       if (.not. allocated(self%checksum)) self%checksum = ''
@@ -63,7 +63,7 @@ contains
    !> Collective: rank 0 reads the file, all make the surface of it. A file whose checksum is not the one that
    !> the scene names has been changed.
    subroutine load(self, communicator, fault)
-      class(surface_t), intent(inout) :: self
+      class(file_shape_t), intent(inout) :: self
       type(communicator_t), intent(in) :: communicator
       character(len=:), allocatable, intent(inout) :: fault
       character(len=:), allocatable :: bytes, digits
@@ -155,7 +155,7 @@ contains
    !> Corners of the file where they are in the scene: scaled (heights upwards alone), turned about x, then y,
    !> then z, and moved.
    pure function placed(self, place) result(there)
-      class(surface_t), intent(in) :: self
+      class(file_shape_t), intent(in) :: self
       real(wp), intent(in) :: place(:, :)
       real(wp) :: there(3, size(place, 2))
       real(wp) :: turn(3, 3), c, s, factor(3)
@@ -186,52 +186,52 @@ contains
 
    !> The file, as the scene names it.
    pure function file_name(self) result(name)
-      class(surface_t), intent(in) :: self
+      class(file_shape_t), intent(in) :: self
       character(len=:), allocatable :: name
       name = self%file
    end function file_name
 
    pure subroutine distance_and_normal(self, place, distance, normal)
-      class(surface_t), intent(in) :: self
+      class(file_shape_t), intent(in) :: self
       real(wp), intent(in) :: place(3)
       real(wp), intent(out) :: distance, normal(3)
       call self%inside_of%distance_and_normal(place, distance, normal)
    end subroutine distance_and_normal
 
    pure real(wp) function least_distance(self, place)
-      class(surface_t), intent(in) :: self
+      class(file_shape_t), intent(in) :: self
       real(wp), intent(in) :: place(3)
       least_distance = self%inside_of%least_distance(place)
    end function least_distance
 
    pure logical function is_searched(self)
-      class(surface_t), intent(in) :: self
+      class(file_shape_t), intent(in) :: self
       is_searched = .true.
    end function is_searched
 
    pure subroutine bounding_box(self, lower, upper)
-      class(surface_t), intent(in) :: self
+      class(file_shape_t), intent(in) :: self
       real(wp), intent(out) :: lower(3), upper(3)
       lower = self%inside_of%lower
       upper = self%inside_of%upper
    end subroutine bounding_box
 
    pure real(wp) function volume(self)
-      class(surface_t), intent(in) :: self
+      class(file_shape_t), intent(in) :: self
       volume = self%inside_of%triangles%volume()
    end function volume
 
    pure function lattice_origin(self) result(origin)
-      class(surface_t), intent(in) :: self
+      class(file_shape_t), intent(in) :: self
       real(wp) :: origin(3)
       origin = self%origin
    end function lattice_origin
 
    pure function place_name(self, down) result(name)
-      class(surface_t), intent(in) :: self
+      class(file_shape_t), intent(in) :: self
       logical, intent(in) :: down
       character(len=:), allocatable :: name
       name = 'origin'
    end function place_name
 
-end module m_surface
+end module m_file_shape
