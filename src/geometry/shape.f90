@@ -31,6 +31,7 @@ module m_shape
       procedure :: centre
       procedure :: lattice_origin
       procedure :: is_lattice
+      procedure :: fills_by_share
       procedure :: thinnest
       procedure :: place_name
    end type shape_t
@@ -154,6 +155,13 @@ contains
       class(shape_t), intent(in) :: self
       is_lattice = .false.
    end function is_lattice
+
+   !> True where particles that the surface cuts have the share of their volume inside, if the scene does not
+   !> say; else a particle is whole or not there.
+   pure logical function fills_by_share(self)
+      class(shape_t), intent(in) :: self
+      fills_by_share = .false.
+   end function fills_by_share
 
    !> How thick a body is where it is thinnest (m), and the variable that says it.
    pure subroutine thinnest(self, thickness, variable)
