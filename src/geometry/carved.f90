@@ -19,6 +19,9 @@ module m_carved
       procedure :: variables
       procedure :: distance_and_normal
       procedure :: bounding_box
+      procedure :: least_distance
+      procedure :: most_distance
+      procedure :: is_searched
       procedure :: inside
       procedure :: volume
       procedure :: centre
@@ -73,9 +76,9 @@ contains
       real(wp), intent(out) :: distance, normal(3)
       real(wp) :: other, outwards(3)
       integer :: c
-      call self%whole%distance_and_normal(place, distance, normal)
+      distance = -huge(distance)
       do c = 1, size(self%cuts)
-         if (self%cuts(c)%it%is_searched()) then
+         if (self%cuts(c)%it%is_searched() .and. distance > -huge(distance)) then
             if (-self%cuts(c)%it%least_distance(place) <= distance) cycle
          end if
          call self%cuts(c)%it%distance_and_normal(place, other, outwards)
@@ -83,6 +86,13 @@ contains
          distance = -other
          normal = -outwards
       end do
+      if (self%whole%is_searched()) then
+         if (self%whole%most_distance(place) <= distance) return
+      end if
+      call self%whole%distance_and_normal(place, other, outwards)
+      if (other <= distance) return
+      distance = other
+      normal = outwards
    end subroutine distance_and_normal
 
    pure subroutine bounding_box(self, lower, upper)
@@ -90,6 +100,35 @@ contains
       real(wp), intent(out) :: lower(3), upper(3)
       call self%whole%bounding_box(lower, upper)
    end subroutine bounding_box
+
+   pure real(wp) function least_distance(self, place)
+      class(carved_t), intent(in) :: self
+      real(wp), intent(in) :: place(3)
+      integer :: c
+      least_distance = self%whole%least_distance(place)
+      do c = 1, size(self%cuts)
+         least_distance = max(least_distance, -self%cuts(c)%it%most_distance(place))
+      end do
+   end function least_distance
+
+   pure real(wp) function most_distance(self, place)
+      class(carved_t), intent(in) :: self
+      real(wp), intent(in) :: place(3)
+      integer :: c
+      most_distance = self%whole%most_distance(place)
+      do c = 1, size(self%cuts)
+         most_distance = max(most_distance, -self%cuts(c)%it%least_distance(place))
+      end do
+   end function most_distance
+
+   pure logical function is_searched(self)
+      class(carved_t), intent(in) :: self
+      integer :: c
+      is_searched = self%whole%is_searched()
+      do c = 1, size(self%cuts)
+         is_searched = is_searched .or. self%cuts(c)%it%is_searched()
+      end do
+   end function is_searched
 
    pure logical function inside(self, place)
       class(carved_t), intent(in) :: self

@@ -9,6 +9,8 @@ module m_closed_surface
    public :: closed_surface_t
 
    integer, parameter :: fewest_cells = 8**3, most_cells = 32**3, cells_a_triangle = 8 !< over its box
+   real(wp), parameter :: known = 0.5_wp !< cells whose distance is known to be more than this share of the last
+                                         !< one that was searched for need no search
    integer, parameter :: rim = 8 !< cells around that: what comes near a tool is most often outside its box
 
    !> Cubic cells over the surface's box remember the distance of their middle and the nearest triangle: what is
@@ -19,12 +21,14 @@ module m_closed_surface
       real(wp) :: lower(3) = 0.0_wp, upper(3) = 0.0_wp !< of the surface, m
       real(wp), private :: from(3) = 0.0_wp, edge = 0.0_wp !< corner of the cells and their edge, m
       integer, private :: cells(3) = 0
-      real(wp), allocatable, private :: far(:, :, :)  !< signed distance of the cells' middles, m
+      real(wp), allocatable, private :: least(:, :, :), most(:, :, :) !< the signed distance of a cell's middle
+                                                                      !< lies between these, m
       integer, allocatable, private :: guess(:, :, :) !< place of the nearest triangle in the tree
    contains
       procedure :: build
       procedure :: distance_and_normal
       procedure :: least_distance
+      procedure :: most_distance
       procedure :: megabytes
       procedure, private :: cell_of
       procedure, private :: judge
@@ -46,17 +50,26 @@ contains
       self%edge = (product(self%upper - self%lower)/wanted)**(1.0_wp/3.0_wp)
       self%cells = ceiling((self%upper - self%lower)/self%edge) + 2*rim
       self%from = 0.5_wp*(self%lower + self%upper) - 0.5_wp*self%cells*self%edge
-      allocate (self%far(self%cells(1), self%cells(2), self%cells(3)))
+      allocate (self%least(self%cells(1), self%cells(2), self%cells(3)))
+      allocate (self%most(self%cells(1), self%cells(2), self%cells(3)))
       allocate (self%guess(self%cells(1), self%cells(2), self%cells(3)))
       do k = 1, self%cells(3)
          do j = 1, self%cells(2)
+            distance = 0.0_wp
             do i = 1, self%cells(1)
+               if (i > 1) then ! the distance changes by no more than the way
+                  self%least(i, j, k) = self%least(i - 1, j, k) - self%edge
+                  self%most(i, j, k) = self%most(i - 1, j, k) + self%edge
+                  self%guess(i, j, k) = self%guess(i - 1, j, k)
+                  if (max(self%least(i, j, k), -self%most(i, j, k)) > known*abs(distance)) cycle
+               end if
                middle = self%from + ([i, j, k] - 0.5_wp)*self%edge
                foot = foot_t()
-               if (i > 1) call self%tree%look_at(self%guess(i - 1, j, k), middle, foot)
+               if (i > 1) call self%tree%look_at(self%guess(i, j, k), middle, foot)
                call self%tree%nearest(middle, foot)
                call self%judge(foot, distance, normal)
-               self%far(i, j, k) = distance
+               self%least(i, j, k) = distance
+               self%most(i, j, k) = distance
                self%guess(i, j, k) = foot%place
             end do
          end do
@@ -120,17 +133,28 @@ contains
       integer :: cell(3)
       cell = self%cell_of(place)
       off = place - (self%from + (cell - 0.5_wp)*self%edge)
-      least_distance = self%far(cell(1), cell(2), cell(3)) - sqrt(dot_product(off, off))
+      least_distance = self%least(cell(1), cell(2), cell(3)) - sqrt(dot_product(off, off))
       off = max(self%lower - place, place - self%upper, 0.0_wp)
       if (any(off > 0.0_wp)) least_distance = max(least_distance, sqrt(dot_product(off, off)))
    end function least_distance
+
+   !> The signed distance is not more, m: without a search.
+   pure real(wp) function most_distance(self, place)
+      class(closed_surface_t), intent(in) :: self
+      real(wp), intent(in) :: place(3)
+      real(wp) :: off(3)
+      integer :: cell(3)
+      cell = self%cell_of(place)
+      off = place - (self%from + (cell - 0.5_wp)*self%edge)
+      most_distance = self%most(cell(1), cell(2), cell(3)) + sqrt(dot_product(off, off))
+   end function most_distance
 
    !> Memory.
    pure real(wp) function megabytes(self)
       class(closed_surface_t), intent(in) :: self
       integer :: t
       t = self%triangles%count()
-      megabytes = 1.0e-6_wp*(real(self%tree%bytes(), wp) + 12.0_wp*size(self%far) + 108.0_wp*t &
+      megabytes = 1.0e-6_wp*(real(self%tree%bytes(), wp) + 20.0_wp*size(self%least) + 108.0_wp*t &
                              + 48.0_wp*size(self%triangles%corner, 2))
    end function megabytes
 

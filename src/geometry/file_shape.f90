@@ -36,6 +36,7 @@ module m_file_shape
       procedure :: file_name
       procedure :: distance_and_normal
       procedure :: least_distance
+      procedure :: most_distance
       procedure :: is_searched
       procedure :: bounding_box
       procedure :: volume
@@ -204,6 +205,12 @@ contains
       real(wp), intent(in) :: place(3)
       least_distance = self%inside_of%least_distance(place)
    end function least_distance
+
+   pure real(wp) function most_distance(self, place)
+      class(file_shape_t), intent(in) :: self
+      real(wp), intent(in) :: place(3)
+      most_distance = self%inside_of%most_distance(place)
+   end function most_distance
 
    pure logical function is_searched(self)
       class(file_shape_t), intent(in) :: self

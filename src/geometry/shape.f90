@@ -25,6 +25,7 @@ module m_shape
       procedure :: bounding_box
       procedure :: distance
       procedure :: least_distance
+      procedure :: most_distance
       procedure :: is_searched
       procedure :: inside
       procedure :: volume
@@ -113,7 +114,14 @@ contains
       least_distance = self%distance(place)
    end function least_distance
 
-   !> True where a distance takes a search, and least_distance much less.
+   !> The signed distance of a place is not more, m; as least_distance.
+   pure real(wp) function most_distance(self, place)
+      class(shape_t), intent(in) :: self
+      real(wp), intent(in) :: place(3)
+      most_distance = self%distance(place)
+   end function most_distance
+
+   !> True where a distance takes a search, and its bounds much less.
    pure logical function is_searched(self)
       class(shape_t), intent(in) :: self
       is_searched = .false.

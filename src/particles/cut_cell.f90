@@ -29,9 +29,10 @@ contains
    pure logical function may_reach(shape, middle, half)
       class(shape_t), intent(in) :: shape
       real(wp), intent(in) :: middle(3), half !< of the cube: its middle and half its edge, m
-      may_reach = .true.
-      if (shape%is_searched()) may_reach = shape%least_distance(middle) < sqrt(3.0_wp)*half
-      if (may_reach) may_reach = shape%distance(middle) < sqrt(3.0_wp)*half
+      may_reach = shape%least_distance(middle) < sqrt(3.0_wp)*half
+      if (.not. may_reach .or. .not. shape%is_searched()) return
+      may_reach = shape%most_distance(middle) < sqrt(3.0_wp)*half
+      if (.not. may_reach) may_reach = shape%distance(middle) < sqrt(3.0_wp)*half
    end function may_reach
 
    !> Centre of the volume, m.
@@ -63,7 +64,12 @@ contains
       integer :: left, octant
       left = halvings
       if (present(depth)) left = depth
-      call shape%distance_and_normal(middle, distance, normal)
+      if (shape%is_searched()) then
+         distance = shape%most_distance(middle)
+         normal = 0.0_wp ! of no account where all of the cube is inside
+      end if
+      if (.not. shape%is_searched() .or. distance > -sqrt(3.0_wp)*half) &
+         call shape%distance_and_normal(middle, distance, normal)
       if (distance >= sqrt(3.0_wp)*half) return
       if (left > 0 .and. distance > -sqrt(3.0_wp)*half) then
          do octant = 0, 7
@@ -72,7 +78,8 @@ contains
          end do
          return
       end if
-      share = share_below(distance, half, normal)
+      share = 1.0_wp
+      if (distance > -sqrt(3.0_wp)*half) share = share_below(distance, half, normal)
       if (share <= 0.0_wp) return
       associate (volume => share*(2.0_wp*half)**3)
          ! what is left of a box after a cut across its shortest way
@@ -101,7 +108,8 @@ contains
       integer :: axis, side
       cells(:, 1) = middle
       count = 0
-      distance = shape%distance(middle)
+      distance = shape%most_distance(middle)
+      if (shape%is_searched() .and. distance > -(2.0_wp + sqrt(3.0_wp))*half) distance = shape%distance(middle)
       if (distance >= sqrt(3.0_wp)*half) return
       if (distance > -sqrt(3.0_wp)*half) then
          if (volume_of(middle) < least_share*(2.0_wp*half)**3) return
