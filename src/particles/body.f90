@@ -247,6 +247,7 @@ contains
          end if
          if (at%domain > 0) values(at%domain:at%domain + 8:4) = birth%halves
          values(at%stress:at%stress + 5) = spec%stress
+         if (at%edge_stress > 0) values(at%edge_stress:at%edge_stress + 5) = spec%stress
          if (at%refinement > 0) values(at%refinement) = birth%refinement
          if (at%generation > 0) values(at%generation) = 3*birth%refinement
          if (at%gradient > 0) values(at%gradient:at%gradient + 8) = [0.0_wp, w(3), -w(2), -w(3), 0.0_wp, &

@@ -139,15 +139,16 @@ contains
       end function volume_of
    end subroutine cells_of_particle
 
-   !> The surface of a shape in a cube that lies within a box: its area as an outward vector, and its middle
-   !> times the size of that. Added to what is there. Where all of it lies within the box the vector is what
+   !> The surface of a shape in a cube that lies within a box: its area as an outward vector, its size, and its
+   !> middle times that. Added to what is there. Where all of it lies within the box the vector is what
    !> closes the cube's sides, so that cubes beside each other make a surface without gaps. A side of the cube
    !> on a side of the grid is no surface.
-   pure subroutine find_surface(shape, middle, half, grid_lower, grid_upper, lower, upper, area, weighted)
+   pure subroutine find_surface(shape, middle, half, grid_lower, grid_upper, lower, upper, area, size_of, weighted)
       class(shape_t), intent(in) :: shape
       real(wp), intent(in) :: middle(3), half
       real(wp), intent(in) :: grid_lower(3), grid_upper(3), lower(3), upper(3) !< m
       real(wp), intent(inout) :: area(3)     !< m2
+      real(wp), intent(inout) :: size_of     !< m2
       real(wp), intent(inout) :: weighted(3) !< m3
       real(wp) :: place(3), foot(3), distance, normal(3), sampled(3), part, size_within, foot_within(3), small
       integer :: i, j, k
@@ -180,7 +181,8 @@ contains
       if (.not. size_within > 0.0_wp) return
       if (all_within) sampled = closing_area()
       area = area + sampled
-      weighted = weighted + norm2(sampled)*foot_within/size_within
+      size_of = size_of + size_within
+      weighted = weighted + foot_within
    contains
       !> What closes the parts of the six sides that lie inside the shape.
       pure function closing_area() result(closing)
