@@ -150,11 +150,11 @@ contains
       real(wp), intent(inout) :: area(3)     !< m2
       real(wp), intent(inout) :: size_of     !< m2
       real(wp), intent(inout) :: weighted(3) !< m3
-      real(wp) :: place(3), foot(3), distance, normal(3), sampled(3), part, size_within, foot_within(3), small
+      real(wp) :: place(3), foot(3), distance, normal(3), within(3), part, size_within, foot_within(3), small
       integer :: i, j, k
       logical :: all_within
       small = half/samples
-      sampled = 0.0_wp
+      within = 0.0_wp
       foot_within = 0.0_wp
       size_within = 0.0_wp
       all_within = .true.
@@ -163,54 +163,60 @@ contains
             do i = 1, samples
                place = middle + (2*[i, j, k] - 1 - samples)*small
                call shape%distance_and_normal(place, distance, normal)
-               distance = distance + 2.0_wp*hair*half ! what lies on a side belongs to the cube inside
+               distance = distance + hair*half ! what lies on a side belongs to the cube inside
                if (abs(distance) >= small*sum(abs(normal))) cycle
                foot = place - distance*normal
-               if (any(foot <= grid_lower + hair*half) .or. any(foot >= grid_upper - hair*half)) cycle
+               if (any(foot <= grid_lower + 2.0_wp*hair*half) .or. any(foot >= grid_upper - 2.0_wp*hair*half)) cycle
                if (any(foot < lower) .or. any(foot > upper)) then
                   all_within = .false.
                   cycle
                end if
                part = (2.0_wp*small)**2/sum(abs(normal))
-               sampled = sampled + part*normal
                size_within = size_within + part
                foot_within = foot_within + part*foot
+               within = within + closing_area(shape, place, small, 1, grid_lower, grid_upper)
             end do
          end do
       end do
       if (.not. size_within > 0.0_wp) return
-      if (all_within) sampled = closing_area()
-      area = area + sampled
+      if (all_within) within = closing_area(shape, middle, half, samples, grid_lower, grid_upper)
+      area = area + within
       size_of = size_of + size_within
       weighted = weighted + foot_within
-   contains
-      !> What closes the parts of the six sides that lie inside the shape.
-      pure function closing_area() result(closing)
-         real(wp) :: closing(3), on_side(3), gap, across(3), share
-         integer :: axis, side, a, b, u, v
-         closing = 0.0_wp
-         do axis = 1, 3
-            u = 1 + mod(axis, 3)
-            v = 1 + mod(axis + 1, 3)
-            do side = -1, 1, 2
-               do b = 1, samples
-                  do a = 1, samples
-                     on_side(axis) = middle(axis) + side*half
-                     on_side(u) = middle(u) + (2*a - 1 - samples)*small
-                     on_side(v) = middle(v) + (2*b - 1 - samples)*small
-                     ! seen from inside the grid
-                     on_side = min(max(on_side, grid_lower + 4.0_wp*hair*half), grid_upper - 4.0_wp*hair*half)
-                     call shape%distance_and_normal(on_side, gap, across)
-                     gap = gap + 2.0_wp*hair*half
-                     across(axis) = 0.0_wp
-                     share = merge(1.0_wp, 0.0_wp, gap < 0.0_wp)
-                     if (abs(gap) < small*sum(abs(across))) share = 0.5_wp - 0.5_wp*gap/(small*sum(abs(across)))
-                     closing(axis) = closing(axis) - side*share*(2.0_wp*small)**2
-                  end do
+   end subroutine find_surface
+
+   !> The outward area vector (m2) of the surface in a cube: it closes those parts of the cube's six sides that
+   !> lie inside the shape, each seen from so many places along each edge.
+   pure function closing_area(shape, middle, half, places, grid_lower, grid_upper) result(closing)
+      class(shape_t), intent(in) :: shape
+      real(wp), intent(in) :: middle(3), half
+      integer, intent(in) :: places
+      real(wp), intent(in) :: grid_lower(3), grid_upper(3)
+      real(wp) :: closing(3), on_side(3), gap, across(3), share, small
+      integer :: axis, side, a, b, u, v
+      closing = 0.0_wp
+      small = half/places
+      do axis = 1, 3
+         u = 1 + mod(axis, 3)
+         v = 1 + mod(axis + 1, 3)
+         do side = -1, 1, 2
+            do b = 1, places
+               do a = 1, places
+                  on_side(axis) = middle(axis) + side*half
+                  on_side(u) = middle(u) + (2*a - 1 - places)*small
+                  on_side(v) = middle(v) + (2*b - 1 - places)*small
+                  ! seen from inside the grid
+                  on_side = min(max(on_side, grid_lower + 4.0_wp*hair*half), grid_upper - 4.0_wp*hair*half)
+                  call shape%distance_and_normal(on_side, gap, across)
+                  gap = gap + hair*half
+                  across(axis) = 0.0_wp
+                  share = merge(1.0_wp, 0.0_wp, gap < 0.0_wp)
+                  if (abs(gap) < small*sum(abs(across))) share = 0.5_wp - 0.5_wp*gap/(small*sum(abs(across)))
+                  closing(axis) = closing(axis) - side*share*(2.0_wp*small)**2
                end do
             end do
          end do
-      end function closing_area
-   end subroutine find_surface
+      end do
+   end function closing_area
 
 end module m_cut_cell
