@@ -68,10 +68,29 @@ def sphere(radius, facet):
     return np.array(found)
 
 
+def bowl(profile):
+    """Triangles of a profile of points (radius, z) that begins on the axis, turned about z; its outside is below. Ring
+    m has m edges in each quarter, so that triangles stay well shaped also where they meet on the axis."""
+    def corner(m, j):
+        angle = 0.5 * math.pi * j / m if m else 0.0
+        return [profile[m][0] * math.cos(angle), profile[m][0] * math.sin(angle), profile[m][1]]
+    found = []
+    for m in range(1, len(profile)):
+        for j in range(4 * m):
+            inner = (j // m) * (m - 1) + j % m, (j // m) * (m - 1) + j % m + 1
+            found.append([corner(m, j), corner(m - 1, inner[0] % max(1, 4 * (m - 1))), corner(m, (j + 1) % (4 * m))])
+            if j % m < m - 1:
+                found.append([corner(m, (j + 1) % (4 * m)), corner(m - 1, inner[0]), corner(m - 1, inner[1] % (4 * (m - 1)))])
+    return np.array(found)
+
+
 def cone(half_angle, height, facet):
     """A cone on its tip, closed by a lid; half angle in degrees."""
     rim = height * math.tan(math.radians(half_angle))
-    return revolve([(0, 0), (rim, height), (0, height)], max(8, round(2 * math.pi * rim / facet)))
+    n = max(2, math.ceil(0.5 * math.pi * rim / facet))
+    steps = np.arange(n + 1) / n
+    lid = bowl([(rim * x, height) for x in steps])
+    return np.concatenate([bowl([(rim * x, height * x) for x in steps]), lid[:, ::-1]])
 
 
 def die(entry, exit, outer, angle, land, facet):

@@ -8,7 +8,7 @@ module m_closed_surface
    private
    public :: closed_surface_t
 
-   integer, parameter :: fewest_cells = 8**3, most_cells = 32**3, cells_a_triangle = 8 !< over its box
+   integer, parameter :: fewest_cells = 8**3, most_cells = 96**3, cells_a_triangle = 8 !< over its box
    real(wp), parameter :: known = 0.5_wp !< cells whose distance is known to be more than this share of the last
                                          !< one that was searched for need no search
    integer, parameter :: rim = 8 !< cells around that: what comes near a tool is most often outside its box
