@@ -47,9 +47,21 @@ def box(lower, upper):
 
 
 def sphere(radius, facet):
-    """A sphere whose lowest point is the origin: an octahedron whose faces are divided into triangles about as long
-    as `facet`, no corner further in than the sphere."""
-    n = max(2, math.ceil(0.5 * math.pi * radius / facet))
+    """A sphere whose lowest point is the origin: an octahedron whose faces are divided, so that no edge is longer than
+    `facet`; corners lie on the sphere."""
+    return finer(lambda n: divided_octahedron(radius, n), 0.5 * math.pi * radius / facet, facet)
+
+
+def finer(make, n, facet):
+    """What is made with n divisions or somewhat more, so that no edge is longer than `facet`."""
+    n = max(2, math.ceil(n))
+    tried = make(8)
+    longest = np.linalg.norm(tried - np.roll(tried, 1, axis=1), axis=2).max() * 8 / n
+    return make(max(n, math.ceil(1.02 * n * longest / facet)))
+
+
+def divided_octahedron(radius, n):
+    """A sphere about (0, 0, radius) as an octahedron whose edges are divided in n."""
     found = []
     for signs in ((x, y, z) for x in (1, -1) for y in (1, -1) for z in (1, -1)):
         def corner(i, j, signs=signs):
@@ -70,27 +82,29 @@ def sphere(radius, facet):
 
 def bowl(profile):
     """Triangles of a profile of points (radius, z) that begins on the axis, turned about z; its outside is below. Ring
-    m has m edges in each quarter, so that triangles stay well shaped also where they meet on the axis."""
+    m has m edges in each eighth, so that triangles stay well shaped also where they meet on the axis."""
     def corner(m, j):
-        angle = 0.5 * math.pi * j / m if m else 0.0
+        angle = 0.25 * math.pi * j / m if m else 0.0
         return [profile[m][0] * math.cos(angle), profile[m][0] * math.sin(angle), profile[m][1]]
     found = []
     for m in range(1, len(profile)):
-        for j in range(4 * m):
+        for j in range(8 * m):
             inner = (j // m) * (m - 1) + j % m, (j // m) * (m - 1) + j % m + 1
-            found.append([corner(m, j), corner(m - 1, inner[0] % max(1, 4 * (m - 1))), corner(m, (j + 1) % (4 * m))])
+            found.append([corner(m, j), corner(m - 1, inner[0] % max(1, 8 * (m - 1))), corner(m, (j + 1) % (8 * m))])
             if j % m < m - 1:
-                found.append([corner(m, (j + 1) % (4 * m)), corner(m - 1, inner[0]), corner(m - 1, inner[1] % (4 * (m - 1)))])
+                found.append([corner(m, (j + 1) % (8 * m)), corner(m - 1, inner[0]), corner(m - 1, inner[1] % (8 * (m - 1)))])
     return np.array(found)
 
 
 def cone(half_angle, height, facet):
     """A cone on its tip, closed by a lid; half angle in degrees."""
     rim = height * math.tan(math.radians(half_angle))
-    n = max(2, math.ceil(0.5 * math.pi * rim / facet))
-    steps = np.arange(n + 1) / n
-    lid = bowl([(rim * x, height) for x in steps])
-    return np.concatenate([bowl([(rim * x, height * x) for x in steps]), lid[:, ::-1]])
+
+    def make(n):
+        steps = np.arange(n + 1) / n
+        lid = bowl([(rim * x, height) for x in steps])
+        return np.concatenate([bowl([(rim * x, height * x) for x in steps]), lid[:, ::-1]])
+    return finer(make, math.hypot(rim, height) / facet, facet)
 
 
 def die(entry, exit, outer, angle, land, facet):
