@@ -109,7 +109,9 @@ contains
       if (scene%time%time_step > 0.0_wp) return
       speed = 0.0_wp
       do t = 1, size(scene%tools)
-         if (allocated(scene%tools(t)%speeds)) speed = max(speed, maxval(abs(scene%tools(t)%speeds)))
+         associate (tool => model%contact%tools(t))
+            if (.not. tool%is_pushed()) speed = max(speed, tool%fastest(0.0_wp, scene%end_time))
+         end associate
       end do
       wave = model%wave_speed()
       factor = (wave + 0.1_wp*speed)/(wave + speed)

@@ -183,7 +183,7 @@ contains
       found%rates%history = model%communicator%maximum(wall_time() - began)
       value = text_cost()
       if (scene%output%present) &
-         found%rates%history = found%rates%history + value*(14 + 7*size(scene%tools) + 19*size(scene%probes))
+         found%rates%history = found%rates%history + value*(14 + 23*size(scene%tools) + 19*size(scene%probes))
       if (.not. found%prospect%snapshots > 0.0_wp) return
       began = wall_time()
       snapshot%title = ''

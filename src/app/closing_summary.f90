@@ -308,7 +308,7 @@ contains
                         to_text(contact%worst_overlap/cell, 3)//' cells')
          call facts%note('largest_overlap_m', to_text(contact%worst_overlap))
          call facts%note('largest_overlap_cells', to_text(contact%worst_overlap/cell))
-         associate (work => sum(contact%states%constraint_work))
+         associate (work => sum(contact%states%constraint_work) + sum(contact%pairs%states%work))
             call facts%say('contact: the condition itself did '//si(work, 'J')//' of work'// &
                            percent(work, largest)//' of the largest energy; gaps carried at most '// &
                            to_text(drift/cell, 3)//' cells off those of the particles')
@@ -325,7 +325,7 @@ contains
          if (contact%friction%present) call facts%say('friction: '// &
              to_text(real(contact%friction%sweeps, wp)/contact%solves, 3)//' sweeps and '// &
              to_text(real(contact%friction%iterations, wp)/contact%solves, 3)//' iterations a solve, heat '// &
-             si(sum(contact%states%heat), 'J'))
+             si(sum(contact%states%heat) + sum(contact%pairs%states%heat), 'J'))
       end associate
    end subroutine say_contact
 

@@ -7,7 +7,7 @@ module m_introduction
    use m_machine, only: date_text, find_crowd
    use m_launcher, only: tasks_of_job
    use m_material, only: material_t
-   use m_scene, only: scene_t, domain_fixed
+   use m_scene, only: scene_t, body_contact_spec_t, domain_fixed, start_as_is
    use m_offer, only: catalogue_t
    use m_field_table, only: field_table_t, bytes_per_column
    use m_level, only: level_t
@@ -63,6 +63,7 @@ contains
                               ': the run is there; nothing is left to be done')
          end if
          call console%line('fields     '//fields_text(model%levels(1)%table))
+         if (scene%fields() > 1) call introduce_groups(console, scene)
          call console%line('effects    '//effects_text(scene, catalogue, model))
          call introduce_choices(console, scene)
       end associate
@@ -75,6 +76,34 @@ contains
          call console%line('warning    one rank in a job of '//to_text(tasks_of_job())// &
                            ' tasks (SLURM_NTASKS); '//'mpirun or srun takes them all')
    end subroutine introduce
+
+   !> The contact groups, and what holds between them.
+   subroutine introduce_groups(console, scene)
+      type(console_t), intent(inout) :: console
+      type(scene_t), intent(in) :: scene
+      type(body_contact_spec_t) :: spec
+      integer :: g, h
+      do h = 2, scene%fields()
+         do g = 1, h - 1
+            spec = scene%contact_of(g, h)
+            call console%line('contact    '//scene%group_label(g)//' and '//scene%group_label(h)// &
+                              ': friction '//to_text(spec%friction)//adhesion_text(spec))
+         end do
+      end do
+   end subroutine introduce_groups
+
+   pure function adhesion_text(spec) result(text)
+      type(body_contact_spec_t), intent(in) :: spec
+      character(len=:), allocatable :: text
+      text = ''
+      if (spec%bond_strength > 0.0_wp) then
+         text = ', bonded up to '//si(spec%bond_strength, 'Pa')//' and '//si(spec%adhesion, 'J/m2')
+      else if (spec%adhesion > 0.0_wp) then
+         text = ', adhesion '//si(spec%adhesion, 'J/m2')//' over '//si(spec%cohesive_range, 'm')
+      end if
+      if (spec%start == start_as_is) text = text//', may overlap at the start'
+      if (spec%press_fit > 0.0_wp) text = text//', which is pressed out in '//si(spec%press_fit, 's')
+   end function adhesion_text
 
    !> What the program has chosen where the scene does not say, what it costs, and how a scene says no.
    subroutine introduce_choices(console, scene)
@@ -178,6 +207,7 @@ contains
                   - bytes_per_column)
          call add(size(scene%tools) > 0, 'tool contact', table%bytes_of('contact_pressure') &
                   + table%bytes_of('last_contact_pressure') + table%bytes_of('contact_gap'))
+         call add(scene%fields() > 1, 'contact between bodies', table%bytes_with('surface_'))
          call add(model%contact%friction%present, 'friction', table%bytes_of('contact_friction'))
          call add(size(scene%probes) > 0, 'probes', 0)
          do k = 1, size(catalogue%effects)

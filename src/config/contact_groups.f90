@@ -3,7 +3,7 @@
 module m_contact_groups
    use m_kinds, only: wp
    use m_group_reader, only: group_reader_t, name_length
-   use m_scene, only: scene_t, body_contact_spec_t
+   use m_scene, only: scene_t, body_contact_spec_t, start_as_is
    use m_scene_words, only: start_words
    use m_value_range, only: at_least
    use m_words, only: lower_case
@@ -40,28 +40,40 @@ contains
       type(scene_t), intent(in) :: scene
       type(body_contact_spec_t), intent(inout) :: contact
       character(len=name_length), allocatable :: names(:)
-      integer :: groups(2)
+      integer :: g
       allocate (names(0))
-      if (allocated(scene%contact_groups)) names = pack(scene%contact_groups, scene%contact_groups /= '')
-      if (size(names) == 0 .and. group%is_given('groups')) then
-         call group%refuse('groups', 'no &body has a contact_group')
-      else if (any(contact%groups > 0) .or. .not. group%is_writing()) then
-         groups = 0
-         if (group%is_writing()) groups = [findloc(names == scene%contact_groups(contact%groups(1)), .true., &
-            dim=1), findloc(names == scene%contact_groups(contact%groups(2)), .true., dim=1)]
-         call group%get_choices('groups', groups, names)
-         if (all(groups > 0) .and. .not. group%is_writing()) then
-            contact%groups = [findloc(scene%contact_groups == names(groups(1)), .true., dim=1), &
-                              findloc(scene%contact_groups == names(groups(2)), .true., dim=1)]
-            if (groups(1) == groups(2)) call group%refuse('groups', 'must be two different groups: bodies of one are bonded')
-         end if
-      end if
-      if (.not. group%is_writing() .and. size(scene%bodies) > 0) then
-         if (scene%fields() < 2) call group%refuse('groups', &
-            'all bodies are of one contact group: nothing is in contact; allowed where bodies have different contact_group')
-      end if
+      if (allocated(scene%contact_groups)) names = [character(len=name_length) :: &
+                                                    (scene%group_label(g), g=1, size(scene%contact_groups))]
+      if (size(names) < 2 .and. .not. group%is_writing()) call group%refuse('groups', &
+         'all bodies are of one contact group: nothing is in contact; allowed where bodies have different contact_group')
+      if (any(contact%groups > 0) .or. .not. group%is_writing()) &
+         call group%get_choices('groups', contact%groups, names)
+      if (contact%groups(1) > 0 .and. contact%groups(1) == contact%groups(2)) &
+         call group%refuse('groups', 'must be two different groups: bodies of one are bonded')
       call group%get('friction', contact%friction, at_least(0.0_wp, '', at_most=largest_friction))
+      call group%get('adhesion', contact%adhesion, at_least(0.0_wp, 'J/m2'))
+      call group%get('cohesive_range', contact%cohesive_range, at_least(0.0_wp, 'm'))
+      call group%get('bond_strength', contact%bond_strength, at_least(0.0_wp, 'Pa'))
       call group%get_choice('start', contact%start, start_words)
+      call group%get('press_fit', contact%press_fit, at_least(0.0_wp, 's'))
+      call check_adhesion(group, contact)
    end subroutine describe_body_contact
+
+   !> A law of adhesion has two numbers.
+   subroutine check_adhesion(group, contact)
+      type(group_reader_t), intent(inout) :: group
+      type(body_contact_spec_t), intent(in) :: contact
+      if (contact%bond_strength > 0.0_wp) then
+         if (.not. contact%adhesion > 0.0_wp) &
+            call group%refuse('bond_strength', 'needs adhesion, the work per area that breaks the bond, in J/m2')
+         if (contact%cohesive_range > 0.0_wp) &
+            call group%refuse('cohesive_range', 'not together with bond_strength: a bond opens by 2 adhesion/bond_strength')
+      else if ((contact%adhesion > 0.0_wp) .neqv. (contact%cohesive_range > 0.0_wp)) then
+         call group%refuse(trim(merge('cohesive_range', 'adhesion      ', contact%adhesion > 0.0_wp)), &
+                           'adhesion (J/m2) and cohesive_range (m) go together')
+      end if
+      if (contact%press_fit > 0.0_wp .and. contact%start /= start_as_is) &
+         call group%refuse('press_fit', 'only with start=''as_is'': without an overlap at the start there is nothing to press out')
+   end subroutine check_adhesion
 
 end module m_contact_groups

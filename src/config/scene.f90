@@ -14,6 +14,7 @@ module m_scene
    integer, parameter, public :: domain_by_law = 0, domain_fixed = 1, domain_stretch = 2, domain_corners = 3
    integer, parameter, public :: fill_by_shape = 0, fill_whole = 1, fill_share = 2
    integer, parameter, public :: criterion_none = 0, criterion_stress = 1, criterion_strain = 2
+   character(len=*), parameter, public :: rest_group = 'rest' !< the contact group of bodies that name none
    integer, parameter, public :: start_apart = 1, start_as_is = 2
 
    !> &grid: the background grid. Sides in the order x- x+ y- y+ z- z+.
@@ -69,6 +70,20 @@ module m_scene
       class(shape_t), allocatable :: shape
    end type cut_spec_t
 
+   !> &motion: a degree of freedom of a tool.
+   type, public :: motion_spec_t
+      logical :: turns = .false.         !< kind: 'turn', else 'slide'
+      real(wp) :: axis(3) = 0.0_wp       !< unit vector
+      real(wp) :: point(3) = 0.0_wp      !< of a turn: on its axis at the start, m
+      real(wp), allocatable :: times(:) !< s, rising; before the first and after the last the speed or load is
+                                        !< held
+      real(wp), allocatable :: speeds(:) !< m/s or rad/s, linear in between; or
+      real(wp), allocatable :: loads(:)  !< N or N m on the tool, for the modelled part of the body
+      real(wp) :: mass = 0.0_wp          !< with loads: mass (kg) or inertia (kg m2) of the modelled part
+      real(wp) :: initial_speed = 0.0_wp !< with loads: m/s or rad/s
+      integer :: number = 0              !< of the group in the scene; 0: along the axis, by the &tool itself
+   end type motion_spec_t
+
    !> &tool
    type, public :: tool_spec_t
       character(len=:), allocatable :: name
@@ -82,6 +97,8 @@ module m_scene
       real(wp), allocatable :: loads(:)  !< N along the axis on the tool, for the modelled part of the body
       real(wp) :: mass = 0.0_wp          !< with loads: of the modelled part of the tool, kg
       real(wp) :: initial_speed = 0.0_wp !< with loads: along the axis, m/s
+      logical :: stands = .false. !< nothing is said of how it moves along its axis: it does not
+      type(motion_spec_t), allocatable :: motions(:) !< how else it moves; absent where it does not
       real(wp) :: penetration_factor = 0.5_wp
       real(wp) :: friction = 0.0_wp
    end type tool_spec_t
@@ -91,7 +108,7 @@ module m_scene
    type, public :: level_spec_t
       real(wp) :: lower(3) = 0.0_wp      !< m; where the box moves, at the start
       real(wp) :: upper(3) = 0.0_wp      !< m
-      integer :: follow = 0 !< index into scene_t%tools of the tool that the box moves with; 0: none
+      integer :: follow = 0 !< what the box moves with, by its number in scene_t%leaders; 0: nothing
       integer :: criterion = criterion_none !< places the box by the gradient of von Mises stress or of strain
       integer :: max_cells = 1000000     !< with a criterion: of the level's own cells, in its box
    end type level_spec_t
@@ -116,7 +133,12 @@ module m_scene
    type, public :: body_contact_spec_t
       integer :: groups(2) = 0           !< their numbers; 0: all pairs that no other one names
       real(wp) :: friction = 0.0_wp
+      real(wp) :: adhesion = 0.0_wp      !< work of separation, J/m2
+      real(wp) :: cohesive_range = 0.0_wp !< gap up to which adhesion pulls, m
+      real(wp) :: bond_strength = 0.0_wp !< of what touches at the start, Pa; it softens as it opens, by
+                                         !< `adhesion` in all
       integer :: start = start_apart     !< what becomes of an overlap at the start
+      real(wp) :: press_fit = 0.0_wp     !< time over which it is pressed out, s
    end type body_contact_spec_t
 
    !> &guard
@@ -180,6 +202,7 @@ module m_scene
       type(probe_spec_t), allocatable :: probes(:)
       type(offer_slot_t), allocatable :: effects(:) !< in the order of the catalogue, then of the text
       type(place_t), allocatable :: places(:)       !< in the text that it was read from
+      logical :: has_motions = .false.   !< there is a &motion
       logical :: chose_domain = .false. !< domains follow the material since the scene did not say and a law
                                         !< wants it
       character(len=:), allocatable :: brought !< names of the effects that laws have brought since the scene
@@ -187,6 +210,8 @@ module m_scene
    contains
       procedure :: place
       procedure :: fields
+      procedure :: leaders
+      procedure :: group_label
       procedure :: contact_of
    end type scene_t
 
@@ -216,6 +241,27 @@ contains
       fields = 1
       if (allocated(self%bodies)) fields = max(1, maxval(self%bodies%field))
    end function fields
+
+   !> A contact group's name; that of the bodies that name none is 'rest'.
+   pure function group_label(self, number) result(label)
+      class(scene_t), intent(in) :: self
+      integer, intent(in) :: number
+      character(len=:), allocatable :: label
+      label = trim(self%contact_groups(number))
+      if (label == '') label = rest_group
+   end function group_label
+
+   !> Names of what levels may follow: the tools, then the contact groups.
+   pure function leaders(self) result(names)
+      class(scene_t), intent(in) :: self
+      character(len=name_length), allocatable :: names(:)
+      integer :: t
+      allocate (names(size(self%tools)))
+      do t = 1, size(self%tools)
+         names(t) = self%tools(t)%name
+      end do
+      if (self%fields() > 1) names = [names, self%contact_groups]
+   end function leaders
 
    !> What holds between bodies of two groups: what the last &body_contact that names both says, else the last
    !> one that names none, else what holds where nothing is said.

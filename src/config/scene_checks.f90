@@ -8,6 +8,7 @@ module m_scene_checks
    use m_text, only: exact_text, to_text
    use m_scene
    use m_scene_level_checks, only: check_levels
+   use m_scene_motion, only: check_motions
    use m_shape, only: shape_t
    use m_overlap, only: overlap, deepest
    implicit none
@@ -40,6 +41,9 @@ contains
          call check_safety(text, scene, i, error)
       end do
       if (error%happened()) return
+      call check_motions(text, scene, error)
+      if (error%happened()) return
+      call check_groups(text, scene, error)
       call check_overlaps(text, scene, error)
       call check_probes(text, scene, error)
    end subroutine check_scene
@@ -197,6 +201,7 @@ contains
       coarse = resolved*scene%grid%cell_size
       do i = 1, size(scene%bodies)
          do k = 1, i - 1
+            if (may_overlap(scene, i, k)) cycle
             if (.not. overlap(scene%bodies(i)%shape, scene%bodies(k)%shape, [0.0_wp, 0.0_wp, 0.0_wp], thin, &
                               coarse)) cycle
             call fail(error, exit_input, &
@@ -221,6 +226,29 @@ contains
          end do
       end do
    end subroutine check_overlaps
+
+   !> True for bodies of two contact groups that may start with an overlap.
+   pure logical function may_overlap(scene, one, other) result(may)
+      type(scene_t), intent(in) :: scene
+      integer, intent(in) :: one, other
+      type(body_contact_spec_t) :: spec
+      associate (fields => scene%bodies([one, other])%field)
+         may = fields(1) /= fields(2)
+         if (.not. may) return
+         spec = scene%contact_of(fields(1), fields(2))
+         may = spec%start == start_as_is
+      end associate
+   end function may_overlap
+
+   !> Contact between bodies is met once a step: the stress must have the same solve.
+   subroutine check_groups(text, scene, error)
+      type(namelist_text_t), intent(in) :: text
+      type(scene_t), intent(in) :: scene
+      type(error_t), intent(inout) :: error
+      if (scene%fields() > 1 .and. scene%time%stress_update /= update_usl) &
+         call fail(error, exit_input, text%place('time', 1, 'stress_update')//': with more than one '// &
+                   'contact_group only ''usl'' is allowed')
+   end subroutine check_groups
 
    !> A probe has material to follow.
    subroutine check_probes(text, scene, error)

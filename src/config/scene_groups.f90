@@ -11,6 +11,7 @@ module m_scene_groups
    use m_offer, only: catalogue_t, offer_t, offer_slot_t, offered, offered_names
    use m_text, only: to_text
    use m_scene
+   use m_scene_motion, only: read_tool_motion, describe_motion, find_motion
    use m_scene_words
    use m_shape, only: shape_t
    use m_shape_variables, only: make_unit
@@ -50,6 +51,7 @@ contains
       allocate (material_names(size(scene%materials)))
       scene%output%present = text%count_groups('output') > 0
       scene%checkpoint%present = text%count_groups('checkpoint') > 0
+      scene%has_motions = text%count_groups('motion') > 0
       scene%time%domain = domain_by_law ! until it is said
       do kind = 1, size(group_words)
          do number = 1, text%count_groups(trim(group_words(kind)))
@@ -167,7 +169,7 @@ contains
       integer, intent(in) :: number
       type(error_t), intent(inout) :: error
       integer :: i
-      if (kind == 'level' .or. kind == 'body_contact' .or. kind == 'cut') return ! have no name
+      if (any(kind == [character(len=12) :: 'level', 'motion', 'body_contact', 'cut'])) return ! have no names
       do i = 1, number - 1
          if (name_of(scene, kind, i) /= name_of(scene, kind, number)) cycle
          call fail(error, exit_input, text%place(kind, number, 'name')//': the name '// &
@@ -268,9 +270,11 @@ contains
          call describe_body_contact(group, scene, scene%body_contacts(number))
       case ('tool')
          if (.not. allocated(scene%tools(number)%name)) scene%tools(number)%name = 'tool'//to_text(number)
-         call describe_tool(group, scene%tools(number))
+         call describe_tool(group, scene%has_motions, scene%tools(number))
+      case ('motion')
+         call describe_nth_motion(group, number, scene%tools)
       case ('level')
-         call describe_level(group, scene%tools, scene%levels(number))
+         call describe_level(group, scene%leaders(), scene%levels(number))
       case ('probe')
          if (.not. allocated(scene%probes(number)%name)) scene%probes(number)%name = 'probe'//to_text(number)
          call group%get_name('name', scene%probes(number)%name)
@@ -381,6 +385,8 @@ contains
       if (.not. allocated(body%contact_group)) body%contact_group = ''
       if (body%contact_group /= '' .or. .not. group%is_writing()) &
          call group%get_name('contact_group', body%contact_group)
+      if (lower_case(body%contact_group) == rest_group) &
+         call group%refuse('contact_group', 'must not be '//rest_group//', the group of bodies that name none')
    end subroutine describe_body
 
    !> A shape that is taken away from a body.
@@ -401,8 +407,9 @@ contains
       call know_others(group, shapes, choice)
    end subroutine describe_cut
 
-   subroutine describe_tool(group, tool)
+   subroutine describe_tool(group, may_stand, tool)
       type(group_reader_t), intent(inout) :: group
+      logical, intent(in) :: may_stand !< it need not move by itself
       type(tool_spec_t), intent(inout) :: tool
       type(offer_slot_t), allocatable :: bodies(:), tools(:)
       integer :: choice
@@ -417,11 +424,27 @@ contains
          call tool%shape%variables(group)
       end if
       call know_others(group, tools, choice)
-      call read_tool_motion(group, tool)
+      call read_tool_motion(group, tool, may_stand)
       call group%get('penetration_factor', tool%penetration_factor, &
                      at_least(0.0_wp, '', at_most=largest_penetration_factor))
       call group%get('friction', tool%friction, at_least(0.0_wp, '', at_most=largest_friction))
    end subroutine describe_tool
+
+   !> The number-th &motion: one that is read goes to its tool.
+   subroutine describe_nth_motion(group, number, tools)
+      type(group_reader_t), intent(inout) :: group
+      integer, intent(in) :: number
+      type(tool_spec_t), intent(inout) :: tools(:)
+      type(motion_spec_t) :: motion
+      integer :: tool
+      tool = 0
+      if (group%is_writing()) call find_motion(tools, number, motion, tool)
+      motion%number = number
+      call describe_motion(group, tools, motion, tool)
+      if (group%is_writing() .or. tool == 0) return
+      if (.not. allocated(tools(tool)%motions)) allocate (tools(tool)%motions(0))
+      tools(tool)%motions = [tools(tool)%motions, motion]
+   end subroutine describe_nth_motion
 
    !> Which of the shapes it is; 0: an unknown one.
    subroutine choose_shape(group, shapes, shape, choice)
@@ -441,62 +464,18 @@ contains
       end select
    end subroutine choose_shape
 
-   !> What moves a tool: speeds, or loads on its mass.
-   subroutine read_tool_motion(group, tool)
-      type(group_reader_t), intent(inout) :: group
-      type(tool_spec_t), intent(inout) :: tool
-      call group%get_list('times', tool%times, any_value('s'), required=.true.)
-      if (allocated(tool%times)) then
-         if (any(tool%times(2:) <= tool%times(:size(tool%times) - 1))) &
-            call group%refuse('times', 'must rise strictly')
-      end if
-      call group%get_list('speeds', tool%speeds, any_value('m/s'))
-      call group%get_list('loads', tool%loads, any_value('N'))
-      if (allocated(tool%loads) .and. allocated(tool%speeds)) then
-         call group%refuse('loads', 'not together with speeds; a tool moves by one or the other')
-      else if (allocated(tool%loads)) then
-         call check_table(group, 'loads', size(tool%loads), tool%times)
-      else if (allocated(tool%speeds)) then
-         call check_table(group, 'speeds', size(tool%speeds), tool%times)
-      else
-         call group%refuse('speeds', 'missing; must be numbers in m/s, or loads must be given')
-      end if
-      if (group%is_writing() .and. .not. allocated(tool%loads)) return
-      call group%get('mass', tool%mass, above(0.0_wp, 'kg'), required=allocated(tool%loads))
-      call group%get('initial_speed', tool%initial_speed, any_value('m/s'))
-      if (allocated(tool%loads)) return
-      if (group%is_given('mass')) call group%refuse('mass', 'only with loads')
-      if (group%is_given('initial_speed')) call group%refuse('initial_speed', 'only with loads')
-   end subroutine read_tool_motion
-
-   !> As many values as times.
-   subroutine check_table(group, name, count, times)
-      type(group_reader_t), intent(inout) :: group
-      character(len=*), intent(in) :: name
-      integer, intent(in) :: count
-      real(wp), allocatable, intent(in) :: times(:)
-      if (.not. allocated(times)) return
-      if (size(times) /= count) call group%refuse(name, 'must be as many numbers as times, '// &
-                                                  to_text(size(times))//'; '// &
-                                                  to_text(count)//' given')
-   end subroutine check_table
-
    !> The box of a level and what moves it, if anything does.
-   subroutine describe_level(group, tools, level)
+   subroutine describe_level(group, leaders, level)
       type(group_reader_t), intent(inout) :: group
-      type(tool_spec_t), intent(in) :: tools(:)
+      character(len=*), intent(in) :: leaders(:)
       type(level_spec_t), intent(inout) :: level
-      character(len=name_length) :: tool_names(size(tools))
-      integer :: choice, i
-      do i = 1, size(tools)
-         tool_names(i) = tools(i)%name
-      end do
+      integer :: choice
       call group%get('lower', level%lower, any_value('m'), required=.true.)
       call group%get('upper', level%upper, any_value('m'), required=.true.)
-      if (group%is_given('follow') .and. size(tools) == 0) &
-         call group%refuse('follow', 'the scene has no &tool to follow')
+      if (group%is_given('follow') .and. size(leaders) == 0) &
+         call group%refuse('follow', 'the scene has no &tool to follow, and no contact groups')
       if (level%follow > 0 .or. .not. group%is_writing()) &
-         call group%get_choice('follow', level%follow, tool_names)
+         call group%get_choice('follow', level%follow, leaders)
       choice = level%criterion + 1
       call group%get_choice('criterion', choice, criterion_words)
       level%criterion = max(choice, 1) - 1

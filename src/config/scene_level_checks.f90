@@ -3,6 +3,7 @@ module m_scene_level_checks
    use m_kinds, only: wp
    use m_constants, only: block_size, exit_input
    use m_errors, only: error_t, fail
+   use m_group_reader, only: name_length
    use m_namelist_text, only: namelist_text_t
    use m_number_text, only: reals_text
    use m_scene
@@ -220,20 +221,22 @@ contains
       type(scene_t), intent(in) :: scene
       integer, intent(in) :: l
       type(error_t), intent(inout) :: error
+      character(len=name_length), allocatable :: leaders(:)
       integer :: first
+      leaders = scene%leaders()
       associate (level => scene%levels(l))
          first = findloc(scene%levels(:l)%follow > 0, .true., dim=1)
          if (first > 0 .and. level%follow > 0) then
             if (level%follow /= scene%levels(first)%follow) &
                call fail(error, exit_input, text%place('level', l, 'follow')//': must be '// &
-                         scene%tools(scene%levels(first)%follow)%name//', which the level on '// &
-                         text%line_of('level', first)//' follows; levels follow one tool')
+                         trim(leaders(scene%levels(first)%follow))//', which the level on '// &
+                         text%line_of('level', first)//' follows; levels follow one tool or group')
          end if
          if (l == 1) return
          associate (parent => scene%levels(l - 1))
             if (parent%follow > 0 .and. level%follow == 0) &
                call fail(error, exit_input, text%place('level', l, 'follow')//': missing; must be '// &
-                         scene%tools(parent%follow)%name//', which the level around it on '// &
+                         trim(leaders(parent%follow))//', which the level around it on '// &
                          text%line_of('level', l - 1)//' follows')
             if (parent%criterion /= criterion_none .and. level%criterion == criterion_none) &
                call fail(error, exit_input, text%place('level', l, 'criterion')// &

@@ -5,6 +5,7 @@ module m_scene_writer
    use m_carved, only: uncarve
    use m_scene, only: scene_t
    use m_scene_groups, only: describe_group
+   use m_scene_motion, only: motions_of
    use m_scene_words, only: group_words
    implicit none
    private
@@ -64,6 +65,7 @@ contains
       case ('material'); count = size(scene%materials)
       case ('body'); count = size(scene%bodies)
       case ('tool'); count = size(scene%tools)
+      case ('motion'); count = motions_of(scene%tools)
       case ('level')
          count = 0 ! a scene that was not read may have none
          if (allocated(scene%levels)) count = size(scene%levels)

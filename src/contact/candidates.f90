@@ -12,16 +12,18 @@ module m_candidates
    use m_stencil, only: bin_place
    use m_face_weights, only: find_face, cube_span, flattening
    use m_face_gap, only: find_gap, near_tool, particles_near, deform, thickest, fastest
-   use m_contact_point, only: candidate_t, no_candidate, drift_of, set_face, point_velocity, overlap_rate, &
-                              margin
+   use m_contact_point, only: candidate_t, partner_t, no_candidate, drift_of, set_face, point_velocity, &
+                              place_of, overlap_rate, margin
    implicit none
    private
    public :: candidates_t
 
    !> Those of this rank.
    type :: candidates_t
-      type(candidate_t), allocatable :: list(:)
+      type(candidate_t), allocatable :: list(:)   !< first those of tools, then those between bodies
+      type(partner_t), allocatable :: partners(:) !< other bodies of the latter
       integer :: count = 0
+      integer :: paired = 0       !< of them between bodies
       integer :: frictional = 0   !< of them with friction
       integer :: pressure = 0  !< column of the contact pressure
       integer :: earlier = 0   !< column of what it was a step before
@@ -33,6 +35,7 @@ module m_candidates
    contains
       procedure :: find
       procedure :: settle
+      procedure :: add_pair
       procedure :: pressed
       procedure, private :: search
       procedure, private :: consider
@@ -61,6 +64,7 @@ contains
       logical :: turns
       integer :: b, t
       self%count = 0
+      self%paired = 0
       self%frictional = 0
       overlap = 0.0_wp
       turns = .true.
@@ -117,7 +121,7 @@ contains
       integer :: n
       reach = min(fastest*level%grid%cell, &
                   margin*thickest(level) + time_step*(fastest_node(level%nodes(:, :, :, :, b)) &
-                                                      + norm2(tool%velocity())))
+                                                      + tool%surface_speed()))
       associate (cells => level%blocks(b)%cells, &
                  near => particles_near(tool, level, level%blocks(b), thickest(level) + reach))
          do n = 1, size(near)
@@ -259,12 +263,14 @@ contains
          c%from = position
          c%arm = -to_face*c%normal
          c%speed = dot_product(c%normal, point_velocity(level, c))
-         if (c%gap + time_step*(c%speed - dot_product(c%normal, tool%velocity())) > margin*edge &
+         if (c%gap + time_step*(c%speed - dot_product(c%normal, tool%velocity_at(place_of(c)))) > margin*edge &
              .and. .not. carried) return
          c%area = edge**2
          if (deform(level)) c%area = column(p, at%volume)/thickness
          c%mass = column(p, at%mass)
          c%force = expected(column(p, self%pressure), column(p, self%earlier))*c%area
+         c%opposite = tool%velocity_at(place_of(c))
+         c%friction = tool%spec%friction
          if (tool%spec%friction > 0.0_wp) then
             self%frictional = self%frictional + 1
             c%frictional = self%frictional
@@ -274,6 +280,31 @@ contains
          self%count = self%count + 1
       end associate
    end subroutine take
+
+   !> Append a candidate between bodies and its partner.
+   subroutine add_pair(self, c, partner)
+      class(candidates_t), intent(inout) :: self
+      type(candidate_t), intent(in) :: c
+      type(partner_t), intent(in) :: partner
+      type(partner_t), allocatable :: more(:)
+      if (self%paired == size(self%partners)) then
+         allocate (more(2*self%paired))
+         more(:self%paired) = self%partners
+         call move_alloc(more, self%partners)
+      end if
+      self%paired = self%paired + 1
+      self%partners(self%paired) = partner
+      call make_room(self)
+      self%count = self%count + 1
+      associate (new => self%list(self%count))
+         new = c
+         new%partner = self%paired
+         if (.not. (c%friction > 0.0_wp .or. c%grip > 0.0_wp)) return
+         self%frictional = self%frictional + 1
+         new%frictional = self%frictional
+         new%tangent = tangents(c%normal)
+      end associate
+   end subroutine add_pair
 
    !> The pressure that follows two others: what has begun goes on.
    pure real(wp) function expected(last, earlier)

@@ -11,12 +11,13 @@ module m_cell_rows
    integer, parameter :: bin_nodes = 27 !< nodes around a particle's bin
    integer, parameter :: width = 4      !< three components and a spare one: one vector register
 
-   !> Rows with the same number of nodes; those of one cell, or of one bin, are a group.
+   !> Parts of rows with the same number of nodes; those of one cell, or of one bin, are a group. A row of two
+   !> bodies has a part on the nodes of each.
    type :: grouped_rows_t
       integer :: rows = 0, groups = 0
       integer, allocatable :: first(:)         !< (groups + 1): first place of each group
       integer, allocatable :: node(:, :)       !< (nodes, groups)
-      integer, allocatable :: row(:)           !< (places): the row
+      integer, allocatable :: row(:)           !< (places): the part's row
       real(wp), allocatable :: weight(:, :)    !< (nodes, places)
       real(wp), allocatable :: direction(:, :) !< (4, places)
       real(wp), allocatable :: push(:)         !< (places): work
@@ -35,17 +36,18 @@ module m_cell_rows
 
 contains
 
-   !> Take the rows of a problem, in any order.
-   pure subroutine sort(self, nodes, first, node, weight, direction)
+   !> Take the parts of the rows of a problem, in any order.
+   pure subroutine sort(self, nodes, row, first, node, weight, direction)
       class(cell_rows_t), intent(inout) :: self
       integer, intent(in) :: nodes             !< how many there are
-      integer, intent(in) :: first(:) !< (rows + 1): of the entries of each row, as many as a cell or a bin
+      integer, intent(in) :: row(:)            !< (parts): whose they are
+      integer, intent(in) :: first(:) !< (parts + 1): of the entries of each part, as many as a cell or a bin
                                       !< has nodes
       integer, intent(in) :: node(:)           !< (entries)
       real(wp), intent(in) :: weight(:)        !< (entries): of the contact point on its nodes
-      real(wp), intent(in) :: direction(:, :)  !< (4, rows): in which a row's unknown acts; the last is 0
-      call group(self%of_cells, cell_nodes, nodes, first, node, weight, direction)
-      call group(self%of_bins, bin_nodes, nodes, first, node, weight, direction)
+      real(wp), intent(in) :: direction(:, :)  !< (4, parts): in which a row's unknown acts; the last is 0
+      call group(self%of_cells, cell_nodes, nodes, row, first, node, weight, direction)
+      call group(self%of_bins, bin_nodes, nodes, row, first, node, weight, direction)
    end subroutine sort
 
    !> Take those of other rows that are wanted; they keep their numbers.
@@ -71,10 +73,10 @@ contains
                 self%direction(width, room), self%push(room), self%lane(width, room))
    end subroutine make_room
 
-   !> Take the rows with so many nodes.
-   pure subroutine group(self, each, nodes, first, node, weight, direction)
+   !> Take the parts with so many nodes.
+   pure subroutine group(self, each, nodes, row, first, node, weight, direction)
       type(grouped_rows_t), intent(inout) :: self
-      integer, intent(in) :: each, nodes, first(:), node(:)
+      integer, intent(in) :: each, nodes, row(:), first(:), node(:)
       real(wp), intent(in) :: weight(:), direction(:, :)
       integer :: next(nodes + 1), at, c
       self%rows = count(first(2:) - first(:size(first) - 1) == each)
@@ -105,6 +107,7 @@ contains
          self%first(self%groups) = at
          self%node(:, self%groups) = node(first(c):first(c + 1) - 1)
       end do
+      self%row(:self%rows) = row(self%row(:self%rows))
       self%first(self%groups + 1) = self%rows + 1
    end subroutine group
 
@@ -160,7 +163,7 @@ contains
       end do
    end subroutine in_order
 
-   !> The nodes' velocities at the rows' contact points, along their directions. Of other rows nothing is set.
+   !> Add the nodes' velocities at the rows' contact points, along their directions.
    pure subroutine collect(self, velocity, along)
       class(cell_rows_t), intent(inout) :: self
       real(wp), intent(in), contiguous :: velocity(:, :) !< (4, nodes), m/s
@@ -182,7 +185,7 @@ contains
       real(wp), intent(inout) :: along(*)       !< by rows
       integer :: at
       do at = 1, rows
-         along(row(at)) = lane(1, at) + lane(2, at) + lane(3, at)
+         along(row(at)) = along(row(at)) + (lane(1, at) + lane(2, at) + lane(3, at))
       end do
    end subroutine add_lanes
 

@@ -1,4 +1,4 @@
-!> Contact of the bodies with rigid tools: candidates, contact forces, their effect on the nodes (theory.md,
+!> Contact of the bodies with rigid tools and with each other: candidates, contact forces, their effect on the nodes (theory.md,
 !> eqs contact-*).
 module m_contact
    use mpi_f08
@@ -6,7 +6,7 @@ module m_contact
    use m_constants, only: exit_numerical
    use m_errors, only: error_t, fail
    use m_text, only: to_text
-   use m_scene, only: tool_spec_t, contact_spec_t, hopeless_residual
+   use m_scene, only: scene_t, contact_spec_t, hopeless_residual
    use m_tool, only: tool_t, make_tool
    use m_communicator, only: communicator_t
    use m_field_table, only: field_table_t
@@ -15,6 +15,7 @@ module m_contact
    use m_contact_complaints, only: check_nodes, candidate_text
    use m_face_gap, only: fastest
    use m_candidates, only: candidates_t
+   use m_body_pairs, only: body_pairs_t
    use m_contact_point, only: candidate_t, point_velocity, overlap_rate
    use m_friction, only: friction_t
    use m_tool_reactions, only: reaction_t, tool_state_t, accumulate_reactions, add_particle_work, add_up
@@ -35,6 +36,7 @@ module m_contact
       type(contact_system_t) :: system
       type(petsc_solver_t) :: solver
       type(candidates_t) :: candidates
+      type(body_pairs_t) :: pairs           !< bodies of different groups
       type(friction_t) :: friction
       integer(i8) :: solves = 0, iterations = 0, unsolved = 0
       integer(i8) :: unsolved_in_row = 0    !< steps up to now whose residual was far above the tolerance
@@ -58,6 +60,7 @@ module m_contact
       procedure :: release
       procedure, private :: solve
       procedure, private :: pose
+      procedure, private :: add_adhesion
       procedure, private :: keep_solution
       procedure, private :: sweep
       procedure, private :: solve_normal
@@ -76,19 +79,20 @@ module m_contact
 
 contains
 
-   !> Tools at their start.
-   subroutine build(self, tools, spec)
+   !> Tools at their start, and the pairs of bodies that may meet.
+   subroutine build(self, scene)
       class(contact_t), intent(inout) :: self
-      type(tool_spec_t), intent(in) :: tools(:)
-      type(contact_spec_t), intent(in) :: spec
+      type(scene_t), intent(in) :: scene
       integer :: t
-      allocate (self%tools(size(tools)), self%states(size(tools)), self%reactions(size(tools)), &
-                self%candidates%list(64))
-      do t = 1, size(tools)
-         self%tools(t) = make_tool(tools(t))
+      associate (n => size(scene%tools))
+         allocate (self%tools(n), self%states(n), self%reactions(n), self%candidates%list(64))
+      end associate
+      do t = 1, size(scene%tools)
+         self%tools(t) = make_tool(scene%tools(t), reshape([scene%grid%lower, scene%grid%upper], [3, 2]))
       end do
-      self%spec = spec
-      self%friction%present = any(tools%friction > 0.0_wp)
+      self%spec = scene%contact
+      call self%pairs%build(scene)
+      self%friction%present = any(scene%tools%friction > 0.0_wp) .or. self%pairs%rubs()
    end subroutine build
 
    !> The fields that contact adds; they are also where the next solve starts from.
@@ -99,17 +103,18 @@ contains
       self%candidates%pressure = table%column('contact_pressure')
       call table%declare('last_contact_pressure', 1, 'Pa', written=.false.)
       self%candidates%earlier = table%column('last_contact_pressure')
+      if (size(self%tools) == 0) return
       call table%declare('contact_gap', size(self%tools), 'm', written=.false.)
       self%candidates%carried = table%column('contact_gap')
-      if (.not. self%friction%present) return
+      if (.not. any(self%tools%spec%friction > 0.0_wp)) return
       call table%declare('contact_friction', 3, 'Pa', written=.true.)
       self%candidates%traction = table%column('contact_friction')
    end subroutine declare
 
-   !> True when the scene has tools.
+   !> True when the scene has tools, or bodies that may meet.
    pure logical function active(self)
       class(contact_t), intent(in) :: self
-      active = size(self%tools) > 0
+      active = size(self%tools) > 0 .or. self%pairs%active()
    end function active
 
    !> Collective: add the contact forces of one step to the solved nodes. On entry `nodes` holds what they
@@ -129,6 +134,7 @@ contains
          call self%tools(t)%begin_step(time, time_step)
       end do
       call self%candidates%find(self%tools, level, materials, time_step, self%states%overlap)
+      if (self%pairs%active()) call self%pairs%find(communicator, level, time, time_step, self%candidates)
       call self%make_room(communicator)
       if (self%has_problem) then
          call assemble(self%system, communicator, neighbours, self%tools, self%candidates, level, &
@@ -143,6 +149,7 @@ contains
                if (it%frictional > 0) forces(last - 1:last) = it%tangential_force
             end associate
          end do
+         if (self%pairs%active()) call find_slip(self, level, forces)
          call move_nodes(self%system, level, time_step, forces)
          if (self%strains_apart) then
             do c = 1, self%candidates%count
@@ -151,7 +158,36 @@ contains
          end if
       end if
       call accumulate_reactions(self%reactions, self%candidates, self%tools, level, time_step)
+      if (self%pairs%active()) &
+         call self%pairs%keep(level, materials, self%candidates, time_step, self%candidates%pressure)
    end subroutine apply
+
+   !> Collective: how the candidates between bodies slip with the forces of the step. Nodes have not been moved
+   !> yet.
+   subroutine find_slip(self, level, forces)
+      class(contact_t), intent(inout) :: self
+      type(level_t), intent(in) :: level
+      real(wp), intent(in) :: forces(:) !< (rows), N
+      real(wp), dimension(size(forces)) :: scaled, change
+      integer :: c, k, r
+      if (.not. self%friction%present) return
+      scaled = 0.0_wp
+      associate (system => self%system, n => self%candidates%count, scale => self%system%scale(:size(forces)))
+         where (scale > 0.0_wp) scaled = forces/scale
+         call system%respond([1, system%rows], scaled, [1, system%rows], change)
+         where (scale > 0.0_wp) change = change/scale
+         do c = self%pairs%first, n
+            associate (it => self%candidates%list(c))
+               if (it%frictional == 0) cycle
+               do k = 1, 2
+                  r = n + 2*it%frictional - 2 + k
+                  self%candidates%partners(it%partner)%slip(k) = change(r) &
+                     + dot_product(it%tangent(:, k), point_velocity(level, it) - it%opposite)
+               end do
+            end associate
+         end do
+      end associate
+   end subroutine find_slip
 
    !> Collective: whether there is a problem to be solved; the solver gets room for it.
    subroutine make_room(self, communicator)
@@ -174,15 +210,16 @@ contains
       type(level_t), intent(inout) :: level
       real(wp), intent(in) :: time_step
       type(error_t), intent(inout) :: error
-      real(wp), dimension(self%candidates%count) :: b, x, w
+      real(wp), dimension(self%candidates%count) :: b, x, w, pull
       integer :: iterations
       logical :: settled
       call self%system%activate(1, self%candidates%count)
       call self%pose(level, time_step, b, x, error)
+      call self%add_adhesion(b, x, pull)
       settled = .true.
       self%step_residual = 0.0_wp
       if (self%friction%present) then
-         call self%sweep(level, b, x, settled)
+         call self%sweep(level, pull, b, x, settled)
       else
          call self%solve_normal(b, x, iterations)
       end if
@@ -192,6 +229,23 @@ contains
       call self%check_solution(level, b, x, w, error)
       call self%keep_solution(level, time_step, b, x, w)
    end subroutine solve
+
+   !> Adhesion bears a tension up to a limit. The unknowns become forces above that limit, which are not below
+   !> 0 (theory.md, eq. adhesion); what the limit itself does to the points goes to the right-hand side.
+   subroutine add_adhesion(self, b, x, pull)
+      class(contact_t), intent(inout) :: self
+      real(wp), intent(inout) :: b(:), x(:)
+      real(wp), intent(out) :: pull(:) !< scaled
+      real(wp) :: pulled(size(pull))
+      pull = 0.0_wp
+      if (.not. self%pairs%adheres()) return
+      associate (scale => self%system%scale(:size(pull)))
+         where (scale > 0.0_wp) pull = self%candidates%list(:size(pull))%pull/scale
+      end associate
+      call self%system%multiply(pull, pulled)
+      b = b + pulled
+      x = max(0.0_wp, x + pull)
+   end subroutine add_adhesion
 
    !> The problem of the normal forces, scaled: its right-hand side, and the forces to start from.
    subroutine pose(self, level, time_step, b, x, error)
@@ -203,7 +257,7 @@ contains
       integer :: c
       do c = 1, size(b)
          associate (it => self%candidates%list(c), scale => self%system%scale(c))
-            b(c) = dot_product(it%normal, self%tools(it%tool)%velocity()) - it%speed - held_gap(it)/time_step
+            b(c) = dot_product(it%normal, it%opposite) - it%speed - held_gap(it)/time_step
             b(c) = b(c)*scale
             x(c) = 0.0_wp
             if (scale > 0.0_wp) x(c) = it%force/scale
@@ -229,14 +283,15 @@ contains
          associate (it => self%candidates%list(c), scale => self%system%scale(c), &
                     first => self%candidates%traction, &
                     column => level%blocks(self%candidates%list(c)%block)%particles%column)
-            it%force = x(c)*scale
+            it%force = x(c)*scale - it%pull
             gap = 0.0_wp
             if (scale > 0.0_wp) gap = max(0.0_wp, (w(c) - b(c))/scale*time_step)
             if (it%force > 0.0_wp) self%worst_bridge = max(self%worst_bridge, &
                                                            it%force*gap/(strongest*level%grid%cell))
-            column(it%particle, self%candidates%pressure) = it%force/it%area
-            if ((it%force > 0.0_wp .or. it%carried) .and. scale > 0.0_wp) &
+            if ((it%force > 0.0_wp .or. it%carried .or. it%partner > 0) .and. scale > 0.0_wp) &
                call self%leave_gap(level, it, time_step, (w(c) - b(c))/scale)
+            if (it%tool == 0) cycle ! body_pairs keeps it
+            column(it%particle, self%candidates%pressure) = it%force/it%area
             if (it%frictional > 0) column(it%particle, first:first + 2) = matmul(it%tangent, &
                   it%tangential_force)/it%area
          end associate
@@ -258,6 +313,7 @@ contains
       real(wp), intent(in) :: speed !< at which the gap that is held opens, with what the compliance yields,
                                     !< m/s
       c%opening = speed - self%spec%compliance*time_step/c%mass*c%force - held_gap(c)/time_step
+      if (c%tool == 0) return ! faces of bodies are where the material is
       associate (gap => level%blocks(c%block)%particles%column(c%particle, self%candidates%carried + c%tool &
             - 1))
          gap = c%gap + time_step*c%opening
@@ -321,9 +377,10 @@ contains
    !> Normal forces with the friction held, and friction with the normal forces held, in turn until the normal
    !> problem is solved with the friction that belongs to it (theory.md, eq. friction-sweeps). On return b
    !> holds what the friction does to it.
-   subroutine sweep(self, level, b, x, settled)
+   subroutine sweep(self, level, pull, b, x, settled)
       class(contact_t), intent(inout) :: self
       type(level_t), intent(in) :: level
+      real(wp), intent(in) :: pull(:) !< of adhesion, scaled: forces are x less this
       real(wp), intent(inout) :: b(:), x(:)
       logical, intent(out) :: settled !< in as many rounds as are allowed
       real(wp) :: free(size(b)), dragged(size(b)), residual
@@ -333,7 +390,7 @@ contains
       rows = self%system%rows
       free = b
       associate (list => self%candidates%list(:n), scale => self%system%scale)
-         call self%friction%begin(self%system, list, self%tools, level)
+         call self%friction%begin(self%system, list, level)
          do round = 1, most_sweeps
             call self%system%respond([n + 1, rows], self%friction%force, [1, n], dragged)
             b = free - dragged
@@ -344,9 +401,9 @@ contains
                if (list(c)%frictional == 0) cycle
                radius(list(c)%frictional) = 0.0_wp
                if (scale(n + 2*list(c)%frictional) > 0.0_wp) radius(list(c)%frictional) = &
-                  self%tools(list(c)%tool)%spec%friction*x(c)*scale(c)/scale(n + 2*list(c)%frictional)
+                  (list(c)%friction*x(c)*scale(c) + list(c)%grip)/scale(n + 2*list(c)%frictional)
             end do
-            call self%system%respond([1, n], x, [n + 1, rows], pushed)
+            call self%system%respond([1, n], x - pull, [n + 1, rows], pushed)
             call self%friction%solve(self%system, radius, pushed, self%spec%tolerance, &
                                      products*self%spec%max_iterations, residual)
             call self%check_convergence(residual, to_text(products*self%spec%max_iterations)// &
@@ -382,20 +439,26 @@ contains
       type(level_t), intent(in) :: level
       real(wp), intent(in) :: time, time_step !< s
       type(error_t), intent(inout) :: error
+      real(wp) :: velocity(3), spin(3)
       integer(i8) :: candidates
       integer :: t
       call add_up(communicator, self%reactions, self%states%overlap)
       do t = 1, size(self%tools)
-         call self%tools(t)%react(self%reactions(t)%load, time_step)
-         call self%states(t)%book(self%reactions(t), self%tools(t)%velocity(), time_step)
+         associate (tool => self%tools(t), reaction => self%reactions(t))
+            velocity = tool%velocity
+            spin = tool%spin
+            call tool%react(reaction%load, reaction%moment, time_step)
+            call self%states(t)%book(reaction, tool, tool%velocity - velocity, tool%spin - spin, time_step)
+         end associate
       end do
-      self%worst_overlap = max(self%worst_overlap, maxval(self%states%overlap))
-      candidates = nint(sum(self%reactions%candidates), i8)
+      if (self%pairs%active()) call self%pairs%add_up(communicator)
+      self%worst_overlap = maxval([self%worst_overlap, self%states%overlap, self%pairs%overlap])
+      candidates = nint(sum(self%reactions%candidates) + sum(self%pairs%step%candidates), i8)
       self%largest = max(self%largest, candidates)
       self%handled = self%handled + candidates
       do t = 1, size(self%tools)
          call self%tools(t)%end_step(time, time_step)
-         if (.not. abs(self%tools(t)%speed)*time_step <= fastest*level%grid%cell) &
+         if (.not. self%tools(t)%surface_speed()*time_step <= fastest*level%grid%cell) &
             call fail(error, exit_numerical, 'time '//to_text(time)//' s: the tool '// &
                       self%tools(t)%spec%name//' moves by more than '//to_text(fastest)// &
                       ' cells in a step; try '//trim(merge('a larger mass or smaller loads ', &

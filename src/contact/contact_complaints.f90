@@ -11,7 +11,7 @@ module m_contact_complaints
    use m_candidates, only: candidates_t
    implicit none
    private
-   public :: forbid_contact, check_nodes, candidate_text
+   public :: forbid_contact, check_nodes, candidate_text, allowed_text
 
 contains
 
@@ -79,8 +79,7 @@ contains
          associate (it => candidates%list(c))
             if (.not. it%force > 0.0_wp) cycle
             if (acts_inside(level, it)) cycle
-            call fail(error, exit_numerical, 'the tool '//tools(it%tool)%spec%name// &
-                      ' presses on particle '// &
+            call fail(error, exit_numerical, opponent(it, tools)//' presses on particle '// &
                       to_text(level%blocks(it%block)%particles%id(it%particle))//' at the edge of level '// &
                       to_text(level%number)//'; '//allowed_text(level))
             return
@@ -122,9 +121,18 @@ contains
                    to_text(int(particles%body(it%particle)))// &
                    ' at ('//to_text(place(1))//', '//to_text(place(2))//', '//to_text(place(3))// &
                       ') m on level '// &
-                   to_text(level%number)//' at the tool '//tools(it%tool)%spec%name
+                   to_text(level%number)//' at '//opponent(it, tools)
          end associate
       end associate
    end function candidate_text
+
+   !> What a candidate meets, for a sentence.
+   pure function opponent(it, tools) result(text)
+      type(candidate_t), intent(in) :: it
+      type(tool_t), intent(in) :: tools(:)
+      character(len=:), allocatable :: text
+      text = 'another body'
+      if (it%tool > 0) text = 'the tool '//tools(it%tool)%spec%name
+   end function opponent
 
 end module m_contact_complaints

@@ -25,13 +25,14 @@ module m_contact_nodes
 
    type :: contact_nodes_t
       integer :: count = 0
-      integer :: extent(3) = 0                 !< nodes of the grid along each axis, from -1 on
+      integer :: extent(4) = 0                 !< nodes of the grid along each axis, from -1 on; fields
       integer(i8), allocatable :: grid_node(:) !< (count): number in the grid, from 1, x fastest; rising
       type(communicator_t), private :: communicator
       type(shared_nodes_t), allocatable, private :: shared(:)
    contains
       procedure :: number_all
       procedure :: place_of
+      procedure :: field_of
       procedure :: connect
       procedure :: expect
       procedure :: send
@@ -42,10 +43,11 @@ module m_contact_nodes
 contains
 
    !> Number the nodes of some contact points in the order of the grid.
-   subroutine number_all(self, place, last, node)
+   subroutine number_all(self, place, last, field, node)
       class(contact_nodes_t), intent(inout) :: self
       integer, intent(in) :: place(0:, :, :) !< (0:2, 3, points): nodes in the grid along each axis, from -1
       integer, intent(in) :: last(:)         !< (points): nodes along each axis are from 0 to here
+      integer, intent(in) :: field(:)        !< (points): velocity field, from 1
       integer, intent(inout) :: node(:)      !< on return its first entries are the points' nodes, x fastest
       integer, allocatable :: x(:), y(:), z(:)                ! the places along each axis that occur, rising
       integer, allocatable :: x_rank(:), y_rank(:), z_rank(:) ! which of them a place is
@@ -62,13 +64,13 @@ contains
                   do i = 1, last(p) + 1
                      entries = entries + 1
                      node(entries) = x_rank(at(i, 1)) + size(x)*(y_rank(at(j, 2)) - 1 &
-                           + size(y)*(z_rank(at(k, 3)) - 1))
+                           + size(y)*(z_rank(at(k, 3)) - 1 + size(z)*(field(p) - 1)))
                   end do
                end do
             end do
          end associate
       end do
-      allocate (number(size(x)*size(y)*size(z)), source=0)
+      allocate (number(size(x)*size(y)*size(z)*maxval([1, field])), source=0)
       do n = 1, entries
          number(node(n)) = 1
       end do
@@ -81,7 +83,9 @@ contains
          number(n) = self%count
          self%grid_node(self%count) = grid_number(self%extent, [x(1 + mod(n - 1, size(x))), &
                                                                 y(1 + mod((n - 1)/size(x), size(y))), &
-                                                                z(1 + (n - 1)/(size(x)*size(y)))])
+                                                                z(1 + mod((n - 1)/(size(x)*size(y)), &
+                                                                          size(z)))], &
+                                                1 + (n - 1)/(size(x)*size(y)*size(z)))
       end do
       node(:entries) = number(node(:entries))
    end subroutine number_all
@@ -109,10 +113,11 @@ contains
       end do
    end subroutine list_places
 
-   !> Number of a node in the grid, from 1, x fastest: there may be more than 2**31.
-   pure integer(i8) function grid_number(extent, place)
-      integer, intent(in) :: extent(3), place(3) !< places from -1 on
-      grid_number = place(1) + 2 + extent(1)*(place(2) + 1 + extent(2)*(place(3) + 1_i8))
+   !> Number of a field's node in the grid, from 1, x fastest: there may be more than 2**31.
+   pure integer(i8) function grid_number(extent, place, field)
+      integer, intent(in) :: extent(4), place(3), field !< places from -1 on
+      grid_number = place(1) + 2 + extent(1)*(place(2) + 1 + extent(2)*(place(3) + 1_i8 &
+         + extent(3)*(field - 1_i8)))
    end function grid_number
 
    !> Place in the grid, from -1 on, of a node by its number there.
@@ -120,10 +125,18 @@ contains
       class(contact_nodes_t), intent(in) :: self
       integer(i8), intent(in) :: number
       integer :: place(3)
-      integer(i8) :: n(3)
+      integer(i8) :: n(4)
       n = self%extent
-      place = int([mod(number - 1, n(1)), mod((number - 1)/n(1), n(2)), (number - 1)/(n(1)*n(2))] - 1)
+      place = int([mod(number - 1, n(1)), mod((number - 1)/n(1), n(2)), &
+                   mod((number - 1)/(n(1)*n(2)), n(3))] - 1)
    end function place_of
+
+   !> Velocity field of a node by its number in the grid.
+   pure integer function field_of(self, number)
+      class(contact_nodes_t), intent(in) :: self
+      integer(i8), intent(in) :: number
+      field_of = 1 + int((number - 1)/product(int(self%extent(:3), i8)))
+   end function field_of
 
    !> Learn which nodes the neighbour ranks' rows touch too. Collective among neighbours.
    subroutine connect(self, communicator, neighbours)

@@ -6,17 +6,21 @@ module m_contact_point
    use m_node_values, only: v_x, v_z
    use m_scene, only: boundary_symmetry
    use m_level, only: level_t
+   use m_tool, only: tool_t
    use m_grid_level, only: grid_level_t
    use m_face_weights, only: face_weights_t, weigh
    implicit none
    private
-   public :: candidate_t, no_candidate, drift_of, set_face, point_velocity, overlap_rate, margin
+   public :: candidate_t, no_candidate, partner_t, drift_of, set_face, place_face, point_velocity, &
+             tool_velocity, place_of, overlap_rate, margin
 
-   !> A particle that would end the step inside a tool, or within a margin of it.
+   !> A particle that would end the step inside a tool or another body, or within a margin of it.
    type :: candidate_t
-      integer :: block = 0, particle = 0, tool = 0
+      integer :: block = 0, particle = 0
+      integer :: tool = 0                 !< that it may touch; 0: another body,
+      integer :: partner = 0              !< by its number in a list of partners
       type(face_weights_t) :: face        !< where its force acts: nodes and their weights
-      real(wp) :: normal(3) = 0.0_wp !< outward from the tool
+      real(wp) :: normal(3) = 0.0_wp !< outward from the tool or the other body
       real(wp) :: reflected_normal(3) = 0.0_wp !< the same, mirrored where the contact point has been folded
                                                !< back at a symmetry plane
       real(wp) :: reflection(3) = 1.0_wp !< -1 for the components in which the two differ
@@ -26,10 +30,14 @@ module m_contact_point
       real(wp) :: drift = 0.0_wp !< that less the gap by the particle's place and shape, m
       real(wp) :: speed = 0.0_wp !< of its contact point along the normal as the nodes have it without
                                  !< contact, m/s
+      real(wp) :: opposite(3) = 0.0_wp !< velocity of the tool or the other body there without contact, m/s
       real(wp) :: area = 0.0_wp  !< m2
       real(wp) :: mass = 1.0_wp  !< kg
       real(wp) :: force = 0.0_wp !< N
       real(wp) :: opening = 0.0_wp !< speed at which its gap opens with that force, m/s
+      real(wp) :: pull = 0.0_wp  !< largest tension that adhesion bears, N
+      real(wp) :: grip = 0.0_wp  !< tangential force that it bears besides friction, N
+      real(wp) :: friction = 0.0_wp !< its coefficient
       integer :: frictional = 0     !< place among the candidates with friction; 0 without
       real(wp) :: tangent(3, 2) = 0.0_wp !< across the normal, as the tool sees them
       real(wp) :: tangential_force(2) = 0.0_wp !< friction on the body along the tangents, N
@@ -40,6 +48,17 @@ module m_contact_point
                                        !< asks for it, m/s
       logical :: slides = .false.  !< nothing is known of that velocity across the normal
    end type candidate_t
+
+   !> The other body of a candidate, where the candidate's force acts on it.
+   type :: partner_t
+      integer :: field = 0                !< its velocity field
+      integer :: element = 0              !< of the candidate's particle, that meets it
+      type(face_weights_t) :: face        !< nodes and their weights; the lowest node in the grid, from 0
+      real(wp) :: reflection(3) = 1.0_wp  !< as of the candidate
+      real(wp) :: mass(0:2, 0:2, 0:2) = 0.0_wp !< of the nodes, kg
+      real(wp) :: point(3) = 0.0_wp       !< where the force acts on the candidate's body, m
+      real(wp) :: slip(2) = 0.0_wp        !< along the tangents, as the step leaves it, m/s
+   end type partner_t
 
    type(candidate_t), parameter :: no_candidate = candidate_t() !< before anything is said of it
    real(wp), parameter :: margin = 0.05_wp !< candidates come in this far before they touch, in particle edges
@@ -65,6 +84,18 @@ contains
    pure subroutine set_face(c, grid, block, node, turns, place, span)
       type(candidate_t), intent(inout) :: c
       type(grid_level_t), intent(in) :: grid
+      integer, intent(in) :: block(3), node(3) !< as in place_face
+      logical, intent(in) :: turns
+      real(wp), intent(in) :: place(3), span(3, 3)
+      call place_face(c%face, c%reflection, grid, block, node, turns, place, span)
+      c%reflected_normal = c%reflection*c%normal
+   end subroutine set_face
+
+   !> The same for any face.
+   pure subroutine place_face(face, reflection, grid, block, node, turns, place, span)
+      type(face_weights_t), intent(inout) :: face
+      real(wp), intent(inout) :: reflection(3) !< becomes -1 where the face is folded back
+      type(grid_level_t), intent(in) :: grid
       integer, intent(in) :: block(3)    !< place of the block
       integer, intent(in) :: node(3)     !< in the middle of the particle's bin, from 0
       logical, intent(in) :: turns       !< the domain's edges do
@@ -82,12 +113,11 @@ contains
             if (reach > abs(beyond)) halves(axis, :) = span(axis, :)*abs(beyond)/reach
             if (merge(beyond >= 0.0_wp, beyond <= 0.0_wp, side == 1)) cycle
             folded(axis) = place(axis) - 2.0_wp*beyond
-            c%reflection(axis) = -1.0_wp
+            reflection(axis) = -1.0_wp
          end do
       end do
-      c%reflected_normal = c%reflection*c%normal
-      call weigh(c%face, node, folded, halves, turns)
-   end subroutine set_face
+      call weigh(face, node, folded, halves, turns)
+   end subroutine place_face
 
    !> Velocity (m/s) that a contact point gets from the solved nodes, as the tool sees it.
    pure function point_velocity(level, c) result(velocity)
@@ -108,5 +138,20 @@ contains
       end do
       velocity = c%reflection*velocity
    end function point_velocity
+
+   !> Where it is at the beginning of the step, m.
+   pure function place_of(c) result(place)
+      type(candidate_t), intent(in) :: c
+      real(wp) :: place(3)
+      place = c%from + c%arm
+   end function place_of
+
+   !> Velocity (m/s) of its tool there.
+   pure function tool_velocity(tools, c) result(velocity)
+      type(tool_t), intent(in) :: tools(:)
+      type(candidate_t), intent(in) :: c
+      real(wp) :: velocity(3)
+      velocity = tools(c%tool)%velocity_at(place_of(c))
+   end function tool_velocity
 
 end module m_contact_point

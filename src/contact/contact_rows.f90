@@ -8,13 +8,13 @@ module m_contact_rows
    use m_tool, only: tool_t
    use m_level, only: level_t
    use m_boundary, only: apply_boundary, held_components, inside
-   use m_contact_point, only: candidate_t
+   use m_contact_point, only: candidate_t, place_of
    use m_candidates, only: candidates_t
    use m_contact_nodes, only: nodal_forces_t
    use m_contact_system, only: contact_system_t
    implicit none
    private
-   public :: assemble, move_nodes
+   public :: assemble, move_nodes, masses_of
 
    real(wp), parameter :: stick_compliance = 10.0_wp !< compliance of sticking points, in that of the normal
                                                      !< forces; only changes count
@@ -41,36 +41,58 @@ contains
       real(wp), intent(in) :: softness                 !< of the normal forces, in the mobilities of particles
       real(wp), intent(in) :: time_step                !< s
       real(wp) :: compliance(candidates%count + 2*candidates%frictional)
-      integer :: c, n, place(0:2, 3), t
+      integer :: c, n, t
       logical, allocatable :: done(:)
       associate (list => candidates%list(:candidates%count))
-         call system%begin(communicator, level%grid%cells, [(tools(t)%mobility(time_step), t=1, size(tools))])
+         call system%begin(communicator, level%grid%cells, level%grid%fields, &
+                           [(size(tools(t)%pushed), t=1, size(tools))], &
+                           [(tools(t)%mobilities(time_step), t=1, size(tools))])
          do c = 1, size(list)
-            place = places_of(level, list(c))
-            call system%add_row(list(c)%face%last, place, list(c)%face%weight, list(c)%reflected_normal, &
-                                list(c)%tool, dot_product(list(c)%normal, tools(list(c)%tool)%spec%axis))
+            call add_row(list(c), list(c)%normal)
          end do
          compliance(:size(list)) = softness*time_step/list%mass
          do c = 1, size(list)
             if (list(c)%frictional == 0) cycle
-            place = places_of(level, list(c))
             do t = 1, 2
-               call system%add_row(list(c)%face%last, place, list(c)%face%weight, &
-                                   list(c)%reflection*list(c)%tangent(:, t), list(c)%tool, &
-                                   dot_product(list(c)%tangent(:, t), tools(list(c)%tool)%spec%axis))
+               call add_row(list(c), list(c)%tangent(:, t))
                compliance(system%rows) = stick_compliance*compliance(c)
             end do
          end do
          call system%number_nodes(size(list))
          done = [(.false., n=1, system%nodes%count)]
+         n = 0
          do c = 1, size(list)
-            call set_mobility(system, level, list(c), c, time_step, done)
+            n = n + 1
+            call set_mobility(system, level, n, list(c)%face%last, places_of(level, list(c)), &
+                              masses_of(level, list(c)), time_step, done)
+            if (list(c)%partner == 0) cycle
+            n = n + 1
+            associate (other => candidates%partners(list(c)%partner))
+               call set_mobility(system, level, n, other%face%last, inside_of(level, other%face%corner), &
+                                 other%mass, time_step, done)
+            end associate
          end do
       end associate
       call system%nodes%connect(communicator, neighbours)
       call system%set_scale(compliance)
       call system%pair_scales(candidates%count + 1)
       call system%group_rows()
+   contains
+      !> A force of a candidate along a direction, against a tool or another body.
+      subroutine add_row(c, direction)
+         type(candidate_t), intent(in) :: c
+         real(wp), intent(in) :: direction(3)
+         real(wp), allocatable :: along(:)
+         allocate (along(0))
+         if (c%tool > 0) along = tools(c%tool)%along(place_of(c), direction)
+         call system%add_row(c%face%last, places_of(level, c), c%face%weight, c%reflection*direction, &
+                             level%blocks(c%block)%field, c%tool, along)
+         if (c%partner == 0) return
+         associate (other => candidates%partners(c%partner))
+            call system%add_part(other%face%last, inside_of(level, other%face%corner), other%face%weight, &
+                                 -other%reflection*direction, other%field)
+         end associate
+      end subroutine add_row
    end subroutine assemble
 
    !> Places in the grid of a candidate's nodes along each axis. A node outside a symmetry plane has no
@@ -79,39 +101,60 @@ contains
       type(level_t), intent(in) :: level
       type(candidate_t), intent(in) :: c
       integer :: place(0:2, 3) !< (nodes, axes), from -1; of a cell's nodes 0:1 count
-      integer :: axis, first(3), i
-      first = first_node(level, c)
+      place = inside_of(level, first_node(level, c))
+   end function places_of
+
+   !> The same for the nodes from one in the grid on.
+   pure function inside_of(level, first) result(place)
+      type(level_t), intent(in) :: level
+      integer, intent(in) :: first(3)
+      integer :: place(0:2, 3), axis, i
       do axis = 1, 3
          do i = 0, 2
             place(i, axis) = inside(level%grid, axis, first(axis) + i)
          end do
       end do
-   end function places_of
+   end function inside_of
 
-   !> Mobilities of the nodes of a candidate, which has a row of the system, where they are not there yet.
-   pure subroutine set_mobility(system, level, c, row, time_step, done)
-      type(contact_system_t), intent(inout) :: system
+   !> Masses of the nodes of a candidate, kg.
+   pure function masses_of(level, c) result(mass)
       type(level_t), intent(in) :: level
       type(candidate_t), intent(in) :: c
-      integer, intent(in) :: row            !< one of its rows
-      real(wp), intent(in) :: time_step     !< s
-      logical, intent(inout) :: done(:) !< (nodes)
-      integer :: i, j, k, n, s, node(3), place(0:2, 3), at(3)
-      real(wp) :: mass
+      real(wp) :: mass(0:2, 0:2, 0:2)
+      integer :: i, j, k, place(0:2, 3), at(0:2, 3), axis
       place = places_of(level, c)
-      s = system%begins(row) - 1
+      do axis = 1, 3
+         at(:, axis) = place(:, axis) - block_size*level%blocks(c%block)%place(axis) + 1
+      end do
       do k = 0, c%face%last
          do j = 0, c%face%last
             do i = 0, c%face%last
+               mass(i, j, k) = level%nodes(mass_, at(i, 1), at(j, 2), at(k, 3), c%block)
+            end do
+         end do
+      end do
+   end function masses_of
+
+   !> Mobilities of the nodes of a part of the system's rows, where they are not there yet.
+   pure subroutine set_mobility(system, level, part, last, place, mass, time_step, done)
+      type(contact_system_t), intent(inout) :: system
+      type(level_t), intent(in) :: level
+      integer, intent(in) :: part, last, place(0:2, 3)   !< its number and nodes, as in add_part
+      real(wp), intent(in) :: mass(0:2, 0:2, 0:2)        !< of them, kg
+      real(wp), intent(in) :: time_step                  !< s
+      logical, intent(inout) :: done(:) !< (nodes)
+      integer :: i, j, k, n, s, node(3)
+      s = system%begins(part) - 1
+      do k = 0, last
+         do j = 0, last
+            do i = 0, last
                s = s + 1
                n = system%node(s)
                if (done(n)) cycle
                done(n) = .true.
                node = [place(i, 1), place(j, 2), place(k, 3)]
-               at = node - block_size*level%blocks(c%block)%place + 1
-               mass = level%nodes(mass_, at(1), at(2), at(3), c%block)
                system%mobility(:, n) = 0.0_wp
-               if (mass > 0.0_wp) system%mobility(:3, n) = merge(0.0_wp, time_step/mass, &
+               if (mass(i, j, k) > 0.0_wp) system%mobility(:3, n) = merge(0.0_wp, time_step/mass(i, j, k), &
                      held_components(level%grid, node))
             end do
          end do
@@ -133,7 +176,8 @@ contains
       changed = .false.
       do r = 1, size(parts)
          do n = 1, size(parts(r)%node)
-            call add_force(level, system%nodes%place_of(parts(r)%node(n)), parts(r)%force(:3, n), time_step, &
+            call add_force(level, system%nodes%place_of(parts(r)%node(n)), &
+                           system%nodes%field_of(parts(r)%node(n)), parts(r)%force(:3, n), time_step, &
                            changed)
          end do
       end do
@@ -144,9 +188,9 @@ contains
 
    !> Add a force to a node in all tiles here that have it: its block's, and those of the blocks next to it if
    !> it is on their rim.
-   pure subroutine add_force(level, place, force, time_step, changed)
+   pure subroutine add_force(level, place, field, force, time_step, changed)
       type(level_t), intent(inout) :: level
-      integer, intent(in) :: place(3)
+      integer, intent(in) :: place(3), field
       real(wp), intent(in) :: force(3), time_step
       logical, intent(inout) :: changed(:)
       integer :: at(3), block(3), home(3), i, j, k, low(3), high(3), slot
@@ -157,7 +201,7 @@ contains
          do j = low(2), high(2)
             do i = low(1), high(1)
                block = [i, j, k]
-               slot = level%slot_at(block)
+               slot = level%slot_at(block, field)
                if (slot == 0 .or. slot > size(level%blocks)) cycle
                at = place - block_size*block + 1
                associate (node => level%nodes(:, at(1), at(2), at(3), slot))

@@ -16,27 +16,33 @@ module m_contact_system
    type, extends(petsc_operator_t) :: contact_system_t
       type(communicator_t) :: communicator
       integer :: rows = 0
+      integer :: parts = 0 !< of rows: what a row's force does to the nodes of one velocity field. One a row
+                           !< for a tool, one a body between bodies; in the order of the rows
       integer :: first = 1, last = 0 !< the active rows: of the normal forces, of friction, or both
       integer :: normal = 0                      !< rows of normal forces; those of friction follow
       type(contact_nodes_t) :: nodes             !< of all rows
       logical :: gives_way = .false.             !< some tool does
       integer(i8) :: products = 0                !< times the operator was applied, over the run
-      integer, allocatable :: begins(:) !< (rows + 1): first entry of each row; an entry is one of its nodes
-      integer, allocatable :: place(:, :, :) !< (0:2, 3, rows): nodes in the grid along each axis, from -1; of
-                                             !< a cell's 0:1 count
+      integer, allocatable :: row(:)             !< (parts): which row it is of
+      integer, allocatable :: begins(:) !< (parts + 1): first entry of each part; an entry is one of its nodes
+      integer, allocatable :: place(:, :, :) !< (0:2, 3, parts): nodes in the grid along each axis, from -1;
+                                             !< of a cell's 0:1 count
+      integer, allocatable :: field(:)           !< (parts): velocity field of the nodes
       integer, allocatable :: node(:)            !< (entries): local numbers, x fastest
       real(wp), allocatable :: weight(:)         !< (entries): of the contact point on the node
-      real(wp), allocatable :: direction(:, :)   !< (4, rows): in which a force acts; the last is 0
+      real(wp), allocatable :: direction(:, :)   !< (4, parts): in which a force acts; the last is 0
       type(cell_rows_t) :: normal_rows, friction_rows !< as products take them, for unknowns that are scaled
                                                       !< forces
       type(cell_rows_t) :: free_rows             !< those of the normal forces that are free
       logical, allocatable :: free(:)            !< (rows of normal forces)
       integer, allocatable :: tool(:)            !< (rows)
-      real(wp), allocatable :: along(:)          !< (rows): what of the direction is along the tool's axis
-      real(wp), allocatable :: tool_mobility(:) !< (tools): along their axes, s/kg; 0 for those that do not
-                                                !< give way
-      real(wp), allocatable :: tool_push(:) !< (tools): work, forces along the axes and then the speeds that
-                                            !< they make
+      integer, allocatable :: first_freedom(:) !< (tools + 1): first of each tool's degrees of freedom that
+                                               !< give way
+      real(wp), allocatable :: along(:, :) !< (freedoms of a tool at most, rows): how a unit of force pushes
+                                           !< them, 1 or m
+      real(wp), allocatable :: freedom_mobility(:) !< (freedoms): s/kg or s/(kg m2)
+      real(wp), allocatable :: freedom_push(:) !< (freedoms): work, forces and moments and then the speeds that
+                                               !< they make
       real(wp), allocatable :: mobility(:, :)    !< (4, nodes): dt/m, 0 for held components, s/kg
       real(wp), allocatable :: force(:, :) !< (4, nodes): work, forces and then the velocities that they make
       real(wp), allocatable :: scale(:)          !< (rows): makes the diagonal 1
@@ -45,6 +51,7 @@ module m_contact_system
       procedure :: begin
       procedure :: activate
       procedure :: add_row
+      procedure :: add_part
       procedure :: number_nodes
       procedure :: group_rows
       procedure :: multiply
@@ -66,37 +73,60 @@ module m_contact_system
 contains
 
    !> Start an empty system.
-   subroutine begin(self, communicator, cells, tool_mobility)
+   subroutine begin(self, communicator, cells, fields, freedoms, mobility)
       class(contact_system_t), intent(inout) :: self
       type(communicator_t), intent(in) :: communicator
       integer, intent(in) :: cells(3)          !< of the grid
-      real(wp), intent(in) :: tool_mobility(:) !< (tools), the same on all ranks, s/kg
+      integer, intent(in) :: fields            !< velocity fields
+      integer, intent(in) :: freedoms(:)       !< (tools): how many of each give way
+      real(wp), intent(in) :: mobility(:)      !< of these, tool by tool, s/kg or s/(kg m2); the same on all
+                                               !< ranks
+      integer :: t
       self%communicator = communicator
       self%rows = 0
-      self%nodes%extent = cells + 3
-      self%tool_mobility = tool_mobility
-      self%tool_push = 0.0_wp*tool_mobility
-      self%gives_way = any(tool_mobility > 0.0_wp)
-      if (.not. allocated(self%place)) allocate (self%place(0:2, 3, 64), self%weight(512), self%begins(65), &
-                                                 self%direction(width, 64), self%tool(64), self%along(64))
+      self%parts = 0
+      self%nodes%extent = [cells + 3, fields]
+      if (.not. allocated(self%first_freedom)) allocate (self%first_freedom(0:size(freedoms) + 1))
+      self%first_freedom(0) = 1 ! rows between bodies have the tool 0
+      self%first_freedom(1:) = [(1 + sum(freedoms(:t)), t=0, size(freedoms))]
+      self%freedom_mobility = mobility
+      self%freedom_push = 0.0_wp*mobility
+      self%gives_way = any(mobility > 0.0_wp)
+      if (.not. allocated(self%place)) &
+         allocate (self%place(0:2, 3, 64), self%weight(512), self%begins(65), self%direction(width, 64), &
+                   self%tool(64), self%along(maxval([0, freedoms]), 64), self%row(64), self%field(64))
       self%begins(1) = 1
    end subroutine begin
 
    !> Add a row: where the nodes of its contact point are in the grid along each axis, their weights, the
-   !> direction in which its force acts; the tool that the force acts on in turn, and what of it is along the
-   !> tool's axis.
-   subroutine add_row(self, last, place, weight, direction, tool, along)
+   !> direction in which its force acts; the tool that the force acts on in turn, and how it pushes those of
+   !> the tool's degrees of freedom that give way.
+   subroutine add_row(self, last, place, weight, direction, field, tool, along)
       class(contact_system_t), intent(inout) :: self
       integer, intent(in) :: last !< nodes along each axis are from 0 to here: 1 in a cell, 2 around a bin
       integer, intent(in) :: place(0:2, 3)            !< (nodes, axes), from -1
-      integer, intent(in) :: tool
-      real(wp), intent(in) :: weight(0:2, 0:2, 0:2), direction(3), along
+      integer, intent(in) :: field                    !< velocity field of the nodes
+      integer, intent(in) :: tool                     !< 0: none, another body
+      real(wp), intent(in) :: weight(0:2, 0:2, 0:2), direction(3), along(:)
+      self%rows = self%rows + 1
+      call self%add_part(last, place, weight, direction, field)
+      self%tool(self%rows) = tool
+      self%along(:size(along), self%rows) = along
+   end subroutine add_row
+
+   !> Add to the last row what its force does to another velocity field.
+   subroutine add_part(self, last, place, weight, direction, field)
+      class(contact_system_t), intent(inout) :: self
+      integer, intent(in) :: last, place(0:2, 3), field !< as in add_row
+      real(wp), intent(in) :: weight(0:2, 0:2, 0:2), direction(3)
       integer :: j, k, n, s
-      n = self%rows + 1
+      n = self%parts + 1
       s = self%begins(n)
-      self%rows = n
+      self%parts = n
       self%begins(n + 1) = s + (last + 1)**3
       call self%make_room(n, self%begins(n + 1) - 1)
+      self%row(n) = self%rows
+      self%field(n) = field
       self%place(:, :, n) = place
       do k = 0, last
          do j = 0, last
@@ -105,16 +135,14 @@ contains
          end do
       end do
       self%direction(:, n) = [direction, 0.0_wp]
-      self%tool(n) = tool
-      self%along(n) = along
-   end subroutine add_row
+   end subroutine add_part
 
-   !> Room for so many rows and entries, and one row more to begin.
-   subroutine make_room(self, rows, entries)
+   !> Room for so many parts, no fewer than rows, and entries, and one part more to begin.
+   subroutine make_room(self, parts, entries)
       class(contact_system_t), intent(inout) :: self
-      integer, intent(in) :: rows, entries
-      integer, allocatable :: more_places(:, :, :), more_begins(:), more_tools(:)
-      real(wp), allocatable :: more_weights(:), more_directions(:, :), more_along(:)
+      integer, intent(in) :: parts, entries
+      integer, allocatable :: more_places(:, :, :), more_begins(:), more_tools(:), more_rows(:), more_fields(:)
+      real(wp), allocatable :: more_weights(:), more_directions(:, :), more_along(:, :)
       integer :: n
       n = size(self%weight)
       if (entries > n) then
@@ -123,17 +151,21 @@ contains
          call move_alloc(more_weights, self%weight)
       end if
       n = size(self%tool)
-      if (rows >= n) then
+      if (parts >= n) then
          allocate (more_places(0:2, 3, 2*n), more_begins(2*n + 1), more_directions(width, 2*n), &
-                   more_tools(2*n), more_along(2*n))
+                   more_tools(2*n), more_along(size(self%along, 1), 2*n), more_rows(2*n), more_fields(2*n))
          more_places(:, :, :n) = self%place
          more_begins(:n + 1) = self%begins
          more_directions(:, :n) = self%direction
+         more_rows(:n) = self%row
+         more_fields(:n) = self%field
          more_tools(:n) = self%tool
-         more_along(:n) = self%along
+         more_along(:, :n) = self%along
          call move_alloc(more_places, self%place)
          call move_alloc(more_begins, self%begins)
          call move_alloc(more_directions, self%direction)
+         call move_alloc(more_rows, self%row)
+         call move_alloc(more_fields, self%field)
          call move_alloc(more_tools, self%tool)
          call move_alloc(more_along, self%along)
       end if
@@ -151,16 +183,16 @@ contains
    subroutine number_nodes(self, normal)
       class(contact_system_t), intent(inout) :: self
       integer, intent(in) :: normal !< rows of normal forces, the first ones
-      integer :: last(self%rows)
+      integer :: last(self%parts)
       self%normal = normal
-      associate (entries => self%begins(2:self%rows + 1) - self%begins(:self%rows))
+      associate (entries => self%begins(2:self%parts + 1) - self%begins(:self%parts))
          last = merge(1, 2, entries == cell_nodes)
       end associate
       if (allocated(self%node)) then
-         if (size(self%node) < self%begins(self%rows + 1) - 1) deallocate (self%node)
+         if (size(self%node) < self%begins(self%parts + 1) - 1) deallocate (self%node)
       end if
       if (.not. allocated(self%node)) allocate (self%node(size(self%weight)))
-      call self%nodes%number_all(self%place(:, :, :self%rows), last, self%node)
+      call self%nodes%number_all(self%place(:, :, :self%parts), last, self%field(:self%parts), self%node)
       if (allocated(self%force)) then
          if (size(self%force, 2) >= self%nodes%count) return
          deallocate (self%force, self%mobility)
@@ -173,16 +205,17 @@ contains
    !> Put the rows of a cell together; needs numbers and scales.
    subroutine group_rows(self)
       class(contact_system_t), intent(inout) :: self
-      real(wp) :: direction(width, self%rows)
+      real(wp) :: direction(width, self%parts)
       integer :: c
-      do c = 1, self%rows
-         direction(:, c) = self%scale(c)*self%direction(:, c)
+      do c = 1, self%parts
+         direction(:, c) = self%scale(self%row(c))*self%direction(:, c)
       end do
-      associate (n => self%normal)
-         call self%normal_rows%sort(self%nodes%count, self%begins(:n + 1), self%node, self%weight, &
-                                    direction(:, :n))
-         call self%friction_rows%sort(self%nodes%count, self%begins(n + 1:self%rows + 1), self%node, &
-                                      self%weight, direction(:, n + 1:))
+      associate (n => count(self%row(:self%parts) <= self%normal))
+         call self%normal_rows%sort(self%nodes%count, self%row(:n), self%begins(:n + 1), self%node, &
+                                    self%weight, direction(:, :n))
+         call self%friction_rows%sort(self%nodes%count, self%row(n + 1:self%parts) - self%normal, &
+                                      self%begins(n + 1:self%parts + 1), self%node, self%weight, &
+                                      direction(:, n + 1:))
       end associate
    end subroutine group_rows
 
@@ -263,15 +296,18 @@ contains
       if (self%gives_way) call self%push_tools(forces)
    end subroutine spread
 
-   !> The same for the tools along their axes.
+   !> The same for the freedoms of tools.
    subroutine push_tools(self, forces)
       class(contact_system_t), intent(inout) :: self
       real(wp), intent(in), contiguous :: forces(:) !< (active rows)
-      integer :: c
-      self%tool_push = 0.0_wp
+      integer :: c, k
+      self%freedom_push = 0.0_wp
       do c = self%first, self%last
-         associate (push => self%tool_push(self%tool(c)))
-            push = push + self%along(c)*self%scale(c)*forces(c - self%first + 1)
+         associate (first => self%first_freedom(self%tool(c)))
+            do k = first, self%first_freedom(self%tool(c) + 1) - 1
+               self%freedom_push(k) = self%freedom_push(k) + self%along(k - first + 1, c)*self%scale(c) &
+                                      *forces(c - self%first + 1)
+            end do
          end associate
       end do
    end subroutine push_tools
@@ -297,7 +333,7 @@ contains
       class(contact_system_t), intent(inout) :: self
       call self%nodes%send(self%force)
       if (self%gives_way) &
-         call MPI_Allreduce(MPI_IN_PLACE, self%tool_push, size(self%tool_push), MPI_DOUBLE_PRECISION, &
+         call MPI_Allreduce(MPI_IN_PLACE, self%freedom_push, size(self%freedom_push), MPI_DOUBLE_PRECISION, &
                             MPI_SUM, self%communicator%comm)
       call self%nodes%add_received(self%force)
    end subroutine share
@@ -306,7 +342,7 @@ contains
    pure subroutine set_in_motion(self)
       class(contact_system_t), intent(inout) :: self
       call multiply_each(width*self%nodes%count, self%mobility, self%force)
-      if (self%gives_way) self%tool_push = self%tool_push*self%tool_mobility
+      if (self%gives_way) self%freedom_push = self%freedom_push*self%freedom_mobility
    end subroutine set_in_motion
 
    !> Multiply values by factors, one by one.
@@ -321,20 +357,24 @@ contains
    subroutine collect(self, y)
       class(contact_system_t), intent(inout) :: self
       real(wp), intent(inout), contiguous :: y(:) !< (active rows)
+      y = 0.0_wp
       if (self%first <= self%normal) call self%normal_rows%collect(self%force, y)
       if (self%last > self%normal) &
          call self%friction_rows%collect(self%force, y(self%normal - self%first + 2:))
       if (self%gives_way) call self%add_tools(y)
    end subroutine collect
 
-   !> What the active rows get from tools that give way, scaled.
+   !> What the active rows get from freedoms that give way, scaled.
    pure subroutine add_tools(self, y)
       class(contact_system_t), intent(in) :: self
       real(wp), intent(inout), contiguous :: y(:) !< (active rows)
-      integer :: c
+      integer :: c, k
       do c = self%first, self%last
-         y(c - self%first + 1) = y(c - self%first + 1) &
-                                 + self%along(c)*self%tool_push(self%tool(c))*self%scale(c)
+         associate (first => self%first_freedom(self%tool(c)), at => c - self%first + 1)
+            do k = first, self%first_freedom(self%tool(c) + 1) - 1
+               y(at) = y(at) + self%along(k - first + 1, c)*self%freedom_push(k)*self%scale(c)
+            end do
+         end associate
       end do
    end subroutine add_tools
 
@@ -342,21 +382,28 @@ contains
    subroutine set_scale(self, compliance)
       class(contact_system_t), intent(inout) :: self
       real(wp), intent(in) :: compliance(:) !< (rows): of each contact point, s/kg
-      real(wp) :: diagonal
-      integer :: c, s
+      real(wp) :: diagonal(self%rows)
+      integer :: c, k, n, s
       if (allocated(self%scale)) then
          if (size(self%scale) < self%rows) deallocate (self%scale, self%softness)
       end if
       if (.not. allocated(self%scale)) allocate (self%scale(2*self%rows + 8), self%softness(2*self%rows + 8))
-      do c = 1, self%rows
-         diagonal = 0.0_wp
-         do s = self%begins(c), self%begins(c + 1) - 1
-            diagonal = diagonal + self%weight(s)**2*sum(self%direction(:, c)**2*self%mobility(:, &
+      diagonal = 0.0_wp
+      do n = 1, self%parts
+         c = self%row(n)
+         do s = self%begins(n), self%begins(n + 1) - 1
+            diagonal(c) = diagonal(c) + self%weight(s)**2*sum(self%direction(:, n)**2*self%mobility(:, &
                   self%node(s)))
          end do
-         if (self%gives_way) diagonal = diagonal + self%along(c)**2*self%tool_mobility(self%tool(c))
+      end do
+      do c = 1, self%rows
+         associate (first => self%first_freedom(self%tool(c)), beyond => self%first_freedom(self%tool(c) + 1))
+            do k = first, beyond - 1
+               diagonal(c) = diagonal(c) + self%along(k - first + 1, c)**2*self%freedom_mobility(k)
+            end do
+         end associate
          self%scale(c) = 0.0_wp
-         if (diagonal > 0.0_wp) self%scale(c) = 1.0_wp/sqrt(diagonal)
+         if (diagonal(c) > 0.0_wp) self%scale(c) = 1.0_wp/sqrt(diagonal(c))
          self%softness(c) = compliance(c)*self%scale(c)**2
       end do
    end subroutine set_scale

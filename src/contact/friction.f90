@@ -5,7 +5,6 @@
 module m_friction
    use mpi_f08
    use m_kinds, only: wp, i8
-   use m_tool, only: tool_t
    use m_level, only: level_t
    use m_contact_point, only: candidate_t, point_velocity
    use m_contact_system, only: contact_system_t
@@ -32,11 +31,10 @@ module m_friction
 contains
 
    !> Start from the friction of the last step. The rows of the system have been scaled.
-   subroutine begin(self, system, list, tools, level)
+   subroutine begin(self, system, list, level)
       class(friction_t), intent(inout) :: self
       type(contact_system_t), intent(in) :: system
       type(candidate_t), intent(in) :: list(:)
-      type(tool_t), intent(in) :: tools(:)
       type(level_t), intent(in) :: level
       real(wp) :: velocity(3)
       integer :: c, k, n, r
@@ -45,7 +43,7 @@ contains
       allocate (self%force(system%rows - n), self%free(system%rows - n), source=0.0_wp)
       do c = 1, n
          if (list(c)%frictional == 0) cycle
-         velocity = tools(list(c)%tool)%velocity() - point_velocity(level, list(c))
+         velocity = list(c)%opposite - point_velocity(level, list(c))
          do k = 1, 2
             r = 2*list(c)%frictional - 2 + k
             if (system%scale(n + r) > 0.0_wp) &

@@ -7,7 +7,7 @@ module m_pressed_speeds
    use m_communicator, only: communicator_t
    use m_level, only: level_t
    use m_materials, only: materials_t
-   use m_contact_point, only: point_velocity
+   use m_contact_point, only: point_velocity, tool_velocity
    use m_contact_rows, only: assemble, move_nodes
    use m_contact_system, only: contact_system_t
    use m_contact, only: contact_t
@@ -31,19 +31,18 @@ contains
       real(wp) :: overlap(size(contact%tools))
       integer :: c, t
       do t = 1, size(contact%tools)
-         ! loads push once a step
-         if (.not. contact%tools(t)%is_pushed()) call contact%tools(t)%begin_step(time, time_step)
+         call contact%tools(t)%begin_step(time, time_step, have_pushed=.true.) ! loads push once a step
       end do
       call contact%candidates%find(contact%tools, level, materials, time_step, overlap, again=.true.)
       call contact%make_room(communicator)
       if (.not. contact%has_problem) return
       do c = 1, contact%candidates%count
          associate (it => contact%candidates%list(c))
-            it%velocity = contact%tools(it%tool)%velocity()
+            it%velocity = tool_velocity(contact%tools, it)
             it%force = 0.0_wp
             if (it%carried) it%force = level%blocks(it%block)%particles%column(it%particle, &
                   contact%candidates%pressure)*it%area
-            it%slides = norm2(it%last_tangential_force) > sticks*contact%tools(it%tool)%spec%friction*it%force
+            it%slides = norm2(it%last_tangential_force) > sticks*it%friction*it%force
          end associate
       end do
       call assemble(contact%system, communicator, neighbours, contact%tools, contact%candidates, level, &
@@ -55,9 +54,9 @@ contains
       type(contact_t), intent(inout) :: contact
       type(level_t), intent(inout) :: level
       real(wp), intent(in) :: time_step !< s
-      real(wp), allocatable :: lacks(:), x(:)
+      real(wp), allocatable :: lacks(:), x(:), give_way(:)
       logical, allocatable :: held(:)
-      real(wp) :: residual, give_way(size(contact%tools)), missing(3)
+      real(wp) :: residual, missing(3)
       integer :: c, last, t
       if (.not. contact%has_problem) return
       associate (system => contact%system, n => contact%candidates%count)
@@ -77,12 +76,12 @@ contains
                end do
             end associate
          end do
-         give_way = system%tool_mobility
-         system%tool_mobility = 0.0_wp ! a tool's own motion is known
+         give_way = system%freedom_mobility
+         system%freedom_mobility = 0.0_wp ! a tool's own motion is known
          call system%activate(1, system%rows)
          call solve_held(system, held, lacks, contact%spec%tolerance, contact%spec%max_iterations, x, &
                          residual)
-         system%tool_mobility = give_way
+         system%freedom_mobility = give_way
          call contact%check_convergence(residual, to_text(contact%spec%max_iterations)// &
                                         ' products for the stress')
          call move_nodes(system, level, time_step, x*system%scale(:system%rows))

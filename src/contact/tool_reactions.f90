@@ -6,7 +6,8 @@ module m_tool_reactions
    use m_communicator, only: communicator_t
    use m_tool, only: tool_t
    use m_level, only: level_t
-   use m_contact_point, only: candidate_t, drift_of, point_velocity
+   use m_vectors, only: cross
+   use m_contact_point, only: candidate_t, drift_of, place_of, point_velocity, tool_velocity
    use m_candidates, only: candidates_t
    implicit none
    private
@@ -15,6 +16,7 @@ module m_tool_reactions
    !> What one tool has met, over all ranks: in the last step, and since the start.
    type :: tool_state_t
       real(wp) :: load(3) = 0.0_wp      !< on the tool, N, for the modelled part of the body
+      real(wp) :: moment(3) = 0.0_wp    !< on the tool about its point, N m, for the same part
       real(wp) :: overlap = 0.0_wp !< deepest place of a contact point inside the tool at the start of the
                                    !< step, m
       real(wp) :: work = 0.0_wp         !< done by the tool since the start, J
@@ -33,6 +35,9 @@ module m_tool_reactions
    type :: reaction_t
       sequence
       real(wp) :: load(3) = 0.0_wp         !< on the tool, N
+      real(wp) :: moment(3) = 0.0_wp       !< on the tool about its point, N m
+      real(wp) :: rub(3) = 0.0_wp          !< friction on the body, N
+      real(wp) :: rub_moment(3) = 0.0_wp   !< the same about the tool's point, N m
       real(wp) :: heat = 0.0_wp            !< J
       real(wp) :: particle_work = 0.0_wp   !< J
       real(wp) :: constraint_work = 0.0_wp !< J
@@ -44,25 +49,31 @@ module m_tool_reactions
 contains
 
    !> Reactions of the tools to this rank's candidates, and what friction takes from the motion by how the
-   !> contact points slip at the step's end.
+   !> contact points slip at the step's end, on tools that have not given way yet.
    pure subroutine accumulate_reactions(reactions, candidates, tools, level, time_step)
       type(reaction_t), intent(out) :: reactions(:) !< (tools)
       type(candidates_t), intent(in) :: candidates
       type(tool_t), intent(in) :: tools(:)
       type(level_t), intent(in) :: level
       real(wp), intent(in) :: time_step !< s
-      real(wp) :: tangential(3)
+      real(wp) :: tangential(3), arm(3)
       integer :: c
       do c = 1, candidates%count
+         if (candidates%list(c)%tool == 0) cycle
          associate (it => candidates%list(c), sums => reactions(candidates%list(c)%tool))
+            arm = place_of(it) - tools(it%tool)%point
             sums%load = sums%load - it%force*it%normal
+            sums%moment = sums%moment - it%force*cross(arm, it%normal)
             sums%candidates = sums%candidates + 1.0_wp
             sums%constraint_work = sums%constraint_work + time_step*it%force*it%opening
             if (it%frictional == 0) cycle
             tangential = matmul(it%tangent, it%tangential_force)
             sums%load = sums%load - tangential
+            sums%rub = sums%rub + tangential
+            sums%rub_moment = sums%rub_moment + cross(arm, tangential)
+            sums%moment = sums%moment - cross(arm, tangential)
             sums%heat = sums%heat - time_step*dot_product(tangential, point_velocity(level, it) &
-                                                          - tools(it%tool)%velocity())
+                                                          - tool_velocity(tools, it))
          end associate
       end do
    end subroutine accumulate_reactions
@@ -99,17 +110,21 @@ contains
                          communicator%comm)
    end subroutine add_up
 
-   !> Book the reaction of a step, of all ranks, on a tool that had this velocity in it.
-   pure subroutine book(self, reaction, velocity, time_step)
+   !> Book the reaction of a step, of all ranks, on a tool that has given way to it.
+   pure subroutine book(self, reaction, tool, velocity_change, spin_change, time_step)
       class(tool_state_t), intent(inout) :: self
       type(reaction_t), intent(in) :: reaction
-      real(wp), intent(in) :: velocity(3) !< m/s
+      type(tool_t), intent(in) :: tool
+      real(wp), intent(in) :: velocity_change(3), spin_change(3) !< by which it has, m/s and rad/s
       real(wp), intent(in) :: time_step   !< s
       self%load = reaction%load
-      self%heat = self%heat + reaction%heat
+      self%moment = reaction%moment
+      self%heat = self%heat + reaction%heat + time_step*(dot_product(reaction%rub, velocity_change) &
+                                                         + dot_product(reaction%rub_moment, spin_change))
       self%particle_work = self%particle_work + reaction%particle_work
       self%constraint_work = self%constraint_work + reaction%constraint_work
-      self%work = self%work - time_step*dot_product(self%load, velocity)
+      self%work = self%work - time_step*dot_product(self%load, tool%velocity)
+      if (tool%pivot > 0) self%work = self%work - time_step*dot_product(self%moment, tool%spin)
       self%impulse = self%impulse - time_step*self%load
    end subroutine book
 

@@ -6,7 +6,7 @@ module m_roller
    use m_shape_variables, only: get_edge
    use m_sphere, only: round
    use m_value_range, only: above
-   use m_vectors, only: part_across
+   use m_vectors, only: cross, part_across
    implicit none
    private
    public :: roller_t
@@ -20,7 +20,10 @@ module m_roller
       procedure :: variables
       procedure :: prepare
       procedure :: distance_and_normal
+      procedure :: reach
    end type roller_t
+
+   real(wp), parameter :: parallel = 1.0e-9_wp !< an axis so near to the centre line's direction has that one
 
 contains
 
@@ -45,5 +48,18 @@ contains
       call round(place - dot_product(place, self%along)*self%along + self%radius*self%axis, self%radius, &
                  self%axis, distance, normal)
    end subroutine distance_and_normal
+
+   !> Known only of axes along the centre line, which has no ends.
+   pure real(wp) function reach(self, place, axis)
+      class(roller_t), intent(in) :: self
+      real(wp), intent(in) :: place(3)
+      real(wp), intent(in), optional :: axis(3)
+      real(wp) :: way(3)
+      reach = huge(1.0_wp)
+      if (.not. present(axis)) return
+      if (norm2(cross(axis, self%along)) > parallel) return
+      way = -self%radius*self%axis - place
+      reach = norm2(way - dot_product(way, axis)*axis) + self%radius
+   end function reach
 
 end module m_roller

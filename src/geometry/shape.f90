@@ -23,6 +23,7 @@ module m_shape
       procedure :: file_name
       procedure :: is_convex
       procedure :: bounding_box
+      procedure :: reach
       procedure :: distance
       procedure :: least_distance
       procedure :: most_distance
@@ -98,6 +99,25 @@ contains
       lower = -huge(lower)
       upper = huge(upper)
    end subroutine bounding_box
+
+   !> No place of the surface is further away from a place (m), or from an axis through it, m; huge where
+   !> nothing is known.
+   pure real(wp) function reach(self, place, axis)
+      class(shape_t), intent(in) :: self
+      real(wp), intent(in) :: place(3)
+      real(wp), intent(in), optional :: axis(3) !< unit vector
+      real(wp) :: lower(3), upper(3), way(3)
+      integer :: corner
+      call self%bounding_box(lower, upper)
+      reach = huge(1.0_wp)
+      if (any(upper >= huge(1.0_wp)) .or. any(lower <= -huge(1.0_wp))) return
+      reach = 0.0_wp
+      do corner = 0, 7
+         way = merge(upper, lower, [btest(corner, 0), btest(corner, 1), btest(corner, 2)]) - place
+         if (present(axis)) way = way - dot_product(way, axis)*axis
+         reach = max(reach, norm2(way))
+      end do
+   end function reach
 
    !> Signed distance of a place from the surface, m.
    pure real(wp) function distance(self, place)

@@ -17,6 +17,7 @@ module m_sphere
       procedure :: prepare
       procedure :: distance_and_normal
       procedure :: bounding_box
+      procedure :: reach
       procedure :: inside
       procedure :: volume
       procedure :: centre
@@ -66,6 +67,16 @@ contains
       lower = self%center - self%radius
       upper = self%center + self%radius
    end subroutine bounding_box
+
+   pure real(wp) function reach(self, place, axis)
+      class(sphere_t), intent(in) :: self
+      real(wp), intent(in) :: place(3)
+      real(wp), intent(in), optional :: axis(3)
+      real(wp) :: way(3)
+      way = self%center - place
+      if (present(axis)) way = way - dot_product(way, axis)*axis
+      reach = norm2(way) + self%radius
+   end function reach
 
    pure logical function inside(self, place)
       class(sphere_t), intent(in) :: self

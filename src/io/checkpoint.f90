@@ -21,6 +21,8 @@ module m_checkpoint
    use m_energy, only: balance_t, sums_t
    use m_guard, only: guard_facts
    use m_snapshot, only: file_layout_t
+   use m_motion_store, only: describe_motions
+   use m_pair_store, only: describe_pairs
    use m_state_store, only: store_t, some_rows
    use m_hdf5_file, only: hdf5_file_t, rows_of_real, rows_of_long, rows_of_byte
    use m_hdf5_reader, only: hdf5_reader_t
@@ -230,6 +232,10 @@ contains
       end do
       if (store%writes .and. size(regions) > 0) call store%longs('/state/regions', regions, error)
       if (size(facts%probes) > 0) call store%longs('/state/probes', facts%probes, error)
+      if (model%follows_groups()) then
+         if (.not. allocated(model%first_centres)) allocate (model%first_centres(3, model%levels(1)%grid%fields))
+         call store%reals('/state/centres', model%first_centres, error)
+      end if
       if (model%contact%active()) call describe_contact(store, model, error)
    end subroutine describe
 
@@ -243,18 +249,18 @@ contains
       real(wp), allocatable :: tools(:, :)
       integer :: t
       associate (contact => model%contact)
-         allocate (tools(10, size(contact%tools)))
+         allocate (tools(10, max(1, size(contact%tools))), source=0.0_wp) ! a row even where bodies meet alone
          do t = 1, size(contact%tools)
             associate (state => contact%states(t))
-               tools(:, t) = [contact%tools(t)%travel, contact%tools(t)%speed, state%load, state%overlap, &
+               tools(:, t) = [contact%tools(t)%freedoms(1)%travel, contact%tools(t)%freedoms(1)%speed, state%load, state%overlap, &
                               state%work, state%heat, state%particle_work, &
                               state%constraint_work]
             end associate
          end do
          call store%reals('/state/tools', tools, error)
          do t = 1, size(contact%tools)
-            contact%tools(t)%travel = tools(1, t)
-            contact%tools(t)%speed = tools(2, t)
+            contact%tools(t)%freedoms(1)%travel = tools(1, t)
+            contact%tools(t)%freedoms(1)%speed = tools(2, t)
             contact%states(t)%load = tools(3:5, t)
             contact%states(t)%overlap = tools(6, t)
             contact%states(t)%work = tools(7, t)
@@ -262,6 +268,8 @@ contains
             contact%states(t)%particle_work = tools(9, t)
             contact%states(t)%constraint_work = tools(10, t)
          end do
+         call describe_motions(store, contact%tools, error)
+         call describe_pairs(store, contact%pairs, error)
          worth = [contact%worst_residual, contact%worst_overlap, &
                   model%communicator%maximum(contact%worst_bridge), contact%friction%steepest, &
                   model%communicator%maximum(contact%candidates%drift)]

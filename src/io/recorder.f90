@@ -47,8 +47,8 @@ module m_recorder
       integer(i8) :: last_snapshot = -1 !< step of it
       real(wp) :: shown = 0.0_wp        !< wall time when rows were last handed to the system, s
       type(error_t) :: late             !< of rank 0, from then: the ranks agree on it with the next row
-      type(history_t), allocatable :: tools(:), probes(:)
-      type(history_t) :: energy
+      type(history_t), allocatable :: histories(:) !< energy; tools; probes; pairs of contact groups
+      integer :: tools = 0, probes = 0, pairs = 0  !< how many
       type(probe_t), allocatable :: probed(:)
       type(xdmf_index_t) :: particles_index, levels_index
    contains
@@ -82,8 +82,10 @@ contains
       self%title = scene%title
       self%history_every = scene%output%history_every
       if (self%history_every <= 0.0_wp) self%history_every = scene%end_time/default_rows
-      allocate (self%tools(size(scene%tools)), self%probes(size(scene%probes)), &
-                self%probed(size(scene%probes)))
+      self%tools = size(scene%tools)
+      self%probes = size(scene%probes)
+      self%pairs = size(model%contact%pairs%specs)
+      allocate (self%histories(1 + self%tools + self%probes + self%pairs), self%probed(self%probes))
       if (present(resumption)) call self%resume(model%time, scene%output%every)
       if (.not. self%writes) return
       self%directory = scene%output%directory
@@ -96,9 +98,9 @@ contains
       end if
       call model%communicator%agree(error)
       if (error%happened()) return
-      call begin(self%energy, 'energy.dat', energy_header(self%title))
+      call begin(self%histories(1), 'energy.dat', energy_header(self%title))
       do n = 1, size(scene%tools)
-         call begin(self%tools(n), 'tool_'//scene%tools(n)%name//'.dat', tool_header(scene, n))
+         call begin(self%histories(1 + n), 'tool_'//scene%tools(n)%name//'.dat', tool_header(scene, n))
       end do
       do n = 1, size(scene%probes)
          if (present(resumption)) then
@@ -106,8 +108,15 @@ contains
          else
             self%probed(n) = choose_particle(model, scene%probes(n)%position)
          end if
-         call begin(self%probes(n), 'probe_'//scene%probes(n)%name//'.dat', &
+         call begin(self%histories(1 + self%tools + n), 'probe_'//scene%probes(n)%name//'.dat', &
                     probe_header(self%title, scene%probes(n)%name))
+      end do
+      do n = 1, self%pairs
+         associate (groups => model%contact%pairs%specs(n)%groups)
+            call begin(self%histories(1 + self%tools + self%probes + n), &
+                       'contact_'//scene%group_label(groups(1))//'_'//scene%group_label(groups(2))//'.dat', &
+                       pair_header(self%title, scene%group_label(groups(1)), scene%group_label(groups(2))))
+         end associate
       end do
       ok = .false.
       if (present(resumption)) ok = resumption%in_place
@@ -157,12 +166,8 @@ contains
       if (.not. self%writes) return
       if (wall_time() - self%shown < show_every) return
       self%shown = wall_time()
-      call self%energy%flush(self%late)
-      do n = 1, size(self%tools)
-         call self%tools(n)%flush(self%late)
-      end do
-      do n = 1, size(self%probes)
-         call self%probes(n)%flush(self%late)
+      do n = 1, size(self%histories)
+         call self%histories(n)%flush(self%late)
       end do
    end subroutine show_rows
 
@@ -173,12 +178,8 @@ contains
       type(error_t), intent(inout) :: error
       integer :: n
       if (.not. self%writes) return
-      call self%energy%sync(error)
-      do n = 1, size(self%tools)
-         call self%tools(n)%sync(error)
-      end do
-      do n = 1, size(self%probes)
-         call self%probes(n)%sync(error)
+      do n = 1, size(self%histories)
+         call self%histories(n)%sync(error)
       end do
       call communicator%agree(error)
    end subroutine sync
@@ -223,23 +224,31 @@ contains
       if (.not. self%writes) return
       if (self%late%happened()) error = self%late
       self%rows_since_mark = self%rows_since_mark + 1
-      call self%energy%append([model%time, balance%now%kinetic, balance%now%strain, balance%now%plastic, &
+      call self%histories(1)%append([model%time, balance%now%kinetic, balance%now%strain, balance%now%plastic, &
                                balance%damped, balance%external_work, balance%error(), balance%now%momentum, &
                                balance%now%angular_momentum, balance%now%mass, balance%particle_work()], &
                                error)
-      do n = 1, size(self%tools)
+      do n = 1, self%tools
          associate (tool => model%contact%tools(n), state => model%contact%states(n))
             area = 0.0_wp
             if (any(abs(state%load) > 0.0_wp)) &
                area = projected_area(model%communicator, tool, model%levels(size(model%levels)), &
                                      model%materials, model%contact%candidates%carried + n - 1)
-            call self%tools(n)%append([model%time, tool%travel, state%load, area, state%overlap], error)
+            call self%histories(1 + n)%append([model%time, tool%depth(), state%load, area, state%overlap, tool%point, &
+                                       tool%orientation, tool%velocity, tool%spin, state%moment], error)
          end associate
       end do
-      do n = 1, size(self%probes)
+      do n = 1, self%probes
          call read_probe(model, self%probed(n), position, stress, plastic_strain, recovered)
-         call self%probes(n)%append([model%time, position, stress, mises(stress), plastic_strain, recovered, &
-                                     mises(recovered)], error)
+         call self%histories(1 + self%tools + n)%append([model%time, position, stress, mises(stress), &
+                                                         plastic_strain, recovered, mises(recovered)], error)
+      end do
+      do n = 1, self%pairs
+         associate (pair => model%contact%pairs%states(n))
+            call self%histories(1 + self%tools + self%probes + n)%append( &
+               [model%time, pair%force, pair%moment, pair%area, model%contact%pairs%overlap(n), pair%heat, &
+                pair%parting], error)
+         end associate
       end do
       call model%communicator%agree(error)
    end subroutine record_history
@@ -265,12 +274,8 @@ contains
       integer :: n
       call self%resume(model%time, self%snapshot_every)
       if (.not. self%writes) return
-      call self%energy%take_back(self%rows_since_mark, error)
-      do n = 1, size(self%tools)
-         call self%tools(n)%take_back(self%rows_since_mark, error)
-      end do
-      do n = 1, size(self%probes)
-         call self%probes(n)%take_back(self%rows_since_mark, error)
+      do n = 1, size(self%histories)
+         call self%histories(n)%take_back(self%rows_since_mark, error)
       end do
       self%rows_since_mark = 0
       call model%communicator%agree(error)
@@ -319,14 +324,10 @@ contains
       class(recorder_t), intent(inout) :: self
       type(error_t), intent(inout) :: error
       integer :: n
-      if (.not. self%writes .or. .not. allocated(self%tools)) return
+      if (.not. self%writes .or. .not. allocated(self%histories)) return
       if (self%late%happened()) call fail(error, self%late%status, self%late%message)
-      call self%energy%close(error)
-      do n = 1, size(self%tools)
-         call self%tools(n)%close(error)
-      end do
-      do n = 1, size(self%probes)
-         call self%probes(n)%close(error)
+      do n = 1, size(self%histories)
+         call self%histories(n)%close(error)
       end do
    end subroutine finish
 
@@ -349,7 +350,11 @@ contains
       header%title = scene%title
       header%zone = 'tool '//scene%tools(n)%name
       header%columns = [character(len=history_text_length) :: 'time [s]', 'depth [m]', 'load_x [N]', &
-                        'load_y [N]', 'load_z [N]', 'contact_area [m2]', 'max_gap_violation [m]']
+                        'load_y [N]', 'load_z [N]', 'contact_area [m2]', 'max_gap_violation [m]', &
+                        'position_x [m]', 'position_y [m]', 'position_z [m]', 'rotation_w [1]', &
+                        'rotation_x [1]', 'rotation_y [1]', 'rotation_z [1]', 'velocity_x [m/s]', &
+                        'velocity_y [m/s]', 'velocity_z [m/s]', 'spin_x [rad/s]', 'spin_y [rad/s]', &
+                        'spin_z [rad/s]', 'moment_x [N m]', 'moment_y [N m]', 'moment_z [N m]']
       header%notes = [character(len=history_text_length) :: 'model_share='//to_text(model_share(scene, n))]
    end function tool_header
 
@@ -371,6 +376,17 @@ contains
          end do
       end associate
    end function model_share
+
+   function pair_header(title, one, other) result(header)
+      character(len=*), intent(in) :: title, one, other
+      type(history_header_t) :: header
+      header%title = title
+      header%zone = 'contact of '//one//' and '//other
+      header%columns = [character(len=history_text_length) :: 'time [s]', 'force_x [N]', 'force_y [N]', &
+                        'force_z [N]', 'moment_x [N m]', 'moment_y [N m]', 'moment_z [N m]', &
+                        'contact_area [m2]', 'max_gap_violation [m]', 'friction_heat [J]', &
+                        'adhesion_work [J]']
+   end function pair_header
 
    function probe_header(title, name) result(header)
       character(len=*), intent(in) :: title, name

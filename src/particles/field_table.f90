@@ -57,6 +57,7 @@ module m_field_table
       procedure :: declare
       procedure :: column
       procedure :: bytes_of
+      procedure :: bytes_with
       procedure :: shares
       procedure :: layout
    end type field_table_t
@@ -104,6 +105,18 @@ contains
          if (self%fields(f)%name == name) bytes_of = bytes_per_column*self%fields(f)%components
       end do
    end function bytes_of
+
+   !> Bytes a particle of all fields whose names begin so.
+   pure integer function bytes_with(self, beginning)
+      class(field_table_t), intent(in) :: self
+      character(len=*), intent(in) :: beginning
+      integer :: f
+      bytes_with = 0
+      do f = 1, size(self%fields)
+         if (index(self%fields(f)%name, beginning) == 1) &
+            bytes_with = bytes_with + bytes_per_column*self%fields(f)%components
+      end do
+   end function bytes_with
 
    !> How columns split with a particle.
    pure type(shares_t) function shares(self)

@@ -30,6 +30,7 @@ module m_johnson_cook
       procedure :: declare
       procedure :: initial
       procedure :: flow
+      procedure :: take_heat
       procedure, private :: solve
    end type johnson_cook_t
 
@@ -113,6 +114,14 @@ contains
                                        *lane%work(which(i))*column(p, layout%volume)/column(p, layout%mass)
       end do
    end subroutine flow
+
+   pure subroutine take_heat(self, values, layout, heat)
+      class(johnson_cook_t), intent(in) :: self
+      real(wp), intent(inout) :: values(:)
+      type(layout_t), intent(in) :: layout
+      real(wp), intent(in) :: heat
+      values(self%temperature) = values(self%temperature) + heat/(self%specific_heat*values(layout%mass))
+   end subroutine take_heat
 
    !> 1 - T*^m, with T* between 0 and 1: cold material is no stronger than at room temperature, molten
    !> material has no strength.

@@ -18,6 +18,7 @@ module m_material
       procedure :: plastic_energy
       procedure :: equivalent_plastic_strain
       procedure :: von_mises_modulus
+      procedure :: take_heat
       procedure(modulus_interface), deferred :: p_wave_modulus
       procedure(stress_interface), deferred :: complementary_energy
       procedure(update_interface), deferred :: update
@@ -118,6 +119,14 @@ contains
       integer, intent(in) :: first, last
       plastic_energy = 0.0_wp
    end function plastic_energy
+
+   !> A particle gets heat (J); a law without temperature has no use for it.
+   pure subroutine take_heat(self, values, layout, heat)
+      class(material_t), intent(in) :: self
+      real(wp), intent(inout) :: values(:) !< the particle's columns
+      type(layout_t), intent(in) :: layout
+      real(wp), intent(in) :: heat         !< J
+   end subroutine take_heat
 
    !> Of a particle; a law without plastic flow has none.
    pure real(wp) function equivalent_plastic_strain(self, values) result(strain)

@@ -1,139 +1,371 @@
 !> Rigid tools: where they are, how they move, and the gap and normal to their surface.
 module m_tool
    use m_kinds, only: wp
-   use m_piecewise, only: value_at, integral
-   use m_scene, only: tool_spec_t
+   use m_rotations, only: no_rotation, turn_by, followed_by, matrix_of
+   use m_scene, only: tool_spec_t, motion_spec_t
+   use m_freedom, only: freedom_t
+   use m_vectors, only: cross
    implicit none
    private
    public :: tool_t, make_tool
 
-   !> A tool that moves along its axis, at given speeds or pushed by given loads. `gap` is the signed distance
-   !> to its surface: positive outside, negative inside. At a convex shape a step that keeps the linearised
-   !> gap open keeps the gap open.
+   real(wp), parameter :: far = 1.0e30_wp !< m
+
+   !> A tool moves along its axis, and as its motions say: each is a degree of freedom, the axis is the first.
+   !> `gap` is the signed distance to its surface: positive outside, negative inside. At a convex shape a step
+   !> that keeps the linearised gap open keeps the gap open.
+   !>
+   !> Its point is that of its first turn, or else its tip.
    type :: tool_t
       type(tool_spec_t) :: spec   !< its shape has been prepared
-      real(wp) :: travel = 0.0_wp !< along the axis since the start, m
-      real(wp) :: speed = 0.0_wp  !< along the axis, m/s
+      type(freedom_t), allocatable :: freedoms(:)
+      integer, allocatable :: pushed(:) !< which of them loads push
+      integer :: pivot = 0              !< the first that turns; 0: none does
+      real(wp) :: aside(3) = 0.0_wp     !< how far turns have moved the tip, m
+      real(wp) :: orientation(4) = no_rotation !< a unit quaternion
+      real(wp) :: limits(3, 2) = reshape([-far, -far, -far, far, far, far], [3, 2]) !< nothing is touched
+                                                                                   !< outside, m
+      ! what follows from these, after settle:
+      real(wp) :: tip(3) = 0.0_wp       !< where the tip is, m
+      real(wp) :: point(3) = 0.0_wp     !< where its point is, m
+      real(wp) :: rotation(3, 3) = 0.0_wp !< its columns are where the axes of the grid have turned to
+      real(wp) :: velocity(3) = 0.0_wp  !< of its point, m/s
+      real(wp) :: spin(3) = 0.0_wp      !< rad/s
    contains
       procedure :: is_pushed
       procedure :: begin_step
       procedure :: react
       procedure :: end_step
+      procedure :: carry_to
+      procedure :: settle
+      procedure :: depth
+      procedure :: displacement
       procedure :: speed_at
       procedure :: fastest
-      procedure :: travel_between
-      procedure :: mobility
+      procedure :: surface_speed
+      procedure :: mobilities
+      procedure :: along
       procedure :: gap_and_normal
       procedure :: least_gap
-      procedure :: velocity
+      procedure :: velocity_at
+      procedure, private :: set_velocity
+      procedure, private :: turn
    end type tool_t
 
 contains
 
    !> A tool at its start.
-   type(tool_t) function make_tool(spec) result(tool)
+   type(tool_t) function make_tool(spec, limits) result(tool)
       type(tool_spec_t), intent(in) :: spec
+      real(wp), intent(in), optional :: limits(3, 2) !< lowest and highest place that there is, m
+      integer :: k, n
       tool%spec = spec
       call tool%spec%shape%prepare(spec%axis)
-      tool%travel = 0.0_wp
-      tool%speed = spec%initial_speed
-      if (.not. tool%is_pushed()) tool%speed = tool%speed_at(0.0_wp)
+      if (present(limits)) tool%limits = limits
+      n = 0
+      if (allocated(spec%motions)) n = size(spec%motions)
+      allocate (tool%freedoms(1 + n))
+      tool%freedoms(1)%spec = axial(spec)
+      do k = 1, n
+         tool%freedoms(1 + k)%spec = spec%motions(k)
+      end do
+      do k = 1, 1 + n
+         tool%freedoms(k)%speed = tool%freedoms(k)%spec%initial_speed
+         if (.not. tool%freedoms(k)%is_pushed()) tool%freedoms(k)%speed = tool%freedoms(k)%speed_at(0.0_wp)
+         if (tool%pivot == 0 .and. tool%freedoms(k)%spec%turns) tool%pivot = k
+      end do
+      tool%pushed = pack([(k, k=1, 1 + n)], [(tool%freedoms(k)%is_pushed(), k=1, 1 + n)])
+      call tool%settle()
    end function make_tool
 
-   !> True when loads push the tool, false when its speed is given.
+   !> The motion along the axis of the tool.
+   pure type(motion_spec_t) function axial(spec) result(motion)
+      type(tool_spec_t), intent(in) :: spec
+      motion%axis = spec%axis
+      motion%times = spec%times
+      if (allocated(spec%loads)) then
+         motion%loads = spec%loads
+      else
+         motion%speeds = spec%speeds
+      end if
+      motion%mass = spec%mass
+      motion%initial_speed = spec%initial_speed
+   end function axial
+
+   !> True when loads push the tool in some way, false when all its speeds are given.
    pure logical function is_pushed(self)
       class(tool_t), intent(in) :: self
-      is_pushed = allocated(self%spec%loads)
+      is_pushed = size(self%pushed) > 0
    end function is_pushed
 
-   !> Set the speed of a step: the mean of the given one, or the one to which the loads alone would bring the
-   !> tool.
-   pure subroutine begin_step(self, time, time_step)
+   !> Set the speeds of a step: the means of the given ones, and those to which the loads alone would bring
+   !> the tool; without these where they have pushed in this step already.
+   pure subroutine begin_step(self, time, time_step, have_pushed)
       class(tool_t), intent(inout) :: self
       real(wp), intent(in) :: time, time_step !< s
-      if (self%is_pushed()) then
-         self%speed = self%speed + integral(self%spec%times, self%spec%loads, time, time &
-                                            + time_step)/self%spec%mass
-      else
-         self%speed = self%travel_between(time, time + time_step)/time_step
-      end if
+      logical, intent(in), optional :: have_pushed
+      logical :: push
+      integer :: k
+      push = .true.
+      if (present(have_pushed)) push = .not. have_pushed
+      do k = 1, size(self%freedoms)
+         if (push .or. .not. self%freedoms(k)%is_pushed()) call self%freedoms(k)%begin_step(time, time_step)
+      end do
+      call self%set_velocity()
    end subroutine begin_step
 
-   !> A pushed tool gives way to the force (N) that the bodies exert on it over a step; after begin_step.
-   pure subroutine react(self, force, time_step)
+   !> A pushed tool gives way to what the bodies exert on it over a step; after begin_step.
+   pure subroutine react(self, force, moment, time_step)
       class(tool_t), intent(inout) :: self
-      real(wp), intent(in) :: force(3), time_step
-      self%speed = self%speed + self%mobility(time_step)*dot_product(force, self%spec%axis)
+      real(wp), intent(in) :: force(3)  !< N
+      real(wp), intent(in) :: moment(3) !< about its point, N m
+      real(wp), intent(in) :: time_step !< s
+      real(wp) :: push
+      integer :: n
+      if (.not. self%is_pushed()) return
+      do n = 1, size(self%pushed)
+         associate (freedom => self%freedoms(self%pushed(n)))
+            if (freedom%spec%turns) then
+               push = dot_product(moment + cross(self%point - freedom%point, force), freedom%spec%axis)
+            else
+               push = dot_product(force, freedom%spec%axis)
+            end if
+            call freedom%give_way(push, time_step)
+         end associate
+      end do
+      call self%set_velocity()
    end subroutine react
 
    !> Move the tool to where it is at a time, the end of the step.
    pure subroutine end_step(self, time, time_step)
       class(tool_t), intent(inout) :: self
       real(wp), intent(in) :: time, time_step !< s
-      if (self%is_pushed()) then
-         self%travel = self%travel + time_step*self%speed
-      else
-         self%travel = self%travel_between(0.0_wp, time)
-      end if
+      real(wp) :: before(size(self%freedoms))
+      integer :: k
+      before = self%freedoms%travel
+      do k = 1, size(self%freedoms)
+         call self%freedoms(k)%advance(time, time_step)
+      end do
+      call self%settle()
+      if (self%pivot == 0) return
+      do k = self%pivot, size(self%freedoms)
+         if (self%freedoms(k)%spec%turns) call self%turn(k, self%freedoms(k)%travel - before(k))
+      end do
+      call self%settle()
    end subroutine end_step
 
-   !> Speed (m/s) at a time (s): the given one; that of the last step where loads push.
-   pure real(wp) function speed_at(self, time)
+   !> Move the tool to where its given speeds bring it until a time (s); loads leave it where it is.
+   pure subroutine carry_to(self, time)
+      class(tool_t), intent(inout) :: self
+      real(wp), intent(in) :: time
+      call self%end_step(time, 0.0_wp)
+   end subroutine carry_to
+
+   !> Turn about the axis of a freedom by an angle (rad): the tool, and the points of later turns.
+   pure subroutine turn(self, k, angle)
+      class(tool_t), intent(inout) :: self
+      integer, intent(in) :: k
+      real(wp), intent(in) :: angle
+      real(wp) :: q(4), move(3, 3)
+      integer :: j
+      q = turn_by(self%freedoms(k)%spec%axis, angle)
+      move = matrix_of(q)
+      do j = 1, 3
+         move(j, j) = move(j, j) - 1.0_wp
+      end do
+      associate (centre => self%freedoms(k)%point)
+         self%aside = self%aside + matmul(move, self%tip - centre)
+         do j = k + 1, size(self%freedoms)
+            associate (later => self%freedoms(j))
+               if (later%spec%turns) later%aside = later%aside + matmul(move, later%point - centre)
+            end associate
+         end do
+      end associate
+      self%orientation = followed_by(self%orientation, q)
+      call self%settle()
+   end subroutine turn
+
+   !> Have at hand what follows from how far the tool has gone and turned, and how fast it is.
+   pure subroutine settle(self)
+      class(tool_t), intent(inout) :: self
+      integer :: k
+      self%tip = self%spec%tip
+      call slide(self, self%tip)
+      self%tip = self%tip + self%aside
+      self%point = self%tip
+      if (self%pivot > 0) then
+         self%rotation = matrix_of(self%orientation)
+         do k = self%pivot, size(self%freedoms)
+            associate (it => self%freedoms(k))
+               if (.not. it%spec%turns) cycle
+               it%point = it%spec%point
+               call slide(self, it%point)
+               it%point = it%point + it%aside
+            end associate
+         end do
+         do k = self%pivot, size(self%freedoms)
+            if (self%freedoms(k)%spec%turns) self%freedoms(k)%reach = lever(self, k)
+         end do
+         self%point = self%freedoms(self%pivot)%point
+      end if
+      call self%set_velocity()
+   end subroutine settle
+
+   !> Move a place by all slides.
+   pure subroutine slide(self, place)
+      class(tool_t), intent(in) :: self
+      real(wp), intent(inout) :: place(3) !< m
+      integer :: k
+      do k = 1, size(self%freedoms)
+         associate (it => self%freedoms(k))
+            if (.not. it%spec%turns) place = place + it%travel*it%spec%axis
+         end associate
+      end do
+   end subroutine slide
+
+   !> Largest distance of the tool's surface, where there is any, from the axis of a turn, m.
+   pure real(wp) function lever(self, k)
+      type(tool_t), intent(in) :: self
+      integer, intent(in) :: k
+      real(wp) :: corner(3), farthest
+      integer :: i
+      associate (it => self%freedoms(k))
+         if (count(self%freedoms%spec%turns) == 1) then
+            lever = self%spec%shape%reach(it%spec%point - self%spec%tip, it%spec%axis)
+         else ! others may bring any side of it away from the axis
+            lever = norm2(it%point - self%tip) + self%spec%shape%reach([0.0_wp, 0.0_wp, 0.0_wp])
+         end if
+         farthest = 0.0_wp
+         do i = 0, 7
+            corner = merge(self%limits(:, 2), self%limits(:, 1), [btest(i, 0), btest(i, 1), btest(i, 2)])
+            farthest = max(farthest, norm2(cross(it%spec%axis, corner - it%point)))
+         end do
+         lever = min(lever, farthest)
+      end associate
+   end function lever
+
+   !> The velocity of the tool's point, and how it spins, from the speeds of its freedoms.
+   pure subroutine set_velocity(self)
+      class(tool_t), intent(inout) :: self
+      integer :: k
+      self%velocity = self%freedoms(1)%speed*self%freedoms(1)%spec%axis
+      self%spin = 0.0_wp
+      do k = 2, size(self%freedoms)
+         associate (it => self%freedoms(k))
+            self%velocity = self%velocity + it%speed*it%velocity_at(self%point)
+            if (it%spec%turns) self%spin = self%spin + it%speed*it%spec%axis
+         end associate
+      end do
+   end subroutine set_velocity
+
+   !> How far it has gone along its axis since the start, m.
+   pure real(wp) function depth(self)
+      class(tool_t), intent(in) :: self
+      depth = self%freedoms(1)%travel
+      if (size(self%freedoms) > 1) depth = dot_product(self%displacement(), self%spec%axis)
+   end function depth
+
+   !> How far its point has gone since the start, m.
+   pure function displacement(self) result(way)
+      class(tool_t), intent(in) :: self
+      real(wp) :: way(3)
+      way = self%freedoms(1)%travel*self%spec%axis
+      if (size(self%freedoms) == 1) return
+      way = self%aside
+      if (self%pivot > 0) way = 0.0_wp ! no turn moves the point of the first one
+      call slide(self, way)
+   end function displacement
+
+   !> No point of the surface is faster at a time (s), m/s: by the given speeds, and by those of now where
+   !> loads push.
+   pure real(wp) function speed_at(self, time) result(speed)
       class(tool_t), intent(in) :: self
       real(wp), intent(in) :: time
-      if (self%is_pushed()) then
-         speed_at = self%speed
-      else
-         speed_at = value_at(self%spec%times, self%spec%speeds, time)
-      end if
+      integer :: k
+      speed = 0.0_wp
+      do k = 1, size(self%freedoms)
+         speed = speed + abs(self%freedoms(k)%speed_at(time))*self%freedoms(k)%reach
+      end do
    end function speed_at
 
-   !> Largest speed (m/s) that is given between two times (s), or that of now where loads push.
+   !> The same for all times between two, s.
    pure real(wp) function fastest(self, from, to)
       class(tool_t), intent(in) :: self
       real(wp), intent(in) :: from, to
-      fastest = max(abs(self%speed_at(from)), abs(self%speed_at(to)))
-      if (self%is_pushed()) return
-      fastest = max(fastest, maxval(abs(self%spec%speeds), mask=self%spec%times > from &
-                                    .and. self%spec%times < to))
+      integer :: k
+      fastest = 0.0_wp
+      do k = 1, size(self%freedoms)
+         fastest = fastest + self%freedoms(k)%fastest(from, to)*self%freedoms(k)%reach
+      end do
    end function fastest
 
-   !> Distance (m) that the given speeds make between two times (s).
-   pure real(wp) function travel_between(self, from, to) result(distance)
+   !> The same as the tool moves in this step.
+   pure real(wp) function surface_speed(self) result(speed)
       class(tool_t), intent(in) :: self
-      real(wp), intent(in) :: from, to
-      distance = integral(self%spec%times, self%spec%speeds, from, to)
-   end function travel_between
+      integer :: k
+      speed = norm2(self%velocity)
+      if (self%pivot == 0) return
+      speed = 0.0_wp
+      do k = 1, size(self%freedoms)
+         speed = speed + abs(self%freedoms(k)%speed)*self%freedoms(k)%reach
+      end do
+   end function surface_speed
 
-   !> Speed that a unit of force along the axis makes in a step, s/kg; 0 for a tool whose speed is given.
-   pure real(wp) function mobility(self, time_step)
+   !> Speeds that a unit of push makes in a step (s), one for each freedom that loads push: s/kg or s/(kg m2).
+   pure function mobilities(self, time_step)
       class(tool_t), intent(in) :: self
       real(wp), intent(in) :: time_step
-      mobility = 0.0_wp
-      if (self%is_pushed()) mobility = time_step/self%spec%mass
-   end function mobility
+      real(wp) :: mobilities(size(self%pushed))
+      integer :: n
+      do n = 1, size(self%pushed)
+         mobilities(n) = self%freedoms(self%pushed(n))%mobility(time_step)
+      end do
+   end function mobilities
 
-   !> Velocity (m/s).
-   pure function velocity(self) result(v)
+   !> What a unit of force at a place of the tool, along a direction, pushes each freedom that loads push: 1
+   !> or m.
+   pure function along(self, place, direction)
       class(tool_t), intent(in) :: self
+      real(wp), intent(in) :: place(3), direction(3)
+      real(wp) :: along(size(self%pushed))
+      integer :: n
+      do n = 1, size(self%pushed)
+         along(n) = dot_product(direction, self%freedoms(self%pushed(n))%velocity_at(place))
+      end do
+   end function along
+
+   !> Velocity (m/s) of the tool at a place.
+   pure function velocity_at(self, place) result(v)
+      class(tool_t), intent(in) :: self
+      real(wp), intent(in) :: place(3) !< m
       real(wp) :: v(3)
-      v = self%speed*self%spec%axis
-   end function velocity
+      v = self%velocity
+      if (self%pivot > 0) v = v + cross(self%spin, place - self%point)
+   end function velocity_at
 
    !> Gap (m) from a place to the tool's surface, and the outward unit normal of the surface there.
    pure subroutine gap_and_normal(self, position, gap, normal)
       class(tool_t), intent(in) :: self
       real(wp), intent(in) :: position(3) !< m
       real(wp), intent(out) :: gap, normal(3)
-      call self%spec%shape%distance_and_normal(position - (self%spec%tip + self%travel*self%spec%axis), gap, &
-                                               normal)
+      real(wp) :: own(3)
+      if (self%pivot == 0) then
+         call self%spec%shape%distance_and_normal(position - self%tip, gap, normal)
+      else
+         call self%spec%shape%distance_and_normal(matmul(position - self%tip, self%rotation), gap, own)
+         normal = matmul(self%rotation, own)
+      end if
    end subroutine gap_and_normal
 
    !> The gap is not less, m; the gap itself where that takes no search.
    pure real(wp) function least_gap(self, position) result(gap)
       class(tool_t), intent(in) :: self
       real(wp), intent(in) :: position(3) !< m
-      gap = self%spec%shape%least_distance(position - (self%spec%tip + self%travel*self%spec%axis))
+      if (self%pivot == 0) then
+         gap = self%spec%shape%least_distance(position - self%tip)
+      else
+         gap = self%spec%shape%least_distance(matmul(position - self%tip, self%rotation))
+      end if
    end function least_gap
 
 end module m_tool

@@ -148,9 +148,12 @@ contains
       call model%timers%enter(phase_contact)
       if (l == size(model%levels)) then
          call model%contact%apply(model%communicator, model%levels(l), model%materials, &
-                                  model%exchange(l)%ranks, clock%time, clock%step, error)
+                                  model%levels(l)%near_ranks, clock%time, clock%step, error)
       else
          call forbid_contact(model%contact%tools, model%levels(l), model%levels(size(model%levels)), error)
+         if (model%contact%pairs%active()) &
+            call model%contact%pairs%forbid(model%communicator, model%levels(l), &
+                                            model%levels(size(model%levels)), error)
       end if
    end subroutine apply_contact
 
@@ -176,7 +179,7 @@ contains
       call model%timers%enter(phase_contact)
       if (first) &
          call find_pressed(model%contact, model%communicator, model%levels(l), model%materials, &
-                           model%exchange(l)%ranks, clock%time, clock%step)
+                           model%levels(l)%near_ranks, clock%time, clock%step)
       call keep_pressed_speeds(model%contact, model%levels(l), clock%step)
    end subroutine meet_tools
 

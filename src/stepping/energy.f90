@@ -206,8 +206,11 @@ contains
       real(wp) :: by_effects, taken
       by_effects = sum(model%effect_step%external_work) + booked(1)
       taken = sum(model%effect_step%damped) - booked(2)
-      self%external_work = sum(model%contact%states%work) + by_effects
-      self%damped = taken + self%now%dissipated + sum(model%contact%states%heat) + model%lost + booked(4)
+      self%external_work = sum(model%contact%states%work) + sum(model%contact%pairs%states%pressed) &
+                           + by_effects
+      self%damped = taken + self%now%dissipated + sum(model%contact%states%heat) &
+                    + sum(model%contact%pairs%states%heat) &
+                    + sum(model%contact%pairs%states%parting) + model%lost + booked(4)
       self%driven = max(0.0_wp, -taken)
       self%largest = max(self%largest, abs(self%external_work), abs(self%damped), self%now%energy())
       self%worst = max(self%worst, abs(self%excess()))

@@ -176,7 +176,7 @@ contains
       associate (level => model%levels(size(model%levels)))
          do t = 1, size(model%contact%tools)
             tool = model%contact%tools(t)
-            if (.not. tool%is_pushed()) tool%travel = tool%travel_between(0.0_wp, time)
+            call tool%carry_to(time)
             do b = 1, size(level%blocks)
                if (level%blocks(b)%particles%count == 0) cycle
                call tool%gap_and_normal(0.5_wp*(level%blocks(b)%lowest + level%blocks(b)%highest), gap, &

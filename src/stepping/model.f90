@@ -61,6 +61,8 @@ module m_model
       real(wp) :: unseen = 1.0_wp !< what the step leaves of the velocity that nodes do not see
       type(level_spec_t), allocatable :: level_specs(:) !< what the scene says of levels 2 and on
       type(region_t), allocatable :: first_regions(:)   !< of all levels, at the start
+      real(wp), allocatable :: first_centres(:, :)      !< (3, fields): of mass, at the start, m; where a level
+                                                        !< follows a contact group
       integer(i8) :: moves = 0                        !< times that boxes of levels have moved
       real(wp) :: time = 0.0_wp                       !< s
       real(wp) :: last_step = 0.0_wp                  !< of the coarsest level, s
@@ -84,6 +86,8 @@ module m_model
       procedure :: create_blocks
       procedure :: prepare_blocks
       procedure :: mark_around
+      procedure :: centres_of_mass
+      procedure :: follows_groups
       procedure :: rebalance
       procedure :: steps_of_levels
       procedure :: particle_count
@@ -174,7 +178,7 @@ contains
       do l = 1, size(self%levels)
          call self%effect_step(l)%build(self%effects, self%levels(l)%grid%block_count(), self%timers)
       end do
-      call self%contact%build(scene%tools, scene%contact)
+      call self%contact%build(scene)
       self%contact%strains_apart = self%method%stress_update /= update_usl
       self%contact%followed = self%contact%active() .and. (self%method%affine &
                                                            .or. self%method%stress_update == update_usl)
@@ -261,6 +265,7 @@ contains
             call self%effects(m)%effect%declare(table)
             self%effects(m)%columns = table%columns - self%effects(m)%columns
          end do
+         if (self%contact%pairs%active()) call self%contact%pairs%declare(table)
          do l = 1, size(self%levels)
             self%levels(l)%table = table
             self%levels(l)%layout = table%layout()
@@ -348,6 +353,48 @@ contains
       end do
       self%lost_in_merging = 0.0_wp
    end subroutine fold
+
+   !> True when some level follows a contact group.
+   pure logical function follows_groups(self)
+      class(model_t), intent(in) :: self
+      follows_groups = .false.
+      if (allocated(self%level_specs)) follows_groups = any(self%level_specs%follow > size(self%contact%tools))
+   end function follows_groups
+
+   !> Collective: centres of mass of the contact groups, m: (3, fields). Sums go block by block, by the blocks'
+   !> numbers: the same bits on any number of ranks.
+   function centres_of_mass(self) result(centres)
+      class(model_t), intent(in) :: self
+      real(wp) :: centres(3, self%levels(1)%grid%fields)
+      real(wp) :: parts(4, blocks_before(self%levels, size(self%levels) + 1))
+      real(wp) :: total(4, size(centres, 2))
+      integer :: axis, b, field, l
+      parts = 0.0_wp
+      do l = 1, size(self%levels)
+         do b = 1, size(self%levels(l)%blocks)
+            associate (block => self%levels(l)%blocks(b), at => self%levels(l)%layout, &
+                       n => self%levels(l)%blocks(b)%particles%count)
+               associate (part => parts(:, blocks_before(self%levels, l) + block%index), &
+                          column => block%particles%column)
+                  part(4) = sum(column(:n, at%mass))
+                  do axis = 1, 3
+                     part(axis) = dot_product(column(:n, at%mass), column(:n, at%position + axis - 1))
+                  end do
+               end associate
+            end associate
+         end do
+      end do
+      call MPI_Allreduce(MPI_IN_PLACE, parts, size(parts), MPI_DOUBLE_PRECISION, MPI_SUM, &
+                         self%communicator%comm)
+      total = 0.0_wp
+      do l = 1, size(self%levels)
+         do b = 1, self%levels(l)%grid%block_count()
+            field = self%levels(l)%grid%block_field(b)
+            total(:, field) = total(:, field) + parts(:, blocks_before(self%levels, l) + b)
+         end do
+      end do
+      centres = total(:3, :)/spread(max(total(4, :), tiny(1.0_wp)), 1, 3)
+   end function centres_of_mass
 
    !> Particles on this rank.
    pure integer(i8) function particle_count(self)

@@ -27,6 +27,11 @@ contains
       do l = 1, size(self%levels)
          call fill(self, scene, l)
       end do
+      if (self%contact%pairs%active()) &
+         call self%contact%pairs%begin(self%communicator, self%levels(size(self%levels)), error)
+      call self%communicator%agree(error)
+      if (error%happened()) return
+      if (self%follows_groups()) self%first_centres = self%centres_of_mass()
       call self%prepare_blocks()
       if (size(self%levels) > 1) call self%rebalance(error) ! now that all blocks are there
       do e = 1, size(self%effects)

@@ -1,4 +1,4 @@
-!> Levels that move: with a tool, or to where a criterion wants them; and the particles that change level by
+!> Levels that move: with a tool, with the bodies of a contact group, or to where a criterion wants them; and the particles that change level by
 !> that.
 module m_move_regions
    use m_kinds, only: wp, i8
@@ -24,16 +24,19 @@ contains
       type(model_t), intent(inout) :: model
       type(error_t), intent(inout) :: error
       type(region_t) :: region
+      real(wp), allocatable :: ways(:, :) ! of the contact groups since the start, m
       integer :: l, low(3), high(3)
       logical :: moved
       moved = .false.
+      allocate (ways(3, 0))
+      if (model%follows_groups()) ways = model%centres_of_mass() - model%first_centres
       do l = 2, size(model%levels)
-         region = region_now(model, l)
+         region = region_now(model, l, ways)
          if (region%same_as(model%levels(l)%region)) cycle
          call region%node_box(low, high)
          if (any(high - low < 2*smallest_width)) then
             call fail(error, exit_numerical, 'time '//to_text(model%time)//' s: level '//to_text(l)// &
-                      ' has followed its tool until its box has less than '//to_text(smallest_width)// &
+                      ' has followed its tool or body until its box has less than '//to_text(smallest_width)// &
                       ' cells of the next coarser level in a direction; try a larger box or grid')
             return
          end if
@@ -80,18 +83,22 @@ contains
    end subroutine forget_edge_stress
 
    !> The region that a level should have now.
-   type(region_t) function region_now(model, l) result(region)
+   type(region_t) function region_now(model, l, ways) result(region)
       type(model_t), intent(in) :: model
       integer, intent(in) :: l
+      real(wp), intent(in) :: ways(:, :) !< of the contact groups, m
       type(region_t) :: judged
+      real(wp) :: way(3)
       logical :: found
       region = model%levels(l)%region
       associate (spec => model%level_specs(l - 1))
          if (spec%follow > 0) then
-            associate (tool => model%contact%tools(spec%follow))
-               region = model%first_regions(l)%shifted( &
-                        2**(l - 1)*nint(tool%travel*tool%spec%axis*model%levels(1)%grid%per_cell))
-            end associate
+            if (spec%follow <= size(model%contact%tools)) then
+               way = model%contact%tools(spec%follow)%displacement()
+            else
+               way = ways(:, spec%follow - size(model%contact%tools))
+            end if
+            region = model%first_regions(l)%shifted(2**(l - 1)*nint(way*model%levels(1)%grid%per_cell))
          else if (spec%criterion /= criterion_none .and. mod(model%step, int(judged_every, i8)) == 0) then
             call judge_region(model%communicator, model%levels, l, model%materials, spec%criterion, &
                               spec%max_cells, found, judged)

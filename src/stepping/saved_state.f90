@@ -7,6 +7,7 @@ module m_saved_state
    use m_decomposition, only: set_owners, all_owners
    use m_region, only: region_t
    use m_tool, only: tool_t
+   use m_body_pairs, only: pair_state_t
    use m_tool_reactions, only: tool_state_t
    use m_effect_step, only: kinds_booked
    use m_model, only: model_t, bounds_t
@@ -26,6 +27,7 @@ module m_saved_state
    type :: saved_contact_t
       type(tool_t), allocatable :: tools(:)
       type(tool_state_t), allocatable :: states(:)
+      type(pair_state_t), allocatable :: pairs(:)
       integer(i8) :: unsolved_in_row = 0
       real(wp) :: steepest = 0.0_wp, worst_residual = 0.0_wp, worst_overlap = 0.0_wp, worst_bridge = 0.0_wp, &
                   drift = 0.0_wp
@@ -81,6 +83,7 @@ contains
       self%lost_in_merging = model%lost_in_merging
       self%contact%tools = model%contact%tools
       self%contact%states = model%contact%states
+      self%contact%pairs = model%contact%pairs%states
       self%contact%unsolved_in_row = model%contact%unsolved_in_row
       self%contact%steepest = model%contact%friction%steepest
       self%contact%worst_residual = model%contact%worst_residual
@@ -197,6 +200,7 @@ contains
       model%lost_in_merging = self%lost_in_merging
       model%contact%tools = self%contact%tools
       model%contact%states = self%contact%states
+      model%contact%pairs%states = self%contact%pairs
       model%contact%unsolved_in_row = self%contact%unsolved_in_row
       model%contact%friction%steepest = self%contact%steepest
       model%contact%worst_residual = self%contact%worst_residual

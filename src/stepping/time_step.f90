@@ -80,7 +80,7 @@ contains
       if (time_step > 0.0_wp) return
       speed = model%bounds%particle_speed
       do t = 1, size(model%contact%tools)
-         speed = max(speed, abs(model%contact%tools(t)%speed_at(time)))
+         speed = max(speed, model%contact%tools(t)%speed_at(time))
       end do
       time_step = min(scene%time%safety*model%stepped_cell()/(model%wave_speed() + speed), &
                       allowed_by_effects(model))

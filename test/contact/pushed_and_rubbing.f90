@@ -130,11 +130,11 @@ contains
       end do
       change = (0.5_wp*(10.0_wp + 30.0_wp)*0.1_wp + 30.0_wp*0.05_wp)/mass
       associate (tool => model%contact%tools(1))
-         call test%check_close(tool%speed, 0.5_wp + change, 1.0e-14_wp, 'void: momentum is the integral of the load')
+         call test%check_close(tool%freedoms(1)%speed, 0.5_wp + change, 1.0e-14_wp, 'void: momentum is the integral of the load')
          ! exact way: initial speed, then the double integral of the load
          way = 0.5_wp*0.15_wp + (10.0_wp*0.1_wp**2/2.0_wp + 20.0_wp*0.1_wp**2/6.0_wp & ! in the rise
                                  + 2.0_wp*0.05_wp + 30.0_wp*0.05_wp**2/2.0_wp)/mass     ! after it
-         call test%check_close(tool%travel - 0.5_wp*dt*change, way, 1.0e-6_wp, 'void: the way runs half a step ahead')
+         call test%check_close(tool%freedoms(1)%travel - 0.5_wp*dt*change, way, 1.0e-6_wp, 'void: the way runs half a step ahead')
       end associate
       call test%check_close(model%contact%states(1)%work, 0.0_wp, 0.0_wp, 'void: no work')
       call let_go(model)
@@ -164,7 +164,7 @@ contains
          if (step <= rise) cycle
          counted = counted + 1
          mean = mean + model%contact%states(1)%load(3)
-         depth = depth + model%contact%tools(1)%travel
+         depth = depth + model%contact%tools(1)%freedoms(1)%travel
       end do
       mean = mean/counted
       depth = depth/counted
@@ -206,7 +206,7 @@ contains
          side = max(side, rub)
          now = measure(model)
          call keep_worst(off(1), norm2(now%momentum - start%momentum - impulse)/(load*dt*step))
-         call keep_worst(off(2), (now%momentum(3) - mass*model%contact%tools(1)%speed)/(load*dt*step) + 1.0_wp)
+         call keep_worst(off(2), (now%momentum(3) - mass*model%contact%tools(1)%freedoms(1)%speed)/(load*dt*step) + 1.0_wp)
       end do
       call say(name//'block and tool against the impulse of the load', off(2))
       call say(name//'the block against what the tool felt', off(1))
@@ -245,7 +245,7 @@ contains
       call lift(scene%tools(1), a)
       model = built(scene)
       call set_velocity(model, [v, 0.0_wp, 0.0_wp])
-      expected = v*stop_time - mu*model%contact%tools(1)%travel_between(0.0_wp, stop_time)
+      expected = v*stop_time - mu*model%contact%tools(1)%freedoms(1)%travel_between(0.0_wp, stop_time)
       way = 0.0_wp
       before = 0.0_wp
       ratio = 0.0_wp
@@ -315,8 +315,8 @@ contains
       do step = 1, steps
          if (.not. goes_on(model, dt)) return
          now = measure(model)
-         if (step == 250) at(1) = now%momentum(1) + mass*model%contact%tools(2)%speed
-         at(2) = now%momentum(1) + mass*model%contact%tools(2)%speed
+         if (step == 250) at(1) = now%momentum(1) + mass*model%contact%tools(2)%freedoms(1)%speed
+         at(2) = now%momentum(1) + mass*model%contact%tools(2)%freedoms(1)%speed
       end do
       gain = (at(2) - at(1))/((steps - 250)*dt)
       expected = max(0.0_wp, share - 1.0_wp)*mu*weight

@@ -250,7 +250,7 @@ contains
       else
          velocity = velocity_at(nodes, place)
       end if
-      approach = time_step*dot_product(normal, velocity - tool%velocity())
+      approach = time_step*dot_product(normal, velocity - tool%velocity)
       is_one = max(0.0_wp, gap) + approach <= margin*edge
    end subroutine ask
 

@@ -72,7 +72,8 @@ contains
       spec%times = [0.0_wp]
       spec%speeds = [1.0_wp]
       tool = make_tool(spec)
-      tool%travel = chance%between(-1.0_wp, 1.0_wp)
+      tool%freedoms(1)%travel = chance%between(-1.0_wp, 1.0_wp)
+      call tool%settle()
    end function some_tool
 
    !> Two unit vectors across the axis.
@@ -122,16 +123,16 @@ contains
       case (cylinder)
          call across_edge(tool, u, v)
          turn = 2.0_wp*pi*s
-         x = tool%spec%tip + (tool%travel - radius*(1.0_wp - cos(turn)))*tool%spec%axis &
+         x = tool%spec%tip + (tool%freedoms(1)%travel - radius*(1.0_wp - cos(turn)))*tool%spec%axis &
              + radius*sin(turn)*v + (angle - pi)*reach*u
          return
       case (wedge)
          call across_edge(tool, u, v)
-         x = tool%spec%tip + (tool%travel - reach*abs(2.0_wp*s - 1.0_wp)*cos(half_angle))*tool%spec%axis &
+         x = tool%spec%tip + (tool%freedoms(1)%travel - reach*abs(2.0_wp*s - 1.0_wp)*cos(half_angle))*tool%spec%axis &
              + reach*(2.0_wp*s - 1.0_wp)*sin(half_angle)*v + (angle - pi)*reach*u
          return
       end select
-      x = tool%spec%tip + (tool%travel - height)*tool%spec%axis + off_axis*(cos(angle)*u + sin(angle)*v)
+      x = tool%spec%tip + (tool%freedoms(1)%travel - height)*tool%spec%axis + off_axis*(cos(angle)*u + sin(angle)*v)
    end function surface
 
    !> Whether a place is inside, from what the shapes are.
@@ -141,7 +142,7 @@ contains
       real(wp) :: tip(3), height, off_axis, u(3), v(3), off(2)
       integer :: k
       call across_edge(tool, u, v)
-      tip = tool%spec%tip + tool%travel*tool%spec%axis
+      tip = tool%spec%tip + tool%freedoms(1)%travel*tool%spec%axis
       height = dot_product(tip - x, tool%spec%axis)
       off_axis = norm2(tip - x - height*tool%spec%axis)
       select case (kind)
@@ -171,7 +172,7 @@ contains
       real(wp) :: face(3, faces), gone(3, faces), place(3), before(3), u(3), v(3), tip(3)
       integer :: k, n
       call across_edge(tool, u, v)
-      tip = tool%spec%tip + tool%travel*tool%spec%axis
+      tip = tool%spec%tip + tool%freedoms(1)%travel*tool%spec%axis
       do k = 1, faces
          face(:, k) = cos(half_angle)*(cos(2.0_wp*pi*k/faces)*u + sin(2.0_wp*pi*k/faces)*v) + sin(half_angle)*tool%spec%axis
       end do
@@ -267,7 +268,7 @@ contains
       h = 1.0e-5_wp
       do k = 1, places
          tool = some_tool(shape_number)
-         x = tool%spec%tip + tool%travel*tool%spec%axis + chance%several(3, -2.0_wp, 2.0_wp)
+         x = tool%spec%tip + tool%freedoms(1)%travel*tool%spec%axis + chance%several(3, -2.0_wp, 2.0_wp)
          if (mod(k, 3) == 0) x = surface(tool, chance%between(0.05_wp, 0.5_wp), chance%between(0.0_wp, 6.0_wp)) &
                                  + chance%several(3, -0.1_wp, 0.1_wp)
          call tool%gap_and_normal(x, gap, normal)
@@ -290,7 +291,8 @@ contains
          end if
          ! the tool that has moved is the tool at rest seen from a place moved the other way
          shift = chance%between(-1.0_wp, 1.0_wp)
-         tool%travel = tool%travel + shift
+         tool%freedoms(1)%travel = tool%freedoms(1)%travel + shift
+         call tool%settle()
          call tool%gap_and_normal(x + shift*tool%spec%axis, gaps(1), sides(:, 1))
          call test%check_close([gaps(1), sides(:, 1)], [gap, normal], 1.0e-12_wp, name//': moves along its axis')
       end do
@@ -363,7 +365,8 @@ contains
       off = 0.0_wp
       do k = 1, 100
          sharp = some_tool(kinds(number))
-         sharp%travel = 0.0_wp
+         sharp%freedoms(1)%travel = 0.0_wp
+         call sharp%settle()
          round = chance%between(0.1_wp, 1.0_wp)
          spec = sharp%spec
          spec%tip = sharp%spec%tip + round*sharp%spec%axis
@@ -399,15 +402,16 @@ contains
       spec%speeds = chance%several(n, -2.0_wp, 2.0_wp)
       spec%shape = sphere_t(radius=1.0_wp)
       tool = make_tool(spec)
-      call test%check_close(tool%speed, tool%speed_at(0.0_wp), 0.0_wp, 'a tool starts with its speed')
+      call test%check_close(tool%freedoms(1)%speed, tool%freedoms(1)%speed_at(0.0_wp), 0.0_wp, 'a tool starts with its speed')
       do k = 1, n
-         call test%check_close(tool%speed_at(spec%times(k)), spec%speeds(k), 1.0e-14_wp, 'speeds at the given times')
+         call test%check_close(tool%freedoms(1)%speed_at(spec%times(k)), spec%speeds(k), 1.0e-14_wp, 'speeds at the given times')
       end do
-      call test%check_close([tool%speed_at(-5.0_wp), tool%speed_at(99.0_wp)], [spec%speeds(1), spec%speeds(n)], 0.0_wp, &
+      call test%check_close([tool%freedoms(1)%speed_at(-5.0_wp), tool%freedoms(1)%speed_at(99.0_wp)], &
+                            [spec%speeds(1), spec%speeds(n)], 0.0_wp, &
                             'speeds are held outside the given times')
       do k = 1, n - 1
          time = 0.3_wp*spec%times(k) + 0.7_wp*spec%times(k + 1)
-         call test%check_close(tool%speed_at(time), 0.3_wp*spec%speeds(k) + 0.7_wp*spec%speeds(k + 1), 1.0e-14_wp, &
+         call test%check_close(tool%freedoms(1)%speed_at(time), 0.3_wp*spec%speeds(k) + 0.7_wp*spec%speeds(k + 1), 1.0e-14_wp, &
                                'speeds are linear in between')
       end do
       from = chance%between(0.0_wp, 4.0_wp)
@@ -415,15 +419,17 @@ contains
       whole = 0.0_wp
       do k = 1, slices ! the midpoint rule, exact but in the few slices with a kink
          edges = from + (to - from)*[k - 1, k]/real(slices, wp)
-         whole = whole + tool%speed_at(0.5_wp*sum(edges))*(edges(2) - edges(1))
+         whole = whole + tool%freedoms(1)%speed_at(0.5_wp*sum(edges))*(edges(2) - edges(1))
       end do
-      call test%check_close(tool%travel_between(from, to), whole, 1.0e-5_wp, 'the way is the integral of the speed')
+      call test%check_close(tool%freedoms(1)%travel_between(from, to), whole, 1.0e-5_wp, 'the way is the integral of the speed')
       time = chance%between(from, to)
-      call test%check_close(tool%travel_between(from, time) + tool%travel_between(time, to), tool%travel_between(from, to), &
+      call test%check_close(tool%freedoms(1)%travel_between(from, time) + tool%freedoms(1)%travel_between(time, to), &
+                            tool%freedoms(1)%travel_between(from, to), &
                             1.0e-14_wp, 'ways add up')
-      call test%check_close(tool%travel_between(from, from), 0.0_wp, 0.0_wp, 'no time, no way')
-      tool%speed = 3.0_wp
-      largest = maxval(abs(tool%velocity() - 3.0_wp*tool%spec%axis))
+      call test%check_close(tool%freedoms(1)%travel_between(from, from), 0.0_wp, 0.0_wp, 'no time, no way')
+      tool%freedoms(1)%speed = 3.0_wp
+      call tool%settle()
+      largest = maxval(abs(tool%velocity - 3.0_wp*tool%spec%axis))
       call test%check_close(largest, 0.0_wp, 0.0_wp, 'the velocity is along the axis')
    end subroutine travel
 

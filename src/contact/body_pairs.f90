@@ -1,0 +1,403 @@
+!> Contact between bodies of different groups: which points meet, as candidates of the contact problem
+!> (theory.md, Contact between bodies), and what comes of it for each pair.
+module m_body_pairs
+   use mpi_f08
+   use m_kinds, only: wp
+   use m_constants, only: exit_input, exit_numerical
+   use m_errors, only: error_t, fail
+   use m_text, only: to_text, si
+   use m_scene, only: scene_t, body_contact_spec_t, start_as_is
+   use m_vectors, only: cross
+   use m_communicator, only: communicator_t
+   use m_field_table, only: field_table_t
+   use m_level, only: level_t
+   use m_materials, only: materials_t
+   use m_stencil, only: bin_place
+   use m_surface_elements, only: surface_elements_t, surface_columns_t, find_columns
+   use m_partner_surface, only: meeting_t, find_meetings, reach_of
+   use m_partner_nodes, only: wanted_nodes_t
+   use m_partner_point, only: place_partner, want_nodes, take_mass, mean_velocity, cap
+   use m_pair_law, only: range_of, overlap_left, press_rate, find_adhesion, weaken
+   use m_contact_point, only: candidate_t, partner_t, no_candidate, set_face, point_velocity, &
+                              overlap_rate, margin
+   use m_contact_rows, only: masses_of
+   use m_contact_complaints, only: allowed_text
+   use m_candidates, only: candidates_t
+   implicit none
+   private
+   public :: body_pairs_t, pair_state_t, state_reals
+
+   real(wp), parameter :: early = 0.25_wp      !< a gap that nodes are asked about, in particle edges
+
+   !> What two groups have met: in the last step, and since the start. Numbers alone: they are added up over
+   !> the ranks as they stand.
+   type :: pair_state_t
+      sequence
+      real(wp) :: force(3) = 0.0_wp    !< on the first group, N
+      real(wp) :: moment(3) = 0.0_wp   !< of it about the origin, N m
+      real(wp) :: area = 0.0_wp        !< of the elements whose gap is shut, m2: half from each side
+      real(wp) :: heat = 0.0_wp        !< made by friction, J
+      real(wp) :: work = 0.0_wp        !< done by the condition itself, J
+      real(wp) :: parting = 0.0_wp     !< taken by adhesion as gaps opened, J
+      real(wp) :: pressed = 0.0_wp     !< done where an overlap at the start is pressed out, J
+      real(wp) :: candidates = 0.0_wp  !< how many
+   end type pair_state_t
+
+   integer, parameter :: state_reals = storage_size(pair_state_t())/storage_size(1.0_wp)
+
+   type :: body_pairs_t
+      integer :: fields = 1
+      type(body_contact_spec_t), allocatable :: specs(:) !< (pairs)
+      type(pair_state_t), allocatable :: states(:) !< (pairs): of the last step; heat and work since the start
+      type(pair_state_t), allocatable :: step(:)   !< (pairs): of this step
+      real(wp), allocatable :: overlap(:)                !< (pairs): largest in the last step, m
+      type(surface_columns_t) :: at
+      type(surface_elements_t) :: elements
+      type(meeting_t), allocatable :: meetings(:)
+      type(wanted_nodes_t) :: wanted
+      integer :: first = 1       !< candidate; those before are of tools
+      real(wp) :: time = 0.0_wp  !< s
+   contains
+      procedure :: build
+      procedure :: declare
+      procedure :: active
+      procedure :: adheres
+      procedure :: rubs
+      procedure :: begin
+      procedure :: pair_of
+      procedure :: find
+      procedure :: forbid
+      procedure :: keep
+      procedure :: add_up
+      procedure, private :: find_meetings_of
+      procedure, private :: make_candidate
+      procedure, private :: may_touch
+      procedure, private :: gap_of
+      procedure, private :: set_adhesion
+   end type body_pairs_t
+
+contains
+
+   !> The pairs of a scene's groups.
+   subroutine build(self, scene)
+      class(body_pairs_t), intent(inout) :: self
+      type(scene_t), intent(in) :: scene
+      integer :: g, h
+      self%fields = scene%fields()
+      allocate (self%specs(0))
+      do h = 2, self%fields
+         do g = 1, h - 1
+            self%specs = [self%specs, scene%contact_of(g, h)]
+         end do
+      end do
+      allocate (self%states(size(self%specs)), self%step(size(self%specs)))
+      allocate (self%overlap(size(self%specs)), source=0.0_wp)
+   end subroutine build
+
+   !> True when a scene has bodies that may meet.
+   pure logical function active(self)
+      class(body_pairs_t), intent(in) :: self
+      active = self%fields > 1
+   end function active
+
+   !> True when some pair adheres or is bonded.
+   pure logical function adheres(self)
+      class(body_pairs_t), intent(in) :: self
+      adheres = any(self%specs%adhesion > 0.0_wp)
+   end function adheres
+
+   !> True when some pair has tangential forces.
+   pure logical function rubs(self)
+      class(body_pairs_t), intent(in) :: self
+      rubs = any(self%specs%friction > 0.0_wp) .or. any(self%specs%bond_strength > 0.0_wp)
+   end function rubs
+
+   !> Number of the pair of two fields.
+   pure integer function pair_of(self, one, other)
+      class(body_pairs_t), intent(in) :: self
+      integer, intent(in) :: one, other
+      associate (low => min(one, other), high => max(one, other))
+         pair_of = (high - 1)*(high - 2)/2 + low
+      end associate
+   end function pair_of
+
+   !> What the last step's forces were at each element: where the next solve starts from. The elements
+   !> themselves have been declared.
+   subroutine declare(self, table)
+      class(body_pairs_t), intent(inout) :: self
+      type(field_table_t), intent(inout) :: table
+      integer :: e
+      self%at = find_columns(table)
+      do e = 1, self%at%elements
+         call table%declare('surface_pressure_'//to_text(e), 1, 'Pa', written=.false.)
+         self%at%pressure(e) = table%column('surface_pressure_'//to_text(e))
+         if (any(self%specs%start == start_as_is)) then
+            call table%declare('surface_overlap_'//to_text(e), 1, 'm', written=.false.)
+            self%at%overlap(e) = table%column('surface_overlap_'//to_text(e))
+         end if
+         if (any(self%specs%bond_strength > 0.0_wp)) then
+            call table%declare('surface_bond_'//to_text(e), 4, '1', written=.false.)
+            self%at%bond(e) = table%column('surface_bond_'//to_text(e))
+         end if
+         if (.not. self%rubs()) cycle
+         call table%declare('surface_friction_'//to_text(e), 3, 'Pa', written=.false.)
+         self%at%friction(e) = table%column('surface_friction_'//to_text(e))
+      end do
+   end subroutine declare
+
+   !> Collective among near ranks: the candidates of a step between bodies, after those of tools: points where
+   !> an element meets another body that the free motion would carry into it, or almost.
+   subroutine find(self, communicator, level, time, time_step, candidates)
+      class(body_pairs_t), intent(inout) :: self
+      type(communicator_t), intent(in) :: communicator
+      type(level_t), intent(inout) :: level
+      real(wp), intent(in) :: time, time_step !< s
+      type(candidates_t), intent(inout) :: candidates
+      integer, allocatable :: first_wanted(:)
+      type(partner_t) :: partner
+      integer :: count, m, n
+      self%first = candidates%count + 1
+      self%time = time
+      self%overlap = 0.0_wp
+      call self%find_meetings_of(communicator, level, count)
+      allocate (first_wanted(count))
+      call self%wanted%clear()
+      n = 0
+      do m = 1, count
+         if (.not. self%may_touch(level, self%meetings(m), time_step)) cycle
+         n = n + 1
+         self%meetings(n) = self%meetings(m)
+         first_wanted(n) = self%wanted%count + 1
+         call place_partner(self%elements, level, self%meetings(n), partner)
+         call want_nodes(level%grid, partner, self%wanted)
+      end do
+      call self%wanted%fetch(communicator, level)
+      if (.not. allocated(candidates%partners)) allocate (candidates%partners(64))
+      candidates%paired = 0
+      do m = 1, n
+         call place_partner(self%elements, level, self%meetings(m), partner)
+         call self%make_candidate(level, time_step, self%meetings(m), first_wanted(m), partner, candidates)
+      end do
+   end subroutine find
+
+   !> Collective among near ranks: meetings of the elements of a level's particles.
+   subroutine find_meetings_of(self, communicator, level, count)
+      class(body_pairs_t), intent(inout) :: self
+      type(communicator_t), intent(in) :: communicator
+      type(level_t), intent(inout) :: level
+      integer, intent(out) :: count
+      real(wp) :: reach
+      reach = reach_of*level%grid%cell ! no particle's edge is longer than a cell
+      call self%elements%gather(level, self%at)
+      call self%elements%exchange(communicator, level, reach)
+      call self%elements%mirror(level%grid, reach)
+      call self%elements%sort(self%fields, reach_of*max(self%elements%longest, tiny(reach)))
+      call find_meetings(self%elements, self%meetings, count)
+   end subroutine find_meetings_of
+
+   !> True when the particles' velocities say that a meeting may become contact in a step.
+   pure logical function may_touch(self, level, meeting, time_step)
+      class(body_pairs_t), intent(in) :: self
+      type(level_t), intent(in) :: level
+      type(meeting_t), intent(in) :: meeting
+      real(wp), intent(in) :: time_step
+      associate (e => self%elements%list(meeting%element))
+         may_touch = self%gap_of(level, meeting) - 2.0_wp*time_step*norm2(e%velocity - meeting%velocity) &
+                     < max(early*e%edge, range_of(self%specs(self%pair_of(nint(e%field), meeting%field))))
+      end associate
+   end function may_touch
+
+   !> Gap of a meeting (m), with what the bodies may overlap by.
+   pure real(wp) function gap_of(self, level, meeting) result(gap)
+      class(body_pairs_t), intent(in) :: self
+      type(level_t), intent(in) :: level
+      type(meeting_t), intent(in) :: meeting
+      gap = meeting%gap
+      associate (n => meeting%element, elements => self%elements)
+         associate (spec => self%specs(self%pair_of(nint(elements%list(n)%field), meeting%field)))
+            if (spec%start == start_as_is) gap = gap + overlap_left(spec, self%time) &
+               *level%blocks(elements%block(n))%particles%column(elements%particle(n), &
+                  self%at%overlap(elements%element(n)))
+         end associate
+      end associate
+   end function gap_of
+
+   !> What adhesion bears at a candidate.
+   pure subroutine set_adhesion(self, level, spec, element, c)
+      class(body_pairs_t), intent(in) :: self
+      type(level_t), intent(in) :: level
+      type(body_contact_spec_t), intent(in) :: spec
+      integer, intent(in) :: element !< of the particle
+      type(candidate_t), intent(inout) :: c
+      real(wp) :: left
+      left = 0.0_wp
+      if (spec%bond_strength > 0.0_wp) left = level%blocks(c%block)%particles%column(c%particle, &
+            self%at%bond(element))
+      call find_adhesion(spec, c%gap, c%area, left, c%pull, c%grip)
+   end subroutine set_adhesion
+
+   !> Collective among near ranks, when all bodies are filled: what overlaps and may be kept so; what is bonded.
+   subroutine begin(self, communicator, level, error)
+      class(body_pairs_t), intent(inout) :: self
+      type(communicator_t), intent(in) :: communicator
+      type(level_t), intent(inout) :: level
+      type(error_t), intent(inout) :: error
+      integer :: count, m, pair
+      do pair = 1, size(self%specs)
+         if (range_of(self%specs(pair)) > 0.5_wp*level%grid%cell) call fail(error, exit_input, &
+            '&body_contact: adhesion acts up to a gap of '//si(range_of(self%specs(pair)), 'm')// &
+            ' here, more than half a cell of the finest level, '//si(0.5_wp*level%grid%cell, 'm')// &
+            '; allowed: a smaller cohesive_range, or a larger bond_strength')
+      end do
+      if (error%happened()) return
+      call self%find_meetings_of(communicator, level, count)
+      do m = 1, count
+         associate (meeting => self%meetings(m), it => self%elements%list(self%meetings(m)%element), &
+                    element => self%elements%element(self%meetings(m)%element), &
+                    column => level%blocks(self%elements%block(self%meetings(m)%element))%particles%column, &
+                    p => self%elements%particle(self%meetings(m)%element))
+            pair = self%pair_of(nint(it%field), meeting%field)
+            if (self%at%overlap(element) > 0 .and. self%specs(pair)%start == start_as_is) &
+               column(p, self%at%overlap(element)) = max(0.0_wp, -meeting%gap)
+            if (self%at%bond(element) > 0 .and. meeting%gap <= margin*it%edge) &
+               column(p, self%at%bond(element)) = 1.0_wp
+         end associate
+      end do
+   end subroutine begin
+
+   !> Keep a meeting as a candidate if the free motion of the nodes would close it, or almost.
+   subroutine make_candidate(self, level, time_step, meeting, first_wanted, partner, candidates)
+      class(body_pairs_t), intent(inout) :: self
+      type(level_t), intent(in) :: level
+      real(wp), intent(in) :: time_step
+      type(meeting_t), intent(in) :: meeting
+      integer, intent(in) :: first_wanted !< of the partner's nodes
+      type(partner_t), intent(inout) :: partner
+      type(candidates_t), intent(inout) :: candidates
+      type(candidate_t) :: c
+      logical :: held(2)
+      c = no_candidate
+      associate (element => self%elements%list(meeting%element), span => self%elements%span(:, :, meeting%element), &
+                 last => self%elements%last(:, meeting%element), &
+                 pair => self%pair_of(nint(self%elements%list(meeting%element)%field), meeting%field), &
+                 block => level%blocks(self%elements%block(meeting%element)))
+         c%gap = self%gap_of(level, meeting)
+         self%overlap(pair) = max(self%overlap(pair), -c%gap)
+         c%block = self%elements%block(meeting%element)
+         c%particle = self%elements%particle(meeting%element)
+         c%normal = meeting%normal
+         c%mass = 1.0_wp/(1.0_wp/element%mass + 1.0_wp/meeting%mass)
+         c%area = element%area
+         call set_face(c, level%grid, block%place, bin_place(int(block%cells%bin(c%particle))), &
+                       level%layout%domain > 0, (element%point - block%origin)*level%grid%per_cell, &
+                       span*level%grid%per_cell)
+         call take_mass(self%wanted, first_wanted, partner)
+         call cap(c%face, masses_of(level, c), element%mass, held(1))
+         call cap(partner%face, partner%mass, meeting%mass, held(2))
+         if (.not. all(held)) return
+         c%opposite = partner%reflection*mean_velocity(self%wanted, first_wanted, partner%face)
+         c%speed = dot_product(c%normal, point_velocity(level, c))
+         call self%set_adhesion(level, self%specs(pair), partner%element, c)
+         if (c%gap + time_step*(c%speed - dot_product(c%normal, c%opposite)) > margin*element%edge &
+             .and. .not. c%pull > 0.0_wp) return
+         c%from = block%particles%column(c%particle, level%layout%position:level%layout%position + 2)
+         c%arm = element%point - c%from
+         c%force = last(1)*c%area
+         c%friction = self%specs(pair)%friction
+         c%last_tangential_force = last(2:4)*c%area
+      end associate
+      call candidates%add_pair(c, partner)
+   end subroutine make_candidate
+
+   !> What the solution says of the candidates between bodies: pressures and friction in the columns of their
+   !> particles, and the sums of the pairs over this rank.
+   subroutine keep(self, level, materials, candidates, time_step, pressure)
+      class(body_pairs_t), intent(inout) :: self
+      type(level_t), intent(inout) :: level
+      type(materials_t), intent(in) :: materials
+      type(candidates_t), intent(in) :: candidates
+      real(wp), intent(in) :: time_step !< s
+      integer, intent(in) :: pressure   !< column of the contact pressure
+      real(wp) :: force(3), heat, side
+      integer :: n
+      self%step = pair_state_t()
+      do n = self%first, candidates%count
+         associate (c => candidates%list(n), partner => candidates%partners(candidates%list(n)%partner), &
+                    column => level%blocks(candidates%list(n)%block)%particles%column, &
+                    own => level%blocks(candidates%list(n)%block)%field)
+            associate (state => self%step(self%pair_of(own, partner%field)), p => c%particle, &
+                       spec => self%specs(self%pair_of(own, partner%field)), &
+                       at => self%at%pressure(partner%element), friction => self%at%friction(partner%element), &
+                       bond => self%at%bond(partner%element))
+               state%candidates = state%candidates + 1.0_wp
+               force = c%force*c%normal
+               if (c%frictional > 0) then
+                  force = force + matmul(c%tangent, c%tangential_force)
+                  heat = -time_step*dot_product(c%tangential_force, partner%slip)
+                  state%heat = state%heat + heat
+                  ! both bodies' elements have candidates: each warms its own
+                  call materials%slots(materials%of_body(level%blocks(c%block)%particles%body(p)))%law%take_heat( &
+                     column(p, :), level%layout, heat)
+                  column(p, friction:friction + 2) = column(p, friction:friction + 2) &
+                                                     + matmul(c%tangent, c%tangential_force)/c%area
+               end if
+               if (c%pull > 0.0_wp .and. bond > 0) call weaken(column(p, bond:bond + 3), spec, &
+                  c%gap + time_step*c%opening, time_step*matmul(c%tangent, partner%slip))
+               column(p, at) = column(p, at) + c%force/c%area
+               column(p, pressure) = column(p, pressure) + c%force/c%area
+               if (c%gap + time_step*c%opening <= overlap_rate*sqrt(c%area)) state%area = state%area &
+                  + 0.5_wp*c%area ! also of points that press nothing: others beside them do
+               state%work = state%work + time_step*(c%force + c%pull)*c%opening
+               state%parting = state%parting + time_step*c%pull*c%opening
+               if (self%at%overlap(partner%element) > 0) state%pressed = state%pressed + time_step*c%force &
+                  *press_rate(spec, self%time)*column(p, self%at%overlap(partner%element))
+               side = merge(1.0_wp, -1.0_wp, own < partner%field)
+               state%force = state%force + side*force
+               state%moment = state%moment + side*cross(partner%point, force)
+            end associate
+            if (c%force > 0.0_wp) level%blocks(c%block)%pressed = .true.
+         end associate
+      end do
+   end subroutine keep
+
+   !> Collective: the sums over all ranks; what goes on from step to step is added to what was.
+   subroutine add_up(self, communicator)
+      class(body_pairs_t), intent(inout) :: self
+      type(communicator_t), intent(in) :: communicator
+      call MPI_Allreduce(MPI_IN_PLACE, self%step, state_reals*size(self%step), MPI_DOUBLE_PRECISION, MPI_SUM, &
+                         communicator%comm)
+      call MPI_Allreduce(MPI_IN_PLACE, self%overlap, size(self%overlap), MPI_DOUBLE_PRECISION, MPI_MAX, &
+                         communicator%comm)
+      where (norm2(reshape([self%step%force(1), self%step%force(2), self%step%force(3)], [size(self%step), 3]), &
+                   dim=2) <= 0.0_wp) self%step%area = 0.0_wp ! they touch and press nothing
+      self%step%heat = self%step%heat + self%states%heat
+      self%step%work = self%step%work + self%states%work
+      self%step%parting = self%step%parting + self%states%parting
+      self%step%pressed = self%step%pressed + self%states%pressed
+      self%states = self%step
+   end subroutine add_up
+
+   !> Collective among near ranks: contact is for the finest level: stop where bodies meet on a coarser one.
+   subroutine forbid(self, communicator, level, finest, error)
+      class(body_pairs_t), intent(inout) :: self
+      type(communicator_t), intent(in) :: communicator
+      type(level_t), intent(inout) :: level
+      type(level_t), intent(in) :: finest
+      type(error_t), intent(inout) :: error
+      integer :: count, m
+      call self%find_meetings_of(communicator, level, count)
+      do m = 1, count
+         associate (meeting => self%meetings(m), it => self%elements%list(self%meetings(m)%element), &
+                    p => self%elements%particle(self%meetings(m)%element), &
+                    block => level%blocks(self%elements%block(self%meetings(m)%element)))
+            if (meeting%gap > margin*it%edge) cycle
+            call fail(error, exit_numerical, 'particle '//to_text(block%particles%id(p))//' of body '// &
+                      to_text(int(block%particles%body(p)))//' touches a body of another contact group at ('// &
+                      to_text(it%face(1))//', '//to_text(it%face(2))//', '//to_text(it%face(3))// &
+                      ') m, on level '//to_text(level%number)//'; '//allowed_text(finest))
+            return
+         end associate
+      end do
+   end subroutine forbid
+
+end module m_body_pairs

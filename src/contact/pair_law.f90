@@ -1,0 +1,62 @@
+!> What holds between the bodies of two contact groups besides friction: overlaps at the start, adhesion and
+!> bonds (theory.md, eqs adhesion, bond).
+module m_pair_law
+   use m_kinds, only: wp
+   use m_scene, only: body_contact_spec_t, start_as_is
+   implicit none
+   private
+   public :: range_of, overlap_left, press_rate, find_adhesion, weaken
+
+contains
+
+   !> Gap (m) up to which a pair adheres.
+   pure elemental real(wp) function range_of(spec)
+      type(body_contact_spec_t), intent(in) :: spec
+      range_of = spec%cohesive_range
+      if (spec%bond_strength > 0.0_wp) range_of = 2.0_wp*spec%adhesion/spec%bond_strength
+   end function range_of
+
+   !> The share of an overlap at the start that counts as no gap at a time (s).
+   pure real(wp) function overlap_left(spec, time) result(left)
+      type(body_contact_spec_t), intent(in) :: spec
+      real(wp), intent(in) :: time
+      left = 1.0_wp
+      if (spec%press_fit > 0.0_wp) left = max(0.0_wp, 1.0_wp - time/spec%press_fit)
+   end function overlap_left
+
+   !> How fast that share falls at a time (s), 1/s.
+   pure real(wp) function press_rate(spec, time) result(rate)
+      type(body_contact_spec_t), intent(in) :: spec
+      real(wp), intent(in) :: time
+      rate = 0.0_wp
+      if (spec%start == start_as_is .and. time < spec%press_fit) rate = 1.0_wp/spec%press_fit
+   end function press_rate
+
+   !> The tension that adhesion bears at a point, and what it bears along the surface besides friction. Both
+   !> sides of the contact have points: each bears half.
+   pure subroutine find_adhesion(spec, gap, area, left, pull, grip)
+      type(body_contact_spec_t), intent(in) :: spec
+      real(wp), intent(in) :: gap, area  !< m, m2
+      real(wp), intent(in) :: left       !< share of the bond's strength
+      real(wp), intent(out) :: pull, grip !< N
+      pull = 0.0_wp
+      grip = 0.0_wp
+      if (spec%bond_strength > 0.0_wp) then
+         pull = 0.5_wp*left*spec%bond_strength*area
+         grip = pull
+      else if (spec%adhesion > 0.0_wp .and. gap < spec%cohesive_range) then
+         pull = 0.5_wp*spec%adhesion/spec%cohesive_range*area
+      end if
+   end subroutine find_adhesion
+
+   !> A bond loses strength by how far it opens and slips: linearly, to nothing at its range.
+   pure subroutine weaken(bond, spec, gap, slip)
+      real(wp), intent(inout) :: bond(4) !< share of its strength that is left; how far it has slipped, m
+      type(body_contact_spec_t), intent(in) :: spec
+      real(wp), intent(in) :: gap, slip(3) !< m, at the end of the step; in the step
+      if (.not. bond(1) > 0.0_wp) return
+      bond(2:4) = bond(2:4) + slip
+      bond(1) = max(0.0_wp, min(bond(1), 1.0_wp - hypot(max(0.0_wp, gap), norm2(bond(2:4)))/range_of(spec)))
+   end subroutine weaken
+
+end module m_pair_law

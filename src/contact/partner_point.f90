@@ -1,0 +1,111 @@
+!> The other body's side of a candidate between bodies: where the force acts there, on which nodes, and what
+!> these are (theory.md, eqs partner-point, capped).
+module m_partner_point
+   use m_kinds, only: wp
+   use m_level, only: level_t
+   use m_grid_level, only: grid_level_t
+   use m_boundary, only: inside
+   use m_face_weights, only: face_weights_t
+   use m_surface_elements, only: surface_elements_t
+   use m_partner_surface, only: meeting_t
+   use m_partner_nodes, only: wanted_nodes_t
+   use m_contact_point, only: partner_t, place_face
+   implicit none
+   private
+   public :: place_partner, want_nodes, take_mass, mean_velocity, cap
+
+   real(wp), parameter :: most_weight = 1.5_wp !< of a node, in the root of its mass over the particle's: one of
+                                               !< hardly any mass gets hardly any force
+   real(wp), parameter :: least_held = 0.2_wp  !< of the weights that must be left
+
+contains
+
+   !> Nodes and weights of the other body of a meeting: in the mean over the same face as on the element's
+   !> body, on the other side of the gap.
+   pure subroutine place_partner(elements, level, meeting, partner)
+      type(surface_elements_t), intent(in) :: elements
+      type(level_t), intent(in) :: level
+      type(meeting_t), intent(in) :: meeting
+      type(partner_t), intent(out) :: partner
+      real(wp) :: place(3)
+      partner%field = meeting%field
+      partner%element = elements%element(meeting%element)
+      partner%point = elements%list(meeting%element)%point
+      place = (meeting%point - level%grid%lower)*level%grid%per_cell
+      call place_face(partner%face, partner%reflection, level%grid, [0, 0, 0], nint(place), &
+                      level%layout%domain > 0, place, &
+                      elements%span(:, :, meeting%element)*level%grid%per_cell)
+   end subroutine place_partner
+
+   !> Ask for the values of a partner's nodes; a node outside a symmetry plane is its mirror image inside.
+   subroutine want_nodes(grid, partner, wanted)
+      type(grid_level_t), intent(in) :: grid
+      type(partner_t), intent(in) :: partner
+      type(wanted_nodes_t), intent(inout) :: wanted
+      integer :: axis, i, j, k
+      do k = 0, partner%face%last
+         do j = 0, partner%face%last
+            do i = 0, partner%face%last
+               associate (node => partner%face%corner + [i, j, k])
+                  call wanted%want([(inside(grid, axis, node(axis)), axis=1, 3)], partner%field)
+               end associate
+            end do
+         end do
+      end do
+   end subroutine want_nodes
+
+   !> Masses of a partner's nodes, of those that were fetched.
+   pure subroutine take_mass(wanted, first, partner)
+      type(wanted_nodes_t), intent(in) :: wanted
+      integer, intent(in) :: first
+      type(partner_t), intent(inout) :: partner
+      integer :: i, j, k, n
+      n = first
+      do k = 0, partner%face%last
+         do j = 0, partner%face%last
+            do i = 0, partner%face%last
+               partner%mass(i, j, k) = wanted%values(1, n)
+               n = n + 1
+            end do
+         end do
+      end do
+   end subroutine take_mass
+
+   !> Velocity that fetched nodes give to a point, m/s.
+   pure function mean_velocity(wanted, first, face) result(velocity)
+      type(wanted_nodes_t), intent(in) :: wanted
+      integer, intent(in) :: first
+      type(face_weights_t), intent(in) :: face
+      real(wp) :: velocity(3)
+      integer :: i, j, k, n
+      n = first
+      velocity = 0.0_wp
+      do k = 0, face%last
+         do j = 0, face%last
+            do i = 0, face%last
+               velocity = velocity + face%weight(i, j, k)*wanted%values(2:4, n)
+               n = n + 1
+            end do
+         end do
+      end do
+   end function mean_velocity
+
+   !> No node gets more of a force than its mass can bear; the others get the rest (theory.md, eq. capped).
+   !> Where hardly any node has mass the force is not held.
+   pure subroutine cap(face, mass, particle_mass, held)
+      type(face_weights_t), intent(inout) :: face
+      real(wp), intent(in) :: mass(0:, 0:, 0:)  !< of the nodes, kg
+      real(wp), intent(in) :: particle_mass     !< kg
+      logical, intent(out) :: held
+      real(wp) :: total
+      integer :: n
+      n = face%last
+      associate (weight => face%weight(0:n, 0:n, 0:n))
+         weight = min(weight, most_weight*sqrt(mass(0:n, 0:n, 0:n)/particle_mass))
+         total = sum(weight)
+         held = total > least_held
+         if (held) weight = weight/total
+      end associate
+   end subroutine cap
+
+end module m_partner_point

@@ -1,0 +1,349 @@
+!> Surface elements of bodies that may meet others: those of this rank's particles and those that near ranks
+!> send, sorted into bins (theory.md, eqs surface-element, element-force).
+module m_surface_elements
+   use mpi_f08
+   use m_kinds, only: wp, i8
+   use m_constants, only: block_size
+   use m_communicator, only: communicator_t
+   use m_block, only: block_t, directions
+   use m_field_table, only: field_table_t
+   use m_level, only: level_t
+   use m_grid_level, only: grid_level_t
+   use m_scene, only: boundary_symmetry
+   use m_split, only: fitted_edges
+   use m_face_gap, only: deform
+   use m_face_weights, only: find_face, cube_span, flattening
+   use m_surface, only: most_elements, area_name, arm_name
+   implicit none
+   private
+   public :: element_t, surface_elements_t, surface_columns_t, find_columns
+
+   !> One element: numbers alone, for they are sent as they stand.
+   type :: element_t
+      sequence
+      real(wp) :: field = 0.0_wp       !< velocity field of its body
+      real(wp) :: face(3) = 0.0_wp     !< middle of the material's surface, m
+      real(wp) :: point(3) = 0.0_wp    !< where forces act: the face of the particle's domain, m
+      real(wp) :: normal(3) = 0.0_wp   !< outward
+      real(wp) :: area = 0.0_wp        !< m2
+      real(wp) :: edge = 0.0_wp        !< of the particle, m
+      real(wp) :: mass = 0.0_wp        !< of the particle, kg
+      real(wp) :: velocity(3) = 0.0_wp !< of the particle, m/s
+   end type element_t
+
+   integer, parameter :: element_reals = storage_size(element_t())/storage_size(1.0_wp)
+   integer, parameter :: tag = 6
+
+   !> Columns of the elements that a particle carries.
+   type :: surface_columns_t
+      integer :: elements = 0 !< that a particle may have
+      integer, dimension(most_elements) :: area = 0, arm = 0, pressure = 0, friction = 0
+      integer, dimension(most_elements) :: overlap = 0 !< at the start
+      integer, dimension(most_elements) :: bond = 0    !< share of its strength that is left; then how far it
+                                                       !< has slipped, a vector
+   end type surface_columns_t
+
+   type :: surface_elements_t
+      integer :: own = 0    !< of this rank's particles; those of others follow
+      integer :: count = 0
+      type(element_t), allocatable :: list(:)
+      integer, allocatable :: block(:), particle(:), element(:) !< (own)
+      real(wp), allocatable :: span(:, :, :) !< (3, 3, own): of the domain's face, m
+      real(wp), allocatable :: last(:, :)    !< (4, own): pressure and friction of the last step, Pa
+      real(wp) :: longest = 0.0_wp !< edge of a particle, m
+      real(wp), allocatable :: low(:, :), high(:, :) !< (3, fields): bounds of the faces, m
+      real(wp), private :: bin = 1.0_wp              !< edge of the bins, m
+      integer, allocatable, private :: place(:, :)   !< (3, count): bins
+      integer, allocatable, private :: first(:), next(:) !< lists by hash of the bin
+   contains
+      procedure :: gather
+      procedure :: exchange
+      procedure :: mirror
+      procedure :: sort
+      procedure :: near
+      procedure, private :: add
+   end type surface_elements_t
+
+contains
+
+   !> Where particles carry their elements.
+   type(surface_columns_t) function find_columns(table) result(at)
+      type(field_table_t), intent(in) :: table
+      integer :: e
+      do e = 1, most_elements
+         if (table%column(area_name(e)) == 0) exit
+         at%elements = e
+         at%area(e) = table%column(area_name(e))
+         at%arm(e) = table%column(arm_name(e))
+      end do
+   end function find_columns
+
+   !> The elements of this rank's particles, of blocks that have blocks of another field at their place or next
+   !> to it. What pressed them is taken out of their columns.
+   subroutine gather(self, level, at)
+      class(surface_elements_t), intent(inout) :: self
+      type(level_t), intent(inout) :: level
+      type(surface_columns_t), intent(in) :: at
+      integer :: b, e, p
+      self%own = 0
+      self%longest = 0.0_wp
+      if (.not. allocated(self%list)) allocate (self%list(64), self%block(64), self%particle(64), &
+                                                self%element(64), self%span(3, 3, 64), self%last(4, 64))
+      do b = 1, size(level%blocks)
+         if (.not. meets_others(level, level%blocks(b))) cycle
+         associate (particles => level%blocks(b)%particles)
+            do e = 1, at%elements
+               associate (a => at%area(e))
+                  do p = 1, particles%count
+                     if (abs(particles%column(p, a)) + abs(particles%column(p, a + 1)) &
+                         + abs(particles%column(p, a + 2)) > 0.0_wp) call self%add(level, at, b, p, e)
+                  end do
+               end associate
+            end do
+         end associate
+      end do
+      self%count = self%own
+   end subroutine gather
+
+   !> True when another field has a block at the place of a block or next to it.
+   pure logical function meets_others(level, block) result(meets)
+      type(level_t), intent(in) :: level
+      type(block_t), intent(in) :: block
+      integer :: field, n
+      meets = .false.
+      do field = 1, level%grid%fields
+         if (field == block%field) cycle
+         do n = 1, 27
+            meets = level%owner_at(block%place + directions(:, n), field) >= 0
+            if (meets) return
+         end do
+      end do
+   end function meets_others
+
+   !> Append the element of a particle. The force acts at the face of its domain, for that carries the weights:
+   !> along the way to the material's surface, no further than the domain reaches.
+   subroutine add(self, level, at, b, p, e)
+      class(surface_elements_t), intent(inout) :: self
+      type(level_t), intent(inout) :: level
+      type(surface_columns_t), intent(in) :: at
+      integer, intent(in) :: b, p, e !< numbers of the block, the particle and the element
+      real(wp) :: along(3), to_face, to_point, half
+      call make_room(self, self%own + 1)
+      self%own = self%own + 1
+      associate (it => self%list(self%own), layout => level%layout, span => self%span(:, :, self%own), &
+                 column => level%blocks(b)%particles%column)
+         self%block(self%own) = b
+         self%particle(self%own) = p
+         self%element(self%own) = e
+         it%field = level%blocks(b)%field
+         it%mass = column(p, layout%mass)
+         it%velocity = column(p, layout%velocity:layout%velocity + 2)
+         it%edge = column(p, layout%volume)**(1.0_wp/3.0_wp)
+         self%longest = max(self%longest, it%edge)
+         it%area = norm2(column(p, at%area(e):at%area(e) + 2))
+         it%normal = column(p, at%area(e):at%area(e) + 2)/it%area
+         associate (x => column(p, layout%position:layout%position + 2), &
+                    arm => column(p, at%arm(e):at%arm(e) + 2))
+            it%face = x + arm
+            to_face = norm2(arm)
+            along = arm/to_face
+            if (deform(level)) then
+               call find_face(fitted_edges(column(p, :), layout, level%grid%cell), along, level%grid%cell, &
+                              layout%domain > 0, to_face, to_point, span)
+            else
+               half = column(p, layout%half_size)
+               to_point = min(to_face + flattening*half, half/maxval(abs(along)))
+               span = cube_span(half, along, level%grid%cell)
+            end if
+            it%point = x + to_point*along
+         end associate
+         self%last(:, self%own) = 0.0_wp
+         if (at%pressure(e) == 0) return
+         self%last(1, self%own) = column(p, at%pressure(e))
+         column(p, at%pressure(e)) = 0.0_wp
+         if (at%friction(e) == 0) return
+         self%last(2:4, self%own) = column(p, at%friction(e):at%friction(e) + 2)
+         column(p, at%friction(e):at%friction(e) + 2) = 0.0_wp
+      end associate
+   end subroutine add
+
+   !> Room for so many elements.
+   subroutine make_room(self, wanted)
+      type(surface_elements_t), intent(inout) :: self
+      integer, intent(in) :: wanted
+      type(element_t), allocatable :: more(:)
+      integer, allocatable :: numbers(:)
+      real(wp), allocatable :: spans(:, :, :), lasts(:, :)
+      integer :: n
+      n = size(self%list)
+      if (wanted <= n) return
+      allocate (more(2*wanted), spans(3, 3, 2*wanted), lasts(4, 2*wanted))
+      more(:n) = self%list
+      call move_alloc(more, self%list)
+      n = size(self%block)
+      allocate (numbers(2*wanted))
+      numbers(:n) = self%block
+      self%block = numbers
+      numbers(:n) = self%particle
+      self%particle = numbers
+      numbers(:n) = self%element
+      self%element = numbers
+      spans(:, :, :n) = self%span
+      call move_alloc(spans, self%span)
+      lasts(:, :n) = self%last
+      call move_alloc(lasts, self%last)
+   end subroutine make_room
+
+   !> Collective among near ranks: each gets the elements that are within `reach` of the places of its blocks.
+   subroutine exchange(self, communicator, level, reach)
+      class(surface_elements_t), intent(inout) :: self
+      type(communicator_t), intent(in) :: communicator
+      type(level_t), intent(in) :: level
+      real(wp), intent(in) :: reach !< m, less than a block
+      type :: parcel_t
+         type(element_t), allocatable :: list(:)
+      end type parcel_t
+      type(parcel_t) :: parcels(size(level%near_ranks))
+      type(MPI_Request) :: requests(size(level%near_ranks))
+      type(MPI_Message) :: message
+      type(MPI_Status) :: status
+      integer :: came, r
+      associate (ranks => level%near_ranks)
+         do r = 1, size(ranks)
+            parcels(r)%list = pack(self%list(:self%own), is_near(ranks(r)))
+            call MPI_Isend(parcels(r)%list, element_reals*size(parcels(r)%list), MPI_DOUBLE_PRECISION, &
+                           ranks(r), tag, communicator%comm, requests(r))
+         end do
+         do r = 1, size(ranks)
+            call MPI_Mprobe(ranks(r), tag, communicator%comm, message, status)
+            call MPI_Get_count(status, MPI_DOUBLE_PRECISION, came)
+            came = came/element_reals
+            call make_room(self, self%count + came)
+            call MPI_Mrecv(self%list(self%count + 1:self%count + came), element_reals*came, &
+                           MPI_DOUBLE_PRECISION, message, MPI_STATUS_IGNORE)
+            self%count = self%count + came
+         end do
+         call MPI_Waitall(size(ranks), requests, MPI_STATUSES_IGNORE)
+      end associate
+      if (self%count > self%own) &
+         self%longest = max(self%longest, maxval(self%list(self%own + 1:self%count)%edge))
+   contains
+      !> Which own elements a rank is to know of.
+      function is_near(rank)
+         integer, intent(in) :: rank
+         logical :: is_near(self%own)
+         integer :: e, field, last, n
+         logical :: around(27)
+         last = 0
+         do e = 1, self%own
+            associate (block => level%blocks(self%block(e)))
+               if (self%block(e) /= last) then
+                  last = self%block(e)
+                  around = .false.
+                  do n = 1, 27
+                     do field = 1, level%grid%fields
+                        around(n) = around(n) .or. level%owner_at(block%place + directions(:, n), field) == rank
+                     end do
+                  end do
+               end if
+               is_near(e) = .false.
+               do n = 1, 27
+                  if (.not. around(n)) cycle
+                  associate (low => block%origin + (block_size*directions(:, n) - 0.5_wp)*level%grid%cell)
+                     is_near(e) = all(self%list(e)%face > low - reach .and. self%list(e)%face &
+                                      < low + block_size*level%grid%cell + reach)
+                  end associate
+                  if (is_near(e)) exit
+               end do
+            end associate
+         end do
+      end function is_near
+   end subroutine exchange
+
+   !> Add the mirror images of elements near symmetry planes: a surface goes on beyond.
+   subroutine mirror(self, grid, reach)
+      class(surface_elements_t), intent(inout) :: self
+      type(grid_level_t), intent(in) :: grid
+      real(wp), intent(in) :: reach !< from the plane, m
+      real(wp) :: plane
+      integer :: axis, e, side
+      do axis = 1, 3
+         do side = 1, 2
+            if (grid%boundary(side, axis) /= boundary_symmetry) cycle
+            plane = merge(grid%lower(axis), grid%upper(axis), side == 1)
+            do e = 1, self%count
+               if (abs(self%list(e)%face(axis) - plane) > reach) cycle
+               call make_room(self, self%count + 1)
+               self%count = self%count + 1
+               associate (image => self%list(self%count))
+                  image = self%list(e)
+                  image%face(axis) = 2.0_wp*plane - image%face(axis)
+                  image%point(axis) = 2.0_wp*plane - image%point(axis)
+                  image%normal(axis) = -image%normal(axis)
+                  image%velocity(axis) = -image%velocity(axis)
+               end associate
+            end do
+         end do
+      end do
+   end subroutine mirror
+
+   !> Sort the elements into bins of an edge, and find the bounds of each field's.
+   subroutine sort(self, fields, edge)
+      class(surface_elements_t), intent(inout) :: self
+      integer, intent(in) :: fields
+      real(wp), intent(in) :: edge !< m
+      integer :: bucket, e, field
+      self%bin = edge
+      self%low = spread(spread(huge(1.0_wp), 1, 3), 2, fields)
+      self%high = -self%low
+      if (allocated(self%place)) deallocate (self%place, self%next, self%first)
+      allocate (self%place(3, self%count), self%next(self%count), self%first(0:2*self%count), source=0)
+      do e = self%count, 1, -1
+         associate (it => self%list(e))
+            field = nint(it%field)
+            self%low(:, field) = min(self%low(:, field), it%face)
+            self%high(:, field) = max(self%high(:, field), it%face)
+            self%place(:, e) = floor(it%face/edge)
+         end associate
+         bucket = hash(self%place(:, e), size(self%first))
+         self%next(e) = self%first(bucket)
+         self%first(bucket) = e
+      end do
+   end subroutine sort
+
+   !> Numbers of the elements in the bins around a place: all that are within an edge of it, and others.
+   pure subroutine near(self, place, found, numbers)
+      class(surface_elements_t), intent(in) :: self
+      real(wp), intent(in) :: place(3) !< m
+      integer, intent(out) :: found
+      integer, allocatable, intent(inout) :: numbers(:)
+      integer, allocatable :: more(:)
+      integer :: bin(3), e, n
+      found = 0
+      if (.not. allocated(numbers)) allocate (numbers(256))
+      do n = 1, 27
+         bin = floor(place/self%bin) + directions(:, n)
+         e = self%first(hash(bin, size(self%first)))
+         do while (e > 0)
+            if (all(self%place(:, e) == bin)) then
+               if (found == size(numbers)) then
+                  allocate (more(2*found))
+                  more(:found) = numbers
+                  call move_alloc(more, numbers)
+               end if
+               found = found + 1
+               numbers(found) = e
+            end if
+            e = self%next(e)
+         end do
+      end do
+   end subroutine near
+
+   !> Bucket of a bin, from 0.
+   pure integer function hash(bin, buckets)
+      integer, intent(in) :: bin(3), buckets
+      integer(i8), parameter :: primes(3) = [92821_i8, 689287_i8, 283923_i8]
+      hash = int(modulo(ieor(ieor(bin(1)*primes(1), bin(2)*primes(2)), bin(3)*primes(3)), int(buckets, i8)))
+   end function hash
+
+end module m_surface_elements

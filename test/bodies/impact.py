@@ -1,0 +1,122 @@
+"""Bodies that hit each other in free flight: momentum, energy, force and duration of the contact of two equal spheres against
+independent finite elements (test/references/impact), the same on any number of ranks."""
+import csv
+
+from meeting import *
+
+sys.path.insert(0, str(ROOT / "test/references/impact"))
+from sphere import figures
+
+
+def reference(speed):
+    """What the finest finite elements say: peak force (in E R^2), duration (R/c) and restitution."""
+    with open(ROOT / "test/references/impact/sphere.csv", newline="") as file:
+        rows = [{key: float(value) for key, value in row.items()} for row in csv.DictReader(file)]
+    return [row for row in rows if row["speed"] == speed][-1]
+
+
+def head_on(name, cells, speed=0.01, domain="fixed", offset=0.0, apart=0.0, groups=True, law="neo_hookean", ranks=1, per_cell=8, after=1.2):
+    """A quarter of two spheres (R = 1 m, `cells` cells) that fly at each other, each at `speed` (c). The lower one is `offset` (cells)
+    over a node plane, the upper one `apart` (cells) further away."""
+    size, one = 1 / cells, speed * BAR_WAVE
+    gap = 0.3 * size + apart * size
+    low, high = 3 * size + 1 + offset * size, 3 * size + 3 + offset * size + gap
+    way = 0.5 * gap / one
+    end = way + after * 13.0 * (0.01 / speed) ** 0.2 / BAR_WAVE
+    text = f"""&scene title='two spheres', end_time={end!r} /
+&grid lower=0,0,0, upper={numbers(*2 * [(cells + 3) * size], math.ceil((high + 1) * cells + 3) * size)}, cell_size={size!r},
+      boundary='symmetry','free','symmetry','free','free','free' /
+&time domain='{domain}' /
+&material name='m', model='{law}', density={DENSITY}, young={YOUNG}, poisson=0.3 /
+&body material='m', shape='sphere', center=0,0,{low!r}, radius=1, velocity=0,0,{one!r}, particles_per_cell={per_cell} {group(groups and 'a')} /
+&body material='m', shape='sphere', center=0,0,{high!r}, radius=1, velocity=0,0,{-one!r}, particles_per_cell={per_cell} {group(groups and 'b')} /
+&output directory='OUT', history_every=1e-30 /
+"""
+    return Run(name, text, ranks)
+
+
+def rebound(run, speed):
+    """Speed at which the centres part over that at which they came."""
+    last = run.last()
+    upward = [np.average(last["velocity"][last["body"] == body, 2], weights=last["mass"][last["body"] == body]) for body in (1, 2)]
+    return (upward[1] - upward[0]) / (2 * speed * BAR_WAVE)
+
+
+def energy_of(run):
+    rows = run.energy
+    energy = rows["kinetic"] + rows["strain"]
+    return energy / energy[0]
+
+
+def against_reference(name, cells, speed, bound=0.03, **kind):
+    run = head_on(name, cells, speed, **kind)
+    time, force = run.force()
+    exact = reference(speed)
+    peak, duration = figures(time, -4 * force[:, 2])
+    peak, duration = peak / YOUNG / exact["peak_force"], duration * BAR_WAVE / exact["duration"]
+    restitution, energy = rebound(run, speed), energy_of(run)
+    print(f"   {name}: over finite elements: peak force {peak:.4f}, duration {duration:.4f}, restitution {restitution:.4f} "
+          f"({restitution / exact['restitution']:.4f}); energy at the end {energy[-1]:.4f}, highest {energy.max():.5f}", flush=True)
+    check(f"{name}: peak force over that of finite elements, off 1", peak - 1, bound)
+    check(f"{name}: duration over that of finite elements, off 1", duration - 1, bound)
+    check(f"{name}: restitution over that of finite elements, off 1", restitution / exact["restitution"] - 1, bound)
+    check(f"{name}: energy above its start, relative", max(0, energy.max() - 1), 1e-4)
+
+
+def one_field():
+    run = head_on("one_field", 5, 0.02, groups=False)
+    energy = energy_of(run)
+    last = run.last()
+    print(f"   one field: restitution {rebound(run, 0.02):.4f}, energy {energy[-1]:.4f}")
+
+
+def oblique(name, ranks=1, friction=0.3, domain="fixed", radius=4.0, end=1.0, groups=True, arguments=(), checkpoint=""):
+    """A sphere hits a block off its middle, both free and turning to no side of the grid."""
+    speed = 0.05 * BAR_WAVE
+    end *= 40 / BAR_WAVE
+    return Run(name, f"""&scene title='oblique', end_time={end!r} /
+&grid lower=0,0,0, upper=24,22,26, cell_size=1 /
+&time domain='{domain}' /
+&material name='m', model='neo_hookean', density={DENSITY}, young={YOUNG}, poisson=0.3 /
+&body material='m', shape='box', lower=6.2,5.3,4.1, upper=16.2,14.3,10.1, velocity={numbers(0.1 * speed, 0, 0.3 * speed)} {group(groups and 'block')} /
+&body material='m', shape='sphere', center=9.1,8.3,{10.4 + radius!r}, radius={radius!r}, velocity={numbers(0.5 * speed, 0.3 * speed, -speed)}
+      {group(groups and 'ball')} /
+&body_contact friction={friction!r} /
+{checkpoint}&output directory='OUT', every={end / 4!r}, history_every=1e-30 /
+""".replace("&body_contact", "&body_contact" if groups else "! &body_contact"), ranks, arguments)
+
+
+def momentum_kept(run):
+    rows = run.energy
+    for what, unit in (("momentum", 1.0), ("angular_momentum", 8.0)):
+        values = np.stack([rows[f"{what}_{axis}"] for axis in "xyz"], axis=1)
+        scale = unit * math.sqrt(2 * rows["mass"][0] * rows["kinetic"][0])
+        check(f"{run.directory}: change of {what.replace('_', ' ')}, relative", (values - values[0]) / scale,
+              1e-12 if what == "momentum" else 1e-3)
+
+
+def flight():
+    run = oblique("flight")
+    time, force = run.force("block", "ball")
+    require("flight: the bodies meet", abs(force).max() > 0)
+    require("flight: and part", not force[-20:].any())
+    momentum_kept(run)
+    energy = energy_of(run)
+    check("flight: energy above its start", max(0, energy.max() - 1), 1e-4)
+    heat = run.history("contact_block_ball")["friction_heat"]
+    require("flight: friction heat never falls", (np.diff(heat) >= 0).all() and heat[-1] > 0)
+
+
+CASES = {
+    "head_on": lambda: against_reference("R5", 5, 0.02),
+    "flight": flight,
+    "one_field": one_field,
+    "head_on_long": lambda: [against_reference(f"R {cells}, {speed}, {domain}, {offset} {apart}", cells, speed, domain=domain, offset=offset,
+                                               apart=apart)
+                             for cells, speed, domain, offset, apart in (
+                                 (10, 0.02, "fixed", 0, 0), (10, 0.01, "fixed", 0, 0), (10, 0.005, "fixed", 0, 0),
+                                 (10, 0.02, "corners", 0, 0), (10, 0.01, "corners", 0, 0), (10, 0.01, "stretch", 0, 0), (10, 0.01, "fixed", 0.37, 0.61),
+                                 (10, 0.01, "fixed", 0.7, 0.2), (5, 0.02, "fixed", 0, 0))],
+}
+if __name__ == "__main__":
+    main(CASES)

@@ -1,0 +1,74 @@
+"""A block on a deformable base, under gravity that is turned by an angle to the interface: it slides as (tan angle - mu) g cos angle, or
+sticks. And a block that is pushed by another one, and sticks on a base whose surface is no plane of the grid. The cells are 1 m."""
+from meeting import *
+
+FRICTION = 0.3
+
+
+def block_on_base(name, slope, friction=FRICTION, steps=4000, domain="fixed", height=0.3, groups=True, way=0.0, damped=0.0, per_cell=8, ranks=1):
+    """Slope: tangent of the angle. The base stands on a smooth rigid tool, `height` over a node plane, and between symmetry planes at its
+    ends: it may not slide."""
+    young, poisson = 1e9, 0.0
+    angle = math.atan(slope)
+    pull = 2e-4 * young / (DENSITY * 4)
+    end = steps * 0.3 / BAR_WAVE
+    length = 18 + math.ceil(way)
+    return Run(name, f"""&scene title='block on a base', end_time={end!r} /
+&grid lower=0,0,-2, upper={length},8,9, cell_size=1, boundary='symmetry','symmetry','symmetry','free','free','free' /
+&time domain='{domain}' /
+&material name='m', model='elastic', density={DENSITY}, young={young!r}, poisson={poisson!r} /
+&body material='m', shape='box', lower=0,0,{height!r}, upper={length},5,{2 + height!r}, particles_per_cell={per_cell} {group(groups and 'base')} /
+&body material='m', shape='box', lower=3.2,0,{2 + height!r}, upper=9.2,3,{5 + height!r}, particles_per_cell={per_cell} {group(groups and 'block')} /
+&body_contact friction={friction!r} /
+&tool name='floor', shape='flat', radius=60, tip=0,0,{height!r}, axis=0,0,1, times=0, speeds=0, penetration_factor=0.5 /
+&gravity acceleration={pull * math.sin(angle)!r},0,{-pull * math.cos(angle)!r} /
+{f"&damping kind='viscous', coefficient={damped!r} /" if damped else ""}
+&output directory='OUT', every={end / 4!r}, history_every={end / 400!r} /
+""".replace("&body_contact", "&body_contact" if groups else "! &body_contact"), ranks), pull, angle
+
+
+def motion(run, body=2):
+    """Times, place and velocity along the base of the middle of a body."""
+    rows = []
+    for path in sorted(run.directory.glob("particles_*.h5")):
+        one = Particles(path)
+        own = one["body"] == body
+        rows.append((one.time, *(np.average(one[what][own, 0], weights=one["mass"][own]) for what in ("position", "velocity"))))
+    return np.array(rows).T
+
+
+def slides(name, ratios, bounds, steps=2500, **kind):
+    """Acceleration of the mean from a quarter of the time on, over the exact one."""
+    for ratio, bound in zip(ratios, bounds):
+        slope = ratio * FRICTION
+        run, pull, angle = block_on_base(f"{name}_{ratio}", slope, steps=steps, **kind)
+        time, place, speed = motion(run)
+        exact = pull * (math.sin(angle) - FRICTION * math.cos(angle))
+        share = speed[-1] / (exact * time[-1])
+        later = (speed[-1] - speed[1]) / (exact * (time[-1] - time[1]))
+        heat = run.history("contact_base_block")["friction_heat"]
+        work = FRICTION * pull * math.cos(angle) * DENSITY * 54 * (place[-1] - place[0])
+        print(f"   {name}, tan {ratio} mu: acceleration over the exact {share:.4f} from the start, {later:.4f} from a quarter on; way "
+              f"{place[-1] - place[0]:.3f} cells; heat over friction's work {heat[-1] / work:.4f}, falls in "
+              f"{(np.diff(heat) < 0).sum()} of {heat.size} rows", flush=True)
+        check(f"{name}, tan {ratio} mu: acceleration over the exact, off 1", later - 1, bound)
+
+
+def sticks(name, ratio=0.9, steps=4000, **kind):
+    run, pull, angle = block_on_base(name, ratio * FRICTION, steps=steps, damped=0.2 * BAR_WAVE, **kind)
+    time, place, speed = motion(run)
+    creep = (place[-1] - place[2]) / (time[-1] - time[2]) * (1000 * 0.3 / BAR_WAVE)
+    print(f"   {name}: creep {creep:.2e} cells in 1000 steps")
+    check(f"{name}: creep at {ratio} mu, cells in 1000 steps", creep, 1e-4)
+
+
+CASES = {
+    "slides": lambda: slides("fixed", (2.0,), (0.02,), steps=1200),
+    "sticks": lambda: sticks("sticks", steps=1200),
+    "slides_long": lambda: [slides(f"{domain} {height}", (1.2, 1.5, 2.0, 3.0, 5.0), (0.05, 0.02, 0.01, 0.01, 0.01), domain=domain, height=height,
+                                   way=14) for domain, height in (("fixed", 0.3), ("corners", 0.3), ("fixed", 0.0))],
+    "sticks_long": lambda: [sticks(f"{domain}, {height} of a cell, {per_cell} a cell", domain=domain, height=height, per_cell=per_cell)
+                            for domain in ("fixed", "corners", "stretch") for height in (0.0, 0.3, 0.71) for per_cell in (8, 1)],
+}
+if __name__ == "__main__":
+    main(CASES)
