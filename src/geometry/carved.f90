@@ -24,6 +24,7 @@ module m_carved
       procedure :: is_searched
       procedure :: inside
       procedure :: volume
+      procedure :: knows_volume
       procedure :: centre
       procedure :: lattice_origin
       procedure :: fills_by_share
@@ -145,6 +146,11 @@ contains
       class(carved_t), intent(in) :: self
       volume = self%whole%volume()
    end function volume
+
+   pure logical function knows_volume(self)
+      class(carved_t), intent(in) :: self
+      knows_volume = .false.
+   end function knows_volume
 
    pure function centre(self)
       class(carved_t), intent(in) :: self

@@ -39,6 +39,7 @@ module m_file_shape
       procedure :: most_distance
       procedure :: is_searched
       procedure :: bounding_box
+      procedure :: reach
       procedure :: volume
       procedure :: lattice_origin
       procedure :: fills_by_share
@@ -223,6 +224,21 @@ contains
       lower = self%inside_of%lower
       upper = self%inside_of%upper
    end subroutine bounding_box
+
+   !> Of its corners: no place of a triangle is further away.
+   pure real(wp) function reach(self, place, axis)
+      class(file_shape_t), intent(in) :: self
+      real(wp), intent(in) :: place(3)
+      real(wp), intent(in), optional :: axis(3)
+      real(wp) :: way(3)
+      integer :: c
+      reach = 0.0_wp
+      do c = 1, size(self%inside_of%triangles%corner, 2)
+         way = self%inside_of%triangles%corner(:, c) - place
+         if (present(axis)) way = way - dot_product(way, axis)*axis
+         reach = max(reach, norm2(way))
+      end do
+   end function reach
 
    pure real(wp) function volume(self)
       class(file_shape_t), intent(in) :: self

@@ -30,6 +30,7 @@ module m_shape
       procedure :: is_searched
       procedure :: inside
       procedure :: volume
+      procedure :: knows_volume
       procedure :: centre
       procedure :: lattice_origin
       procedure :: is_lattice
@@ -161,6 +162,12 @@ contains
       call self%bounding_box(lower, upper)
       volume = product(upper - lower)
    end function volume
+
+   !> False where `volume` is only a bound.
+   pure logical function knows_volume(self)
+      class(shape_t), intent(in) :: self
+      knows_volume = .true.
+   end function knows_volume
 
    !> Centre of a body (m), about which it spins.
    pure function centre(self)

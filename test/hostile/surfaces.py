@@ -92,7 +92,7 @@ CASES = { # name: (content, what the sentence has, what else the tool has)
     "one row": (b"1 2 3\n", "holds 3 by 1 heights; allowed: at least 2 by 2", "spacing=0.1,0.1, "),
     "changed": (binary, "has been changed: its checksum is ", "checksum='0123456789ABCDEF', "),
 }
-GOOD = {"binary": (binary, ""), "text": (ascii_.encode(), ""), "obj": (waves.encode(), ""), "scaled": (binary, "scale=0.5, rotation=10,0,90, "),
+GOOD = {"binary": (binary, ""), "text": (ascii_.encode(), ""), "obj": (waves.encode(), ""), "scaled": (binary, "scale=0.5, rotation=0,0,90, "),
         "heights": (heights.encode(), "spacing=0.05,0.05, scale=0.1, rotation=180,0,0, ")}
 os.mkdir("scenes")
 names, wanted = [], {}
