@@ -116,6 +116,16 @@ def die(entry, exit, outer, angle, land, facet):
     return revolve(profile, max(16, round(2 * math.pi * exit / facet)))
 
 
+def prism(outline, low, high):
+    """Triangles of an outline (points (x, y), counter-clockwise, all seen from (0, 0)) from z = low to z = high: wheels
+    with teeth, cams, stars."""
+    found = []
+    for (x, y), (u, v) in zip(outline, [*outline[1:], outline[0]]):
+        found += [[(0, 0, low), (u, v, low), (x, y, low)], [(0, 0, high), (x, y, high), (u, v, high)],
+                  [(x, y, low), (u, v, low), (u, v, high)], [(x, y, low), (u, v, high), (x, y, high)]]
+    return np.array(found, dtype=float)
+
+
 def write(path, triangles):
     """By the name: .obj, .txt.stl (STL as text), else binary STL."""
     path = str(path)
