@@ -89,7 +89,13 @@ def read_surface(path, scale, rotation, spacing):
     except OSError as error:
         raise Unreadable(f"{path}: {error.strerror}") from error
     if spacing is not None:
-        height = np.loadtxt(path, ndmin=2)
+        if data[:4] == b"\x89HDF":
+            import h5py
+
+            with h5py.File(path, "r") as file:
+                height = file["height"][:]
+        else:
+            height = np.loadtxt(path, ndmin=2)
         top = np.unravel_index(height.argmax(), height.shape)
         y, x = (np.arange(n) - t for n, t in zip(height.shape, top))
         x, y = np.meshgrid(x * spacing[0], y * spacing[1])

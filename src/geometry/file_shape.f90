@@ -1,5 +1,7 @@
 !> A shape from a file: a closed surface of triangles (STL, OBJ), or heights on a grid.
 module m_file_shape
+   use, intrinsic :: ieee_arithmetic, only: ieee_is_finite
+   use mpi_f08
    use m_kinds, only: wp
    use m_constants, only: pi
    use m_checksum, only: text_checksum
@@ -12,6 +14,7 @@ module m_file_shape
    use m_triangles, only: triangles_t, weld
    use m_surface_text, only: read_triangles, read_heights, is_heights
    use m_height_field, only: close_heights
+   use m_height_file, only: is_hdf5, read_height_file
    use m_closed_surface, only: closed_surface_t
    implicit none
    private
@@ -72,6 +75,7 @@ contains
       character(len=:), allocatable :: bytes, digits
       real(wp), allocatable :: place(:, :)
       integer, allocatable :: of(:, :)
+      real(wp), allocatable :: height(:, :)
       type(triangles_t) :: triangles
       fault = ''
       bytes = ''
@@ -85,7 +89,12 @@ contains
          return
       end if
       self%checksum = digits
-      call find_corners(bytes, self%spacing, place, of, fault)
+      if (is_hdf5(bytes)) then
+         call share_heights(communicator, self%file, height, fault)
+         if (fault == '') call close_up_heights(height, self%spacing, place, of, fault)
+      else
+         call find_corners(bytes, self%spacing, place, of, fault)
+      end if
       if (fault /= '') return
       deallocate (bytes)
       call weld(place, of)
@@ -105,7 +114,7 @@ contains
       logical :: good
       bytes = ''
       if (is_directory(path)) then
-         fault = 'is a directory; allowed: an STL or OBJ file, or heights as text'
+         fault = 'is a directory; allowed: an STL or OBJ file, or heights'
          return
       end if
       call read_file(path, most_bytes, bytes, good)
@@ -144,8 +153,34 @@ contains
          return
       end if
       call read_heights(bytes, height, fault)
+      if (fault == '') call close_up_heights(height, spacing, place, of, fault)
+   end subroutine find_corners
+
+   !> Collective: heights that rank 0 reads from an HDF5 file.
+   subroutine share_heights(communicator, path, height, fault)
+      type(communicator_t), intent(in) :: communicator
+      character(len=*), intent(in) :: path
+      real(wp), allocatable, intent(out) :: height(:, :)
+      character(len=:), allocatable, intent(inout) :: fault
+      integer :: extent(2)
+      if (communicator%is_root()) call read_height_file(path, height, fault)
+      call communicator%broadcast_text(fault, 0)
       if (fault /= '') return
-      if (.not. all(spacing > 0.0_wp)) then
+      if (communicator%is_root()) extent = shape(height)
+      call MPI_Bcast(extent, 2, MPI_INTEGER, 0, communicator%comm)
+      if (.not. communicator%is_root()) allocate (height(extent(1), extent(2)))
+      call MPI_Bcast(height, size(height), MPI_DOUBLE_PRECISION, 0, communicator%comm)
+   end subroutine share_heights
+
+   !> Corners and triangles of heights, which must be finite and have distances.
+   subroutine close_up_heights(height, spacing, place, of, fault)
+      real(wp), intent(in) :: height(:, :), spacing(2)
+      real(wp), allocatable, intent(out) :: place(:, :)
+      integer, allocatable, intent(out) :: of(:, :)
+      character(len=:), allocatable, intent(inout) :: fault
+      if (.not. all(ieee_is_finite(height))) then
+         fault = 'holds heights that are not finite numbers'
+      else if (.not. all(spacing > 0.0_wp)) then
          fault = 'holds heights; spacing must be given with them, along x and y in m'
       else if (any(shape(height) < 2)) then
          fault = 'holds '//to_text(size(height, 1))//' by '//to_text(size(height, 2))// &
@@ -153,7 +188,7 @@ contains
       else
          call close_heights(height, spacing, place, of)
       end if
-   end subroutine find_corners
+   end subroutine close_up_heights
 
    !> Corners of the file where they are in the scene: scaled (heights upwards alone), turned about x, then y,
    !> then z, and moved.

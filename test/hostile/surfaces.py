@@ -6,6 +6,7 @@ import subprocess
 import sys
 from pathlib import Path
 
+import h5py
 import numpy as np
 
 ROOT = Path(__file__).resolve().parents[2]
@@ -75,7 +76,8 @@ CASES = { # name: (content, what the sentence has, what else the tool has)
     "too long": (binary + b"x", "says it has ", ""),
     "a header alone": (binary[:50], "is no STL (binary or text) and no OBJ file", ""),
     "empty": (b"", "is empty", ""),
-    "another format": (b"\x89HDF\r\n\x1a\n" + bytes(200), "is no STL (binary or text) and no OBJ file", ""),
+    "another format": (b"\x89PNG\r\n\x1a\n" + bytes(200), "says it has ", ""),
+    "a damaged HDF5 file": (b"\x89HDF\r\n\x1a\n" + bytes(200), "is an HDF5 file without", "spacing=1,1, "),
     "prose": (b"these are no triangles\n" * 20, "is no STL (binary or text) and no OBJ file", ""),
     "text without its end": (ascii_[:len(ascii_)//2].encode(), "", ""),
     "text with a word for a number": (ascii_.replace("vertex 0 0 0", "vertex 0 zero 0", 1).encode(), "must have three numbers", ""),
@@ -94,6 +96,16 @@ CASES = { # name: (content, what the sentence has, what else the tool has)
 }
 GOOD = {"binary": (binary, ""), "text": (ascii_.encode(), ""), "obj": (waves.encode(), ""), "scaled": (binary, "scale=0.5, rotation=0,0,90, "),
         "heights": (heights.encode(), "spacing=0.05,0.05, scale=0.1, rotation=180,0,0, ")}
+for name, content in (("h5", np.array([[0, 1, 0], [1, 2, 1], [0, 1, 0]])), ("h5 of one row", np.array([1, 2, 3])),
+                      ("h5 with NaN", np.array([[0, 1], [float("nan"), 2]])), ("h5 without heights", None)):
+    with h5py.File("made.h5", "w") as file:
+        if content is not None:
+            file["height"] = content
+    made = Path("made.h5").read_bytes()
+    if name == "h5":
+        GOOD[name] = (made, GOOD["heights"][1])
+    else:
+        CASES[name] = (made, "that are not finite" if "NaN" in name else "is an HDF5 file without", "spacing=0.1,0.1, ")
 os.mkdir("scenes")
 names, wanted = [], {}
 for cases, status in ((CASES, 2), (GOOD, 0)):
