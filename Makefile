@@ -310,11 +310,13 @@ map:
 	@$(mpi) $(python) test/stability/stability_map.py $(build)/map $(build)/test/stability/map --ranks $(RANKS) \
 	   --guarded $(build)/test/stability/guard_planted
 
-## plots       RUN=directory: draw load_depth.png, section.png, energy.png from what a run wrote there
+## plots       RUN=directory: draw load_depth.png, section.png, energy.png from what a run wrote there; tools.xdmf: its tools for
+##             ParaView
 plots:
 	@[ -n "$(RUN)" ] || { echo "Say which run: make plots RUN=out/cone"; exit 1; }
 	@$(MAKE) --no-print-directory venv
 	@$(python) post/plots.py $(PLOT_OPTIONS) "$(RUN)"
+	@[ ! -f "$(RUN)/particles.hdf.series" ] || $(python) post/tool_surface.py "$(RUN)"
 
 ## hardness    RUN=directory: hardness, modulus, pile-up of an indentation (doc/user/hardness.md); TOOL=name, OPTIONS="--beta 1.034"
 hardness:
@@ -344,6 +346,7 @@ error_bar:
 paraview:
 	@[ -n "$(RUN)" ] || { echo "Say which run: make paraview RUN=out/cone"; exit 1; }
 	@command -v pvpython > /dev/null || { echo "ParaView is not there: apt-get install paraview python3-paraview"; exit 1; }
+	@[ ! -x $(venv)/bin/python ] || $(python) post/tool_surface.py "$(RUN)"
 	@$$([ "$$DISPLAY" ] || ! command -v xvfb-run > /dev/null || echo xvfb-run -a) pvpython post/paraview_scene.py $(PARAVIEW_OPTIONS) "$(RUN)"
 	@[ -z "$$DISPLAY" ] || ! command -v paraview > /dev/null || paraview "$(RUN)/paraview.pvsm"
 

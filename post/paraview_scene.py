@@ -10,7 +10,8 @@ paraview.png    its picture at the last snapshot, drawn without a window (on a m
    --no-picture   the state alone, which needs no display
 
 A particle is the parallelepiped of its `domain`, or the box of its `half_size`. The stress is the recovered one where the run has
-it. Tools without an end are drawn as far as half the size of the body; all are cut at symmetry sides. Exit status 2, and one
+it. Tools without an end are drawn as far as half the size of the body; all are cut at symmetry sides. Pyramids and tools from files
+are shown from tools.xdmf (post/tool_surface.py), whole. Exit status 2, and one
 sentence, if the run is not one that can be drawn.
 """
 import argparse
@@ -160,6 +161,7 @@ class Scene:
         self.view.Background = [1.0, 1.0, 1.0]
         self.view.OrientationAxesLabelColor = [0.0, 0.0, 0.0]
         self.draw_particles()
+        self.others = None
         reach = 0.5 * (self.bounds[:, 1] - self.bounds[:, 0]).max()
         self.tools = {tool["name"][0]: self.draw_tool(tool, reach) for tool in run.case.get("tool", [])}
         self.levels = self.draw_levels()
@@ -198,8 +200,11 @@ class Scene:
         name = tool["name"][0]
         path = (self.run.directory / f"tool_{name}.dat").resolve()
         made = surface(tool, reach)
+        if made is None and (self.run.directory / "tools.xdmf").is_file():
+            return self.draw_other_tools()
         if made is None or not path.is_file() or History(path).rows == 0:
-            why = f"shape {tool['shape'][0]!r} is not known here" if made is None else f"there is no {path.name} with a row"
+            why = (f"there is no {path.name} with a row" if made is not None else
+                   f"for shape {tool['shape'][0]!r} post/tool_surface.py must have written tools.xdmf")
             print(f"the tool {name} is not drawn: {why}", file=sys.stderr)
             return None
         profile, ways, shifts = (array.tolist() for array in made)
@@ -220,6 +225,17 @@ class Scene:
         shown.Opacity = 0.5
         shown.Position = (-2e-4 * reach * unit_axis(tool)).tolist()  # on the screen just above the faces that it presses
         return drawn
+
+    def draw_other_tools(self):
+        """All tools as triangles, as post/tool_surface.py has written them for each snapshot; once."""
+        if self.others is None:
+            self.others = simple.OpenDataFile(str(self.run.directory.resolve() / "tools.xdmf"))
+            simple.RenameSource("tools", self.others)
+            shown = simple.Show(self.others, self.view)
+            simple.ColorBy(shown, None)
+            shown.DiffuseColor = shown.AmbientColor = [0.55, 0.57, 0.6]
+            shown.Opacity = 0.5
+        return self.others
 
     def draw_levels(self):
         path = self.run.directory.resolve() / "levels.xdmf"

@@ -25,9 +25,10 @@ import matplotlib
 matplotlib.use("Agg")
 import matplotlib.pyplot as plt
 import numpy as np
-from matplotlib.collections import PolyCollection
+from matplotlib.collections import LineCollection, PolyCollection
 
 import indentation
+import tool_surface
 from run_data import History, Particles, Unreadable, carried, read_namelists
 
 plt.rcParams.update({
@@ -254,6 +255,7 @@ class Section:
         ax.add_collection(drawn)
         edges = draw_levels(ax, self.particles, self.point, (across, up, normal), self.views[0], factor)
         draw_tools(self.run, ax, self.particles.time, across, up, factor)
+        draw_cut_tools(self.run, ax, self.particles.time, (across, up, normal), self.point[normal], factor)
         ax.set(xlim=np.array(view[:2]) / factor, ylim=np.array(view[2:]) / factor, aspect="equal",
                xlabel=f"{'xyz'[across]} [{self.unit}]", ylabel=f"{'xyz'[up]} [{self.unit}]")
         ax.grid(False)
@@ -369,6 +371,19 @@ def draw_tools(run, ax, time, across, up, factor):
             if history is not None and history.rows > 0:
                 places = where(tool, history, time, places)
             ax.plot(places[:, across] / factor, places[:, up] / factor, color="0.25", linewidth=1.0)
+
+
+def draw_cut_tools(run, ax, time, axes, plane, factor):
+    """Tools of which no profile is known in the section: where the plane cuts their triangles."""
+    across, up, normal = axes
+    for tool in run.tools:
+        known = indentation.tool_outline(tool, 1.0) is not None
+        if known and abs(indentation.unit_axis(tool)[up]) >= 0.999:
+            continue
+        for _, axis, found, history in tool_surface.tools_of(run.directory, {"tool": [tool]}, tool_surface.reach_of(run.case)):
+            there = carried(history, axis, time, found.reshape(-1, 3)).reshape(-1, 3, 3)
+            lines = tool_surface.section(there, normal, plane)[:, :, [across, up]] / factor
+            ax.add_collection(LineCollection(lines, colors="0.25", linewidths=1.0), autolim=False)
 
 
 # ---- energies -------------------------------------------------------------------------------------------------------------------

@@ -10,6 +10,7 @@ module m_effect
    use m_grid_level, only: grid_level_t
    use m_level, only: level_t
    use m_materials, only: materials_t
+   use m_shape, only: shape_t
    use m_offer, only: offer_t
    use m_particle_store, only: particle_store_t
    use m_stencil, only: frame_t
@@ -39,6 +40,7 @@ module m_effect
       procedure :: declare
       procedure :: prepare
       procedure :: initialise
+      procedure :: cover
       procedure :: verify
       procedure :: wave_factor
       procedure :: longest_step
@@ -97,6 +99,18 @@ contains
       type(layout_t), intent(in) :: layout
       type(grid_level_t), intent(in) :: grid
    end subroutine initialise
+
+   !> What it takes from the shape of a body that has just been filled in a block.
+   subroutine cover(self, particles, first, shape, cells, layout, grid)
+      class(effect_t), intent(in) :: self
+      type(particle_store_t), intent(inout) :: particles
+      integer, intent(in) :: first !< of the body's particles, which are the last ones
+      class(shape_t), intent(in) :: shape
+      real(wp), intent(in) :: cells(:, :) !< (4, the body's particles): middle and half edge of the places in
+                                          !< the lattice that they have been made for, m
+      type(layout_t), intent(in) :: layout
+      type(grid_level_t), intent(in) :: grid
+   end subroutine cover
 
    !> Collective: refuse a model that the effect cannot act on as its group says, when all bodies are filled.
    subroutine verify(self, communicator, levels, tools, error)

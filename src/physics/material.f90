@@ -13,6 +13,7 @@ module m_material
    contains
       procedure :: declare
       procedure :: initial
+      procedure :: begin_stressed
       procedure :: is_at_rest
       procedure :: plastic_energy
       procedure :: equivalent_plastic_strain
@@ -92,6 +93,16 @@ contains
       type(layout_t), intent(in) :: layout
       integer, intent(in) :: first, last
    end subroutine initial
+
+   !> Give the law's own fields the values with which the new particles first..last bear the stress that they
+   !> begin with; after `initial`. A law that goes on from the stress itself needs none.
+   pure subroutine begin_stressed(self, stress, column, layout, first, last)
+      class(material_t), intent(in) :: self
+      real(wp), intent(in) :: stress(6) !< xx yy zz yz xz xy, Pa; that of the particles already
+      real(wp), intent(inout), contiguous :: column(:, :)
+      type(layout_t), intent(in) :: layout
+      integer, intent(in) :: first, last
+   end subroutine begin_stressed
 
    !> True when particles first..last (all of this material) stay as they are, to the bit, as long as they do
    !> not move; they bear no stress. A law with fields that go on by themselves says until when.

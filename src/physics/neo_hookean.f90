@@ -11,6 +11,7 @@ module m_neo_hookean
    contains
       procedure :: declare
       procedure :: initial
+      procedure :: begin_stressed
       procedure :: update
       procedure :: strain_energy
       procedure :: stretch
@@ -40,6 +41,59 @@ contains
       integer, intent(in) :: first, last
       column(first:last, layout%deformation:layout%deformation + 8:4) = 1.0_wp
    end subroutine initial
+
+   !> J = 1 + p/K; b = J^(5/3)/mu dev sigma + m I with the m that makes det b = J^2; F is the lower triangle of
+   !> its Cholesky factors (theory.md, eq. first-stress).
+   pure subroutine begin_stressed(self, stress, column, layout, first, last)
+      class(neo_hookean_t), intent(in) :: self
+      real(wp), intent(in) :: stress(6)
+      real(wp), intent(inout), contiguous :: column(:, :)
+      type(layout_t), intent(in) :: layout
+      integer, intent(in) :: first, last
+      real(wp) :: b(3, 3), deviator(3, 3), f(3, 3), jacobian, lowest, m, change
+      integer :: i, k
+      deviator = reshape([stress(1), stress(6), stress(5), stress(6), stress(2), stress(4), stress(5), &
+                          stress(4), stress(3)], [3, 3])
+      associate (p => sum(stress(1:3))/3.0_wp)
+         jacobian = 1.0_wp + p/(self%lame + 2.0_wp*self%shear/3.0_wp)
+         do i = 1, 3
+            deviator(i, i) = deviator(i, i) - p
+         end do
+      end associate
+      if (.not. jacobian > 0.0_wp) return ! no deformation has that stress
+      deviator = jacobian**(5.0_wp/3.0_wp)/self%shear*deviator
+      ! det(m I + D) rises from where m is large enough for a positive b: Newton's steps come from above
+      lowest = 0.0_wp
+      do i = 1, 3
+         lowest = max(lowest, sum(abs(deviator(:, i))))
+      end do
+      m = lowest + jacobian**(2.0_wp/3.0_wp)
+      do k = 1, 100
+         b = deviator
+         do i = 1, 3
+            b(i, i) = b(i, i) + m
+         end do
+         change = (determinant(b(1, 1), b(2, 1), b(3, 1), b(1, 2), b(2, 2), b(3, 2), b(1, 3), b(2, 3), b(3, 3)) &
+                   - jacobian**2)/minors(b)
+         m = m - change
+         if (abs(change) <= 4.0_wp*epsilon(m)*m) exit
+      end do
+      f = 0.0_wp
+      do k = 1, 3
+         f(k, k) = sqrt(max(b(k, k) - sum(f(k, :k - 1)**2), 0.0_wp))
+         do i = k + 1, 3
+            f(i, k) = (b(i, k) - sum(f(i, :k - 1)*f(k, :k - 1)))/max(f(k, k), tiny(m))
+         end do
+      end do
+      column(first:last, layout%deformation:layout%deformation + 8) = spread(reshape(f, [9]), 1, &
+                                                                             last - first + 1)
+   contains
+      !> Sum of the principal minors: how the determinant grows with what is added to the diagonal.
+      pure real(wp) function minors(b)
+         real(wp), intent(in) :: b(3, 3)
+         minors = b(1, 1)*b(2, 2) - b(1, 2)**2 + b(2, 2)*b(3, 3) - b(2, 3)**2 + b(1, 1)*b(3, 3) - b(1, 3)**2
+      end function minors
+   end subroutine begin_stressed
 
    !> F <- (I + dt L) F; sigma = mu J^(-5/3) dev b + K (J - 1) I.
    pure subroutine update(self, column, layout, gradient, time_step, first, last)
