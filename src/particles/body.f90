@@ -131,7 +131,7 @@ contains
                root%x = lattice%anchor + (real([i, j, k], wp) + 0.5_wp)*lattice%spacing
                ! a symmetry plane cuts it
                if (any(root%x < levels(1)%grid%lower) .or. any(root%x > levels(1)%grid%upper)) cycle
-               if (.not. may_hold_any(spec, root%x, root%half)) cycle
+               if (.not. may_hold_any(spec, root%x, root%half, size(levels) > 1)) cycle
                root%id = 1 + (i - lattice%first(1)) + extent(1)*((j - lattice%first(2)) &
                      + extent(2)*(k - lattice%first(3)))
                call settle_down(levels, 1, l, place, spec, root, births)
@@ -175,11 +175,12 @@ contains
       end if
    end subroutine settle_down
 
-   !> False of a place in the lattice that has no particle of a body.
-   pure logical function may_hold_any(spec, middle, half)
+   !> False of a place in the lattice that has no particle of a body, and no part of one where it may be split.
+   pure logical function may_hold_any(spec, middle, half, splits)
       type(body_spec_t), intent(in) :: spec
       real(wp), intent(in) :: middle(3), half !< m
-      if (spec%fill == fill_share) then
+      logical, intent(in) :: splits
+      if (spec%fill == fill_share .or. splits) then
          may_hold_any = may_reach(spec%shape, middle, half)
       else
          may_hold_any = spec%shape%inside(middle)
@@ -198,7 +199,10 @@ contains
       birth%cell = birth%x
       birth%volume = (2.0_wp*birth%half)**3
       birth%halves = birth%half
-      if (spec%fill /= fill_share) return
+      if (spec%fill /= fill_share) then
+         if (.not. spec%shape%inside(birth%x)) birth%volume = 0.0_wp
+         return
+      end if
       call cells_of_particle(spec%shape, birth%x, birth%half, cells, count)
       do n = 1, count
          call find_part(spec%shape, cells(:, n), birth%half, part)
@@ -272,18 +276,14 @@ contains
       lattice%last = ceiling((upper - lattice%anchor)/lattice%spacing - 1.0e-6_wp, i8) - 1
    end function body_lattice
 
-   !> True when a body has a particle, or parts of one, at the place of its lattice that a place lies in.
-   pure logical function holds_place(spec, cell, place)
+   !> True when a body has a particle at a place of its lattice.
+   pure logical function holds_place(spec, cell, middle, half)
       type(body_spec_t), intent(in) :: spec
-      real(wp), intent(in) :: cell     !< of the coarsest level, m
-      real(wp), intent(in) :: place(3) !< m
-      type(lattice_t) :: lattice
+      real(wp), intent(in) :: cell            !< of the particle's level, m
+      real(wp), intent(in) :: middle(3), half !< of the place, m
       type(birth_t) :: birth
-      lattice = body_lattice(spec, cell)
-      birth%x = lattice%anchor + (floor((place - lattice%anchor)/lattice%spacing) + 0.5_wp)*lattice%spacing
-      birth%half = 0.5_wp*lattice%spacing
-      holds_place = may_hold_any(spec, birth%x, birth%half)
-      if (.not. holds_place .or. spec%fill /= fill_share) return
+      birth%x = middle
+      birth%half = half
       call find_shape(spec, cell, birth)
       holds_place = birth%volume > 0.0_wp
    end function holds_place

@@ -130,8 +130,9 @@ def flight(friction=0.3, domain="fixed", radius=4.0):
     check("flight: energy above its start", max(0, energy.max() - 1), 1e-4)
     if friction > 0:
         heat = run.history("contact_block_ball")["friction_heat"]
-        falls = -np.minimum(np.diff(heat), 0).sum() / heat[-1]
-        check("flight: friction heat that is taken back, over all", falls, 0.1)
+        lost = (energy[0] - energy[-1]) * run.energy["kinetic"][0]
+        print(f"   friction heat {heat[-1]:.3g} J of {lost:.3g} J lost; {-np.minimum(np.diff(heat), 0).sum():.3g} J of it taken back in between")
+        require("flight: friction takes energy, no more than is lost", 0 < heat[-1] < lost)
 
 
 CASES = {

@@ -29,10 +29,10 @@ def stack(name, heights, domain="fixed", offset=0.0, wide=1, steps=3000):
     check(f"{name}: loads over weights, off 1", np.array(shares) - 1, 1e-5)
 
 
-def tool_on_two(name, domain="fixed"):
+def tool_on_two(name, domain="fixed", steps=6000):
     """A rigid flat tool presses two blocks side by side, one twice as stiff, free to slide on each other, each confined: each carries its
     own uniaxial stress, E ln(1 - strain)."""
-    end, pressed = 6000 * 0.2 / BAR_WAVE, 0.1
+    end, pressed = steps * 0.2 / BAR_WAVE, 0.1
     speed, swing = pressed / (0.4 * end), math.pi * BAR_WAVE / 8
     run = Run(name, f"""&scene title='a tool on two bodies', end_time={end!r} /
 &grid lower=0,0,0, upper=5,2,7, cell_size=1, boundary='symmetry','symmetry','symmetry','symmetry','symmetry','free' /
@@ -85,7 +85,7 @@ CASES = {
     "stack_long": lambda: [stack(f"stack_{heights}_{domain}_{offset}", heights, domain, offset)
                            for heights in ((4.0, 3.0, 2.0), (3.0, 1.0, 1.0, 2.0), (3.0, 0.5, 0.5, 2.0)) for domain in ("fixed", "corners")
                            for offset in (0.0, 0.3)],
-    "tool_on_two": lambda: tool_on_two("tool_on_two"),
+    "tool_on_two": lambda: tool_on_two("tool_on_two", steps=3000),
     "tool_on_two_corners": lambda: tool_on_two("tool_on_two_corners", "corners"),
     "over_a_joint": lambda: over_a_joint("over_a_joint", steps=1500),
     "over_a_joint_long": lambda: [over_a_joint(f"over_a_joint_{domain}_{height}", domain, height=height) for domain in ("fixed", "corners")

@@ -123,7 +123,7 @@ CASES = {
         [slides_turned(f"slide_{angle}_{ratio}", angle, ratio, bound) for angle in (0.0, 0.35)
          for ratio, bound in ((1.2, 0.05), (1.5, 0.02), (2.0, 0.01), (3.0, 0.01))]),
     "slides": lambda: slides("fixed", (2.0,), (0.02,), steps=500),
-    "sticks": lambda: sticks("sticks", steps=1200),
+    "sticks": lambda: sticks("sticks", steps=800),
     "slides_long": lambda: [slides(f"{domain} {height}", (1.2, 1.5, 2.0, 3.0, 5.0), (0.05, 0.02, 0.01, 0.01, 0.01), domain=domain, height=height,
                                    way=14) for domain, height in (("fixed", 0.3), ("corners", 0.3), ("fixed", 0.0))],
     "sticks_long": lambda: [sticks(f"{domain}, {height} of a cell, {per_cell} a cell", domain=domain, height=height, per_cell=per_cell)
