@@ -10,7 +10,7 @@ module m_surface
    use m_field_table, only: field_table_t, layout_t
    use m_particle_store, only: particle_store_t
    use m_body, only: holds_place
-   use m_materials, only: materials_t
+   use m_shape, only: shape_t
    use m_carried_face, only: carry_faces
    use m_effect, only: effect_t, hooks_t
    implicit none
@@ -27,13 +27,11 @@ module m_surface
       type(body_spec_t), allocatable :: bodies(:)
       integer :: elements = most_elements !< that a particle may have
       integer, allocatable :: area(:), arm(:) !< (elements): first columns, m2 and m
-      real(wp) :: coarsest = 0.0_wp !< cell size of the coarsest level, m
    contains
       procedure :: variables
       procedure :: hooks
       procedure :: declare
-      procedure :: prepare
-      procedure :: initialise
+      procedure :: cover
       procedure :: on_stress
       procedure, private :: elements_of
    end type surface_t
@@ -93,41 +91,37 @@ contains
       end do
    end subroutine declare
 
-   subroutine prepare(self, grid, materials)
-      class(surface_t), intent(inout) :: self
-      type(grid_level_t), intent(in) :: grid
-      type(materials_t), intent(in) :: materials
-      self%coarsest = grid%cell
-   end subroutine prepare
-
-   !> Elements of the particles of a block that has just been filled.
-   subroutine initialise(self, particles, table, layout, grid)
+   !> Elements of the particles of a body that have just been put into a block.
+   subroutine cover(self, particles, first, shape, cells, layout, grid)
       class(surface_t), intent(in) :: self
       type(particle_store_t), intent(inout) :: particles
-      type(field_table_t), intent(in) :: table
+      integer, intent(in) :: first
+      class(shape_t), intent(in) :: shape
+      real(wp), intent(in) :: cells(:, :)
       type(layout_t), intent(in) :: layout
       type(grid_level_t), intent(in) :: grid
       real(wp) :: area(3, most_elements), arm(3, most_elements)
       integer :: e, found, p
-      do p = 1, particles%count
-         associate (column => particles%column, x => layout%position)
-            call self%elements_of(int(particles%body(p)), column(p, x:x + 2), &
-                                  column(p, layout%volume)**(1.0_wp/3.0_wp), grid, found, area, arm)
+      do p = first, particles%count
+         associate (column => particles%column, x => layout%position, cell => cells(:, p - first + 1))
+            call self%elements_of(int(particles%body(p)), column(p, x:x + 2), cell(1:3), 2.0_wp*cell(4), grid, &
+                                  found, area, arm)
             do e = 1, min(found, self%elements)
                column(p, self%area(e):self%area(e) + 2) = area(:, e)
                column(p, self%arm(e):self%arm(e) + 2) = arm(:, e)
             end do
          end associate
       end do
-   end subroutine initialise
+   end subroutine cover
 
-   !> The elements of a particle, a cube at the start: where it has no neighbour of its contact group on a
+   !> The elements of a particle, by its place in the lattice: where it has no neighbour of its contact group on a
    !> side, the side's area as the shape's surface has it there, and the way along the surface's normal to it.
    !> Sides where the surface hardly bends share one: a body that is filled by a lattice has no staircase.
-   subroutine elements_of(self, body, place, edge, grid, found, area, arm)
+   subroutine elements_of(self, body, centre, place, edge, grid, found, area, arm)
       class(surface_t), intent(in) :: self
       integer, intent(in) :: body
-      real(wp), intent(in) :: place(3), edge !< m
+      real(wp), intent(in) :: centre(3)      !< of the particle, m
+      real(wp), intent(in) :: place(3), edge !< of its place in the lattice, m
       type(grid_level_t), intent(in) :: grid
       integer, intent(out) :: found
       real(wp), intent(out) :: area(3, most_elements), arm(3, most_elements) !< the largest first
@@ -170,7 +164,7 @@ contains
          do b = 1, size(self%bodies)
             if (is_held) return
             if (self%bodies(b)%field /= self%bodies(body)%field) cycle
-            is_held = holds_place(self%bodies(b), self%coarsest, there)
+            is_held = holds_place(self%bodies(b), grid%cell, there, 0.5_wp*edge)
          end do
       end function is_held
 
@@ -181,7 +175,7 @@ contains
          integer :: s
          way_out = 0.0_wp
          do s = 1, steps
-            distance = self%bodies(body)%shape%distance(place + way_out*normal)
+            distance = self%bodies(body)%shape%distance(centre + way_out*normal)
             way_out = way_out - distance
             if (abs(distance) <= near*edge) exit
          end do
