@@ -56,6 +56,7 @@ module m_scene
       integer :: particles_per_cell = 8  !< 1, 8, 27
       real(wp) :: velocity(3) = 0.0_wp   !< m/s
       real(wp) :: angular_velocity(3) = 0.0_wp !< rad/s about the body's own centre
+      real(wp) :: orientation(3) = 0.0_wp !< of the material's axes: Bunge's phi1 Phi phi2, degrees
       character(len=:), allocatable :: contact_group !< bodies of one are bonded where they touch; empty: that
                                                      !< of all bodies that name none
       integer :: field = 1               !< the group's number: bodies of one share a velocity field

@@ -1,11 +1,12 @@
 !> Filling bodies with particles: a cubic lattice of particles, those whose centre lies in the shape.
 module m_body
    use m_kinds, only: wp, i4, i8
-   use m_constants, only: block_size
+   use m_constants, only: block_size, pi
    use m_scene, only: body_spec_t
    use m_grid_level, only: grid_level_t
    use m_level, only: level_t
    use m_block, only: block_t
+   use m_rotations, only: from_euler
    use m_split, only: must_split, octant_of, child_id
    implicit none
    private
@@ -189,6 +190,8 @@ contains
          values(at%mass) = density*(2.0_wp*birth%half)**3
          if (at%half_size > 0) values(at%half_size:at%half_size + merge(2, 0, at%half_sizes)) = birth%half
          if (at%domain > 0) values(at%domain:at%domain + 8:4) = birth%half
+         if (at%orientation > 0) values(at%orientation:at%orientation + 3) &
+            = from_euler(pi/180.0_wp*spec%orientation)
          if (at%refinement > 0) values(at%refinement) = birth%refinement
          if (at%generation > 0) values(at%generation) = 3*birth%refinement
          if (at%gradient > 0) values(at%gradient:at%gradient + 8) = [0.0_wp, w(3), -w(2), -w(3), 0.0_wp, &
