@@ -10,7 +10,8 @@ paraview.png    its picture at the last snapshot, drawn without a window (on a m
    --no-picture   the state alone, which needs no display
 
 A particle is the parallelepiped of its `domain`, or the box of its `half_size`. The stress is the recovered one where the run has
-it. Tools without an end are drawn as far as half the size of the body; all are cut at symmetry sides. Exit status 2, and one
+it. Tools without an end are drawn as far as half the size of the body; all are cut at symmetry sides. Pyramids and tools from files
+are shown from tools.xdmf (post/tool_surface.py), whole. Exit status 2, and one
 sentence, if the run is not one that can be drawn.
 """
 import argparse
@@ -62,12 +63,17 @@ for name in fields.keys():
 """
 
 TOOL = GRID + """
-history = np.loadtxt({path!r}, usecols=(0, 1), ndmin=2, comments=["TITLE", "VARIABLES", "ZONE", "AUXDATA"])
-travel = np.interp(inputs[0].FieldData["TimeValue"][0], history[:, 0], history[:, 1])
-tip, axis = np.array({tip}) + travel * np.array({axis}), np.array({axis})
+history = np.loadtxt({path!r}, ndmin=2, comments=["TITLE", "VARIABLES", "ZONE", "AUXDATA"])
+at = [np.interp(inputs[0].FieldData["TimeValue"][0], history[:, 0], column) for column in history.T]
+tip, axis = np.array({tip}), np.array({axis})
 radius, height = np.array({profile}).T # of the profile: its distance from the axis, and from the tip against the axis
 ways, shifts = np.array({ways}), np.array({shifts}) # where it goes: directions of the distance, and a shift of the whole
-points = tip - height[:, None, None] * axis + radius[:, None, None] * ways + shifts
+points = tip - height[:, None, None] * axis + radius[:, None, None] * ways + shifts # at the start
+if len(at) < 14: # of an older version, whose tools move along their axis alone
+    points = points + at[1] * axis
+else: # where its point has gone, turned about it
+    turn, arm = np.array(at[10:14]) / np.linalg.norm(at[10:14]), points - history[0, 7:10]
+    points = at[7:10] + arm + 2 * np.cross(turn[1:], np.cross(turn[1:], arm) + turn[0] * arm)
 number = np.arange(points.size // 3).reshape(points.shape[:2])
 cells = np.stack([number[:-1, :-1], number[:-1, 1:], number[1:, 1:], number[1:, :-1]], axis=-1).reshape(-1, 4)
 make(points.reshape(-1, 3), cells, 9)
@@ -155,6 +161,7 @@ class Scene:
         self.view.Background = [1.0, 1.0, 1.0]
         self.view.OrientationAxesLabelColor = [0.0, 0.0, 0.0]
         self.draw_particles()
+        self.others = None
         reach = 0.5 * (self.bounds[:, 1] - self.bounds[:, 0]).max()
         self.tools = {tool["name"][0]: self.draw_tool(tool, reach) for tool in run.case.get("tool", [])}
         self.levels = self.draw_levels()
@@ -193,8 +200,11 @@ class Scene:
         name = tool["name"][0]
         path = (self.run.directory / f"tool_{name}.dat").resolve()
         made = surface(tool, reach)
+        if made is None and (self.run.directory / "tools.xdmf").is_file():
+            return self.draw_other_tools()
         if made is None or not path.is_file() or History(path).rows == 0:
-            why = f"shape {tool['shape'][0]!r} is not known here" if made is None else f"there is no {path.name} with a row"
+            why = (f"there is no {path.name} with a row" if made is not None else
+                   f"for shape {tool['shape'][0]!r} post/tool_surface.py must have written tools.xdmf")
             print(f"the tool {name} is not drawn: {why}", file=sys.stderr)
             return None
         profile, ways, shifts = (array.tolist() for array in made)
@@ -215,6 +225,17 @@ class Scene:
         shown.Opacity = 0.5
         shown.Position = (-2e-4 * reach * unit_axis(tool)).tolist()  # on the screen just above the faces that it presses
         return drawn
+
+    def draw_other_tools(self):
+        """All tools as triangles, as post/tool_surface.py has written them for each snapshot; once."""
+        if self.others is None:
+            self.others = simple.OpenDataFile(str(self.run.directory.resolve() / "tools.xdmf"))
+            simple.RenameSource("tools", self.others)
+            shown = simple.Show(self.others, self.view)
+            simple.ColorBy(shown, None)
+            shown.DiffuseColor = shown.AmbientColor = [0.55, 0.57, 0.6]
+            shown.Opacity = 0.5
+        return self.others
 
     def draw_levels(self):
         path = self.run.directory.resolve() / "levels.xdmf"

@@ -77,6 +77,20 @@ class History:
         return self.columns[name]
 
 
+def carried(history, axis, time, places):
+    """Where places (n x 3, m) that go with a tool are at a time (s), by the tool's history; they are given at the start. Of runs
+    of older versions, whose tools move along their axis alone, the depth says it."""
+    if "rotation_w" not in history.columns:
+        return places + np.interp(time, history["time"], history["depth"]) * np.asarray(axis)
+    at = lambda name: np.interp(time, history["time"], history[name])
+    point = np.array([at(f"position_{i}") for i in "xyz"])
+    start = np.array([history[f"position_{i}"][0] for i in "xyz"])
+    turn = np.array([at(f"rotation_{i}") for i in "wxyz"])
+    w, v = turn[0] / np.linalg.norm(turn), turn[1:] / np.linalg.norm(turn)
+    arm = np.asarray(places) - start
+    return point + arm + 2 * np.cross(v, np.cross(v, arm) + w * arm)
+
+
 tensor = ["xx", "yy", "zz", "yz", "xz", "xy"]  # the order of the components of a symmetric tensor in histories, and here
 
 

@@ -7,7 +7,7 @@ module m_introduction
    use m_machine, only: date_text, find_crowd
    use m_launcher, only: tasks_of_job
    use m_material, only: material_t
-   use m_scene, only: scene_t, body_contact_spec_t, domain_fixed, start_as_is
+   use m_scene, only: scene_t, body_contact_spec_t, domain_fixed, fill_share, start_as_is
    use m_offer, only: catalogue_t
    use m_field_table, only: field_table_t, bytes_per_column
    use m_level, only: level_t
@@ -57,6 +57,7 @@ contains
          call console%line('particles  '//to_text(particles)//' on '//to_text(model%communicator%ranks)// &
                            ' rank(s), '//si(real(bytes, wp), 'B')//' in all, '// &
                            to_text(real(bytes, wp)/particles, 3)//' B a particle')
+         call introduce_shares(console, scene, model)
          if (model%time < scene%end_time) then
             call console%line('time       '//si(scene%end_time, 's')//' in steps of '//si(time_step, 's')// &
                               ', about '//to_text(ceiling(scene%end_time/time_step, i8))//' steps')
@@ -166,6 +167,40 @@ contains
             may_lock = .false.
       end do
    end function may_lock
+
+   !> Collective: bodies whose particles have shares, with the volume that these have together at the start and
+   !> what that lacks of the shape's, where this is known and no symmetry side cuts it.
+   subroutine introduce_shares(console, scene, model)
+      type(console_t), intent(inout) :: console
+      type(scene_t), intent(in) :: scene
+      type(model_t), intent(in) :: model
+      character(len=:), allocatable :: text
+      real(wp) :: held, lower(3), upper(3)
+      integer :: b, body, l
+      if (model%time > 0.0_wp) return
+      do body = 1, size(scene%bodies)
+         associate (spec => scene%bodies(body))
+            if (spec%fill /= fill_share) cycle
+            held = 0.0_wp
+            do l = 1, size(model%levels)
+               do b = 1, size(model%levels(l)%blocks)
+                  associate (particles => model%levels(l)%blocks(b)%particles, v => model%levels(l)%layout%volume)
+                     held = held + sum(particles%column(:particles%count, v), &
+                                       mask=particles%body(:particles%count) == body)
+                  end associate
+               end do
+            end do
+            held = model%communicator%sum_real(held)
+            text = 'body       '//spec%name//': particles have shares of their places, together '// &
+                   to_text(held, 6)//' m3'
+            call spec%shape%bounding_box(lower, upper)
+            if (spec%shape%knows_volume() .and. all(lower >= scene%grid%lower) .and. all(upper <= scene%grid%upper)) &
+               text = text//', '//to_text(100.0_wp*(held/spec%shape%volume() - 1.0_wp), 3)// &
+                      ' % off the volume of the shape'
+            call console%line(text)
+         end associate
+      end do
+   end subroutine introduce_shares
 
    !> Collective: a line a level, and the cells of all of them beside those of a grid as fine everywhere.
    subroutine introduce_levels(console, model, time_step)

@@ -12,6 +12,7 @@ module m_scene
                                  boundary_fixed = 3
    integer, parameter, public :: update_usl = 1, update_usf = 2, update_musl = 3
    integer, parameter, public :: domain_by_law = 0, domain_fixed = 1, domain_stretch = 2, domain_corners = 3
+   integer, parameter, public :: fill_by_shape = 0, fill_whole = 1, fill_share = 2
    integer, parameter, public :: criterion_none = 0, criterion_stress = 1, criterion_strain = 2
    character(len=*), parameter, public :: rest_group = 'rest' !< the contact group of bodies that name none
    integer, parameter, public :: start_apart = 1, start_as_is = 2
@@ -57,10 +58,18 @@ module m_scene
       real(wp) :: velocity(3) = 0.0_wp   !< m/s
       real(wp) :: angular_velocity(3) = 0.0_wp !< rad/s about the body's own centre
       real(wp) :: orientation(3) = 0.0_wp !< of the material's axes: Bunge's phi1 Phi phi2, degrees
+      real(wp) :: stress(6) = 0.0_wp     !< at the start: xx yy zz yz xz xy, Pa
+      integer :: fill = fill_by_shape    !< whole particles, or shares of them where the surface cuts
       character(len=:), allocatable :: contact_group !< bodies of one are bonded where they touch; empty: that
                                                      !< of all bodies that name none
       integer :: field = 1               !< the group's number: bodies of one share a velocity field
    end type body_spec_t
+
+   !> &cut: what is taken away from a body
+   type, public :: cut_spec_t
+      integer :: body = 0                !< index into scene_t%bodies
+      class(shape_t), allocatable :: shape
+   end type cut_spec_t
 
    !> &motion: a degree of freedom of a tool.
    type, public :: motion_spec_t
@@ -188,6 +197,7 @@ module m_scene
       type(checkpoint_spec_t) :: checkpoint
       type(material_spec_t), allocatable :: materials(:)
       type(body_spec_t), allocatable :: bodies(:)
+      type(cut_spec_t), allocatable :: cuts(:)
       type(tool_spec_t), allocatable :: tools(:)
       type(level_spec_t), allocatable :: levels(:)  !< from coarse to fine
       type(probe_spec_t), allocatable :: probes(:)

@@ -10,7 +10,7 @@ module m_scene_checks
    use m_scene_level_checks, only: check_levels
    use m_scene_motion, only: check_motions
    use m_shape, only: shape_t
-   use m_overlap, only: overlap
+   use m_overlap, only: overlap, deepest
    implicit none
    private
    public :: check_scene, safety_limit, largest_safety
@@ -195,7 +195,7 @@ contains
       type(scene_t), intent(in) :: scene
       type(error_t), intent(inout) :: error
       class(shape_t), allocatable :: shape
-      real(wp) :: thin, coarse
+      real(wp) :: thin, coarse, there(3), deep
       integer :: i, k
       thin = touching*scene%grid%cell_size
       coarse = resolved*scene%grid%cell_size
@@ -217,8 +217,10 @@ contains
          call shape%prepare(scene%tools(i)%axis)
          do k = 1, size(scene%bodies)
             if (.not. overlap(scene%bodies(k)%shape, shape, scene%tools(i)%tip, thin, coarse)) cycle
+            call deepest(scene%bodies(k)%shape, shape, scene%tools(i)%tip, there, deep)
             call fail(error, exit_input, text%place('tool', i, 'tip')//': the tool '//scene%tools(i)%name// &
                       ' starts inside the body '//scene%bodies(k)%name//' on '//text%line_of('body', k)// &
+                      ' and reaches about '//to_text(deep, 2)//' m into it, at '//reals_text(there, 3)// &
                       '; a tool must start outside every body')
             return
          end do

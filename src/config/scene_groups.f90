@@ -46,6 +46,7 @@ contains
       allocate (scene%materials(text%count_groups('material')), scene%bodies(text%count_groups('body')))
       allocate (scene%tools(text%count_groups('tool')), scene%probes(text%count_groups('probe')))
       allocate (scene%levels(text%count_groups('level')))
+      allocate (scene%cuts(text%count_groups('cut')))
       allocate (scene%body_contacts(text%count_groups('body_contact')))
       allocate (material_names(size(scene%materials)))
       scene%output%present = text%count_groups('output') > 0
@@ -168,7 +169,7 @@ contains
       integer, intent(in) :: number
       type(error_t), intent(inout) :: error
       integer :: i
-      if (any(kind == [character(len=12) :: 'level', 'motion', 'body_contact'])) return ! have no names
+      if (any(kind == [character(len=12) :: 'level', 'motion', 'body_contact', 'cut'])) return ! have no names
       do i = 1, number - 1
          if (name_of(scene, kind, i) /= name_of(scene, kind, number)) cycle
          call fail(error, exit_input, text%place(kind, number, 'name')//': the name '// &
@@ -204,7 +205,7 @@ contains
       character(len=name_length) :: material_names(0)
       integer :: kind
       allocate (scene%materials(1), scene%bodies(1), scene%tools(1), scene%levels(1), scene%probes(1))
-      allocate (scene%body_contacts(1))
+      allocate (scene%body_contacts(1), scene%cuts(1))
       text = ''
       do kind = 1, size(group_words)
          call group%begin()
@@ -263,6 +264,8 @@ contains
       case ('body')
          if (.not. allocated(scene%bodies(number)%name)) scene%bodies(number)%name = 'body'//to_text(number)
          call describe_body(group, material_names, scene%materials, scene%bodies(number))
+      case ('cut')
+         call describe_cut(group, scene%bodies, scene%cuts(number))
       case ('body_contact')
          call describe_body_contact(group, scene, scene%body_contacts(number))
       case ('tool')
@@ -379,6 +382,8 @@ contains
       call group%get_option('particles_per_cell', body%particles_per_cell, [1, 8, 27])
       call group%get('velocity', body%velocity, any_value('m/s'))
       call group%get('angular_velocity', body%angular_velocity, any_value('rad/s'))
+      call group%get('stress', body%stress, any_value('Pa'))
+      if (body%fill > 0 .or. .not. group%is_writing()) call group%get_choice('fill', body%fill, fill_words)
       if (.not. allocated(body%contact_group)) body%contact_group = ''
       if (body%contact_group /= '' .or. .not. group%is_writing()) &
          call group%get_name('contact_group', body%contact_group)
@@ -398,6 +403,23 @@ contains
       end if
       call group%get('orientation', body%orientation, any_value('degrees'), used=has_axes)
    end subroutine describe_orientation
+   !> A shape that is taken away from a body.
+   subroutine describe_cut(group, bodies, cut)
+      type(group_reader_t), intent(inout) :: group
+      type(body_spec_t), intent(in) :: bodies(:)
+      type(cut_spec_t), intent(inout) :: cut
+      type(offer_slot_t), allocatable :: shapes(:), tools(:)
+      character(len=name_length) :: body_names(size(bodies))
+      integer :: choice, i
+      do i = 1, size(bodies)
+         body_names(i) = bodies(i)%name
+      end do
+      call known_shapes(shapes, tools)
+      call group%get_choice('body', cut%body, body_names, required=.true.)
+      call choose_shape(group, shapes, cut%shape, choice)
+      if (choice > 0) call cut%shape%variables(group)
+      call know_others(group, shapes, choice)
+   end subroutine describe_cut
 
    subroutine describe_tool(group, may_stand, tool)
       type(group_reader_t), intent(inout) :: group

@@ -1,13 +1,16 @@
 !> The strict reading of a scene: standard input to a checked scene_t, the same on every rank, or one
 !> sentence.
 module m_scene_reader
+   use m_kinds, only: wp
    use m_constants, only: exit_input
    use m_communicator, only: communicator_t
    use m_errors, only: error_t, fail
    use m_filesystem, only: read_standard_input, can_make_directory
    use m_namelist_text, only: namelist_text_t
    use m_offer, only: catalogue_t
-   use m_scene, only: scene_t, place_t
+   use m_carved, only: carve
+   use m_overlap, only: overlap
+   use m_scene, only: scene_t, place_t, fill_by_shape, fill_share, fill_whole
    use m_scene_checks, only: check_scene
    use m_scene_groups, only: read_groups
    implicit none
@@ -58,11 +61,58 @@ contains
             call fail(error, exit_input, 'the scene is empty; give one: gimp3d < scene.nml')
       end if
       if (.not. error%happened()) call read_groups(parsed, catalogue, scene, error)
+      if (.not. error%happened()) call load_shapes(communicator, parsed, scene, error)
+      if (.not. error%happened()) call carve_bodies(parsed, scene, error)
       if (.not. error%happened()) call check_scene(parsed, scene, error)
       if (.not. error%happened()) call note_places(parsed, scene)
       if (looks .and. .not. error%happened()) call check_directory(communicator, parsed, scene, error)
       call communicator%agree(error)
    end subroutine interpret_scene
+
+   !> Collective: shapes that are made of files read them.
+   subroutine load_shapes(communicator, parsed, scene, error)
+      type(communicator_t), intent(in) :: communicator
+      type(namelist_text_t), intent(in) :: parsed
+      type(scene_t), intent(inout) :: scene
+      type(error_t), intent(inout) :: error
+      character(len=:), allocatable :: fault
+      integer :: i
+      do i = 1, size(scene%bodies)
+         call scene%bodies(i)%shape%load(communicator, fault)
+         if (fault /= '') call fail(error, exit_input, parsed%place('body', i, 'file')//': '//fault)
+      end do
+      do i = 1, size(scene%cuts)
+         call scene%cuts(i)%shape%load(communicator, fault)
+         if (fault /= '') call fail(error, exit_input, parsed%place('cut', i, 'file')//': '//fault)
+      end do
+      do i = 1, size(scene%tools)
+         call scene%tools(i)%shape%load(communicator, fault)
+         if (fault /= '') call fail(error, exit_input, parsed%place('tool', i, 'file')//': '//fault)
+      end do
+   end subroutine load_shapes
+
+   !> Take from the bodies what is cut out of them.
+   subroutine carve_bodies(parsed, scene, error)
+      type(namelist_text_t), intent(in) :: parsed
+      type(scene_t), intent(inout) :: scene
+      type(error_t), intent(inout) :: error
+      real(wp), parameter :: least = 1.0e-2_wp !< cells
+      integer :: i
+      do i = 1, size(scene%cuts)
+         associate (cut => scene%cuts(i), body => scene%bodies(scene%cuts(i)%body))
+            if (.not. overlap(body%shape, cut%shape, [0.0_wp, 0.0_wp, 0.0_wp], least*scene%grid%cell_size, &
+                              least*scene%grid%cell_size)) &
+               call fail(error, exit_input, parsed%place('cut', i, 'shape')//': takes nothing away from the body '// &
+                         body%name//' on '//parsed%line_of('body', cut%body)//'; it must overlap it')
+            if (error%happened()) return
+            call carve(body%shape, cut%shape)
+         end associate
+      end do
+      do i = 1, size(scene%bodies)
+         if (scene%bodies(i)%fill == fill_by_shape) &
+            scene%bodies(i)%fill = merge(fill_share, fill_whole, scene%bodies(i)%shape%fills_by_share())
+      end do
+   end subroutine carve_bodies
 
    !> Where in the text stands what only the model can judge.
    subroutine note_places(parsed, scene)

@@ -2,6 +2,7 @@
 module m_scene_writer
    use m_group_reader, only: group_reader_t, name_length
    use m_offer, only: catalogue_t, offer
+   use m_carved, only: uncarve
    use m_scene, only: scene_t
    use m_scene_groups, only: describe_group
    use m_scene_motion, only: motions_of
@@ -31,6 +32,9 @@ contains
       character(len=name_length) :: material_names(size(scene%materials))
       integer :: kind, number
       copy = scene
+      do number = 1, size(copy%bodies)
+         call uncarve(copy%bodies(number)%shape)
+      end do
       do number = 1, size(scene%materials)
          material_names(number) = scene%materials(number)%name
          call offer(laws%models, scene%materials(number)%law%name, scene%materials(number)%law)
@@ -65,6 +69,9 @@ contains
       case ('level')
          count = 0 ! a scene that was not read may have none
          if (allocated(scene%levels)) count = size(scene%levels)
+      case ('cut')
+         count = 0
+         if (allocated(scene%cuts)) count = size(scene%cuts)
       case ('body_contact')
          count = 0
          if (allocated(scene%body_contacts)) count = size(scene%body_contacts)

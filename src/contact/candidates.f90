@@ -271,7 +271,8 @@ contains
          c%from = position
          c%arm = -to_face*c%normal
          c%speed = dot_product(c%normal, point_velocity(level, c))
-         if (c%gap + time_step*(c%speed - dot_product(c%normal, tool%velocity_at(place_of(c)))) > margin*edge &
+         if (c%gap + time_step*(c%speed - dot_product(c%normal, &
+                                                      tool%velocity_at(place_of(c)))) > margin*edge &
              .and. .not. carried) return
          c%area = edge**2
          if (deform(level)) c%area = column(p, at%volume)/thickness

@@ -35,6 +35,12 @@ contains
       real(wp), intent(out) :: normal(3)     !< outward from the tool
       real(wp), intent(out) :: edge, thickness !< of the particle, m
       associate (block => level%blocks(b), column => level%blocks(b)%particles%column, at => level%layout)
+         if (tool%spec%shape%is_searched()) then
+            edge = thickest(level)
+            if (.not. deform(level)) edge = 2.0_wp*column(p, at%half_size)
+            gap = tool%least_gap(column(p, at%position:at%position + 2))
+            if (gap > edge + reach) return
+         end if
          call tool%gap_and_normal(column(p, at%position:at%position + 2), gap, normal)
          associate (law => materials%slots(materials%of_body(block%particles%body(p)))%law)
             if (at%half_sizes) then
@@ -76,9 +82,8 @@ contains
       type(tool_t), intent(in) :: tool
       type(level_t), intent(in) :: level
       type(block_t), intent(in) :: block
-      real(wp) :: gap, normal(3)
-      call tool%gap_and_normal(block%origin + 0.5_wp*(block_size - 1)*level%grid%cell, gap, normal)
-      near_tool = gap <= (0.5_wp*block_size*sqrt(3.0_wp) + fastest)*level%grid%cell + thickest(level)
+      near_tool = tool%least_gap(block%origin + 0.5_wp*(block_size - 1)*level%grid%cell) &
+                  <= (0.5_wp*block_size*sqrt(3.0_wp) + fastest)*level%grid%cell + thickest(level)
    end function near_tool
 
    !> The particles of those bins of a block that a tool's distance from their middle does not rule out.
@@ -88,15 +93,14 @@ contains
       type(block_t), intent(in) :: block !< whose lists of cells are up to date
       real(wp), intent(in) :: farthest !< of the centres of particles that count, m
       integer, allocatable :: near(:)
-      real(wp) :: gap, normal(3)
       integer :: cell, n, p
       allocate (near(block%particles%count))
       n = 0
       do cell = 1, bins
          p = block%cells%first(cell)
          if (p == 0) cycle
-         call tool%gap_and_normal(block%origin + bin_place(cell)*level%grid%cell, gap, normal)
-         if (gap > farthest + 0.5_wp*sqrt(3.0_wp)*level%grid%cell) cycle ! not where it is not a number
+         if (tool%least_gap(block%origin + bin_place(cell)*level%grid%cell) &
+             > farthest + 0.5_wp*sqrt(3.0_wp)*level%grid%cell) cycle ! not where it is not a number
          do while (p > 0)
             n = n + 1
             near(n) = p

@@ -4,9 +4,11 @@ module m_overlap
    use m_shape, only: shape_t
    implicit none
    private
-   public :: overlap
+   public :: overlap, deepest
 
    integer, parameter :: narrowings = 40 !< golden-section steps along each axis: 4e-9 of the width
+   integer, parameter :: most_looks = 100000
+   real(wp), parameter :: finest = 1.0e-3_wp !< of the size of the box that both reach into
    real(wp), parameter :: golden = 0.61803398874989485_wp
 
    !> Two shapes where they are.
@@ -42,6 +44,56 @@ contains
          overlap = reaches(pair, lower, upper, -0.5_wp*thin, 0.5_wp*coarse)
       end if
    end function overlap
+
+   !> How deep a shape reaches into another, m, and where: the place in it that is furthest inside the other.
+   !> Found to a twentieth, or as far as so many looks go.
+   subroutine deepest(body, tool, place, where_it_is, deep)
+      class(shape_t), intent(in), target :: body, tool
+      real(wp), intent(in) :: place(3)              !< of the origin of the tool, m
+      real(wp), intent(out) :: where_it_is(3), deep !< m
+      real(wp) :: lower(3), upper(3), lower_tool(3), upper_tool(3)
+      integer :: looks
+      call body%bounding_box(lower, upper)
+      call tool%bounding_box(lower_tool, upper_tool)
+      lower = max(lower, lower_tool + place)
+      upper = min(upper, upper_tool + place)
+      deep = 0.0_wp
+      where_it_is = 0.5_wp*(lower + upper)
+      looks = most_looks
+      call look(pair_t(body, tool, place), lower, upper, finest*norm2(upper - lower), where_it_is, deep, looks)
+   end subroutine deepest
+
+   !> Look for a deeper place in a box, first in that half whose middle is deeper.
+   recursive subroutine look(pair, lower, upper, least, where_it_is, deep, looks)
+      type(pair_t), intent(in) :: pair
+      real(wp), intent(in) :: lower(3), upper(3), least !< least: half a box that is not divided, m
+      real(wp), intent(inout) :: where_it_is(3), deep
+      integer, intent(inout) :: looks
+      real(wp) :: middle(3), in_body, off_tool, reach, nearer(3), further(3)
+      integer :: axis
+      looks = looks - 1
+      middle = 0.5_wp*(lower + upper)
+      reach = 0.5_wp*norm2(upper - lower)
+      in_body = -pair%one%distance(middle)
+      off_tool = pair%other%distance(middle - pair%place)
+      if (off_tool <= 0.0_wp .and. in_body > deep) then
+         deep = in_body
+         where_it_is = middle
+      end if
+      if (looks <= 0 .or. reach <= least .or. off_tool > reach .or. in_body + reach <= 1.05_wp*deep) return
+      axis = maxloc(upper - lower, dim=1)
+      nearer = upper
+      further = lower
+      nearer(axis) = middle(axis)
+      further(axis) = middle(axis)
+      if (pair%one%distance(0.5_wp*(lower + nearer)) <= pair%one%distance(0.5_wp*(further + upper))) then
+         call look(pair, lower, nearer, least, where_it_is, deep, looks)
+         call look(pair, further, upper, least, where_it_is, deep, looks)
+      else
+         call look(pair, further, upper, least, where_it_is, deep, looks)
+         call look(pair, lower, nearer, least, where_it_is, deep, looks)
+      end if
+   end subroutine look
 
    !> The larger of the two signed distances of a point, m: below 0 where it lies in both shapes.
    pure real(wp) function depth(self, point)

@@ -6,6 +6,7 @@
 !> foremost point (the tip) in the origin, and points along its axis.
 module m_shape
    use m_kinds, only: wp
+   use m_communicator, only: communicator_t
    use m_offer, only: offer_t
    implicit none
    private
@@ -18,15 +19,22 @@ module m_shape
    contains
       procedure(distance_interface), deferred :: distance_and_normal
       procedure :: prepare
+      procedure :: load
+      procedure :: file_name
       procedure :: is_convex
       procedure :: bounding_box
       procedure :: reach
       procedure :: distance
+      procedure :: least_distance
+      procedure :: most_distance
+      procedure :: is_searched
       procedure :: inside
       procedure :: volume
+      procedure :: knows_volume
       procedure :: centre
       procedure :: lattice_origin
       procedure :: is_lattice
+      procedure :: fills_by_share
       procedure :: thinnest
       procedure :: place_name
    end type shape_t
@@ -57,6 +65,22 @@ contains
       real(wp), intent(in) :: axis(3) !< unit vector
       self%axis = axis
    end subroutine prepare
+
+   !> Collective: read what the shape is made of, where that stands in a file. `fault` says what is wrong with
+   !> the file, the same on every rank; empty: nothing.
+   subroutine load(self, communicator, fault)
+      class(shape_t), intent(inout) :: self
+      type(communicator_t), intent(in) :: communicator
+      character(len=:), allocatable, intent(inout) :: fault
+      fault = ''
+   end subroutine load
+
+   !> The file that it is made of; empty: none.
+   pure function file_name(self) result(name)
+      class(shape_t), intent(in) :: self
+      character(len=:), allocatable :: name
+      name = ''
+   end function file_name
 
    !> True where the distance is known to be a convex function of the place.
    pure logical function is_convex(self)
@@ -104,6 +128,26 @@ contains
       call self%distance_and_normal(place, distance, normal)
    end function distance
 
+   !> The signed distance of a place is not less, m: to be asked first where is_searched.
+   pure real(wp) function least_distance(self, place)
+      class(shape_t), intent(in) :: self
+      real(wp), intent(in) :: place(3)
+      least_distance = self%distance(place)
+   end function least_distance
+
+   !> The signed distance of a place is not more, m; as least_distance.
+   pure real(wp) function most_distance(self, place)
+      class(shape_t), intent(in) :: self
+      real(wp), intent(in) :: place(3)
+      most_distance = self%distance(place)
+   end function most_distance
+
+   !> True where a distance takes a search, and its bounds much less.
+   pure logical function is_searched(self)
+      class(shape_t), intent(in) :: self
+      is_searched = .false.
+   end function is_searched
+
    !> True when a place lies inside.
    pure logical function inside(self, place)
       class(shape_t), intent(in) :: self
@@ -118,6 +162,12 @@ contains
       call self%bounding_box(lower, upper)
       volume = product(upper - lower)
    end function volume
+
+   !> False where `volume` is only a bound.
+   pure logical function knows_volume(self)
+      class(shape_t), intent(in) :: self
+      knows_volume = .true.
+   end function knows_volume
 
    !> Centre of a body (m), about which it spins.
    pure function centre(self)
@@ -140,6 +190,13 @@ contains
       class(shape_t), intent(in) :: self
       is_lattice = .false.
    end function is_lattice
+
+   !> True where particles that the surface cuts have the share of their volume inside, if the scene does not
+   !> say; else a particle is whole or not there.
+   pure logical function fills_by_share(self)
+      class(shape_t), intent(in) :: self
+      fills_by_share = .false.
+   end function fills_by_share
 
    !> How thick a body is where it is thinnest (m), and the variable that says it.
    pure subroutine thinnest(self, thickness, variable)

@@ -16,11 +16,15 @@ contains
          sphere_t()); end block
       block; use m_cylinder, only: cylinder_t; call body('cylinder', cylinder_t()); end block
       block; use m_cone, only: cone_t; call tool('cone', cone_t()); end block
+      block; use m_capped, only: capped_cone_t, capped_pyramid_t; call body('cone', capped_cone_t()); &
+         call body('pyramid', capped_pyramid_t()); end block
       block; use m_flat, only: flat_t; call tool('flat', flat_t()); end block
       block; use m_berkovich, only: berkovich_t; call tool('berkovich', berkovich_t()); end block
       block; use m_regular_pyramid, only: regular_pyramid_t; call tool('pyramid', &
          regular_pyramid_t()); end block
       block; use m_roller, only: roller_t; call tool('cylinder', roller_t()); end block
+      block; use m_file_shape, only: file_shape_t; call body('surface', file_shape_t()); call tool('surface', &
+         file_shape_t()); end block
       block; use m_wedge, only: wedge_t; call tool('wedge', wedge_t()); end block
    contains
       subroutine body(name, shape)

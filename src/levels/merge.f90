@@ -12,7 +12,7 @@ module m_merge
    use m_inner_motion, only: inner_motion
    implicit none
    private
-   public :: merge_siblings
+   public :: merge_siblings, drop
 
    real(wp), parameter :: distance = 0.5_wp !< of the merged particle from the finer level's region, in cells:
                                             !< it is not to turn back soon

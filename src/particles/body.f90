@@ -2,15 +2,18 @@
 module m_body
    use m_kinds, only: wp, i4, i8
    use m_constants, only: block_size, pi
-   use m_scene, only: body_spec_t
+   use m_scene, only: body_spec_t, fill_share
    use m_grid_level, only: grid_level_t
    use m_level, only: level_t
    use m_block, only: block_t
    use m_rotations, only: from_euler
    use m_split, only: must_split, octant_of, child_id
+   use m_cut_cell, only: part_t, may_reach, find_part, cells_of_particle, most_cells
    implicit none
    private
    public :: lattice_extent, fill_block, count_in_block, expected_count, holds_place
+
+   real(wp), parameter :: whole = 1.0e-9_wp !< what lacks so small a share of a cube is one
 
    !> The lattice of a body: particle (i,j,k) has its centre at anchor + (i + 1/2, ...) spacing, first <= i <=
    !> last.
@@ -25,6 +28,9 @@ module m_body
    type :: birth_t
       real(wp) :: x(3) = 0.0_wp    !< m
       real(wp) :: half = 0.0_wp    !< half its edge, m
+      real(wp) :: volume = 0.0_wp  !< m3
+      real(wp) :: cell(3) = 0.0_wp !< middle of its place in the lattice, m: x where it is whole
+      real(wp) :: halves(3) = 0.0_wp !< half the edges of its domain, m: all `half` where it is whole
       integer(i8) :: id = 0        !< number of its place in the lattice, from 1
       integer(i8) :: octants = 0   !< which part of which part it is, three bits a split, the last one lowest
       integer :: refinement = 0    !< splits into eight
@@ -41,7 +47,7 @@ contains
 
    !> Add the particles of a body that live in a block of level l.
    !> The id is id_base + the number of the lattice place, so that it does not depend on the blocks.
-   subroutine fill_block(levels, l, block, spec, body, density, id_base)
+   subroutine fill_block(levels, l, block, spec, body, density, id_base, cells)
       type(level_t), intent(in) :: levels(:)
       integer, intent(in) :: l
       type(block_t), intent(inout) :: block
@@ -49,6 +55,8 @@ contains
       integer, intent(in) :: body         !< number of the body
       real(wp), intent(in) :: density     !< kg/m3
       integer(i8), intent(in) :: id_base
+      real(wp), allocatable, intent(out), optional :: cells(:, :) !< (4, particles added): middle and half edge
+                                                                  !< of their places in the lattice, m
       type(births_t) :: births
       real(wp) :: values(levels(l)%table%columns)
       integer :: p
@@ -60,6 +68,11 @@ contains
             call block%particles%append(values, child_id(id_base + birth%id, birth%octants, &
                                                          birth%refinement), int(body, i4))
          end associate
+      end do
+      if (.not. present(cells)) return
+      allocate (cells(4, births%count))
+      do p = 1, births%count
+         cells(:, p) = [births%list(p)%cell, births%list(p)%half]
       end do
    end subroutine fill_block
 
@@ -108,7 +121,7 @@ contains
       type(birth_t) :: root
       integer(i8) :: i, j, k, low(3), high(3), extent(3)
       lattice = body_lattice(spec, levels(1)%grid%cell)
-      call range_in_block(levels(l), place, lattice, low, high)
+      call range_in_block(levels(l), place, lattice, spec%fill == fill_share, low, high)
       extent = lattice%last - lattice%first + 1
       allocate (births%list(max(1, product(int(max(0_i8, high - low + 1))))))
       root%half = 0.5_wp*lattice%spacing
@@ -118,10 +131,10 @@ contains
                root%x = lattice%anchor + (real([i, j, k], wp) + 0.5_wp)*lattice%spacing
                ! a symmetry plane cuts it
                if (any(root%x < levels(1)%grid%lower) .or. any(root%x > levels(1)%grid%upper)) cycle
-               if (.not. spec%shape%inside(root%x)) cycle
+               if (.not. may_hold_any(spec, root%x, root%half)) cycle
                root%id = 1 + (i - lattice%first(1)) + extent(1)*((j - lattice%first(2)) &
                      + extent(2)*(k - lattice%first(3)))
-               call settle_down(levels, 1, l, place, root, births)
+               call settle_down(levels, 1, l, place, spec, root, births)
             end do
          end do
       end do
@@ -129,9 +142,10 @@ contains
 
    !> A particle on level `now`, or its parts, go to the level where they live (theory.md, Levels). Those that
    !> live in the block are listed.
-   pure recursive subroutine settle_down(levels, now, l, place, birth, births)
+   pure recursive subroutine settle_down(levels, now, l, place, spec, birth, births)
       type(level_t), intent(in) :: levels(:)
       integer, intent(in) :: now, l, place(3)
+      type(body_spec_t), intent(in) :: spec
       type(birth_t), intent(in) :: birth
       type(births_t), intent(inout) :: births
       type(birth_t) :: part
@@ -141,8 +155,11 @@ contains
       if (goes_on) goes_on = levels(now + 1)%region%overlaps(birth%x - birth%half, birth%x + birth%half)
       if (.not. goes_on) then
          if (now /= l) return
-         if (any(levels(l)%grid%nearest_node(birth%x)/block_size /= place)) return
-         call births%add(birth)
+         part = birth
+         call find_shape(spec, levels(l)%grid%cell, part)
+         if (.not. part%volume > 0.0_wp) return
+         if (any(levels(l)%grid%nearest_node(part%x)/block_size /= place)) return
+         call births%add(part)
       else if (must_split(levels(now + 1)%grid, levels(now + 1)%region, now + 1, birth%refinement, birth%x, &
                           birth%half)) then
          do octant = 0, 7
@@ -151,12 +168,47 @@ contains
             part%x = birth%x + octant_of(octant)*part%half
             part%octants = 8_i8*birth%octants + octant
             part%refinement = birth%refinement + 1
-            call settle_down(levels, now, l, place, part, births)
+            call settle_down(levels, now, l, place, spec, part, births)
          end do
       else
-         call settle_down(levels, now + 1, l, place, birth, births)
+         call settle_down(levels, now + 1, l, place, spec, birth, births)
       end if
    end subroutine settle_down
+
+   !> False of a place in the lattice that has no particle of a body.
+   pure logical function may_hold_any(spec, middle, half)
+      type(body_spec_t), intent(in) :: spec
+      real(wp), intent(in) :: middle(3), half !< m
+      if (spec%fill == fill_share) then
+         may_hold_any = may_reach(spec%shape, middle, half)
+      else
+         may_hold_any = spec%shape%inside(middle)
+      end if
+   end function may_hold_any
+
+   !> Where a particle is and how large: its place in the lattice, or what the shape has of that (theory.md, eq.
+   !> cut-cell); a volume of 0 where that is too small for a particle.
+   pure subroutine find_shape(spec, cell, birth)
+      type(body_spec_t), intent(in) :: spec
+      real(wp), intent(in) :: cell !< of its level, m
+      type(birth_t), intent(inout) :: birth
+      type(part_t) :: part
+      real(wp) :: cells(3, most_cells)
+      integer :: count, n
+      birth%cell = birth%x
+      birth%volume = (2.0_wp*birth%half)**3
+      birth%halves = birth%half
+      if (spec%fill /= fill_share) return
+      call cells_of_particle(spec%shape, birth%x, birth%half, cells, count)
+      do n = 1, count
+         call find_part(spec%shape, cells(:, n), birth%half, part)
+      end do
+      if (part%volume >= birth%volume*(1.0_wp - whole) .and. count == 1) return
+      birth%volume = part%volume
+      if (count == 0) return
+      birth%x = part%middle()
+      birth%halves = part%half_edges(0.5_wp*cell)
+   end subroutine find_shape
 
    !> Append to a list.
    pure subroutine add(self, birth)
@@ -186,10 +238,17 @@ contains
          values(at%position:at%position + 2) = birth%x
          values(at%velocity:at%velocity + 2) = spec%velocity &
                           + [w(2)*arm(3) - w(3)*arm(2), w(3)*arm(1) - w(1)*arm(3), w(1)*arm(2) - w(2)*arm(1)]
-         values(at%volume) = (2.0_wp*birth%half)**3
-         values(at%mass) = density*(2.0_wp*birth%half)**3
-         if (at%half_size > 0) values(at%half_size:at%half_size + merge(2, 0, at%half_sizes)) = birth%half
-         if (at%domain > 0) values(at%domain:at%domain + 8:4) = birth%half
+         values(at%volume) = birth%volume
+         values(at%mass) = density*birth%volume
+         if (at%half_sizes) then
+            values(at%half_size:at%half_size + 2) = birth%halves
+         else if (at%half_size > 0) then
+            values(at%half_size) = product(birth%halves)**(1.0_wp/3.0_wp)
+            if (all(abs(birth%halves - birth%half) <= 0.0_wp)) values(at%half_size) = birth%half
+         end if
+         if (at%domain > 0) values(at%domain:at%domain + 8:4) = birth%halves
+         values(at%stress:at%stress + 5) = spec%stress
+         if (at%edge_stress > 0) values(at%edge_stress:at%edge_stress + 5) = spec%stress
          if (at%orientation > 0) values(at%orientation:at%orientation + 3) &
             = from_euler(pi/180.0_wp*spec%orientation)
          if (at%refinement > 0) values(at%refinement) = birth%refinement
@@ -219,10 +278,14 @@ contains
       real(wp), intent(in) :: cell     !< of the coarsest level, m
       real(wp), intent(in) :: place(3) !< m
       type(lattice_t) :: lattice
+      type(birth_t) :: birth
       lattice = body_lattice(spec, cell)
-      holds_place = spec%shape%inside(lattice%anchor &
-                                      + (floor((place - lattice%anchor)/lattice%spacing) + 0.5_wp) &
-                                      *lattice%spacing)
+      birth%x = lattice%anchor + (floor((place - lattice%anchor)/lattice%spacing) + 0.5_wp)*lattice%spacing
+      birth%half = 0.5_wp*lattice%spacing
+      holds_place = may_hold_any(spec, birth%x, birth%half)
+      if (.not. holds_place .or. spec%fill /= fill_share) return
+      call find_shape(spec, cell, birth)
+      holds_place = birth%volume > 0.0_wp
    end function holds_place
 
    !> Places of a body's lattice along each axis. Ids of its particles, from 1, count them along x first, then
@@ -237,15 +300,16 @@ contains
    end function lattice_extent
 
    !> The part of a lattice whose centres may lie in a block.
-   pure subroutine range_in_block(level, place, lattice, low, high)
+   pure subroutine range_in_block(level, place, lattice, moved, low, high)
       type(level_t), intent(in) :: level
       integer, intent(in) :: place(3)
       type(lattice_t), intent(in) :: lattice
+      logical, intent(in) :: moved !< particles need not lie in the middle of their places
       integer(i8), intent(out) :: low(3), high(3)
       real(wp) :: from(3), to(3)
       from = level%grid%block_origin(place) - 0.5_wp*level%grid%cell
       to = from + block_size*level%grid%cell
-      if (level%number > 1) then ! what lives here may be part of a larger one
+      if (level%number > 1 .or. moved) then ! what lives here may be part of a larger one
          from = from - lattice%spacing
          to = to + lattice%spacing
       end if

@@ -46,6 +46,7 @@ module m_field_table
       integer :: edge_stress = 0   !< stress that has grown since the level's region is where it is, 6 columns
       integer :: viscous_pressure = 0 !< adds to the pressure that makes forces, and is no part of the stress
       integer :: pressure_shift = 0   !< the same, from the pressure of the stress to the mean of the cell
+      integer :: damage = 0           !< 1 where a particle has failed: its law makes no tension
       integer :: unseen_heat = 0      !< energy that was taken from motion that nodes do not see
       integer :: next_position = 0 !< position at the end of the step, while the step still needs the old one
    contains
@@ -159,6 +160,7 @@ contains
       layout%edge_stress = self%column('edge_stress')
       layout%viscous_pressure = self%column('viscous_pressure')
       layout%pressure_shift = self%column('pressure_shift')
+      layout%damage = self%column('damage')
       layout%unseen_heat = self%column('unseen_heat')
       layout%next_position = self%column('next_position')
    end function layout

@@ -10,6 +10,7 @@ module m_effect
    use m_grid_level, only: grid_level_t
    use m_level, only: level_t
    use m_materials, only: materials_t
+   use m_shape, only: shape_t
    use m_offer, only: offer_t
    use m_particle_store, only: particle_store_t
    use m_stencil, only: frame_t
@@ -27,6 +28,7 @@ module m_effect
       logical :: on_stress = .false.
       logical :: acts_at_rest = .false. !< changes material that does not move and bears no stress: nothing
                                         !< may be left out
+      logical :: erodes = .false.     !< particles with damage 1 (layout_t) are taken out of the model
       logical :: dissipates = .false. !< what it does to nodes counts as damped energy, not as external work
       logical :: follows_particles = .false. !< particle_work and potential say all of its external work by
                                              !< the motion of particles
@@ -38,11 +40,13 @@ module m_effect
       procedure :: declare
       procedure :: prepare
       procedure :: initialise
+      procedure :: cover
       procedure :: verify
       procedure :: wave_factor
       procedure :: longest_step
       procedure :: rests_at
       procedure :: dissipated
+      procedure :: summary
       procedure :: pushed
       procedure :: particle_work
       procedure :: potential
@@ -96,6 +100,18 @@ contains
       type(grid_level_t), intent(in) :: grid
    end subroutine initialise
 
+   !> What it takes from the shape of a body that has just been filled in a block.
+   subroutine cover(self, particles, first, shape, cells, layout, grid)
+      class(effect_t), intent(in) :: self
+      type(particle_store_t), intent(inout) :: particles
+      integer, intent(in) :: first !< of the body's particles, which are the last ones
+      class(shape_t), intent(in) :: shape
+      real(wp), intent(in) :: cells(:, :) !< (4, the body's particles): middle and half edge of the places in
+                                          !< the lattice that they have been made for, m
+      type(layout_t), intent(in) :: layout
+      type(grid_level_t), intent(in) :: grid
+   end subroutine cover
+
    !> Collective: refuse a model that the effect cannot act on as its group says, when all bodies are filled.
    subroutine verify(self, communicator, levels, tools, error)
       class(effect_t), intent(in) :: self
@@ -137,6 +153,15 @@ contains
       integer, intent(in) :: first, last
       dissipated = 0.0_wp
    end function dissipated
+
+   !> Collective: a line for the closing summary; empty for none.
+   function summary(self, communicator, levels) result(text)
+      class(effect_t), intent(in) :: self
+      type(communicator_t), intent(in) :: communicator
+      type(level_t), intent(in) :: levels(:)
+      character(len=:), allocatable :: text
+      text = ''
+   end function summary
 
    !> Numbers of a block's particles that add_forces pushes.
    pure function pushed(self, particles) result(which)

@@ -13,10 +13,12 @@ module m_material
    contains
       procedure :: declare
       procedure :: initial
+      procedure :: begin_stressed
       procedure :: is_at_rest
       procedure :: plastic_energy
       procedure :: equivalent_plastic_strain
       procedure :: von_mises_modulus
+      procedure :: present_modulus
       procedure :: energy_of_stress
       procedure :: fault_text
       procedure :: take_heat
@@ -92,6 +94,16 @@ contains
       integer, intent(in) :: first, last
    end subroutine initial
 
+   !> Give the law's own fields the values with which the new particles first..last bear the stress that they
+   !> begin with; after `initial`. A law that goes on from the stress itself needs none.
+   pure subroutine begin_stressed(self, stress, column, layout, first, last)
+      class(material_t), intent(in) :: self
+      real(wp), intent(in) :: stress(6) !< xx yy zz yz xz xy, Pa; that of the particles already
+      real(wp), intent(inout), contiguous :: column(:, :)
+      type(layout_t), intent(in) :: layout
+      integer, intent(in) :: first, last
+   end subroutine begin_stressed
+
    !> True when particles first..last (all of this material) stay as they are, to the bit, as long as they do
    !> not move; they bear no stress. A law with fields that go on by themselves says until when.
    pure logical function is_at_rest(self, column, layout, first, last)
@@ -150,5 +162,15 @@ contains
       modulus = 0.5_wp/self%complementary_energy([0.0_wp, 0.0_wp, 0.0_wp, sqrt(1.0_wp/3.0_wp), 0.0_wp, &
                                                  0.0_wp])
    end function von_mises_modulus
+
+   !> Largest modulus of a plane wave in particles first..last as they are (all of this material), Pa, in the sense
+   !> of p_wave_modulus; a law that stiffens says more than that.
+   pure real(wp) function present_modulus(self, column, layout, first, last) result(modulus)
+      class(material_t), intent(in) :: self
+      real(wp), intent(in), contiguous :: column(:, :)
+      type(layout_t), intent(in) :: layout
+      integer, intent(in) :: first, last
+      modulus = self%p_wave_modulus()
+   end function present_modulus
 
 end module m_material

@@ -11,6 +11,7 @@ module m_neo_hookean
    contains
       procedure :: declare
       procedure :: initial
+      procedure :: begin_stressed
       procedure :: update
       procedure :: strain_energy
       procedure :: stretch
@@ -41,6 +42,59 @@ contains
       column(first:last, layout%deformation:layout%deformation + 8:4) = 1.0_wp
    end subroutine initial
 
+   !> J = 1 + p/K; b = J^(5/3)/mu dev sigma + m I with the m that makes det b = J^2; F is the lower triangle of
+   !> its Cholesky factors (theory.md, eq. first-stress).
+   pure subroutine begin_stressed(self, stress, column, layout, first, last)
+      class(neo_hookean_t), intent(in) :: self
+      real(wp), intent(in) :: stress(6)
+      real(wp), intent(inout), contiguous :: column(:, :)
+      type(layout_t), intent(in) :: layout
+      integer, intent(in) :: first, last
+      real(wp) :: b(3, 3), deviator(3, 3), f(3, 3), jacobian, lowest, m, change
+      integer :: i, k
+      deviator = reshape([stress(1), stress(6), stress(5), stress(6), stress(2), stress(4), stress(5), &
+                          stress(4), stress(3)], [3, 3])
+      associate (p => sum(stress(1:3))/3.0_wp)
+         jacobian = 1.0_wp + p/(self%lame + 2.0_wp*self%shear/3.0_wp)
+         do i = 1, 3
+            deviator(i, i) = deviator(i, i) - p
+         end do
+      end associate
+      if (.not. jacobian > 0.0_wp) return ! no deformation has that stress
+      deviator = jacobian**(5.0_wp/3.0_wp)/self%shear*deviator
+      ! det(m I + D) rises from where m is large enough for a positive b: Newton's steps come from above
+      lowest = 0.0_wp
+      do i = 1, 3
+         lowest = max(lowest, sum(abs(deviator(:, i))))
+      end do
+      m = lowest + jacobian**(2.0_wp/3.0_wp)
+      do k = 1, 100
+         b = deviator
+         do i = 1, 3
+            b(i, i) = b(i, i) + m
+         end do
+         change = (determinant(b(1, 1), b(2, 1), b(3, 1), b(1, 2), b(2, 2), b(3, 2), b(1, 3), b(2, 3), b(3, 3)) &
+                   - jacobian**2)/minors(b)
+         m = m - change
+         if (abs(change) <= 4.0_wp*epsilon(m)*m) exit
+      end do
+      f = 0.0_wp
+      do k = 1, 3
+         f(k, k) = sqrt(max(b(k, k) - sum(f(k, :k - 1)**2), 0.0_wp))
+         do i = k + 1, 3
+            f(i, k) = (b(i, k) - sum(f(i, :k - 1)*f(k, :k - 1)))/max(f(k, k), tiny(m))
+         end do
+      end do
+      column(first:last, layout%deformation:layout%deformation + 8) = spread(reshape(f, [9]), 1, &
+                                                                             last - first + 1)
+   contains
+      !> Sum of the principal minors: how the determinant grows with what is added to the diagonal.
+      pure real(wp) function minors(b)
+         real(wp), intent(in) :: b(3, 3)
+         minors = b(1, 1)*b(2, 2) - b(1, 2)**2 + b(2, 2)*b(3, 3) - b(2, 3)**2 + b(1, 1)*b(3, 3) - b(1, 3)**2
+      end function minors
+   end subroutine begin_stressed
+
    !> F <- (I + dt L) F; sigma = mu J^(-5/3) dev b + K (J - 1) I.
    pure subroutine update(self, column, layout, gradient, time_step, first, last)
       class(neo_hookean_t), intent(in) :: self
@@ -49,33 +103,60 @@ contains
       real(wp), intent(in), contiguous :: gradient(:, :)
       real(wp), intent(in) :: time_step
       integer, intent(in) :: first, last
-      real(wp) :: f(3, 3), b(3, 3), jacobian, factor, pressure, bulk, mean
-      integer :: p, s, d
+      integer :: p, s, d, k
       s = layout%stress
       d = layout%deformation
-      bulk = self%lame + 2.0_wp*self%shear/3.0_wp
+      do k = d, d + 6, 3
+         !$omp simd
+         do p = first, last
+            call push(time_step, gradient(p, 1), gradient(p, 2), gradient(p, 3), gradient(p, 4), gradient(p, 5), &
+                      gradient(p, 6), gradient(p, 7), gradient(p, 8), gradient(p, 9), column(p, k), &
+                      column(p, k + 1), column(p, k + 2))
+         end do
+      end do
+      !$omp simd
       do p = first, last
-         f = reshape(column(p, d:d + 8), [3, 3])
-         f = f + time_step*matmul(reshape(gradient(p, 1:9), [3, 3]), f)
-         column(p, d:d + 8) = reshape(f, [9])
-         jacobian = determinant(f)
-         b = matmul(f, transpose(f))
-         mean = (b(1, 1) + b(2, 2) + b(3, 3))/3.0_wp
-         pressure = bulk*(jacobian - 1.0_wp)
-         factor = self%shear/max(jacobian, tiny(jacobian))**(5.0_wp/3.0_wp)
-         column(p, s) = factor*(b(1, 1) - mean) + pressure
-         column(p, s + 1) = factor*(b(2, 2) - mean) + pressure
-         column(p, s + 2) = factor*(b(3, 3) - mean) + pressure
-         column(p, s + 3) = factor*b(2, 3)
-         column(p, s + 4) = factor*b(1, 3)
-         column(p, s + 5) = factor*b(1, 2)
+         call stress_of(self%shear, self%lame + 2.0_wp*self%shear/3.0_wp, column(p, d), column(p, d + 1), &
+                        column(p, d + 2), column(p, d + 3), column(p, d + 4), column(p, d + 5), column(p, d + 6), &
+                        column(p, d + 7), column(p, d + 8), column(p, s), column(p, s + 1), column(p, s + 2), &
+                        column(p, s + 3), column(p, s + 4), column(p, s + 5))
       end do
    end subroutine update
 
-   pure real(wp) function determinant(f)
-      real(wp), intent(in) :: f(3, 3)
-      determinant = f(1, 1)*(f(2, 2)*f(3, 3) - f(2, 3)*f(3, 2)) - f(1, &
-         2)*(f(2, 1)*f(3, 3) - f(2, 3)*f(3, 1)) + f(1, 3)*(f(2, 1)*f(3, 2) - f(2, 2)*f(3, 1))
+   !> v <- v + dt L v. Here, and not taken from another module: only so it is put into the loop.
+   pure elemental subroutine push(dt, l11, l21, l31, l12, l22, l32, l13, l23, l33, x, y, z)
+      real(wp), intent(in) :: dt, l11, l21, l31, l12, l22, l32, l13, l23, l33
+      real(wp), intent(inout) :: x, y, z
+      real(wp) :: u, v, w
+      u = x; v = y; w = z
+      x = u + dt*(l11*u + l12*v + l13*w)
+      y = v + dt*(l21*u + l22*v + l23*w)
+      z = w + dt*(l31*u + l32*v + l33*w)
+   end subroutine push
+
+   !> The stress of F. Scalars, so that the loop above becomes one of vectors.
+   pure elemental subroutine stress_of(shear, bulk, f11, f21, f31, f12, f22, f32, f13, f23, f33, xx, yy, zz, yz, xz, xy)
+      real(wp), intent(in) :: shear, bulk, f11, f21, f31, f12, f22, f32, f13, f23, f33
+      real(wp), intent(out) :: xx, yy, zz, yz, xz, xy
+      real(wp) :: jacobian, b11, b22, b33, mean, pressure, factor
+      jacobian = determinant(f11, f21, f31, f12, f22, f32, f13, f23, f33)
+      b11 = f11*f11 + f12*f12 + f13*f13
+      b22 = f21*f21 + f22*f22 + f23*f23
+      b33 = f31*f31 + f32*f32 + f33*f33
+      mean = (b11 + b22 + b33)/3.0_wp
+      pressure = bulk*(jacobian - 1.0_wp)
+      factor = shear*max(jacobian, tiny(jacobian))**(-5.0_wp/3.0_wp)
+      xx = factor*(b11 - mean) + pressure
+      yy = factor*(b22 - mean) + pressure
+      zz = factor*(b33 - mean) + pressure
+      yz = factor*(f21*f31 + f22*f32 + f23*f33)
+      xz = factor*(f11*f31 + f12*f32 + f13*f33)
+      xy = factor*(f11*f21 + f12*f22 + f13*f23)
+   end subroutine stress_of
+
+   pure elemental real(wp) function determinant(f11, f21, f31, f12, f22, f32, f13, f23, f33)
+      real(wp), intent(in) :: f11, f21, f31, f12, f22, f32, f13, f23, f33
+      determinant = f11*(f22*f33 - f23*f32) - f12*(f21*f33 - f23*f31) + f13*(f21*f32 - f22*f31)
    end function determinant
 
    !> Sum of V/J U, J.
@@ -84,18 +165,27 @@ contains
       real(wp), intent(in), contiguous :: column(:, :)
       type(layout_t), intent(in) :: layout
       integer, intent(in) :: first, last
-      real(wp) :: f(3, 3), jacobian, bulk, density
-      integer :: p
+      real(wp) :: bulk
+      integer :: p, d
       bulk = self%lame + 2.0_wp*self%shear/3.0_wp
+      d = layout%deformation
       energy = 0.0_wp
+      !$omp simd reduction(+: energy)
       do p = first, last
-         f = reshape(column(p, layout%deformation:layout%deformation + 8), [3, 3])
-         jacobian = determinant(f)
-         density = 0.5_wp*self%shear*(sum(f**2)*jacobian**(-2.0_wp/3.0_wp) - 3.0_wp) &
-                   + 0.5_wp*bulk*(jacobian - 1.0_wp)**2
-         energy = energy + column(p, layout%volume)/jacobian*density
+         energy = energy + column(p, layout%volume) &
+                  *density_of(self%shear, bulk, column(p, d), column(p, d + 1), column(p, d + 2), column(p, d + 3), &
+                              column(p, d + 4), column(p, d + 5), column(p, d + 6), column(p, d + 7), column(p, d + 8))
       end do
    end function strain_energy
+
+   !> U/J, per present volume, J/m3.
+   pure elemental real(wp) function density_of(shear, bulk, f11, f21, f31, f12, f22, f32, f13, f23, f33) result(density)
+      real(wp), intent(in) :: shear, bulk, f11, f21, f31, f12, f22, f32, f13, f23, f33
+      real(wp) :: jacobian, trace
+      jacobian = determinant(f11, f21, f31, f12, f22, f32, f13, f23, f33)
+      trace = f11*f11 + f21*f21 + f31*f31 + f12*f12 + f22*f22 + f32*f32 + f13*f13 + f23*f23 + f33*f33
+      density = (0.5_wp*shear*(trace*jacobian**(-2.0_wp/3.0_wp) - 3.0_wp) + 0.5_wp*bulk*(jacobian - 1.0_wp)**2)/jacobian
+   end function density_of
 
    !> sqrt(n . b . n), b = F F^T.
    pure real(wp) function stretch(self, values, layout, direction)

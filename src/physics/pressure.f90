@@ -1,4 +1,5 @@
-!> A pressure on a patch of a body's face that follows the surface (theory.md, eq. pressure).
+!> A pressure on a patch of a body's face, or on all surface within a box, that follows the surface (theory.md,
+!> eq. pressure).
 module m_pressure
    use m_kinds, only: wp
    use m_constants, only: exit_input
@@ -12,6 +13,8 @@ module m_pressure
    use m_grid_level, only: grid_level_t
    use m_field_table, only: field_table_t, layout_t
    use m_particle_store, only: particle_store_t
+   use m_shape, only: shape_t
+   use m_cut_cell, only: cells_of_particle, find_surface, most_cells
    use m_block, only: block_t
    use m_level, only: level_t
    use m_stencil, only: bin_place
@@ -30,7 +33,7 @@ module m_pressure
    real(wp), parameter :: covered = 1.0e-6_wp  !< so much of the patch may find no face
 
    type, extends(effect_t) :: pressure_t
-      real(wp) :: lower(3) = 0.0_wp, upper(3) = 0.0_wp !< of the patch, m; equal along one axis
+      real(wp) :: lower(3) = 0.0_wp, upper(3) = 0.0_wp !< of the patch, m: equal along one axis; or of the box
       real(wp), allocatable :: times(:)  !< s, rising
       real(wp), allocatable :: values(:) !< Pa
       integer :: area = 0 !< first column of the particle's share of the patch, an outward vector, m2
@@ -40,6 +43,8 @@ module m_pressure
       procedure :: hooks
       procedure :: declare
       procedure :: initialise
+      procedure :: cover
+      procedure :: is_box
       procedure :: verify
       procedure :: add_forces
       procedure :: pushed
@@ -54,8 +59,9 @@ contains
       type(group_reader_t), intent(inout) :: group
       call group%get('lower', self%lower, any_value('m'), required=.true.)
       call group%get('upper', self%upper, any_value('m'), required=.true.)
-      if (count(self%upper > self%lower) /= 2 .or. any(self%upper < self%lower)) &
-         call group%refuse('upper', 'must be above lower along two axes and equal to it along the third, the normal of the face')
+      if (count(self%upper > self%lower) < 2 .or. any(self%upper < self%lower)) &
+         call group%refuse('upper', 'must be above lower along two axes, and along the third equal to it '// &
+                                    '(a patch of a face) or above it (a box, for all surface in it)')
       call group%get_list('times', self%times, any_value('s'), required=.true.)
       call group%get_list('values', self%values, any_value('Pa'), required=.true.)
       if (.not. (allocated(self%times) .and. allocated(self%values))) return
@@ -86,6 +92,43 @@ contains
       self%arm = table%column('pressure_arm_'//to_text(patch))
    end subroutine declare
 
+   !> True where all surface within a box is meant, false where a patch of a plane is.
+   pure logical function is_box(self)
+      class(pressure_t), intent(in) :: self
+      is_box = all(self%upper > self%lower)
+   end function is_box
+
+   !> Particles take the surface of their body that lies within the box, in their places of the lattice and in
+   !> those whose parts they have.
+   subroutine cover(self, particles, first, shape, cells, layout, grid)
+      class(pressure_t), intent(in) :: self
+      type(particle_store_t), intent(inout) :: particles
+      integer, intent(in) :: first
+      class(shape_t), intent(in) :: shape
+      real(wp), intent(in) :: cells(:, :)
+      type(layout_t), intent(in) :: layout
+      type(grid_level_t), intent(in) :: grid
+      real(wp) :: area(3), size_of, weighted(3), places(3, most_cells)
+      integer :: c, count, p
+      if (.not. self%is_box()) return
+      do p = 1, size(cells, 2)
+         associate (middle => cells(1:3, p), half => cells(4, p), column => particles%column(first + p - 1, :))
+            if (any(middle + 3.0_wp*half < self%lower) .or. any(middle - 3.0_wp*half > self%upper)) cycle
+            call cells_of_particle(shape, middle, half, places, count)
+            area = 0.0_wp
+            size_of = 0.0_wp
+            weighted = 0.0_wp
+            do c = 1, count
+               call find_surface(shape, places(:, c), half, grid%lower, grid%upper, self%lower, self%upper, area, &
+                                 size_of, weighted)
+            end do
+            if (.not. norm2(area) > 0.0_wp) cycle
+            column(self%area:self%area + 2) = area
+            column(self%arm:self%arm + 2) = weighted/size_of - column(layout%position:layout%position + 2)
+         end associate
+      end do
+   end subroutine cover
+
    !> Particles with a face on the plane of the patch take the part of that face that lies in the patch:
    !> together exactly its area.
    subroutine initialise(self, particles, table, layout, grid)
@@ -96,6 +139,7 @@ contains
       type(grid_level_t), intent(in) :: grid
       real(wp) :: position(3), half, from(3), to(3), outward
       integer :: axis, p
+      if (self%is_box()) return
       axis = minloc(self%upper - self%lower, dim=1)
       do p = 1, particles%count
          position = particles%column(p, layout%position:layout%position + 2)
@@ -127,14 +171,24 @@ contains
       integer :: axis, b, l
       axis = self%area + minloc(self%upper - self%lower, dim=1) - 1
       found = 0.0_wp
+      if (self%is_box()) axis = self%area
       do l = 1, size(levels)
          do b = 1, size(levels(l)%blocks)
             associate (particles => levels(l)%blocks(b)%particles)
-               found = found + sum(particles%column(:particles%count, axis))
+               if (self%is_box()) then
+                  found = found + sum(norm2(particles%column(:particles%count, axis:axis + 2), dim=2))
+               else
+                  found = found + sum(particles%column(:particles%count, axis))
+               end if
             end associate
          end do
       end do
       found = abs(communicator%sum_real(found))
+      if (self%is_box()) then
+         if (.not. found > 0.0_wp) call fail(error, exit_input, self%group_text()// &
+            ': no surface of a body lies within the box; allowed: a box that holds some')
+         return
+      end if
       patch = product(pack(self%upper - self%lower, self%upper > self%lower))
       if (abs(found - patch) <= covered*patch) return
       call fail(error, exit_input, self%group_text()//': '//to_text(found, 6)//' m2 of the patch of '// &

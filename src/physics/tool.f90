@@ -46,6 +46,7 @@ module m_tool
       procedure :: mobilities
       procedure :: along
       procedure :: gap_and_normal
+      procedure :: least_gap
       procedure :: velocity_at
       procedure, private :: set_velocity
       procedure, private :: turn
@@ -355,5 +356,16 @@ contains
          normal = matmul(self%rotation, own)
       end if
    end subroutine gap_and_normal
+
+   !> The gap is not less, m; the gap itself where that takes no search.
+   pure real(wp) function least_gap(self, position) result(gap)
+      class(tool_t), intent(in) :: self
+      real(wp), intent(in) :: position(3) !< m
+      if (self%pivot == 0) then
+         gap = self%spec%shape%least_distance(position - self%tip)
+      else
+         gap = self%spec%shape%least_distance(matmul(position - self%tip, self%rotation))
+      end if
+   end function least_gap
 
 end module m_tool

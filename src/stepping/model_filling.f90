@@ -1,5 +1,6 @@
 !> The blocks that the bodies of a scene need, and the particles in them.
 submodule (m_model) m_model_filling
+   use m_number_text, only: reals_text
    implicit none
 
 contains
@@ -10,6 +11,7 @@ contains
       call require_memory(self, scene%place('cell_size'), sum(expected_count(scene%bodies, &
             self%levels(1)%grid)), 0.0_wp, error)
       if (error%happened()) return
+      call check_stresses(self, scene, error)
       call count_particles(self, scene, counts, error)
       if (error%happened()) return
       finest = blocks_before(self%levels, size(self%levels)) + 1 ! the blocks of the others have two tiles
@@ -38,11 +40,42 @@ contains
       call self%communicator%agree(error)
    end procedure populate
 
+   !> A body can bear the stress that it begins with: its law leaves that as it is where nothing moves.
+   subroutine check_stresses(self, scene, error)
+      class(model_t), intent(in) :: self
+      type(scene_t), intent(in) :: scene
+      type(error_t), intent(inout) :: error
+      real(wp), parameter :: same = 1.0e-9_wp !< relative
+      real(wp) :: column(1, self%levels(1)%table%columns), gradient(1, 9), time_step
+      integer :: body
+      do body = 1, size(scene%bodies)
+         associate (spec => scene%bodies(body), at => self%levels(1)%layout, &
+                    law => self%materials%slots(self%materials%of_body(body))%law)
+            if (.not. any(abs(spec%stress) > 0.0_wp)) cycle
+            column = 0.0_wp
+            column(1, at%volume) = scene%grid%cell_size**3
+            column(1, at%mass) = law%density*column(1, at%volume)
+            column(1, at%stress:at%stress + 5) = spec%stress
+            call law%initial(column, at, 1, 1)
+            call law%begin_stressed(spec%stress, column, at, 1, 1)
+            gradient = 0.0_wp
+            time_step = 1.0e-3_wp*scene%grid%cell_size/sqrt(law%p_wave_modulus()/law%density)
+            call law%update(column, at, gradient, time_step, 1, 1)
+            if (maxval(abs(column(1, at%stress:at%stress + 5) - spec%stress)) &
+                <= same*maxval(abs(spec%stress))) cycle
+            call fail(error, exit_input, scene%place('body', body)//': the material cannot bear stress='// &
+                      reals_text(spec%stress, 6)//' Pa at rest; it would become '// &
+                      reals_text(column(1, at%stress:at%stress + 5), 6)//' Pa')
+         end associate
+      end do
+   end subroutine check_stresses
+
    !> The particles of one level.
    subroutine fill(self, scene, l)
       class(model_t), intent(inout) :: self
       type(scene_t), intent(in) :: scene
       integer, intent(in) :: l
+      real(wp), allocatable :: cells(:, :)
       integer :: b, body, e, filled
       do b = 1, size(self%levels(l)%blocks)
          associate (block => self%levels(l)%blocks(b))
@@ -50,12 +83,19 @@ contains
                if (self%levels(l)%field_of_body(body) /= block%field) cycle
                filled = block%particles%count
                call fill_block(self%levels, l, block, scene%bodies(body), body, &
-                               scene%materials(scene%bodies(body)%material)%density, first_id(body))
+                               scene%materials(scene%bodies(body)%material)%density, first_id(body), cells)
+               if (block%particles%count == filled) cycle
                associate (law => self%materials%slots(self%materials%of_body(body))%law)
-                  if (block%particles%count > filled) &
-                     call law%initial(block%particles%column, self%levels(l)%layout, filled + 1, &
-                                      block%particles%count)
+                  call law%initial(block%particles%column, self%levels(l)%layout, filled + 1, &
+                                   block%particles%count)
+                  if (any(abs(scene%bodies(body)%stress) > 0.0_wp)) &
+                     call law%begin_stressed(scene%bodies(body)%stress, block%particles%column, &
+                                             self%levels(l)%layout, filled + 1, block%particles%count)
                end associate
+               do e = 1, size(self%effects)
+                  call self%effects(e)%effect%cover(block%particles, filled + 1, scene%bodies(body)%shape, &
+                                                    cells, self%levels(l)%layout, self%levels(l)%grid)
+               end do
             end do
             call set_bins(self%levels(l), block)
             do e = 1, size(self%effects)

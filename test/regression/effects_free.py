@@ -27,7 +27,7 @@ ROWS = {"lists": EACH, "P2G": 2 * EACH, "exchange": 3 * STEPS, "nodes": EACH, "G
         "stress": EACH, "migration": STEPS, "control": STEPS, "output": EACH + STEPS + 1,
         "guard": 1, "indicators": 1}  # the copy at the start, the estimate at the end
 FILES = {"case.nml", "cost.dat", "energy.dat", "run.log"}
-OFFERED = ["affine transfer", "deforming domains", "tool contact", "friction", "probes", "gravity", "damping", "pressure", "bulk_viscosity", "anti_locking",
+OFFERED = ["affine transfer", "deforming domains", "tool contact", "contact between bodies", "friction", "probes", "gravity", "damping", "pressure", "bulk_viscosity", "damage", "anti_locking",
            "grains"]
 
 GRAVITY = "&gravity acceleration=0,0,-1 /"
@@ -76,6 +76,11 @@ CASES = [
     ("pressure", {"groups": PRESSURE}, *PATCH),
     ("bulk_viscosity", {"groups": VISCOSITY}, {"viscous_pressure": 1, "viscous_heat": 1}, {"bulk_viscosity": EACH},
      {"bulk_viscosity": 16}),
+    ("damage", {"law": J2, "groups": NO_LOCKING + "\n&damage tension_limit=1e9 /"},
+     FLOW | {"damage": 1, "damage_strain": 1, "lost_tension": 1, "failure_energy": 1, "work_before_failure": 1}, {"damage": EACH},
+     {"damage": 40}),
+    ("kinematic", {"law": J2 + ", kinematic_modulus=1e4,1e3", "groups": NO_LOCKING},
+     FLOW | {"back_stress_1": 6, "back_stress_2": 6}, {}, {}),
     ("anti_locking", {"groups": ANTI_LOCKING}, LOCKING_FIELDS, {"anti_locking": EACH, "exchange": STEPS}, {"anti_locking": 80}),
     ("together", {"groups": "\n".join([GRAVITY, DAMPING, PRESSURE, VISCOSITY, ANTI_LOCKING])},
      {"unseen_heat": 1} | PATCH[0] | LOCKING_FIELDS | {"viscous_pressure": 1, "viscous_heat": 1},

@@ -3,6 +3,7 @@
 # Every scene of input/ is accepted, steps and ends well: the first thousandth of its time on 2 ranks.
 #test: limit 180
 . "$(dirname "$0")/../harness/env.sh"
+ln -s "$ROOT/input" input # files that scenes name
 for scene in "$ROOT"/input/*.nml "$ROOT"/input/tutorial/*.nml; do
    name=$(echo "${scene#"$ROOT"/input/}" | tr / _)
    name=${name%.nml}

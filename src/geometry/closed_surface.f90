@@ -1,0 +1,161 @@
+!> The inside of a closed surface of triangles: signed distance and normal at any place (theory.md, eq.
+!> pseudonormal).
+module m_closed_surface
+   use m_kinds, only: wp
+   use m_triangles, only: triangles_t
+   use m_box_tree, only: box_tree_t, foot_t
+   implicit none
+   private
+   public :: closed_surface_t
+
+   integer, parameter :: fewest_cells = 8**3, most_cells = 96**3, cells_a_triangle = 8 !< over its box
+   real(wp), parameter :: known = 0.5_wp !< cells whose distance is known to be more than this share of the last
+                                         !< one that was searched for need no search
+   integer, parameter :: rim = 8 !< cells around that: what comes near a tool is most often outside its box
+
+   !> Cubic cells over the surface's box remember the distance of their middle and the nearest triangle: what is
+   !> far away is known without a search, and a search starts with a good guess.
+   type :: closed_surface_t
+      type(triangles_t) :: triangles
+      type(box_tree_t) :: tree
+      real(wp) :: lower(3) = 0.0_wp, upper(3) = 0.0_wp !< of the surface, m
+      real(wp), private :: from(3) = 0.0_wp, edge = 0.0_wp !< corner of the cells and their edge, m
+      integer, private :: cells(3) = 0
+      real(wp), allocatable, private :: least(:, :, :), most(:, :, :) !< the signed distance of a cell's middle
+                                                                      !< lies between these, m
+      integer, allocatable, private :: guess(:, :, :) !< place of the nearest triangle in the tree
+   contains
+      procedure :: build
+      procedure :: distance_and_normal
+      procedure :: least_distance
+      procedure :: most_distance
+      procedure :: megabytes
+      procedure, private :: cell_of
+      procedure, private :: judge
+   end type closed_surface_t
+
+contains
+
+   !> From triangles that have been closed up.
+   subroutine build(self, triangles)
+      class(closed_surface_t), intent(inout) :: self
+      type(triangles_t), intent(in) :: triangles
+      real(wp) :: middle(3), distance, normal(3), wanted
+      type(foot_t) :: foot
+      integer :: i, j, k
+      self%triangles = triangles
+      call self%tree%build(triangles)
+      call triangles%bounds(self%lower, self%upper)
+      wanted = min(most_cells, max(fewest_cells, cells_a_triangle*triangles%count()))
+      self%edge = (product(self%upper - self%lower)/wanted)**(1.0_wp/3.0_wp)
+      self%cells = ceiling((self%upper - self%lower)/self%edge) + 2*rim
+      self%from = 0.5_wp*(self%lower + self%upper) - 0.5_wp*self%cells*self%edge
+      allocate (self%least(self%cells(1), self%cells(2), self%cells(3)))
+      allocate (self%most(self%cells(1), self%cells(2), self%cells(3)))
+      allocate (self%guess(self%cells(1), self%cells(2), self%cells(3)))
+      do k = 1, self%cells(3)
+         do j = 1, self%cells(2)
+            distance = 0.0_wp
+            do i = 1, self%cells(1)
+               if (i > 1) then ! the distance changes by no more than the way
+                  self%least(i, j, k) = self%least(i - 1, j, k) - self%edge
+                  self%most(i, j, k) = self%most(i - 1, j, k) + self%edge
+                  self%guess(i, j, k) = self%guess(i - 1, j, k)
+                  if (max(self%least(i, j, k), -self%most(i, j, k)) > known*abs(distance)) cycle
+               end if
+               middle = self%from + ([i, j, k] - 0.5_wp)*self%edge
+               foot = foot_t()
+               if (i > 1) call self%tree%look_at(self%guess(i, j, k), middle, foot)
+               call self%tree%nearest(middle, foot)
+               call self%judge(foot, distance, normal)
+               self%least(i, j, k) = distance
+               self%most(i, j, k) = distance
+               self%guess(i, j, k) = foot%place
+            end do
+         end do
+      end do
+   end subroutine build
+
+   !> Signed distance (m), and the outward unit normal of the surface at its nearest point: at edges and
+   !> corners the direction from there to the place, or back from inside.
+   pure subroutine distance_and_normal(self, place, distance, normal)
+      class(closed_surface_t), intent(in) :: self
+      real(wp), intent(in) :: place(3) !< m
+      real(wp), intent(out) :: distance, normal(3)
+      type(foot_t) :: foot
+      integer :: cell(3)
+      cell = self%cell_of(place)
+      call self%tree%look_at(self%guess(cell(1), cell(2), cell(3)), place, foot)
+      call self%tree%nearest(place, foot)
+      call self%judge(foot, distance, normal)
+   end subroutine distance_and_normal
+
+   !> Side and normal of the nearest point: by the normal of what it lies on, a face, an edge or a corner.
+   pure subroutine judge(self, foot, distance, normal)
+      class(closed_surface_t), intent(in) :: self
+      type(foot_t), intent(in) :: foot
+      real(wp), intent(out) :: distance, normal(3)
+      integer :: t
+      t = self%tree%number(foot%place)
+      select case (foot%feature)
+      case (0)
+         normal = self%triangles%face_normal(:, t)
+      case (1:3)
+         normal = self%triangles%edge_normal(:, foot%feature, t)
+      case default
+         normal = self%triangles%corner_normal(:, self%triangles%of(foot%feature - 3, t))
+      end select
+      distance = sqrt(foot%squared)
+      if (distance > 0.0_wp .and. foot%feature > 0) then
+         if (dot_product(foot%way, normal) < 0.0_wp) distance = -distance
+         normal = foot%way/distance
+      else if (foot%feature > 0) then
+         normal = normal/sqrt(dot_product(normal, normal))
+      else ! across a face: more exact than the way, which may be short
+         distance = sign(distance, dot_product(foot%way, normal))
+      end if
+   end subroutine judge
+
+   !> The cell of a place, or the nearest one.
+   pure function cell_of(self, place) result(cell)
+      class(closed_surface_t), intent(in) :: self
+      real(wp), intent(in) :: place(3)
+      integer :: cell(3)
+      ! in reals first: what is far away has no integer
+      cell = 1 + int(max(0.0_wp, min((place - self%from)/self%edge, self%cells - 0.5_wp)))
+   end function cell_of
+
+   !> The signed distance is not less, m: without a search.
+   pure real(wp) function least_distance(self, place)
+      class(closed_surface_t), intent(in) :: self
+      real(wp), intent(in) :: place(3)
+      real(wp) :: off(3)
+      integer :: cell(3)
+      cell = self%cell_of(place)
+      off = place - (self%from + (cell - 0.5_wp)*self%edge)
+      least_distance = self%least(cell(1), cell(2), cell(3)) - sqrt(dot_product(off, off))
+      off = max(self%lower - place, place - self%upper, 0.0_wp)
+      if (any(off > 0.0_wp)) least_distance = max(least_distance, sqrt(dot_product(off, off)))
+   end function least_distance
+
+   !> The signed distance is not more, m: without a search.
+   pure real(wp) function most_distance(self, place)
+      class(closed_surface_t), intent(in) :: self
+      real(wp), intent(in) :: place(3)
+      real(wp) :: off(3)
+      integer :: cell(3)
+      cell = self%cell_of(place)
+      off = place - (self%from + (cell - 0.5_wp)*self%edge)
+      most_distance = self%most(cell(1), cell(2), cell(3)) + sqrt(dot_product(off, off))
+   end function most_distance
+
+   !> Memory.
+   pure real(wp) function megabytes(self)
+      class(closed_surface_t), intent(in) :: self
+      integer :: t
+      t = self%triangles%count()
+      megabytes = 1.0e-6_wp*(real(self%tree%bytes(), wp) + 20.0_wp*size(self%least) + 108.0_wp*t &
+                             + 48.0_wp*size(self%triangles%corner, 2))
+   end function megabytes
+
+end module m_closed_surface

@@ -1,0 +1,301 @@
+!> A shape from a file: a closed surface of triangles (STL, OBJ), or heights on a grid.
+module m_file_shape
+   use, intrinsic :: ieee_arithmetic, only: ieee_is_finite
+   use mpi_f08
+   use m_kinds, only: wp
+   use m_constants, only: pi
+   use m_checksum, only: text_checksum
+   use m_communicator, only: communicator_t
+   use m_filesystem, only: read_file, is_directory, system_reason
+   use m_group_reader, only: group_reader_t
+   use m_text, only: to_text
+   use m_value_range, only: any_value, above, at_least
+   use m_shape, only: shape_t
+   use m_triangles, only: triangles_t, weld
+   use m_surface_text, only: read_triangles, read_heights, is_heights
+   use m_height_field, only: close_heights
+   use m_height_file, only: is_hdf5, read_height_file
+   use m_closed_surface, only: closed_surface_t
+   implicit none
+   private
+   public :: file_shape_t
+
+   integer, parameter :: longest_path = 1000
+   integer, parameter :: most_bytes = 1000000000
+   integer, parameter :: piece = 1048576 !< bytes of a file whose checksum is taken at once
+
+   type, extends(shape_t) :: file_shape_t
+      character(len=:), allocatable :: file
+      real(wp) :: scale = 1.0_wp              !< m, of the file's unit
+      real(wp) :: rotation(3) = 0.0_wp        !< about x, then y, then z, degrees
+      real(wp) :: origin(3) = 0.0_wp          !< of a body, where the file's origin lies, m
+      real(wp) :: spacing(2) = 0.0_wp         !< of heights along x and y, m; 0: triangles
+      character(len=:), allocatable :: checksum !< of the file; empty: not known
+      type(closed_surface_t), pointer :: inside_of => null() !< turned and scaled; copies share it, and nobody
+                                                             !< changes it
+   contains
+      procedure :: variables
+      procedure :: load
+      procedure :: file_name
+      procedure :: distance_and_normal
+      procedure :: least_distance
+      procedure :: most_distance
+      procedure :: is_searched
+      procedure :: bounding_box
+      procedure :: reach
+      procedure :: volume
+      procedure :: lattice_origin
+      procedure :: fills_by_share
+      procedure :: place_name
+   end type file_shape_t
+
+contains
+
+   subroutine variables(self, group)
+      class(file_shape_t), intent(inout) :: self
+      type(group_reader_t), intent(inout) :: group
+      if (.not. allocated(self%file)) self%file = ''
+      if (.not. allocated(self%checksum)) self%checksum = ''
+      call group%get_text('file', self%file, longest_path, required=.true.)
+      call group%get('scale', self%scale, above(0.0_wp, 'm'))
+      call group%get('rotation', self%rotation, any_value('degrees'))
+      if (.not. self%of_tool) call group%get('origin', self%origin, any_value('m'))
+      if (.not. group%is_writing() .or. any(self%spacing > 0.0_wp)) &
+         call group%get('spacing', self%spacing, above(0.0_wp, 'm'))
+      if (.not. group%is_writing() .or. self%checksum /= '') &
+         call group%get_text('checksum', self%checksum, longest_path)
+   end subroutine variables
+
+   !> Collective: rank 0 reads the file, all make the surface of it. A file whose checksum is not the one that
+   !> the scene names has been changed.
+   subroutine load(self, communicator, fault)
+      class(file_shape_t), intent(inout) :: self
+      type(communicator_t), intent(in) :: communicator
+      character(len=:), allocatable, intent(inout) :: fault
+      character(len=:), allocatable :: bytes, digits
+      real(wp), allocatable :: place(:, :)
+      integer, allocatable :: of(:, :)
+      real(wp), allocatable :: height(:, :)
+      type(triangles_t) :: triangles
+      fault = ''
+      bytes = ''
+      if (communicator%is_root()) call read_bytes(self%file, bytes, fault)
+      call communicator%broadcast_text(fault, 0)
+      if (fault /= '') return
+      call communicator%broadcast_text(bytes, 0)
+      digits = checksum_of(bytes)
+      if (self%checksum /= '' .and. self%checksum /= digits) then
+         fault = 'has been changed: its checksum is '//digits//', the scene was made with '//self%checksum
+         return
+      end if
+      self%checksum = digits
+      if (is_hdf5(bytes)) then
+         call share_heights(communicator, self%file, height, fault)
+         if (fault == '') call close_up_heights(height, self%spacing, place, of, fault)
+      else
+         call find_corners(bytes, self%spacing, place, of, fault)
+      end if
+      if (fault /= '') return
+      deallocate (bytes)
+      call weld(place, of)
+      call move_alloc(of, triangles%of)
+      triangles%corner = placed(self, place)
+      call triangles%close_up(fault)
+      if (fault /= '') return
+      allocate (self%inside_of) ! what is here before belongs to copies
+      call self%inside_of%build(triangles)
+   end subroutine load
+
+   !> All bytes of a file.
+   subroutine read_bytes(path, bytes, fault)
+      character(len=*), intent(in) :: path
+      character(len=:), allocatable, intent(out) :: bytes
+      character(len=:), allocatable, intent(inout) :: fault
+      logical :: good
+      bytes = ''
+      if (is_directory(path)) then
+         fault = 'is a directory; allowed: an STL or OBJ file, or heights'
+         return
+      end if
+      call read_file(path, most_bytes, bytes, good)
+      if (.not. good) then
+         fault = 'cannot be read: '//system_reason()
+      else if (len(bytes) > most_bytes) then
+         fault = 'is longer than '//to_text(most_bytes)//' bytes'
+      else if (len(bytes) == 0) then
+         fault = 'is empty'
+      end if
+   end subroutine read_bytes
+
+   !> A checksum of those of the pieces: what is summed up at once is copied.
+   pure function checksum_of(bytes) result(digits)
+      character(len=*), intent(in) :: bytes
+      character(len=:), allocatable :: digits
+      integer :: first
+      digits = ''
+      do first = 1, len(bytes), piece
+         digits = digits//text_checksum(bytes(first:min(len(bytes), first + piece - 1)))
+      end do
+      digits = text_checksum(digits)
+   end function checksum_of
+
+   !> Corners and triangles in the file's unit; heights are closed with walls and a floor.
+   subroutine find_corners(bytes, spacing, place, of, fault)
+      character(len=*), intent(in) :: bytes
+      real(wp), intent(in) :: spacing(2)
+      real(wp), allocatable, intent(out) :: place(:, :)
+      integer, allocatable, intent(out) :: of(:, :)
+      character(len=:), allocatable, intent(inout) :: fault
+      real(wp), allocatable :: height(:, :)
+      if (.not. is_heights(bytes)) then
+         call read_triangles(bytes, place, of, fault)
+         if (fault == '' .and. any(spacing > 0.0_wp)) fault = 'holds triangles; spacing is for heights'
+         return
+      end if
+      call read_heights(bytes, height, fault)
+      if (fault == '') call close_up_heights(height, spacing, place, of, fault)
+   end subroutine find_corners
+
+   !> Collective: heights that rank 0 reads from an HDF5 file.
+   subroutine share_heights(communicator, path, height, fault)
+      type(communicator_t), intent(in) :: communicator
+      character(len=*), intent(in) :: path
+      real(wp), allocatable, intent(out) :: height(:, :)
+      character(len=:), allocatable, intent(inout) :: fault
+      integer :: extent(2)
+      if (communicator%is_root()) call read_height_file(path, height, fault)
+      call communicator%broadcast_text(fault, 0)
+      if (fault /= '') return
+      if (communicator%is_root()) extent = shape(height)
+      call MPI_Bcast(extent, 2, MPI_INTEGER, 0, communicator%comm)
+      if (.not. communicator%is_root()) allocate (height(extent(1), extent(2)))
+      call MPI_Bcast(height, size(height), MPI_DOUBLE_PRECISION, 0, communicator%comm)
+   end subroutine share_heights
+
+   !> Corners and triangles of heights, which must be finite and have distances.
+   subroutine close_up_heights(height, spacing, place, of, fault)
+      real(wp), intent(in) :: height(:, :), spacing(2)
+      real(wp), allocatable, intent(out) :: place(:, :)
+      integer, allocatable, intent(out) :: of(:, :)
+      character(len=:), allocatable, intent(inout) :: fault
+      if (.not. all(ieee_is_finite(height))) then
+         fault = 'holds heights that are not finite numbers'
+      else if (.not. all(spacing > 0.0_wp)) then
+         fault = 'holds heights; spacing must be given with them, along x and y in m'
+      else if (any(shape(height) < 2)) then
+         fault = 'holds '//to_text(size(height, 1))//' by '//to_text(size(height, 2))// &
+                 ' heights; allowed: at least 2 by 2'
+      else
+         call close_heights(height, spacing, place, of)
+      end if
+   end subroutine close_up_heights
+
+   !> Corners of the file where they are in the scene: scaled (heights upwards alone), turned about x, then y,
+   !> then z, and moved.
+   pure function placed(self, place) result(there)
+      class(file_shape_t), intent(in) :: self
+      real(wp), intent(in) :: place(:, :)
+      real(wp) :: there(3, size(place, 2))
+      real(wp) :: turn(3, 3), c, s, factor(3)
+      integer :: axis, n, before, after
+      factor = self%scale
+      if (any(self%spacing > 0.0_wp)) factor(1:2) = 1.0_wp
+      turn = reshape([1.0_wp, 0.0_wp, 0.0_wp, 0.0_wp, 1.0_wp, 0.0_wp, 0.0_wp, 0.0_wp, 1.0_wp], [3, 3])
+      do axis = 1, 3
+         c = cosine(self%rotation(axis))
+         s = cosine(self%rotation(axis) - 90.0_wp)
+         before = 1 + mod(axis, 3)
+         after = 1 + mod(axis + 1, 3)
+         turn([before, after], :) = matmul(reshape([c, s, -s, c], [2, 2]), turn([before, after], :))
+      end do
+      do n = 1, size(place, 2)
+         there(:, n) = self%origin + matmul(turn, factor*place(:, n))
+      end do
+   end function placed
+
+   !> Of an angle in degrees; exact at right angles, so that faces along the grid stay there.
+   pure real(wp) function cosine(degrees)
+      real(wp), intent(in) :: degrees
+      real(wp) :: quarters
+      quarters = degrees/90.0_wp
+      cosine = cos(degrees*(pi/180.0_wp))
+      if (abs(quarters - anint(quarters)) <= 0.0_wp) cosine = real(nint(cosine), wp)
+   end function cosine
+
+   !> The file, as the scene names it.
+   pure function file_name(self) result(name)
+      class(file_shape_t), intent(in) :: self
+      character(len=:), allocatable :: name
+      name = self%file
+   end function file_name
+
+   pure subroutine distance_and_normal(self, place, distance, normal)
+      class(file_shape_t), intent(in) :: self
+      real(wp), intent(in) :: place(3)
+      real(wp), intent(out) :: distance, normal(3)
+      call self%inside_of%distance_and_normal(place, distance, normal)
+   end subroutine distance_and_normal
+
+   pure real(wp) function least_distance(self, place)
+      class(file_shape_t), intent(in) :: self
+      real(wp), intent(in) :: place(3)
+      least_distance = self%inside_of%least_distance(place)
+   end function least_distance
+
+   pure real(wp) function most_distance(self, place)
+      class(file_shape_t), intent(in) :: self
+      real(wp), intent(in) :: place(3)
+      most_distance = self%inside_of%most_distance(place)
+   end function most_distance
+
+   pure logical function is_searched(self)
+      class(file_shape_t), intent(in) :: self
+      is_searched = .true.
+   end function is_searched
+
+   pure subroutine bounding_box(self, lower, upper)
+      class(file_shape_t), intent(in) :: self
+      real(wp), intent(out) :: lower(3), upper(3)
+      lower = self%inside_of%lower
+      upper = self%inside_of%upper
+   end subroutine bounding_box
+
+   !> Of its corners: no place of a triangle is further away.
+   pure real(wp) function reach(self, place, axis)
+      class(file_shape_t), intent(in) :: self
+      real(wp), intent(in) :: place(3)
+      real(wp), intent(in), optional :: axis(3)
+      real(wp) :: way(3)
+      integer :: c
+      reach = 0.0_wp
+      do c = 1, size(self%inside_of%triangles%corner, 2)
+         way = self%inside_of%triangles%corner(:, c) - place
+         if (present(axis)) way = way - dot_product(way, axis)*axis
+         reach = max(reach, norm2(way))
+      end do
+   end function reach
+
+   pure real(wp) function volume(self)
+      class(file_shape_t), intent(in) :: self
+      volume = self%inside_of%triangles%volume()
+   end function volume
+
+   pure function lattice_origin(self) result(origin)
+      class(file_shape_t), intent(in) :: self
+      real(wp) :: origin(3)
+      origin = self%origin
+   end function lattice_origin
+
+   pure logical function fills_by_share(self)
+      class(file_shape_t), intent(in) :: self
+      fills_by_share = .true.
+   end function fills_by_share
+
+   pure function place_name(self, down) result(name)
+      class(file_shape_t), intent(in) :: self
+      logical, intent(in) :: down
+      character(len=:), allocatable :: name
+      name = 'origin'
+   end function place_name
+
+end module m_file_shape

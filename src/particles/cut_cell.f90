@@ -1,0 +1,222 @@
+!> What a cube has of a shape whose surface may cut it: the volume inside, where it lies, and the surface in it
+!> (theory.md, eq. cut-cell).
+module m_cut_cell
+   use m_kinds, only: wp
+   use m_shape, only: shape_t
+   implicit none
+   private
+   public :: part_t, may_reach, find_part, find_surface, cells_of_particle
+
+   integer, parameter :: halvings = 2  !< of a cube that the surface cuts, before it is taken for plane there
+   integer, parameter :: samples = 2**halvings
+   real(wp), parameter :: hair = 1.0e-6_wp !< edges: so near to a side of a cube a surface lies on it
+   real(wp), parameter, public :: least_share = 0.2_wp !< smaller parts of a cube go to the next one inwards
+   integer, parameter, public :: most_cells = 7 !< that a particle may be made of: its own and six beside it
+
+   !> A part of a body. The moments are of its volume.
+   type :: part_t
+      real(wp) :: volume = 0.0_wp    !< m3
+      real(wp) :: first(3) = 0.0_wp  !< m4
+      real(wp) :: second(3) = 0.0_wp !< m5
+   contains
+      procedure :: middle
+      procedure :: half_edges
+   end type part_t
+
+contains
+
+   !> False of a cube that surely has nothing of the shape.
+   pure logical function may_reach(shape, middle, half)
+      class(shape_t), intent(in) :: shape
+      real(wp), intent(in) :: middle(3), half !< of the cube: its middle and half its edge, m
+      may_reach = shape%least_distance(middle) < sqrt(3.0_wp)*half
+      if (.not. may_reach .or. .not. shape%is_searched()) return
+      may_reach = shape%most_distance(middle) < sqrt(3.0_wp)*half
+      if (.not. may_reach) may_reach = shape%distance(middle) < sqrt(3.0_wp)*half
+   end function may_reach
+
+   !> Centre of the volume, m.
+   pure function middle(self)
+      class(part_t), intent(in) :: self
+      real(wp) :: middle(3)
+      middle = self%first/self%volume
+   end function middle
+
+   !> Half the edges (m) of the box along the axes with the same volume, whose moments of inertia are to each
+   !> other as the part's; none longer than `longest`.
+   pure function half_edges(self, longest) result(half)
+      class(part_t), intent(in) :: self
+      real(wp), intent(in) :: longest !< m
+      real(wp) :: half(3)
+      half = sqrt(3.0_wp*max(self%second/self%volume - self%middle()**2, 0.0_wp))
+      half = half*(self%volume/(8.0_wp*product(half)))**(1.0_wp/3.0_wp)
+      half = min(half, longest)
+   end function half_edges
+
+   !> The part of a shape in a cube, in the whole cube where the surface does not reach it. Added to what is
+   !> there.
+   pure recursive subroutine find_part(shape, middle, half, part, depth)
+      class(shape_t), intent(in) :: shape
+      real(wp), intent(in) :: middle(3), half
+      type(part_t), intent(inout) :: part
+      integer, intent(in), optional :: depth !< halvings that are left
+      real(wp) :: distance, normal(3), share, centre(3)
+      integer :: left, octant
+      left = halvings
+      if (present(depth)) left = depth
+      if (shape%is_searched()) then
+         distance = shape%most_distance(middle)
+         normal = 0.0_wp ! of no account where all of the cube is inside
+      end if
+      if (.not. shape%is_searched() .or. distance > -sqrt(3.0_wp)*half) &
+         call shape%distance_and_normal(middle, distance, normal)
+      if (distance >= sqrt(3.0_wp)*half) return
+      if (left > 0 .and. distance > -sqrt(3.0_wp)*half) then
+         do octant = 0, 7
+            call find_part(shape, middle + 0.5_wp*half*real(2*ibits(octant, [0, 1, 2], 1) - 1, wp), &
+                           0.5_wp*half, part, left - 1)
+         end do
+         return
+      end if
+      share = 1.0_wp
+      if (distance > -sqrt(3.0_wp)*half) share = share_below(distance, half, normal)
+      if (share <= 0.0_wp) return
+      associate (volume => share*(2.0_wp*half)**3)
+         ! what is left of a box after a cut across its shortest way
+         centre = middle - (1.0_wp - share)*half*normal
+         part%volume = part%volume + volume
+         part%first = part%first + volume*centre
+         part%second = part%second + volume*(centre**2 + half**2/3.0_wp*(1.0_wp - normal**2*(1.0_wp - share**2)))
+      end associate
+   end subroutine find_part
+
+   !> Share of a cube below a plane at a distance from its middle: exact for planes along the grid, right in
+   !> the mean over all distances for others.
+   pure real(wp) function share_below(distance, half, normal) result(share)
+      real(wp), intent(in) :: distance, half, normal(3)
+      share = min(1.0_wp, max(0.0_wp, 0.5_wp - 0.5_wp*distance/(half*sum(abs(normal)))))
+   end function share_below
+
+   !> The cubes that a particle is made of: that where it was born and those beside it whose part is too small
+   !> for a particle of its own and which this one is next to, inwards. None where its own is too small.
+   pure subroutine cells_of_particle(shape, middle, half, cells, count)
+      class(shape_t), intent(in) :: shape
+      real(wp), intent(in) :: middle(3), half
+      real(wp), intent(out) :: cells(3, most_cells) !< their middles, m
+      integer, intent(out) :: count
+      real(wp) :: distance, normal(3), beside(3)
+      integer :: axis, side
+      cells(:, 1) = middle
+      count = 0
+      distance = shape%most_distance(middle)
+      if (shape%is_searched() .and. distance > -(2.0_wp + sqrt(3.0_wp))*half) distance = shape%distance(middle)
+      if (distance >= sqrt(3.0_wp)*half) return
+      if (distance > -sqrt(3.0_wp)*half) then
+         if (volume_of(middle) < least_share*(2.0_wp*half)**3) return
+      end if
+      count = 1
+      if (distance <= -(2.0_wp + sqrt(3.0_wp))*half) return ! nothing beside it is cut
+      do axis = 1, 3
+         do side = -1, 1, 2
+            beside = middle
+            beside(axis) = middle(axis) + 2*side*half
+            call shape%distance_and_normal(beside, distance, normal)
+            if (abs(distance) >= sqrt(3.0_wp)*half) cycle
+            if (maxloc(abs(normal), dim=1) /= axis .or. normal(axis)*side <= 0.0_wp) cycle
+            associate (volume => volume_of(beside))
+               if (volume <= 0.0_wp .or. volume >= least_share*(2.0_wp*half)**3) cycle
+            end associate
+            count = count + 1
+            cells(:, count) = beside
+         end do
+      end do
+   contains
+      pure real(wp) function volume_of(place)
+         real(wp), intent(in) :: place(3)
+         type(part_t) :: part
+         call find_part(shape, place, half, part)
+         volume_of = part%volume
+      end function volume_of
+   end subroutine cells_of_particle
+
+   !> The surface of a shape in a cube that lies within a box: its area as an outward vector, its size, and its
+   !> middle times that. Added to what is there. Where all of it lies within the box the vector is what
+   !> closes the cube's sides, so that cubes beside each other make a surface without gaps. A side of the cube
+   !> on a side of the grid is no surface.
+   pure subroutine find_surface(shape, middle, half, grid_lower, grid_upper, lower, upper, area, size_of, weighted)
+      class(shape_t), intent(in) :: shape
+      real(wp), intent(in) :: middle(3), half
+      real(wp), intent(in) :: grid_lower(3), grid_upper(3), lower(3), upper(3) !< m
+      real(wp), intent(inout) :: area(3)     !< m2
+      real(wp), intent(inout) :: size_of     !< m2
+      real(wp), intent(inout) :: weighted(3) !< m3
+      real(wp) :: place(3), foot(3), distance, normal(3), within(3), part, size_within, foot_within(3), small
+      integer :: i, j, k
+      logical :: all_within
+      small = half/samples
+      within = 0.0_wp
+      foot_within = 0.0_wp
+      size_within = 0.0_wp
+      all_within = .true.
+      do k = 1, samples
+         do j = 1, samples
+            do i = 1, samples
+               place = middle + (2*[i, j, k] - 1 - samples)*small
+               call shape%distance_and_normal(place, distance, normal)
+               distance = distance + hair*half ! what lies on a side belongs to the cube inside
+               if (abs(distance) >= small*sum(abs(normal))) cycle
+               foot = place - distance*normal
+               if (any(foot <= grid_lower + 2.0_wp*hair*half) .or. any(foot >= grid_upper - 2.0_wp*hair*half)) cycle
+               if (any(foot < lower) .or. any(foot > upper)) then
+                  all_within = .false.
+                  cycle
+               end if
+               part = (2.0_wp*small)**2/sum(abs(normal))
+               size_within = size_within + part
+               foot_within = foot_within + part*foot
+               within = within + closing_area(shape, place, small, 1, grid_lower, grid_upper)
+            end do
+         end do
+      end do
+      if (.not. size_within > 0.0_wp) return
+      if (all_within) within = closing_area(shape, middle, half, samples, grid_lower, grid_upper)
+      area = area + within
+      size_of = size_of + size_within
+      weighted = weighted + foot_within
+   end subroutine find_surface
+
+   !> The outward area vector (m2) of the surface in a cube: it closes those parts of the cube's six sides that
+   !> lie inside the shape, each seen from so many places along each edge.
+   pure function closing_area(shape, middle, half, places, grid_lower, grid_upper) result(closing)
+      class(shape_t), intent(in) :: shape
+      real(wp), intent(in) :: middle(3), half
+      integer, intent(in) :: places
+      real(wp), intent(in) :: grid_lower(3), grid_upper(3)
+      real(wp) :: closing(3), on_side(3), gap, across(3), share, small
+      integer :: axis, side, a, b, u, v
+      closing = 0.0_wp
+      small = half/places
+      do axis = 1, 3
+         u = 1 + mod(axis, 3)
+         v = 1 + mod(axis + 1, 3)
+         do side = -1, 1, 2
+            do b = 1, places
+               do a = 1, places
+                  on_side(axis) = middle(axis) + side*half
+                  on_side(u) = middle(u) + (2*a - 1 - places)*small
+                  on_side(v) = middle(v) + (2*b - 1 - places)*small
+                  ! seen from inside the grid
+                  on_side = min(max(on_side, grid_lower + 4.0_wp*hair*half), grid_upper - 4.0_wp*hair*half)
+                  call shape%distance_and_normal(on_side, gap, across)
+                  gap = gap + hair*half
+                  across(axis) = 0.0_wp
+                  share = merge(1.0_wp, 0.0_wp, gap < 0.0_wp)
+                  if (abs(gap) < small*sum(abs(across))) share = 0.5_wp - 0.5_wp*gap/(small*sum(abs(across)))
+                  closing(axis) = closing(axis) - side*share*(2.0_wp*small)**2
+               end do
+            end do
+         end do
+      end do
+   end function closing_area
+
+end module m_cut_cell
