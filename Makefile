@@ -66,7 +66,7 @@ hdf5_folders = $(call once,hdf5_folders,$(or $(HDF5_LIB:%=-L%),$(shell $(PKG_CON
 METIS_INC ?= /usr/include
 METIS_LIB ?=
 comma := ,
-libraries = $(if $(filter fuzz,$(BUILD)),-Wl$(comma)--as-needed) $(hdf5_folders) -lhdf5_fortran -lhdf5 $(METIS_LIB:%=-L%) -lmetis $(PETSC_LIBS) \
+libraries = $(if $(filter fuzz,$(BUILD)),-Wl$(comma)--as-needed) $(hdf5_folders) -lhdf5_fortran -lhdf5 $(METIS_LIB:%=-L%) -lmetis $(PETSC_LIBS) -ldl \
    $(if $(filter coarray,$(HALO)),$(COARRAY_LIBS))
 compile = $(FC) $(flags) $(hdf5_flags) $(FLAGS_$(compiler)_modules)$(build)/mod
 petsc_compile = $(compile) $(FLAGS_$(compiler)_long_lines) $(PETSC_FLAGS)
@@ -81,7 +81,7 @@ library_objects := $(patsubst src/%,$(build)/obj/src/%.o,$(basename $(filter-out
 program := $(if $(filter $(main),$(sources)),$(build)/gimp3d)
 
 # Goals that compile nothing need no list of what depends on what.
-plain_goals := help clean distclean deps needed venv demo test check test-all bench fuzz effects plans plots hardness hard map study api uninstall report gallery paraview benchmarks error_bar
+plain_goals := help clean distclean deps needed venv demo test check test-all bench fuzz effects plans plots hardness hard map study api uninstall report gallery paraview benchmarks error_bar vumat
 ifneq ($(filter-out $(plain_goals),$(or $(MAKECMDGOALS),gimp3d)),)
 include $(build)/depends.mk
 stale_modules := $(filter-out $(modules:%=$(build)/mod/%.mod),$(wildcard $(build)/mod/*.mod))
@@ -229,7 +229,7 @@ install: gimp3d
 	$(INSTALL) -d $(dir $(installed_program))
 	$(INSTALL) -m 755 $(program) $(installed_program)
 	@for file in README.md CHANGELOG.md CITATION.cff LICENSE post/*.py post/*.css post/*.js post/requirements.txt \
-	   $$(find doc input test/references -name '*.md' -o -name '*.png' -o -name '*.nml' -o -name '*.toml' -o -name '*.csv' -o -name '*.json'); do \
+	   $$(find doc input test/references tools/vumat -name '*.md' -o -name '*.inc' -o -name '*.f' -o -name '*.c' -o -name '*.png' -o -name '*.nml' -o -name '*.toml' -o -name '*.csv' -o -name '*.json'); do \
 	   $(INSTALL) -d "$(installed_data)/$${file%/*}" && $(INSTALL) -m 644 "$$file" "$(installed_data)/$$file" || exit 1; done
 	@echo "  install  $(installed_program), $(installed_data)"
 
@@ -240,7 +240,7 @@ uninstall:
 
 # ---- use ------------------------------------------------------------------------------------------------------------------------
 
-.PHONY: demo test check test-all bench fuzz effects plans plots hardness hard map study api report gallery paraview benchmarks error_bar
+.PHONY: demo test check test-all bench fuzz effects plans plots hardness hard map study api report gallery paraview benchmarks error_bar vumat
 
 mpi := . test/harness/mpi.sh;
 jobs = $(if $(filter -j% --jobserver%,$(MAKEFLAGS)),,-j$(shell nproc 2>/dev/null || echo 1))
@@ -323,6 +323,17 @@ hardness:
 	@[ -n "$(RUN)" ] || { echo "Say which run: make hardness RUN=out/indenter"; exit 1; }
 	@$(MAKE) --no-print-directory venv
 	@$(python) post/hardness.py $(TOOL:%=--tool %) $(OPTIONS) "$(RUN)"
+
+# A user's law is compiled as its owner wrote it: old Fortran, doubles where `vaba_param.inc` says so, lines of up to 132.
+vumat_flags_fortran = -O2 -march=$(ARCH) -std=legacy -w -ffixed-line-length-132 -ffree-line-length-none -Itools/vumat
+vumat_source = $(if $(filter %.c,$(FILE)),cc -O2 -march=$(ARCH),gfortran $(vumat_flags_fortran))
+
+## vumat       FILE=mylaw.f: mylaw.so, a law for model='vumat', library='./mylaw.so' (doc/developer/vumat.md); mylaw.c for model='c_law'
+vumat:
+	@[ -f "$(FILE)" ] || { echo "Say which file: make vumat FILE=mylaw.f"; exit 2; }
+	@echo "  compile  $(FILE)"
+	@$(vumat_source) -fPIC -shared -o "$(basename $(FILE)).so" "$(FILE)"
+	@echo "The law is in $(basename $(FILE)).so"
 
 ## error_bar   RUNS="directory directory ...": error bars of hardness, modulus, ... from runs on other cells, at other speeds; TOOL=name
 error_bar:

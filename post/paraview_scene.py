@@ -63,12 +63,17 @@ for name in fields.keys():
 """
 
 TOOL = GRID + """
-history = np.loadtxt({path!r}, usecols=(0, 1), ndmin=2, comments=["TITLE", "VARIABLES", "ZONE", "AUXDATA"])
-travel = np.interp(inputs[0].FieldData["TimeValue"][0], history[:, 0], history[:, 1])
-tip, axis = np.array({tip}) + travel * np.array({axis}), np.array({axis})
+history = np.loadtxt({path!r}, ndmin=2, comments=["TITLE", "VARIABLES", "ZONE", "AUXDATA"])
+at = [np.interp(inputs[0].FieldData["TimeValue"][0], history[:, 0], column) for column in history.T]
+tip, axis = np.array({tip}), np.array({axis})
 radius, height = np.array({profile}).T # of the profile: its distance from the axis, and from the tip against the axis
 ways, shifts = np.array({ways}), np.array({shifts}) # where it goes: directions of the distance, and a shift of the whole
-points = tip - height[:, None, None] * axis + radius[:, None, None] * ways + shifts
+points = tip - height[:, None, None] * axis + radius[:, None, None] * ways + shifts # at the start
+if len(at) < 14: # of an older version, whose tools move along their axis alone
+    points = points + at[1] * axis
+else: # where its point has gone, turned about it
+    turn, arm = np.array(at[10:14]) / np.linalg.norm(at[10:14]), points - history[0, 7:10]
+    points = at[7:10] + arm + 2 * np.cross(turn[1:], np.cross(turn[1:], arm) + turn[0] * arm)
 number = np.arange(points.size // 3).reshape(points.shape[:2])
 cells = np.stack([number[:-1, :-1], number[:-1, 1:], number[1:, 1:], number[1:, :-1]], axis=-1).reshape(-1, 4)
 make(points.reshape(-1, 3), cells, 9)

@@ -299,11 +299,6 @@ def draw_section(run, options):
     return True
 
 
-def depth_at(run, tool, time):
-    history = run.tool_history(tool)
-    return 0.0 if history is None or history.rows == 0 else float(np.interp(time, history["time"], history["depth"]))
-
-
 def draw_levels(ax, particles, point, axes, whole, factor):
     """Where the plane cuts the sides of the boxes of levels in the coarsest one; returns the lines, for the legend, of those that
     pass through the whole section."""
@@ -343,10 +338,21 @@ def close_up(run, particles, whole, tip, across, up):
     if not 2 * reach < 0.6 * (whole[1] - whole[0]):
         return None
     inwards = np.sign(indentation.unit_axis(tool)[up])
-    top = tip[1] + inwards * depth_at(run, tool, time) - inwards * 0.25 * reach
+    now = where(tool, history, time, np.array([tool["tip"]]))[0]
+    tip = now[across], now[up]
+    top = tip[1] - inwards * 0.25 * reach
     bottom = top + inwards * 1.25 * reach
     left = min(max(whole[0], tip[0] - reach), whole[1] - 2 * reach)
     return [left, left + 2 * reach, min(top, bottom), max(top, bottom)]
+
+
+def where(tool, history, time, places):
+    """Where places of a tool's outline (n x 3, m, as at the start) are at a time. Round tools look the same however they turn."""
+    axis = indentation.unit_axis(tool)
+    if tool["shape"][0] not in ("sphere", "cylinder"):
+        return carried(history, axis, time, places)
+    middle = np.array([tool["tip"]]) - tool["radius"][0] * axis
+    return places + carried(history, axis, time, middle) - middle
 
 
 def draw_tools(run, ax, time, across, up, factor):
@@ -357,9 +363,14 @@ def draw_tools(run, ax, time, across, up, factor):
         outline = indentation.tool_outline(tool, 1e3 * run.case["grid"][0]["cell_size"][0])
         if outline is None:
             continue
-        height = tip[up] + np.sign(axis[up]) * (depth_at(run, tool, time) - outline[1])
+        history = run.tool_history(tool)
         for side in (-1, 1):
-            ax.plot((tip[across] + side * outline[0]) / factor, height / factor, color="0.25", linewidth=1.0)
+            places = np.tile(tip, (len(outline[0]), 1))
+            places[:, across] += side * outline[0]
+            places[:, up] -= np.sign(axis[up]) * outline[1]
+            if history is not None and history.rows > 0:
+                places = where(tool, history, time, places)
+            ax.plot(places[:, across] / factor, places[:, up] / factor, color="0.25", linewidth=1.0)
 
 
 def draw_cut_tools(run, ax, time, axes, plane, factor):

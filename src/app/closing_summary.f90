@@ -73,6 +73,7 @@ contains
       call say_conservation(facts, scene, model, balance, course)
       call say_work_done(facts, scene, model, balance)
       call warn_of_balance(facts, scene, balance)
+      call say_effects(facts, model, balance)
       call say_contact(facts, console, model, balance, course)
       if (.not. error%happened()) call say_stress_error(facts, model)
       call facts%say(guarded)
@@ -91,6 +92,21 @@ contains
       if (error%happened()) verdict = 'stopped: '//error%message
       call console%summary(verdict, int(model%step), model%time, [facts%lines, table])
    end subroutine summarise
+
+   !> Collective: what effects have to say.
+   subroutine say_effects(facts, model, balance)
+      type(facts_t), intent(inout) :: facts
+      type(model_t), intent(in) :: model
+      type(balance_t), intent(in) :: balance
+      character(len=:), allocatable :: text
+      integer :: e
+      if (any(model%effect_step%erodes)) call facts%say('eroded: '//si(1000.0_wp*(balance%start%mass - balance%now%mass), &
+                                                        'g')//' of what has failed, taken out')
+      do e = 1, size(model%effects)
+         text = model%effects(e)%effect%summary(model%communicator, model%levels)
+         if (text /= '') call facts%say(text)
+      end do
+   end subroutine say_effects
 
    !> A line of the summary.
    subroutine say(self, text)

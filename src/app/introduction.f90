@@ -18,6 +18,8 @@ module m_introduction
    private
    public :: introduce, own_bytes, own_blocks
 
+   real(wp), parameter :: fewest_zone_cells = 3.0_wp !< of a zone in which adhesion acts
+
 contains
 
    !> Memory (bytes) and blocks of a level on this rank.
@@ -64,7 +66,7 @@ contains
                               ': the run is there; nothing is left to be done')
          end if
          call console%line('fields     '//fields_text(model%levels(1)%table))
-         if (scene%fields() > 1) call introduce_groups(console, scene)
+         if (scene%fields() > 1) call introduce_groups(console, scene, model)
          call console%line('effects    '//effects_text(scene, catalogue, model))
          call introduce_choices(console, scene)
       end associate
@@ -79,19 +81,42 @@ contains
    end subroutine introduce
 
    !> The contact groups, and what holds between them.
-   subroutine introduce_groups(console, scene)
+   subroutine introduce_groups(console, scene, model)
       type(console_t), intent(inout) :: console
       type(scene_t), intent(in) :: scene
+      type(model_t), intent(in) :: model
       type(body_contact_spec_t) :: spec
+      real(wp) :: zone
       integer :: g, h
       do h = 2, scene%fields()
          do g = 1, h - 1
             spec = scene%contact_of(g, h)
             call console%line('contact    '//scene%group_label(g)//' and '//scene%group_label(h)// &
                               ': friction '//to_text(spec%friction)//adhesion_text(spec))
+            if (.not. spec%adhesion > 0.0_wp) cycle
+            zone = cohesive_zone(scene, model, spec)/model%levels(size(model%levels))%grid%cell
+            if (zone < fewest_zone_cells) call console%line('coarse     adhesion between '// &
+               scene%group_label(g)//' and '//scene%group_label(h)//' acts over a zone of about '// &
+               to_text(zone, 2)//' cells at the edge of contact; below '//to_text(fewest_zone_cells)// &
+               ' the force that parts them is too large: take smaller cells or a weaker pull over a longer range')
          end do
       end do
    end subroutine introduce_groups
+
+   !> Length (m) of the zone at the edge of contact in which adhesion acts, pi/8 E* work/stress**2 (theory.md,
+   !> eq. cohesive-zone), with the stiffness of the softer body.
+   real(wp) function cohesive_zone(scene, model, spec) result(length)
+      type(scene_t), intent(in) :: scene
+      type(model_t), intent(in) :: model
+      type(body_contact_spec_t), intent(in) :: spec
+      real(wp), parameter :: plane = 0.4_wp !< E* of two alike bodies over their P-wave modulus, at a Poisson's
+                                            !< ratio of 0.3
+      real(wp) :: stress
+      stress = spec%bond_strength
+      if (.not. stress > 0.0_wp) stress = spec%adhesion/spec%cohesive_range
+      length = 0.3927_wp*plane*minval(model%stuff%modulus, mask=scene%bodies%field == spec%groups(1) &
+                                      .or. scene%bodies%field == spec%groups(2))*spec%adhesion/stress**2
+   end function cohesive_zone
 
    pure function adhesion_text(spec) result(text)
       type(body_contact_spec_t), intent(in) :: spec

@@ -4,7 +4,7 @@ module m_rotations
    use m_vectors, only: cross
    implicit none
    private
-   public :: no_rotation, turn_by, followed_by, matrix_of
+   public :: no_rotation, turn_by, followed_by, matrix_of, quaternion_of, from_euler, angle_between
 
    real(wp), parameter :: no_rotation(4) = [1.0_wp, 0.0_wp, 0.0_wp, 0.0_wp]
 
@@ -36,5 +36,45 @@ contains
          r(:, 3) = [2.0_wp*(x*z + w*y), 2.0_wp*(y*z - w*x), 1.0_wp - 2.0_wp*(x**2 + y**2)]
       end associate
    end function matrix_of
+
+   !> The quaternion of a rotation matrix, with w not below 0 where the angle is below 120 degrees (Shepperd
+   !> 1978: from the largest of the four).
+   pure function quaternion_of(r) result(q)
+      real(wp), intent(in) :: r(3, 3)
+      real(wp) :: q(4), trace
+      integer :: i, j, k
+      trace = r(1, 1) + r(2, 2) + r(3, 3)
+      if (trace > 0.0_wp) then
+         q(1) = 1.0_wp + trace
+         q(2:4) = [r(3, 2) - r(2, 3), r(1, 3) - r(3, 1), r(2, 1) - r(1, 2)]
+      else
+         i = maxloc([r(1, 1), r(2, 2), r(3, 3)], dim=1)
+         j = 1 + mod(i, 3)
+         k = 1 + mod(j, 3)
+         q(1) = r(k, j) - r(j, k)
+         q(1 + i) = 1.0_wp + r(i, i) - r(j, j) - r(k, k)
+         q(1 + j) = r(j, i) + r(i, j)
+         q(1 + k) = r(k, i) + r(i, k)
+      end if
+      q = q/norm2(q)
+   end function quaternion_of
+
+   !> That of Bunge's Euler angles (phi1, Phi, phi2; radians): it turns the axes of a crystal, which lie along the
+   !> sample's at first, about z, then x, then z, each as they have been turned. Its matrix takes components
+   !> along the crystal's axes to components along the sample's: the transpose of Bunge's g.
+   pure function from_euler(angles) result(q)
+      real(wp), intent(in) :: angles(3)
+      real(wp) :: q(4)
+      real(wp), parameter :: x(3) = [1.0_wp, 0.0_wp, 0.0_wp], z(3) = [0.0_wp, 0.0_wp, 1.0_wp]
+      q = followed_by(followed_by(turn_by(z, angles(3)), turn_by(x, angles(2))), turn_by(z, angles(1)))
+   end function from_euler
+
+   !> The angle of the rotation that takes one to the other, radians, 0 to pi.
+   pure real(wp) function angle_between(a, b) result(angle)
+      real(wp), intent(in) :: a(4), b(4)
+      real(wp) :: q(4)
+      q = followed_by([b(1), -b(2:)], a)
+      angle = 2.0_wp*atan2(norm2(q(2:4)), abs(q(1)))
+   end function angle_between
 
 end module m_rotations

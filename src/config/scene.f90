@@ -59,6 +59,7 @@ module m_scene
       real(wp) :: angular_velocity(3) = 0.0_wp !< rad/s about the body's own centre
       real(wp) :: stress(6) = 0.0_wp     !< at the start: xx yy zz yz xz xy, Pa
       integer :: fill = fill_by_shape    !< whole particles, or shares of them where the surface cuts
+      real(wp) :: orientation(3) = 0.0_wp !< of the material's axes: Bunge's phi1 Phi phi2, degrees
       character(len=:), allocatable :: contact_group !< bodies of one are bonded where they touch; empty: that
                                                      !< of all bodies that name none
       integer :: field = 1               !< the group's number: bodies of one share a velocity field

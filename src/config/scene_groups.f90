@@ -263,7 +263,7 @@ contains
          call describe_material(group, catalogue%models, scene%materials(number))
       case ('body')
          if (.not. allocated(scene%bodies(number)%name)) scene%bodies(number)%name = 'body'//to_text(number)
-         call describe_body(group, material_names, scene%bodies(number))
+         call describe_body(group, material_names, scene%materials, scene%bodies(number))
       case ('cut')
          call describe_cut(group, scene%bodies, scene%cuts(number))
       case ('body_contact')
@@ -365,15 +365,17 @@ contains
       end do
    end subroutine know_others
 
-   subroutine describe_body(group, material_names, body)
+   subroutine describe_body(group, material_names, materials, body)
       type(group_reader_t), intent(inout) :: group
       character(len=*), intent(in) :: material_names(:)
+      type(material_spec_t), intent(in) :: materials(:)
       type(body_spec_t), intent(inout) :: body
       type(offer_slot_t), allocatable :: bodies(:), tools(:)
       integer :: choice
       call known_shapes(bodies, tools)
       call group%get_name('name', body%name)
       call group%get_choice('material', body%material, material_names, required=.true.)
+      call describe_orientation(group, materials, body)
       call choose_shape(group, bodies, body%shape, choice)
       if (choice > 0) call body%shape%variables(group)
       call know_others(group, bodies, choice)
@@ -406,6 +408,19 @@ contains
       if (choice > 0) call cut%shape%variables(group)
       call know_others(group, shapes, choice)
    end subroutine describe_cut
+
+   !> `orientation` of a body whose material has axes.
+   subroutine describe_orientation(group, materials, body)
+      type(group_reader_t), intent(inout) :: group
+      type(material_spec_t), intent(in) :: materials(:)
+      type(body_spec_t), intent(inout) :: body
+      logical :: has_axes
+      has_axes = body%material == 0 ! an unknown material is the fault then, not what comes with it
+      if (body%material > 0) then
+         if (allocated(materials(body%material)%law)) has_axes = materials(body%material)%law%is_oriented()
+      end if
+      call group%get('orientation', body%orientation, any_value('degrees'), used=has_axes)
+   end subroutine describe_orientation
 
    subroutine describe_tool(group, may_stand, tool)
       type(group_reader_t), intent(inout) :: group

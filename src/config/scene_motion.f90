@@ -19,7 +19,8 @@ module m_scene_motion
 
 contains
 
-   !> What moves a tool along its axis: speeds, or loads on its mass. One that only &motion moves need not say.
+   !> What moves a tool along its axis: speeds, or loads on its mass. One that only &motion moves need not
+   !> say.
    subroutine read_tool_motion(group, tool, may_stand)
       type(group_reader_t), intent(inout) :: group
       type(tool_spec_t), intent(inout) :: tool

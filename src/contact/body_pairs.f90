@@ -22,7 +22,7 @@ module m_body_pairs
                               overlap_rate, margin
    use m_contact_rows, only: masses_of
    use m_contact_complaints, only: allowed_text
-   use m_candidates, only: candidates_t
+   use m_candidates, only: candidates_t, carry_on
    implicit none
    private
    public :: body_pairs_t, pair_state_t, state_reals
@@ -131,6 +131,8 @@ contains
       do e = 1, self%at%elements
          call table%declare('surface_pressure_'//to_text(e), 1, 'Pa', written=.false.)
          self%at%pressure(e) = table%column('surface_pressure_'//to_text(e))
+         call table%declare('surface_gap_'//to_text(e), 2, 'm', written=.false.)
+         self%at%gap(e) = table%column('surface_gap_'//to_text(e))
          if (any(self%specs%start == start_as_is)) then
             call table%declare('surface_overlap_'//to_text(e), 1, 'm', written=.false.)
             self%at%overlap(e) = table%column('surface_overlap_'//to_text(e))
@@ -178,6 +180,7 @@ contains
          call place_partner(self%elements, level, self%meetings(m), partner)
          call self%make_candidate(level, time_step, self%meetings(m), first_wanted(m), partner, candidates)
       end do
+      call candidates%order_pairs(size(level%blocks), self%first)
    end subroutine find
 
    !> Collective among near ranks: meetings of the elements of a level's particles.
@@ -282,6 +285,13 @@ contains
                  pair => self%pair_of(nint(self%elements%list(meeting%element)%field), meeting%field), &
                  block => level%blocks(self%elements%block(meeting%element)))
          c%gap = self%gap_of(level, meeting)
+         c%allowed = c%gap - meeting%gap
+         call carry_on(merge(last(5) + c%allowed, 0.0_wp, nint(last(6)) == meeting%field), element%edge, c%gap, &
+                       c%carried, c%drift)
+         if (.not. c%carried .and. self%specs(pair)%press_fit > 0.0_wp) then ! pushed out, not drawn
+            c%gap = c%gap - c%drift
+            c%drift = 0.0_wp
+         end if
          self%overlap(pair) = max(self%overlap(pair), -c%gap)
          c%block = self%elements%block(meeting%element)
          c%particle = self%elements%particle(meeting%element)
@@ -299,7 +309,7 @@ contains
          c%speed = dot_product(c%normal, point_velocity(level, c))
          call self%set_adhesion(level, self%specs(pair), partner%element, c)
          if (c%gap + time_step*(c%speed - dot_product(c%normal, c%opposite)) > margin*element%edge &
-             .and. .not. c%pull > 0.0_wp) return
+             .and. .not. (c%carried .or. c%pull > 0.0_wp)) return
          c%from = block%particles%column(c%particle, level%layout%position:level%layout%position + 2)
          c%arm = element%point - c%from
          c%force = last(1)*c%area
@@ -328,7 +338,7 @@ contains
             associate (state => self%step(self%pair_of(own, partner%field)), p => c%particle, &
                        spec => self%specs(self%pair_of(own, partner%field)), &
                        at => self%at%pressure(partner%element), friction => self%at%friction(partner%element), &
-                       bond => self%at%bond(partner%element))
+                       bond => self%at%bond(partner%element), gap => self%at%gap(partner%element))
                state%candidates = state%candidates + 1.0_wp
                force = c%force*c%normal
                if (c%frictional > 0) then
@@ -343,6 +353,8 @@ contains
                end if
                if (c%pull > 0.0_wp .and. bond > 0) call weaken(column(p, bond:bond + 3), spec, &
                   c%gap + time_step*c%opening, time_step*matmul(c%tangent, partner%slip))
+               if (abs(c%force) > 0.0_wp .or. c%carried .or. c%pull > 0.0_wp) &
+                  column(p, gap:gap + 1) = [c%gap - c%allowed + time_step*c%opening, real(partner%field, wp)]
                column(p, at) = column(p, at) + c%force/c%area
                column(p, pressure) = column(p, pressure) + c%force/c%area
                if (c%gap + time_step*c%opening <= overlap_rate*sqrt(c%area)) state%area = state%area &

@@ -16,7 +16,7 @@ module m_candidates
                               place_of, overlap_rate, margin
    implicit none
    private
-   public :: candidates_t
+   public :: candidates_t, carry_on
 
    !> Those of this rank.
    type :: candidates_t
@@ -29,18 +29,19 @@ module m_candidates
       integer :: earlier = 0   !< column of what it was a step before
       integer :: traction = 0  !< first column of the friction; 0 where no tool has any
       integer :: carried = 0   !< first column of the gaps that are carried on, one for each tool
-      integer, allocatable :: before(:) !< each block's, candidates of the blocks before it
+      integer, allocatable :: before(:) !< each block's, candidates of the blocks before it; of tools
+      integer, allocatable :: pairs_before(:) !< the same, of those between bodies
       real(wp) :: drift = 0.0_wp !< largest difference yet between a carried gap and that of the particle's
                                  !< place and shape, m
    contains
       procedure :: find
       procedure :: settle
       procedure :: add_pair
+      procedure :: order_pairs
       procedure :: pressed
       procedure, private :: search
       procedure, private :: consider
       procedure, private :: take
-      procedure, private :: carry_on
       procedure, private :: shift_pressure_history
    end type candidates_t
 
@@ -101,6 +102,14 @@ contains
          associate (c => self%list(n))
             associate (centre => level%blocks(b)%particles%column(c%particle, x:x + 2))
                centre = centre + drift_of(c)*c%normal
+            end associate
+         end associate
+      end do
+      if (.not. allocated(self%pairs_before)) return
+      do n = self%pairs_before(b) + 1, self%pairs_before(b + 1)
+         associate (c => self%list(n)) ! both sides have candidates: each goes half the way
+            associate (centre => level%blocks(b)%particles%column(c%particle, x:x + 2))
+               centre = centre + 0.5_wp*drift_of(c)*c%normal
             end associate
          end associate
       end do
@@ -198,7 +207,8 @@ contains
          call find_gap(tool, level, materials, number(1), p, reach, gap, normal, edge, thickness)
          if (gap > reach) return
          overlap = max(overlap, -gap)
-         call self%carry_on(column(p, self%carried + number(4) - 1), thickness, gap, carried, drift)
+         call carry_on(column(p, self%carried + number(4) - 1), thickness, gap, carried, drift)
+         self%drift = max(self%drift, abs(drift))
          call self%take(tool, level, time_step, number, gap, carried, drift, normal, edge, thickness)
       end associate
    end subroutine consider
@@ -206,8 +216,7 @@ contains
    !> The gap of a point that a tool has pressed goes on from where the nodes have left it, for only so do the
    !> forces that hold it do no work of their own (theory.md, eq. carried-gap). It is that of the particle's
    !> place and shape again where the point has come free of the tool by that measure too.
-   pure subroutine carry_on(self, last, thickness, gap, carried, drift)
-      class(candidates_t), intent(inout) :: self
+   pure subroutine carry_on(last, thickness, gap, carried, drift)
       real(wp), intent(in) :: last      !< gap that the last step has left, m; 0: none
       real(wp), intent(in) :: thickness !< of the particle, m
       real(wp), intent(inout) :: gap    !< by place and shape; then the one that counts, m
@@ -218,7 +227,6 @@ contains
                                                     widest_gap*thickness)
       if (.not. carried) drift = max(0.0_wp, -gap) ! inside when it is met, after a split say: drawn out, not
                                                    ! pushed
-      self%drift = max(self%drift, abs(drift))
       gap = gap + drift
    end subroutine carry_on
 
@@ -263,7 +271,8 @@ contains
          c%from = position
          c%arm = -to_face*c%normal
          c%speed = dot_product(c%normal, point_velocity(level, c))
-         if (c%gap + time_step*(c%speed - dot_product(c%normal, tool%velocity_at(place_of(c)))) > margin*edge &
+         if (c%gap + time_step*(c%speed - dot_product(c%normal, &
+                                                      tool%velocity_at(place_of(c)))) > margin*edge &
              .and. .not. carried) return
          c%area = edge**2
          if (deform(level)) c%area = column(p, at%volume)/thickness
@@ -280,6 +289,24 @@ contains
          self%count = self%count + 1
       end associate
    end subroutine take
+
+   !> Those between bodies are all there, from `first` on, block by block: which are whose.
+   subroutine order_pairs(self, blocks, first)
+      class(candidates_t), intent(inout) :: self
+      integer, intent(in) :: blocks, first
+      integer :: b, n
+      if (allocated(self%pairs_before)) deallocate (self%pairs_before)
+      allocate (self%pairs_before(blocks + 1))
+      n = first - 1
+      do b = 1, blocks
+         self%pairs_before(b) = n
+         do while (n < self%count)
+            if (self%list(n + 1)%block > b) exit
+            n = n + 1
+         end do
+      end do
+      self%pairs_before(blocks + 1) = n
+   end subroutine order_pairs
 
    !> Append a candidate between bodies and its partner.
    subroutine add_pair(self, c, partner)

@@ -27,6 +27,7 @@ module m_contact_point
       real(wp) :: gap = 0.0_wp   !< of its contact point now, m
       logical :: carried = .false. !< the gap is the one that the nodes have carried on from the last step
                                    !< (eq. carried-gap)
+      real(wp) :: allowed = 0.0_wp !< overlap that the gap does not count, m
       real(wp) :: drift = 0.0_wp !< that less the gap by the particle's place and shape, m
       real(wp) :: speed = 0.0_wp !< of its contact point along the normal as the nodes have it without
                                  !< contact, m/s
@@ -71,7 +72,7 @@ contains
    pure real(wp) function drift_of(c) result(drift)
       type(candidate_t), intent(in) :: c
       drift = 0.0_wp
-      if (.not. c%force > 0.0_wp) return
+      if (.not. (c%force > 0.0_wp .or. c%partner > 0)) return
       associate (most => overlap_rate*sqrt(c%area))
          drift = min(max(c%drift, -most), most)
       end associate

@@ -41,7 +41,7 @@ module m_contact_system
       real(wp), allocatable :: along(:, :) !< (freedoms of a tool at most, rows): how a unit of force pushes
                                            !< them, 1 or m
       real(wp), allocatable :: freedom_mobility(:) !< (freedoms): s/kg or s/(kg m2)
-      real(wp), allocatable :: freedom_push(:) !< (freedoms): work, forces and moments and then the speeds that
+      real(wp), allocatable :: freedom_push(:) !< (freedoms): work, forces and moments, then the speeds that
                                                !< they make
       real(wp), allocatable :: mobility(:, :)    !< (4, nodes): dt/m, 0 for held components, s/kg
       real(wp), allocatable :: force(:, :) !< (4, nodes): work, forces and then the velocities that they make

@@ -38,6 +38,7 @@ module m_surface_elements
    type :: surface_columns_t
       integer :: elements = 0 !< that a particle may have
       integer, dimension(most_elements) :: area = 0, arm = 0, pressure = 0, friction = 0
+      integer, dimension(most_elements) :: gap = 0     !< that the last step has left, and the field that it is to
       integer, dimension(most_elements) :: overlap = 0 !< at the start
       integer, dimension(most_elements) :: bond = 0    !< share of its strength that is left; then how far it
                                                        !< has slipped, a vector
@@ -49,7 +50,8 @@ module m_surface_elements
       type(element_t), allocatable :: list(:)
       integer, allocatable :: block(:), particle(:), element(:) !< (own)
       real(wp), allocatable :: span(:, :, :) !< (3, 3, own): of the domain's face, m
-      real(wp), allocatable :: last(:, :)    !< (4, own): pressure and friction of the last step, Pa
+      real(wp), allocatable :: last(:, :) !< (6, own): of the last step pressure and friction, Pa; gap, m; to
+                                          !< which field
       real(wp) :: longest = 0.0_wp !< edge of a particle, m
       real(wp), allocatable :: low(:, :), high(:, :) !< (3, fields): bounds of the faces, m
       real(wp), private :: bin = 1.0_wp              !< edge of the bins, m
@@ -88,7 +90,7 @@ contains
       self%own = 0
       self%longest = 0.0_wp
       if (.not. allocated(self%list)) allocate (self%list(64), self%block(64), self%particle(64), &
-                                                self%element(64), self%span(3, 3, 64), self%last(4, 64))
+                                                self%element(64), self%span(3, 3, 64), self%last(6, 64))
       do b = 1, size(level%blocks)
          if (.not. meets_others(level, level%blocks(b))) cycle
          associate (particles => level%blocks(b)%particles)
@@ -161,6 +163,8 @@ contains
          if (at%pressure(e) == 0) return
          self%last(1, self%own) = column(p, at%pressure(e))
          column(p, at%pressure(e)) = 0.0_wp
+         self%last(5:6, self%own) = column(p, at%gap(e):at%gap(e) + 1)
+         column(p, at%gap(e):at%gap(e) + 1) = 0.0_wp
          if (at%friction(e) == 0) return
          self%last(2:4, self%own) = column(p, at%friction(e):at%friction(e) + 2)
          column(p, at%friction(e):at%friction(e) + 2) = 0.0_wp
@@ -177,7 +181,7 @@ contains
       integer :: n
       n = size(self%list)
       if (wanted <= n) return
-      allocate (more(2*wanted), spans(3, 3, 2*wanted), lasts(4, 2*wanted))
+      allocate (more(2*wanted), spans(3, 3, 2*wanted), lasts(6, 2*wanted))
       more(:n) = self%list
       call move_alloc(more, self%list)
       n = size(self%block)

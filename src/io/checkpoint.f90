@@ -252,7 +252,8 @@ contains
          allocate (tools(10, max(1, size(contact%tools))), source=0.0_wp) ! a row even where bodies meet alone
          do t = 1, size(contact%tools)
             associate (state => contact%states(t))
-               tools(:, t) = [contact%tools(t)%freedoms(1)%travel, contact%tools(t)%freedoms(1)%speed, state%load, state%overlap, &
+               tools(:, t) = [contact%tools(t)%freedoms(1)%travel, contact%tools(t)%freedoms(1)%speed, &
+                              state%load, state%overlap, &
                               state%work, state%heat, state%particle_work, &
                               state%constraint_work]
             end associate

@@ -8,6 +8,7 @@ module m_particle_snapshot
    use m_recovered_stress, only: block_stress_t, recover_stress
    use m_decomposition, only: blocks_before
    use m_field_table, only: field_t
+   use m_ipf_colour, only: add_ipf_colour
    use m_snapshot, only: snapshot_t, snapshot_level_t, snapshot_field_t, component_name_length
    implicit none
    private
@@ -60,6 +61,7 @@ contains
          end do
       end associate
       call snapshot%add_von_mises()
+      call add_ipf_colour(snapshot)
    end subroutine take_snapshot
 
    !> Collective: the recovered stress of all blocks of all levels, one block after the other.

@@ -234,8 +234,9 @@ contains
             if (any(abs(state%load) > 0.0_wp)) &
                area = projected_area(model%communicator, tool, model%levels(size(model%levels)), &
                                      model%materials, model%contact%candidates%carried + n - 1)
-            call self%histories(1 + n)%append([model%time, tool%depth(), state%load, area, state%overlap, tool%point, &
-                                       tool%orientation, tool%velocity, tool%spin, state%moment], error)
+            call self%histories(1 + n)%append([model%time, tool%depth(), state%load, area, state%overlap, &
+                                               tool%point, tool%orientation, tool%velocity, tool%spin, &
+                                               state%moment], error)
          end associate
       end do
       do n = 1, self%probes

@@ -12,7 +12,7 @@ module m_merge
    use m_inner_motion, only: inner_motion
    implicit none
    private
-   public :: merge_siblings
+   public :: merge_siblings, drop
 
    real(wp), parameter :: distance = 0.5_wp !< of the merged particle from the finer level's region, in cells:
                                             !< it is not to turn back soon
@@ -100,6 +100,9 @@ contains
          generation = nint(block%particles%column(eight(1), at%generation))
          if (any(nint(block%particles%column(eight, at%generation)) /= generation)) return
          values(:8, :) = block%particles%column(eight, :)
+         if (at%grain > 0) then ! of several grains: there is no crystal between them
+            if (any(abs(values(:8, at%grain) - values(1, at%grain)) > 0.5_wp)) return
+         end if
          shares = level%table%shares()
          do c = 1, size(values, 2)
             if (shares%extensive(c)) then

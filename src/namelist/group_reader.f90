@@ -17,7 +17,7 @@ module m_group_reader
    private
 
    integer, parameter, public :: name_length = 64 !< characters of a name that becomes part of a file name
-   integer, parameter :: most_known = 120         !< variables of a group, those of choices not made included
+   integer, parameter :: most_known = 240         !< variables of a group, those of choices not made included
 
    !> A group while it is read.
    type, public :: group_reader_t
@@ -41,6 +41,7 @@ module m_group_reader
       procedure :: names
       procedure :: is_given
       procedure :: is_writing
+      procedure :: is_reading
       procedure :: refuse
       generic :: get => get_real, get_reals, get_integer, get_logical
       procedure :: get_list
@@ -138,6 +139,12 @@ contains
       class(group_reader_t), intent(in) :: self
       is_writing = self%writing
    end function is_writing
+
+   !> Whether values are being read from a scene, for a choice that it has made.
+   pure logical function is_reading(self)
+      class(group_reader_t), intent(in) :: self
+      is_reading = .not. (self%writing .or. self%set_aside) .and. size(self%group%entries) > 0
+   end function is_reading
 
    !> Whether the scene gives a variable; false while writing.
    pure logical function is_given(self, name)

@@ -16,6 +16,7 @@ module m_offer
       procedure :: group_text
       procedure :: for_large_strains
       procedure :: brings
+      procedure :: is_oriented
       procedure :: declined
       procedure(variables_interface), deferred :: variables
    end type offer_t
@@ -65,6 +66,12 @@ contains
       character(len=:), allocatable :: name
       name = ''
    end function brings
+
+   !> True of a law with axes of its own, which a body's `orientation` turns.
+   pure logical function is_oriented(self)
+      class(offer_t), intent(in) :: self
+      is_oriented = .false.
+   end function is_oriented
 
    !> True of an effect whose group says that it is not to be there.
    pure logical function declined(self)

@@ -40,10 +40,13 @@ module m_field_table
       integer :: gradient = 0 !< velocity gradient of the last step, 9 columns, d v_i / d x_j at 3 (j-1) + i
       integer :: kept_gradient = 0 !< the same, where the step puts it between nodes and stress and nothing
                                    !< else wants it
+      integer :: orientation = 0   !< of the material's axes, a quaternion of 4 columns
+      integer :: grain = 0         !< number of the grain of a polycrystal
       integer :: deformation = 0   !< deformation gradient, 9 columns, the same order
       integer :: edge_stress = 0   !< stress that has grown since the level's region is where it is, 6 columns
       integer :: viscous_pressure = 0 !< adds to the pressure that makes forces, and is no part of the stress
       integer :: pressure_shift = 0   !< the same, from the pressure of the stress to the mean of the cell
+      integer :: damage = 0           !< 1 where a particle has failed: its law makes no tension
       integer :: unseen_heat = 0      !< energy that was taken from motion that nodes do not see
       integer :: next_position = 0 !< position at the end of the step, while the step still needs the old one
    contains
@@ -151,10 +154,13 @@ contains
       layout%stress = self%column('stress')
       layout%gradient = self%column('velocity_gradient')
       layout%kept_gradient = self%column('kept_gradient')
+      layout%orientation = self%column('orientation')
+      layout%grain = self%column('grain')
       layout%deformation = self%column('deformation_gradient')
       layout%edge_stress = self%column('edge_stress')
       layout%viscous_pressure = self%column('viscous_pressure')
       layout%pressure_shift = self%column('pressure_shift')
+      layout%damage = self%column('damage')
       layout%unseen_heat = self%column('unseen_heat')
       layout%next_position = self%column('next_position')
    end function layout

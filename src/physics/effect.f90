@@ -28,6 +28,7 @@ module m_effect
       logical :: on_stress = .false.
       logical :: acts_at_rest = .false. !< changes material that does not move and bears no stress: nothing
                                         !< may be left out
+      logical :: erodes = .false.     !< particles with damage 1 (layout_t) are taken out of the model
       logical :: dissipates = .false. !< what it does to nodes counts as damped energy, not as external work
       logical :: follows_particles = .false. !< particle_work and potential say all of its external work by
                                              !< the motion of particles
@@ -45,6 +46,7 @@ module m_effect
       procedure :: longest_step
       procedure :: rests_at
       procedure :: dissipated
+      procedure :: summary
       procedure :: pushed
       procedure :: particle_work
       procedure :: potential
@@ -151,6 +153,15 @@ contains
       integer, intent(in) :: first, last
       dissipated = 0.0_wp
    end function dissipated
+
+   !> Collective: a line for the closing summary; empty for none.
+   function summary(self, communicator, levels) result(text)
+      class(effect_t), intent(in) :: self
+      type(communicator_t), intent(in) :: communicator
+      type(level_t), intent(in) :: levels(:)
+      character(len=:), allocatable :: text
+      text = ''
+   end function summary
 
    !> Numbers of a block's particles that add_forces pushes.
    pure function pushed(self, particles) result(which)

@@ -18,7 +18,9 @@ contains
       block; use m_pressure, only: pressure_t; call add('pressure', pressure_t(repeats=.true.)); end block
       block; use m_bulk_viscosity, only: bulk_viscosity_t; call add('bulk_viscosity', &
          bulk_viscosity_t()); end block
+      block; use m_damage, only: damage_t; call add('damage', damage_t()); end block
       block; use m_anti_locking, only: anti_locking_t; call add('anti_locking', anti_locking_t()); end block
+      block; use m_grains, only: grains_t; call add('grains', grains_t(repeats=.true.)); end block
    contains
       subroutine add(name, effect)
          character(len=*), intent(in) :: name

@@ -18,7 +18,7 @@ module m_freedom
       real(wp) :: speed = 0.0_wp     !< in this step
       real(wp) :: aside(3) = 0.0_wp  !< of a turn: how far the turns before it have moved its point, m
       real(wp) :: point(3) = 0.0_wp  !< of a turn: where that is now, m
-      real(wp) :: reach = 1.0_wp     !< largest speed that a unit of speed gives to the tool's surface: 1, or m
+      real(wp) :: reach = 1.0_wp     !< largest speed that a unit of its speed gives to the surface: 1, or m
    contains
       procedure :: is_pushed
       procedure :: is_held

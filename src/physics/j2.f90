@@ -1,10 +1,12 @@
-!> Von Mises plasticity with isotropic hardening: none, linear, or by a table (theory.md, eqs return, j2).
+!> Von Mises plasticity with isotropic hardening: none, linear, or by a table (theory.md, eqs return, j2), and
+!> kinematic hardening beside it (kinematic.f90).
 module m_j2
    use m_kinds, only: wp
    use m_value_range, only: above, at_least
    use m_group_reader, only: group_reader_t
-   use m_field_table, only: layout_t
-   use m_plastic, only: plastic_t, lane_t, lanes
+   use m_field_table, only: field_table_t, layout_t
+   use m_kinematic, only: kinematic_t, trial_t
+   use m_plastic, only: plastic_t, lane_t, lanes, declare_plastic, update_plastic, follow_shape
    implicit none
    private
    public :: j2_t
@@ -16,10 +18,17 @@ module m_j2
       real(wp) :: hardening_modulus = 0.0_wp !< slope of yield stress over equivalent plastic strain, Pa
       real(wp), allocatable :: hardening_strain(:)  !< equivalent plastic strain, rising from 0
       real(wp), allocatable :: hardening_stress(:)  !< yield stress there, Pa
+      type(kinematic_t) :: kinematic                !< back stresses, where the group has them
    contains
       procedure :: variables
+      procedure :: declare
+      procedure :: update
       procedure :: flow
+      procedure :: strain_energy
+      procedure, non_overridable :: isotropic_variables
       procedure, private :: segment
+      procedure, private :: curve
+      procedure, private :: find_flow
    end type j2_t
 
 contains
@@ -28,6 +37,15 @@ contains
    subroutine variables(self, group)
       class(j2_t), intent(inout) :: self
       type(group_reader_t), intent(inout) :: group
+      call self%isotropic_variables(group, must_yield=.true.)
+      call self%kinematic%variables(group)
+   end subroutine variables
+
+   !> Those of elasticity and of the yield stress.
+   subroutine isotropic_variables(self, group, must_yield)
+      class(j2_t), intent(inout) :: self
+      type(group_reader_t), intent(inout) :: group
+      logical, intent(in) :: must_yield !< false: without a yield stress it never yields
       logical :: by_table
       call self%elastic_variables(group)
       by_table = group%is_given('hardening_strain') .or. group%is_given('hardening_stress') &
@@ -36,7 +54,8 @@ contains
                           required=by_table, used=by_table)
       call group%get_list('hardening_stress', self%hardening_stress, above(0.0_wp, 'Pa'), required=by_table, &
                           used=by_table)
-      call group%get('yield_stress', self%yield_stress, above(0.0_wp, 'Pa'), required=.not. by_table)
+      call group%get('yield_stress', self%yield_stress, above(0.0_wp, 'Pa'), &
+                     required=must_yield .and. .not. by_table)
       call group%get('hardening_modulus', self%hardening_modulus, at_least(0.0_wp, 'Pa'))
       if (.not. (allocated(self%hardening_strain) .and. allocated(self%hardening_stress))) return
       associate (strain => self%hardening_strain, stress => self%hardening_stress)
@@ -54,7 +73,126 @@ contains
             call group%refuse('hardening_modulus', 'must be 0 or absent with hardening_strain')
          self%yield_stress = stress(1)
       end associate
-   end subroutine variables
+   end subroutine isotropic_variables
+
+   !> Those of plastic flow, and the back stresses.
+   pure subroutine declare(self, table, has_tools)
+      class(j2_t), intent(inout) :: self
+      type(field_table_t), intent(inout) :: table
+      logical, intent(in) :: has_tools
+      call declare_plastic(self, table, has_tools)
+      call self%kinematic%declare(table)
+   end subroutine declare
+
+   !> As all laws of plastic flow; with back stresses each particle that flows is solved for by itself.
+   pure subroutine update(self, column, layout, gradient, time_step, first, last)
+      class(j2_t), intent(in) :: self
+      real(wp), intent(inout), contiguous :: column(:, :)
+      type(layout_t), intent(in) :: layout
+      real(wp), intent(in), contiguous :: gradient(:, :)
+      real(wp), intent(in) :: time_step
+      integer, intent(in) :: first, last
+      real(wp) :: apart(lanes), strength, slope
+      integer :: from, p
+      if (.not. self%kinematic%is_used()) then
+         call update_plastic(self, column, layout, gradient, time_step, first, last)
+         return
+      end if
+      call self%elastic_t%update(column, layout, gradient, time_step, first, last)
+      call self%kinematic%turn(column, layout, gradient, time_step, first, last)
+      if (self%shape > 0) call follow_shape(self%shape, column, gradient, time_step, first, last)
+      do from = first, last, lanes
+         call self%kinematic%measure(column, layout%stress, from, min(from + lanes - 1, last), apart)
+         do p = from, min(from + lanes - 1, last)
+            call self%curve(column(p, self%strain), strength, slope)
+            if (apart(p - from + 1) > strength) call return_to_moved(self, column, layout, p)
+         end do
+      end do
+   end subroutine update
+
+   !> Return of one particle to the yield surface about its back stresses (theory.md, eq. kinematic).
+   pure subroutine return_to_moved(self, column, layout, p)
+      class(j2_t), intent(in) :: self
+      real(wp), intent(inout), contiguous :: column(:, :)
+      type(layout_t), intent(in) :: layout
+      integer, intent(in) :: p
+      type(trial_t) :: trial
+      real(wp) :: strength, slope, d, dissipated, new_strength
+      integer :: c
+      trial = self%kinematic%relative(column, p, layout%stress)
+      call self%curve(column(p, self%strain), strength, slope)
+      if (trial%size <= strength) return
+      call self%find_flow(column(p, self%strain), trial, d)
+      call self%curve(column(p, self%strain) + d, new_strength, slope)
+      call self%kinematic%advance(d, trial, column, p, dissipated)
+      do c = 1, 6
+         column(p, layout%stress + c - 1) = column(p, layout%stress + c - 1) &
+                                            - 3.0_wp*self%shear*d/trial%size*trial%x(c)
+      end do
+      column(p, self%strain) = column(p, self%strain) + d
+      column(p, self%work) = column(p, self%work) &
+                             + column(p, layout%volume)*(0.5_wp*(strength + new_strength)*d + dissipated)
+   end subroutine return_to_moved
+
+   !> That of elasticity, and what is stored in back stresses.
+   pure real(wp) function strain_energy(self, column, layout, first, last) result(energy)
+      class(j2_t), intent(in) :: self
+      real(wp), intent(in), contiguous :: column(:, :)
+      type(layout_t), intent(in) :: layout
+      integer, intent(in) :: first, last
+      integer :: p
+      energy = self%elastic_t%strain_energy(column, layout, first, last)
+      if (.not. self%kinematic%is_used()) return
+      do p = first, last
+         energy = energy + column(p, layout%volume)*self%kinematic%stored(column, p)
+      end do
+   end function strain_energy
+
+   !> The increment d of equivalent plastic strain with
+   !>    size(d) - drop(d) - 3 mu d = yield stress(strain + d),
+   !> by Newton's iteration kept within bounds: the left side less the right falls (by 3 mu at least) in d.
+   pure subroutine find_flow(self, strain, trial, d)
+      class(j2_t), intent(in) :: self
+      real(wp), intent(in) :: strain !< before the step
+      type(trial_t), intent(inout) :: trial
+      real(wp), intent(out) :: d
+      integer, parameter :: most_iterations = 100
+      real(wp), parameter :: residual_allowed = 1.0e-14_wp
+      real(wp) :: low, high, strength, slope, residual, first_size
+      integer :: iteration
+      first_size = trial%size
+      call self%curve(strain, strength, slope)
+      low = 0.0_wp
+      high = (trial%size - strength)/(3.0_wp*self%shear)
+      d = (trial%size - strength)/(3.0_wp*self%shear + slope - trial%slope)
+      do iteration = 1, most_iterations
+         if (.not. (d >= low .and. d <= high)) d = 0.5_wp*(low + high)
+         call self%kinematic%look(d, trial)
+         call self%curve(strain + d, strength, slope)
+         residual = trial%size - trial%drop - 3.0_wp*self%shear*d - strength
+         if (abs(residual) <= residual_allowed*first_size) exit
+         if (residual > 0.0_wp) low = d
+         if (residual < 0.0_wp) high = d
+         d = d + residual/(3.0_wp*self%shear + slope - trial%slope)
+      end do
+   end subroutine find_flow
+
+   !> Yield stress (Pa) at an equivalent plastic strain, and its slope there.
+   pure subroutine curve(self, at, stress, slope)
+      class(j2_t), intent(in) :: self
+      real(wp), intent(in) :: at
+      real(wp), intent(out) :: stress, slope
+      integer :: k
+      stress = self%yield_stress + self%hardening_modulus*at
+      slope = self%hardening_modulus
+      if (.not. allocated(self%hardening_strain)) return
+      k = max(count(self%hardening_strain <= at), 1)
+      stress = self%hardening_stress(k)
+      slope = 0.0_wp
+      if (k == size(self%hardening_strain)) return
+      slope = (self%hardening_stress(k + 1) - stress)/(self%hardening_strain(k + 1) - self%hardening_strain(k))
+      stress = stress + slope*(at - self%hardening_strain(k))
+   end subroutine curve
 
    !> Segment k of the hardening curve: plastic strain at its two ends, and its slope (Pa). `is_last` has no
    !> end.

@@ -18,6 +18,9 @@ module m_material
       procedure :: plastic_energy
       procedure :: equivalent_plastic_strain
       procedure :: von_mises_modulus
+      procedure :: present_modulus
+      procedure :: energy_of_stress
+      procedure :: fault_text
       procedure :: take_heat
       procedure(modulus_interface), deferred :: p_wave_modulus
       procedure(stress_interface), deferred :: complementary_energy
@@ -135,11 +138,39 @@ contains
       strain = 0.0_wp
    end function equivalent_plastic_strain
 
+   !> What is wrong with a particle whose stress the law has made no number, for the end of a sentence; empty:
+   !> the law does no such thing.
+   pure function fault_text(self) result(text)
+      class(material_t), intent(in) :: self
+      character(len=:), allocatable :: text
+      text = ''
+   end function fault_text
+
+   !> The complementary energy of a stress in a particle, J/m3: the same, but for a law whose moduli have
+   !> directions.
+   pure real(wp) function energy_of_stress(self, values, layout, stress) result(energy)
+      class(material_t), intent(in) :: self
+      real(wp), intent(in) :: values(:) !< the particle's columns
+      type(layout_t), intent(in) :: layout
+      real(wp), intent(in) :: stress(6) !< xx yy zz yz xz xy, Pa
+      energy = self%complementary_energy(stress)
+   end function energy_of_stress
+
    !> Von Mises stress over equivalent elastic strain, Pa; here that of shear in the plane of y and z.
    pure real(wp) function von_mises_modulus(self) result(modulus)
       class(material_t), intent(in) :: self
       modulus = 0.5_wp/self%complementary_energy([0.0_wp, 0.0_wp, 0.0_wp, sqrt(1.0_wp/3.0_wp), 0.0_wp, &
                                                  0.0_wp])
    end function von_mises_modulus
+
+   !> Largest modulus of a plane wave in particles first..last as they are (all of this material), Pa, in the sense
+   !> of p_wave_modulus; a law that stiffens says more than that.
+   pure real(wp) function present_modulus(self, column, layout, first, last) result(modulus)
+      class(material_t), intent(in) :: self
+      real(wp), intent(in), contiguous :: column(:, :)
+      type(layout_t), intent(in) :: layout
+      integer, intent(in) :: first, last
+      modulus = self%p_wave_modulus()
+   end function present_modulus
 
 end module m_material

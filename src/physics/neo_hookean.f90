@@ -1,6 +1,7 @@
 !> Compressible neo-Hookean solid: U = mu/2 (J^(-2/3) tr b - 3) + K/2 (J - 1)^2 (theory.md, eq. neo-hookean).
 module m_neo_hookean
    use m_kinds, only: wp
+   use m_vectors, only: cross
    use m_field_table, only: layout_t, field_table_t
    use m_isotropic, only: isotropic_t
    implicit none
@@ -73,7 +74,7 @@ contains
          do i = 1, 3
             b(i, i) = b(i, i) + m
          end do
-         change = (determinant(b) - jacobian**2)/minors(b)
+         change = (dot_product(b(:, 1), cross(b(:, 2), b(:, 3))) - jacobian**2)/minors(b)
          m = m - change
          if (abs(change) <= 4.0_wp*epsilon(m)*m) exit
       end do
@@ -102,33 +103,60 @@ contains
       real(wp), intent(in), contiguous :: gradient(:, :)
       real(wp), intent(in) :: time_step
       integer, intent(in) :: first, last
-      real(wp) :: f(3, 3), b(3, 3), jacobian, factor, pressure, bulk, mean
-      integer :: p, s, d
+      integer :: p, s, d, k
       s = layout%stress
       d = layout%deformation
-      bulk = self%lame + 2.0_wp*self%shear/3.0_wp
+      do k = d, d + 6, 3
+         !$omp simd
+         do p = first, last
+            call push(time_step, gradient(p, 1), gradient(p, 2), gradient(p, 3), gradient(p, 4), gradient(p, 5), &
+                      gradient(p, 6), gradient(p, 7), gradient(p, 8), gradient(p, 9), column(p, k), &
+                      column(p, k + 1), column(p, k + 2))
+         end do
+      end do
+      !$omp simd
       do p = first, last
-         f = reshape(column(p, d:d + 8), [3, 3])
-         f = f + time_step*matmul(reshape(gradient(p, 1:9), [3, 3]), f)
-         column(p, d:d + 8) = reshape(f, [9])
-         jacobian = determinant(f)
-         b = matmul(f, transpose(f))
-         mean = (b(1, 1) + b(2, 2) + b(3, 3))/3.0_wp
-         pressure = bulk*(jacobian - 1.0_wp)
-         factor = self%shear/max(jacobian, tiny(jacobian))**(5.0_wp/3.0_wp)
-         column(p, s) = factor*(b(1, 1) - mean) + pressure
-         column(p, s + 1) = factor*(b(2, 2) - mean) + pressure
-         column(p, s + 2) = factor*(b(3, 3) - mean) + pressure
-         column(p, s + 3) = factor*b(2, 3)
-         column(p, s + 4) = factor*b(1, 3)
-         column(p, s + 5) = factor*b(1, 2)
+         call stress_of(self%shear, self%lame + 2.0_wp*self%shear/3.0_wp, column(p, d), column(p, d + 1), &
+                        column(p, d + 2), column(p, d + 3), column(p, d + 4), column(p, d + 5), column(p, d + 6), &
+                        column(p, d + 7), column(p, d + 8), column(p, s), column(p, s + 1), column(p, s + 2), &
+                        column(p, s + 3), column(p, s + 4), column(p, s + 5))
       end do
    end subroutine update
 
-   pure real(wp) function determinant(f)
-      real(wp), intent(in) :: f(3, 3)
-      determinant = f(1, 1)*(f(2, 2)*f(3, 3) - f(2, 3)*f(3, 2)) - f(1, &
-         2)*(f(2, 1)*f(3, 3) - f(2, 3)*f(3, 1)) + f(1, 3)*(f(2, 1)*f(3, 2) - f(2, 2)*f(3, 1))
+   !> v <- v + dt L v. Here, and not taken from another module: only so it is put into the loop.
+   pure elemental subroutine push(dt, l11, l21, l31, l12, l22, l32, l13, l23, l33, x, y, z)
+      real(wp), intent(in) :: dt, l11, l21, l31, l12, l22, l32, l13, l23, l33
+      real(wp), intent(inout) :: x, y, z
+      real(wp) :: u, v, w
+      u = x; v = y; w = z
+      x = u + dt*(l11*u + l12*v + l13*w)
+      y = v + dt*(l21*u + l22*v + l23*w)
+      z = w + dt*(l31*u + l32*v + l33*w)
+   end subroutine push
+
+   !> The stress of F. Scalars, so that the loop above becomes one of vectors.
+   pure elemental subroutine stress_of(shear, bulk, f11, f21, f31, f12, f22, f32, f13, f23, f33, xx, yy, zz, yz, xz, xy)
+      real(wp), intent(in) :: shear, bulk, f11, f21, f31, f12, f22, f32, f13, f23, f33
+      real(wp), intent(out) :: xx, yy, zz, yz, xz, xy
+      real(wp) :: jacobian, b11, b22, b33, mean, pressure, factor
+      jacobian = determinant(f11, f21, f31, f12, f22, f32, f13, f23, f33)
+      b11 = f11*f11 + f12*f12 + f13*f13
+      b22 = f21*f21 + f22*f22 + f23*f23
+      b33 = f31*f31 + f32*f32 + f33*f33
+      mean = (b11 + b22 + b33)/3.0_wp
+      pressure = bulk*(jacobian - 1.0_wp)
+      factor = shear*max(jacobian, tiny(jacobian))**(-5.0_wp/3.0_wp)
+      xx = factor*(b11 - mean) + pressure
+      yy = factor*(b22 - mean) + pressure
+      zz = factor*(b33 - mean) + pressure
+      yz = factor*(f21*f31 + f22*f32 + f23*f33)
+      xz = factor*(f11*f31 + f12*f32 + f13*f33)
+      xy = factor*(f11*f21 + f12*f22 + f13*f23)
+   end subroutine stress_of
+
+   pure elemental real(wp) function determinant(f11, f21, f31, f12, f22, f32, f13, f23, f33)
+      real(wp), intent(in) :: f11, f21, f31, f12, f22, f32, f13, f23, f33
+      determinant = f11*(f22*f33 - f23*f32) - f12*(f21*f33 - f23*f31) + f13*(f21*f32 - f22*f31)
    end function determinant
 
    !> Sum of V/J U, J.
@@ -137,18 +165,27 @@ contains
       real(wp), intent(in), contiguous :: column(:, :)
       type(layout_t), intent(in) :: layout
       integer, intent(in) :: first, last
-      real(wp) :: f(3, 3), jacobian, bulk, density
-      integer :: p
+      real(wp) :: bulk
+      integer :: p, d
       bulk = self%lame + 2.0_wp*self%shear/3.0_wp
+      d = layout%deformation
       energy = 0.0_wp
+      !$omp simd reduction(+: energy)
       do p = first, last
-         f = reshape(column(p, layout%deformation:layout%deformation + 8), [3, 3])
-         jacobian = determinant(f)
-         density = 0.5_wp*self%shear*(sum(f**2)*jacobian**(-2.0_wp/3.0_wp) - 3.0_wp) &
-                   + 0.5_wp*bulk*(jacobian - 1.0_wp)**2
-         energy = energy + column(p, layout%volume)/jacobian*density
+         energy = energy + column(p, layout%volume) &
+                  *density_of(self%shear, bulk, column(p, d), column(p, d + 1), column(p, d + 2), column(p, d + 3), &
+                              column(p, d + 4), column(p, d + 5), column(p, d + 6), column(p, d + 7), column(p, d + 8))
       end do
    end function strain_energy
+
+   !> U/J, per present volume, J/m3.
+   pure elemental real(wp) function density_of(shear, bulk, f11, f21, f31, f12, f22, f32, f13, f23, f33) result(density)
+      real(wp), intent(in) :: shear, bulk, f11, f21, f31, f12, f22, f32, f13, f23, f33
+      real(wp) :: jacobian, trace
+      jacobian = determinant(f11, f21, f31, f12, f22, f32, f13, f23, f33)
+      trace = f11*f11 + f21*f21 + f31*f31 + f12*f12 + f22*f22 + f32*f32 + f13*f13 + f23*f23 + f33*f33
+      density = (0.5_wp*shear*(trace*jacobian**(-2.0_wp/3.0_wp) - 3.0_wp) + 0.5_wp*bulk*(jacobian - 1.0_wp)**2)/jacobian
+   end function density_of
 
    !> sqrt(n . b . n), b = F F^T.
    pure real(wp) function stretch(self, values, layout, direction)

@@ -7,7 +7,8 @@ module m_plastic
    use m_elastic, only: elastic_t
    implicit none
    private
-   public :: plastic_t, lane_t, lanes, declare_plastic, initial_plastic, von_mises
+   public :: plastic_t, lane_t, lanes, declare_plastic, initial_plastic, update_plastic, follow_shape, shape_stretch, &
+      return_along_deviator, von_mises
 
    integer, parameter :: lanes = 128 !< particles at once: what a law needs between its vector loops stays in
                                      !< the nearest cache
@@ -26,7 +27,7 @@ module m_plastic
    contains
       procedure :: declare => declare_plastic
       procedure :: initial => initial_plastic
-      procedure :: update
+      procedure :: update => update_plastic
       procedure :: plastic_energy
       procedure :: equivalent_plastic_strain
       procedure :: stretch
@@ -90,7 +91,7 @@ contains
    end subroutine initial_plastic
 
    !> Elastic trial step, then return to the yield surface.
-   pure subroutine update(self, column, layout, gradient, time_step, first, last)
+   pure subroutine update_plastic(self, column, layout, gradient, time_step, first, last)
       class(plastic_t), intent(in) :: self
       real(wp), intent(inout), contiguous :: column(:, :)
       type(layout_t), intent(in) :: layout
@@ -124,7 +125,7 @@ contains
             end do
          end do
       end associate
-   end subroutine update
+   end subroutine update_plastic
 
    !> Von Mises stress of a stress, in its unit.
    pure elemental real(wp) function von_mises(xx, yy, zz, yz, xz, xy)
@@ -206,9 +207,13 @@ contains
       real(wp), intent(in) :: values(:)
       type(layout_t), intent(in) :: layout
       real(wp), intent(in) :: direction(3)
-      associate (n => direction, b => values(self%shape:self%shape + 5))
-         stretch = sqrt(sum(b(1:3)*n**2) + 2.0_wp*(b(4)*n(2)*n(3) + b(5)*n(1)*n(3) + b(6)*n(1)*n(2)))
-      end associate
+      stretch = shape_stretch(values(self%shape:self%shape + 5), direction)
    end function stretch
+
+   !> sqrt(n . b . n).
+   pure real(wp) function shape_stretch(b, n)
+      real(wp), intent(in) :: b(6), n(3)
+      shape_stretch = sqrt(sum(b(1:3)*n**2) + 2.0_wp*(b(4)*n(2)*n(3) + b(5)*n(1)*n(3) + b(6)*n(1)*n(2)))
+   end function shape_stretch
 
 end module m_plastic

@@ -10,6 +10,7 @@ module m_cells_stage
    use m_field_table, only: layout_t
    use m_particle_store, only: particle_store_t
    use m_model, only: model_t
+   use m_erosion, only: erode
    use m_migration, only: frame_of
    use m_complaints, only: particle_text, check_emigrants, report_outside
    use m_split, only: split_long, most_generations
@@ -34,6 +35,7 @@ contains
                  x => model%levels(l)%layout%position)
          call block%particles%changed()
          if (level%layout%next_position > 0) call take_next_position(block%particles, level%layout)
+         if (model%effect_step(l)%erodes) call erode(model, l, b)
          if (block%particles%count == 0) then
             block%lowest = huge(1.0_wp)
             block%highest = -huge(1.0_wp)

@@ -143,6 +143,22 @@ contains
       end associate
    end subroutine report_undefined
 
+   !> A law that made the stress of a particle no number says why (material_t%fault_text).
+   subroutine report_by_law(model, l, b, p, error)
+      type(model_t), intent(in) :: model
+      integer, intent(in) :: l, b, p
+      type(error_t), intent(inout) :: error
+      associate (at => model%levels(l)%layout, particles => model%levels(l)%blocks(b)%particles)
+         associate (law => model%materials%slots(model%materials%of_body(particles%body(p)))%law)
+            if (law%fault_text() == '') return
+            ! of velocities that are numbers: else the motion is at fault, not the law
+            if (.not. all(abs(particles%column(p, at%velocity:at%velocity + 2)) <= huge(1.0_wp))) return
+            call fail(error, exit_numerical, particle_text(model, l, b, p)//law%fault_text(), &
+                      recoverable=.true.)
+         end associate
+      end associate
+   end subroutine report_by_law
+
    !> Collective: no particle has a field that is infinite or not a number.
    subroutine check_fields(model, error)
       type(model_t), intent(in) :: model
@@ -176,6 +192,7 @@ contains
          do c = field%first, field%first + field%components - 1
             do p = 1, particles%count
                if (abs(particles%column(p, c)) <= huge(1.0_wp)) cycle
+               if (field%first == model%levels(l)%layout%stress) call report_by_law(model, l, b, p, error)
                call fail(error, exit_numerical, particle_text(model, l, b, p)//' has '//field%name//' '// &
                          to_text(particles%column(p, c))//' '//field%unit//', which must be a number'// &
                          unstable, recoverable=.true.)

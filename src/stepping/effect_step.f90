@@ -33,6 +33,7 @@ module m_effect_step
                               on_stress(:)
       logical :: adds_forces = .false. !< some effect gives forces before the sum over blocks
       logical :: acts_on_nodes = .false.   !< some effect pushes nodes
+      logical :: erodes = .false.       !< some effect gives particles up
       logical :: acts_at_rest = .false. !< some effect changes material at rest
       real(wp) :: external_work = 0.0_wp !< done by effects up to the last fold, J
       real(wp) :: damped = 0.0_wp        !< taken out by effects up to the last fold, J
@@ -93,6 +94,7 @@ contains
       self%kind = merge(dissipated, external, hooks%dissipates)
       self%adds_forces = any(hooks%acceleration .or. hooks%add_forces)
       self%acts_at_rest = any(hooks%acts_at_rest)
+      self%erodes = any(hooks%erodes)
       self%acts_on_nodes = self%adds_forces .or. any(hooks%on_nodes)
       self%follows_particles = all(hooks%follows_particles .or. hooks%dissipates &
                                    .or. .not. (hooks%acceleration .or. hooks%add_forces .or. hooks%on_nodes))

@@ -79,12 +79,12 @@ contains
             associate (law => model%materials%slots(model%materials%of_body(block%particles%body(p)))%law, &
                        volume => block%particles%column(p, at%volume), column => block%particles%column)
                own = column(p, at%stress:at%stress + 5)
-               energy = law%complementary_energy(own)
+               energy = law%energy_of_stress(column(p, :), at, own)
                if (next_to_edge(model, l, column(p, at%position:at%position + 2))) then
                   error%left_out = error%left_out + volume*energy
                   cycle
                end if
-               difference = law%complementary_energy(recovered(:, p) - own)
+               difference = law%energy_of_stress(column(p, :), at, recovered(:, p) - own)
                error%energy = error%energy + volume*energy
                error%squares = error%squares + volume*difference
                error%stress = max(error%stress, as_pull(law, energy))

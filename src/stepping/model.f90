@@ -345,7 +345,7 @@ contains
       do l = 1, size(self%levels)
          call self%effect_step(l)%fold(self%communicator)
       end do
-      if (size(self%levels) == 1) return
+      if (size(self%levels) == 1 .and. .not. any(self%effect_step%erodes)) return
       call MPI_Allreduce(MPI_IN_PLACE, self%lost_in_merging, size(self%lost_in_merging), &
                          MPI_DOUBLE_PRECISION, MPI_SUM, self%communicator%comm)
       do b = 1, size(self%lost_in_merging)

@@ -4,6 +4,7 @@ usage of each script: NAME.py CASE... (in an empty directory; GIMP3D is the prog
 import math
 import os
 import re
+import shutil
 import subprocess
 import sys
 from pathlib import Path
@@ -24,6 +25,7 @@ class Run:
 
     def __init__(self, name, text, ranks=1, arguments=(), allowed=0):
         self.directory = Path(name)
+        shutil.rmtree(self.directory, ignore_errors=True)
         command = (["mpirun", "-n", str(ranks)] if ranks > 1 else []) + [os.environ["GIMP3D"], *arguments]
         done = subprocess.run(command, input=text.replace("'OUT'", f"'{name}'"), capture_output=True, text=True)
         self.log, self.status = done.stdout + done.stderr, done.returncode

@@ -148,7 +148,7 @@ if [ -z "$(written)" ]; then pass; else miss "something was written: $(written |
 
 # rows: `group variable` of each row | `group` | `name` | ...
 timeout -k 5 $seconds "$driver" --names </dev/null | sort >names.code
-sed -n 's/^| *`\([a-z_]*\)` *| *`\([a-z_]*\)` *|.*/\1 \2/p' "$ROOT/doc/user/input.md" | sort >names.doc
+sed -n 's/^| *`\([a-z_]*\)` *| *`\([a-z0-9_]*\)` *|.*/\1 \2/p' "$ROOT/doc/user/input.md" | sort >names.doc
 if [ "$(wc -l <names.code)" -gt 20 ] && diff names.code names.doc >names.diff; then
    pass
 else

@@ -3,8 +3,8 @@
 
 usage: bench.py WORK GIMP3D TOOLS [--repeats N] [--only TABLE ...] [--build TEXT] [--before GIMP3D] [--coarrays FOLDER]
 
-TOOLS is the folder of the programs probe, barrier, ranks and halo. TABLE is one of block, contact, compliance, pairs, growth, large, levels, model,
-checkpoint, guard, halo (all when none is named).
+TOOLS is the folder of the programs probe, barrier, ranks, halo and laws. TABLE is one of block, contact, compliance, pairs, growth, large, levels, model,
+checkpoint, guard, laws, halo (all when none is named).
 block    an elastic block of 32 x 32 x 32 cells in motion: moved along (ordered), deforming as it hits a wall (impact) or tumbling
          (disordered), 1 and 8 particles a cell, affine and plain transfer, 1 and 2 ranks
 contact  E2 and E3, over the run and over the last tenth of their depth
@@ -17,6 +17,7 @@ model    what 1 to 512 ranks would give: the program's own placement and message
          assumed network; the counts are checked against runs on 2, 4 and 8 ranks
 guard    what the guard costs: its row of cost.dat, and runs with copies and looks 20 times as often and without them, in turn; with
          --before, a program built before there was a guard, runs of that in turn too: they tell what the looks in every step cost
+laws     material laws by themselves: nanoseconds a particle (laws.f90)
 halo     an exchange of ghost nodes by MPI and, where FOLDER has a program halo built with coarrays, by these: bytes, messages,
          time (halo.f90)
 checkpoint  what one costs, beside a plain write of as many bytes
@@ -384,6 +385,19 @@ def table_halo(bench):
                  *([f'{least["coarrays"]/least["MPI"]:.1f}'] if 'coarrays' in ways else [])])
 
 
+def table_laws(bench):
+    """Laws by themselves (laws.f90): the least of all repeats, for other jobs only slow a law."""
+    head(['law', 'update below yield [ns]', 'the same over elastic', 'update while it flows [ns]', 'strain energy [ns]'])
+    tried = []
+    for _ in range(bench.repeats):
+        said = subprocess.run([bench.tools/'laws'], capture_output=True, text=True, check=True).stdout
+        tried.append([(line.split('"')[1], *map(float, line.split('"')[2].split())) for line in said.splitlines()])
+    for rows in zip(*tried):
+        name, below, beyond, energy = rows[0][0], *(min(row[c] for row in rows) for c in (1, 2, 3))
+        elastic = min(row[0][1] for row in tried)
+        row([name, f'{below:.1f}', f'{below/elastic:.1f}', f'{beyond:.1f}', f'{energy:.1f}'])
+
+
 def table_guard(bench):
     """Runs one after the other, so that a machine that others use too slows all; medians of their ratios. A copy in 200 steps is too
     little to be seen so: it is made 20 times as often, and what the runs take longer, with all that copies push out of the caches, is
@@ -413,6 +427,24 @@ def table_guard(bench):
              f'{more/often:.2f}', f'{ratio(given, before):.4f}' if before else ''])
 
 
+def table_crystals(bench):
+    """The impact of input/polycrystal.nml with several laws in turn: what a particle-step takes, and over that of j2."""
+    laws = {'j2': "model='j2', density=8960, young=124e9, poisson=0.34, yield_stress=92e6, hardening_modulus=200e6",
+            'cubic': "model='cubic', density=8960, c11=170e9, c12=124e9, c44=75e9", 'crystal': None}
+    def scene(name, out):
+        text = shipped_scene('polycrystal', out, 0.5)
+        if laws[name]:
+            text = re.sub(r"model='crystal'[^/]*/", laws[name] + ' /', text)
+        return re.sub(r'^&grains.*/', '', text, flags=re.M) if name == 'j2' else text
+    head(['law', 'stress [ns]', 'all of a step [ns]', 'over j2'])
+    rounds = bench.in_turn(1, [lambda out, name=name: scene(name, out) for name in laws])
+    of = dict(zip(laws, zip(*rounds)))
+    for name in laws:
+        c = median_costs(of[name])
+        row([name, f'{c["stress"]:.0f}', f'{stepping(c):.0f}',
+             f'{statistics.median(stepping(a)/stepping(b) for a, b in zip(of[name], of["j2"])):.2f}'])
+
+
 def main():
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument('work', type=pathlib.Path)
@@ -430,8 +462,8 @@ def main():
     bench.coarrays = args.coarrays and args.coarrays.resolve()/'halo'
     begun = time.time()
     tables = {'block': table_block, 'contact': table_contact, 'compliance': table_compliance, 'pairs': table_pairs,
-              'growth': table_growth, 'large': table_large, 'model': table_model, 'levels': table_levels, 'guard': table_guard,
-              'checkpoint': table_checkpoint, 'halo': table_halo}
+              'growth': table_growth, 'large': table_large, 'model': table_model, 'levels': table_levels, 'guard': table_guard, 'laws': table_laws,
+              'crystals': table_crystals, 'checkpoint': table_checkpoint, 'halo': table_halo}
     for name in args.only or tables:
         tables[name](bench)
     processor = next((line.split(':')[1].strip() for line in open('/proc/cpuinfo') if line.startswith('model name')),

@@ -1,7 +1,7 @@
 !test: ranks 1 2
 !> A law that is not isotropic, has no Young's modulus, and goes on while nothing moves: what the model asks of a law is asked of
 !> the law.
-module m_cubic
+module m_made_cubic
    use m_kinds, only: wp
    use m_field_table, only: field_table_t, layout_t
    use m_group_reader, only: group_reader_t
@@ -120,7 +120,7 @@ contains
       stretch = 1.0_wp + sum(direction**2*strain_of(self, values(layout%stress:layout%stress + 5)))
    end function stretch
 
-end module m_cubic
+end module m_made_cubic
 
 program cubic_law
    use m_kinds, only: wp
@@ -129,7 +129,7 @@ program cubic_law
    use m_communicator, only: communicator_t
    use m_box, only: box_t
    use m_scene, only: scene_t
-   use m_cubic, only: cubic_t
+   use m_made_cubic, only: cubic_t
    use m_model, only: model_t
    use m_advance, only: advance
    use m_speed_bounds, only: bound_speeds

@@ -1,0 +1,65 @@
+!> Procedures of a shared library that is opened while the program runs (dlopen).
+module m_dynamic_library
+   use, intrinsic :: iso_c_binding, only: c_char, c_int, c_ptr, c_funptr, c_size_t, c_null_char, c_null_funptr, &
+      c_associated, c_f_pointer
+   implicit none
+   private
+   public :: find_procedure
+
+   integer(c_int), parameter :: bind_now = 2 !< RTLD_NOW: a symbol that is missing is said at once
+
+   interface
+      type(c_ptr) function c_dlopen(file, mode) bind(c, name='dlopen')
+         import :: c_ptr, c_char, c_int
+         character(kind=c_char), intent(in) :: file(*)
+         integer(c_int), value :: mode
+      end function c_dlopen
+      type(c_funptr) function c_dlsym(handle, name) bind(c, name='dlsym')
+         import :: c_ptr, c_funptr, c_char
+         type(c_ptr), value :: handle
+         character(kind=c_char), intent(in) :: name(*)
+      end function c_dlsym
+      type(c_ptr) function c_dlerror() bind(c, name='dlerror')
+         import :: c_ptr
+      end function c_dlerror
+      integer(c_size_t) function c_strlen(text) bind(c, name='strlen')
+         import :: c_ptr, c_size_t
+         type(c_ptr), value :: text
+      end function c_strlen
+   end interface
+
+contains
+
+   !> Open a shared library, which stays open, and find a procedure in it. A file named without `/` is looked
+   !> for where the system keeps libraries, else from the directory in which the program was started.
+   subroutine find_procedure(file, name, address, opened, complaint)
+      character(len=*), intent(in) :: file, name
+      type(c_funptr), intent(out) :: address  !< null where it was not found
+      logical, intent(out) :: opened          !< the library was
+      character(len=:), allocatable, intent(out) :: complaint !< the system's words; empty when it was found
+      type(c_ptr) :: handle
+      address = c_null_funptr
+      complaint = ''
+      handle = c_dlopen(file//c_null_char, bind_now)
+      opened = c_associated(handle)
+      if (opened) address = c_dlsym(handle, name//c_null_char)
+      if (.not. c_associated(address)) complaint = last_complaint()
+   end subroutine find_procedure
+
+   !> What dlerror says.
+   function last_complaint() result(text)
+      character(len=:), allocatable :: text
+      character(kind=c_char), pointer :: letters(:)
+      type(c_ptr) :: words
+      integer :: i
+      words = c_dlerror()
+      text = 'no reason given'
+      if (.not. c_associated(words)) return
+      call c_f_pointer(words, letters, [c_strlen(words)])
+      text = repeat(' ', size(letters))
+      do i = 1, size(letters)
+         text(i:i) = letters(i)
+      end do
+   end function last_complaint
+
+end module m_dynamic_library

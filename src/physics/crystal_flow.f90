@@ -1,0 +1,473 @@
+!> The slip of one crystal in one step: power law on all systems with hardening, solved together with the
+!> stress, implicitly (theory.md, eqs crystal-flow, crystal-solve). Everything stands along the lattice's axes.
+module m_crystal_flow
+   use m_kinds, only: wp
+   use m_polar, only: cofactors, determinant
+   use m_slip_systems, only: schmid_columns, schmid_tensor
+   implicit none
+   private
+   public :: crystal_constants_t, slip_t, flow, slip_threshold
+
+   integer, parameter :: most_systems = 48
+   integer, parameter, public :: most_iterations = 60 !< of a minimisation
+   integer, parameter, public :: most_rounds = 30     !< of a solve
+   integer, parameter, public :: most_parts = 64      !< that a step is cut into where solves fail
+   real(wp), parameter :: tolerance = 1.0e-7_wp   !< of stress and resistances, in the smallest resistance
+   real(wp), parameter :: near = 3.0e-2_wp        !< the same, where Newton's method needs no guard
+   real(wp), parameter :: looser = 1.0e-2_wp      !< of a minimisation, than what is wrong around it
+   real(wp), parameter :: falls = 0.8_wp          !< what is wrong, at least by this factor in a round
+   real(wp), parameter :: negligible = 1.0e-18_wp !< slip of a step that is none
+   real(wp), parameter :: tiny_slip = 1.0e-4_wp   !< in a step
+   real(wp), parameter :: most_slope = 0.9_wp     !< behind a step, in that before it
+   real(wp), parameter :: growth = 30.0_wp        !< largest growth of the fastest slip in an iteration
+
+   !> What does not change from particle to particle. Arrays over systems are filled up to whole vectors, with
+   !> systems that nothing moves.
+   type :: crystal_constants_t
+      integer :: systems = 0
+      integer :: width = 0                    !< systems, filled up
+      real(wp), allocatable :: schmid(:, :)   !< (width, 8), m_slip_systems
+      real(wp), allocatable :: by_system(:, :) !< (8, width): the same
+      real(wp), allocatable :: squares(:, :)  !< (16, width): of the first five, the lower triangle by columns
+      real(wp), allocatable :: latent(:, :)   !< (width, width): hardening of a system by slip on another
+      real(wp) :: c11 = 0.0_wp, c12 = 0.0_wp, c44 = 0.0_wp !< Pa
+      real(wp) :: compliance(5) = 0.0_wp      !< of the deviators, 1/Pa
+      real(wp) :: reference_rate = 0.0_wp     !< 1/s
+      real(wp) :: sensitivity = 0.0_wp        !< m
+      integer :: power = 0                    !< 1/m where that is a whole number, else 0
+   contains
+      procedure :: set_systems
+   end type crystal_constants_t
+
+   !> One crystal: what flow is given, and what it finds.
+   type :: slip_t
+      real(wp) :: stretch(3, 3) = 0.0_wp   !< elastic, at the step's beginning
+      real(wp) :: increment(3, 3) = 0.0_wp !< dt L
+      real(wp), allocatable :: resistance(:) !< (width), Pa; advanced
+      real(wp), allocatable :: modulus(:)  !< (width): of hardening in this step, Pa
+      real(wp) :: slip = 0.0_wp            !< of the step, all systems together
+      real(wp) :: work = 0.0_wp            !< of slip, per volume before elastic deformation, J/m3
+      real(wp) :: strain = 0.0_wp          !< equivalent plastic strain of the step
+      real(wp) :: elastic(3, 3) = 0.0_wp   !< elastic deformation gradient at the step's end
+      integer :: iterations = 0            !< evaluations of the flow law
+      logical :: found = .false.           !< else nothing here is of use
+   end type slip_t
+
+   !> What slips under a stress.
+   type :: rates_t
+      real(wp) :: together(8)  !< sum of slip P
+      real(wp) :: squares(16)  !< sum of (d slip/d tau) P P, the lower triangle by columns, 1/Pa
+      real(wp) :: fastest      !< largest ratio of resolved shear stress to resistance
+      real(wp) :: work         !< sum of tau times slip, J/m3
+      real(wp) :: slip         !< sum without sign
+      real(wp) :: slips(most_systems) !< of the systems
+      real(wp) :: rises(most_systems) !< d slip/d tau, 1/Pa
+   end type rates_t
+
+contains
+
+   !> Take up slip systems.
+   pure subroutine set_systems(self, schmid, latent)
+      class(crystal_constants_t), intent(inout) :: self
+      real(wp), intent(in) :: schmid(:, :) !< (systems, 8)
+      real(wp), intent(in) :: latent(:, :) !< (systems, systems)
+      integer :: i, j, k, n
+      n = size(schmid, 1)
+      self%systems = n
+      self%width = 8*((n + 7)/8)
+      if (allocated(self%schmid)) deallocate (self%schmid, self%by_system, self%squares, self%latent)
+      allocate (self%schmid(self%width, 8), self%by_system(8, self%width), self%squares(16, self%width), &
+                self%latent(self%width, self%width), source=0.0_wp)
+      self%schmid(:n, :) = schmid
+      self%latent(:n, :n) = latent
+      self%by_system = transpose(self%schmid)
+      k = 0
+      do j = 1, 5
+         do i = j, 5
+            k = k + 1
+            self%squares(k, :) = self%schmid(:, i)*self%schmid(:, j)
+         end do
+      end do
+   end subroutine set_systems
+
+   !> Resolved shear stress over resistance below which a step of dt has no slip.
+   pure real(wp) function slip_threshold(constants, time_step) result(threshold)
+      type(crystal_constants_t), intent(in) :: constants
+      real(wp), intent(in) :: time_step !< s
+      threshold = (negligible/(time_step*constants%reference_rate))**constants%sensitivity
+   end function slip_threshold
+
+   !> A step in one solve; where that fails in 2, 4, ... parts.
+   pure subroutine flow(constants, time_step, threshold, one)
+      type(crystal_constants_t), intent(in) :: constants
+      real(wp), intent(in) :: time_step !< s
+      real(wp), intent(in) :: threshold
+      type(slip_t), intent(inout) :: one
+      real(wp) :: way(3, 3), back(3, 3), flown(3, 3), stress(8), resistance(most_systems)
+      integer :: part, parts
+      one%iterations = 0
+      resistance(:constants%width) = one%resistance
+      parts = 1
+      do
+         back = unit()
+         one%slip = 0.0_wp
+         one%work = 0.0_wp
+         one%strain = 0.0_wp
+         one%resistance = resistance(:constants%width)
+         do part = 1, parts
+            way = one%stretch + (real(part, wp)/parts)*matmul(one%increment, one%stretch)
+            call solve(constants, constants%width, time_step/parts, threshold, matmul(way, back), part == 1, &
+                       stress, one, flown)
+            if (.not. one%found) exit
+            back = matmul(back, flown)
+         end do
+         if (one%found .or. parts == most_parts) exit
+         parts = 2*parts
+      end do
+      one%elastic = matmul(way, back)
+   end subroutine flow
+
+   pure function unit() result(a)
+      real(wp) :: a(3, 3)
+      a = 0.0_wp
+      a(1, 1) = 1.0_wp
+      a(2, 2) = 1.0_wp
+      a(3, 3) = 1.0_wp
+   end function unit
+
+   !> One solve: the stress and the slip that it drives, so that both agree. With resistances, the skew part of
+   !> the stress and what small strains leave out held, the deviator of the stress is the minimum of a convex
+   !> function (`minimise`). These follow: near the solution with each of Newton's steps; else, and where that
+   !> does not converge fast, from minimum to minimum, which converges by a factor of about the strain.
+   pure subroutine solve(constants, width, time_step, threshold, trial, is_first, stress, one, flown)
+      type(crystal_constants_t), intent(in) :: constants
+      integer, intent(in) :: width
+      real(wp), intent(in) :: time_step, threshold
+      real(wp), intent(in) :: trial(3, 3)  !< elastic deformation gradient, were there no slip
+      logical, intent(in) :: is_first      !< of the step: the stress before is that of the stretch
+      real(wp), intent(inout) :: stress(8) !< Mandel's, before and after
+      type(slip_t), intent(inout) :: one
+      real(wp), intent(out) :: flown(3, 3) !< inverse of the plastic deformation gradient of the step
+      real(wp), dimension(most_systems) :: resistance, harder
+      real(wp) :: c(3, 3), now(8), change(8), target(5), reach, wrong, before, smallest, share
+      type(rates_t) :: rates
+      logical :: guarded
+      integer :: n
+      c = matmul(transpose(trial), trial)
+      now = mandel(constants, c)
+      flown = unit()
+      one%found = fastest(width, constants%schmid, now, one%resistance) <= threshold
+      if (one%found) then
+         stress = now
+         return
+      end if
+      if (is_first) stress = mandel(constants, matmul(one%stretch, one%stretch))
+      reach = max(threshold, fastest(width, constants%schmid, stress, one%resistance), &
+                  (strain_of(one%increment)/(time_step*constants%reference_rate))**constants%sensitivity)
+      change = now - stress
+      resistance(:width) = one%resistance
+      stress = stress + step_share(width, constants%schmid, stress, change, reach, resistance)*change
+      smallest = minval(resistance(:constants%systems))
+      target = now(:5)
+      wrong = smallest
+      guarded = .true.
+      do n = 1, most_rounds
+         if (guarded) then
+            call minimise(constants, width, time_step, threshold, target, resistance, reach, &
+                          max(tolerance*smallest, looser*wrong), stress, rates, one)
+         else
+            call find_rates(constants, width, time_step, threshold, stress, resistance, rates)
+            one%iterations = one%iterations + 1
+         end if
+         if (.not. one%found) return
+         flown = inverse_of(rates%together)
+         now = mandel(constants, matmul(transpose(flown), matmul(c, flown)))
+         call harden(constants%systems, width, constants%latent, one%modulus, rates%slips, harder)
+         harder(:width) = one%resistance + harder(:width)
+         before = wrong
+         wrong = max(maxval(abs(stress - now)), maxval(abs(harder(:width) - resistance(:width))))
+         if (wrong <= tolerance*smallest) then
+            one%resistance = harder(:width)
+            one%slip = one%slip + rates%slip
+            one%work = one%work + rates%work
+            one%strain = one%strain + sqrt(2.0_wp/3.0_wp)*norm2(rates%together(:5))
+            return
+         end if
+         if (.not. wrong <= huge(wrong)) exit
+         guarded = wrong > near*smallest .or. (wrong > falls*before .and. .not. guarded)
+         if (guarded) target = now(:5) + rates%together(:5)/constants%compliance
+         change(6:) = now(6:) - stress(6:)
+         call newton_step(constants%compliance, rates%squares, constants%compliance*(stress(:5) - now(:5)) &
+                          + follow_slip(constants%systems, width, constants%by_system, &
+                                        1.0_wp/constants%sensitivity, rates, resistance, harder, change(6:)), &
+                          change(:5))
+         share = 1.0_wp
+         if (guarded) share = step_share(width, constants%schmid, stress, change, &
+                                         max(reach, rates%fastest)*growth**constants%sensitivity, harder)
+         stress = stress + share*change
+         resistance(:width) = harder(:width)
+      end do
+      one%found = .false.
+   end subroutine solve
+
+   !> What grown resistances and a change of the skew part of the stress do to the slip, to first order, in the
+   !> five deviators.
+   pure function follow_slip(systems, width, by_system, exponent, rates, resistance, harder, skew) result(more)
+      integer, intent(in) :: systems, width
+      real(wp), intent(in) :: by_system(8, width), exponent
+      type(rates_t), intent(in) :: rates
+      real(wp), intent(in) :: resistance(width), harder(width) !< before and after, Pa
+      real(wp), intent(in) :: skew(3)                          !< its change, Pa
+      real(wp) :: more(5), together(8), change
+      integer :: a
+      together = 0.0_wp
+      do a = 1, systems
+         if (.not. rates%rises(a) > 0.0_wp) cycle
+         change = rates%rises(a)*(by_system(6, a)*skew(1) + by_system(7, a)*skew(2) + by_system(8, a)*skew(3)) &
+                  - exponent*rates%slips(a)*(harder(a)/resistance(a) - 1.0_wp)
+         together = together + change*by_system(:, a)
+      end do
+      more = together(:5)
+   end function follow_slip
+
+   !> The deviator of the stress where compliance (stress - target) + slip P = 0, the slope of a convex function
+   !> of the deviator. Newton's method; steps in which the fastest slip would grow by more than `growth` are
+   !> cut, and halved where they lead well beyond the minimum along them.
+   pure subroutine minimise(constants, width, time_step, threshold, target, resistance, reach, enough, stress, &
+                            rates, one)
+      type(crystal_constants_t), intent(in) :: constants
+      integer, intent(in) :: width
+      real(wp), intent(in) :: time_step, threshold
+      real(wp), intent(in) :: target(5)         !< Pa
+      real(wp), intent(in) :: resistance(width) !< Pa
+      real(wp), intent(in) :: reach         !< ratio of stress to resistance that slip is expected at
+      real(wp), intent(in) :: enough        !< of the residual, Pa
+      real(wp), intent(inout) :: stress(8)  !< Pa; the skew part is held
+      type(rates_t), intent(out) :: rates
+      type(slip_t), intent(inout) :: one    !< found, iterations
+      real(wp) :: from(8), change(8), off(5), share, slope, ratio
+      integer :: n
+      slope = huge(slope)
+      share = 0.0_wp
+      change = 0.0_wp
+      from = stress
+      one%found = .false.
+      do n = 1, most_iterations
+         one%iterations = one%iterations + 1
+         call find_rates(constants, width, time_step, threshold, stress, resistance, rates)
+         off = constants%compliance*(stress(:5) - target) + rates%together(:5)
+         one%found = maxval(abs(off/constants%compliance)) <= enough
+         if (one%found) return
+         if (.not. dot_product(off, change(:5)) <= most_slope*slope) then
+            share = 0.5_wp*share
+         else
+            call newton_step(constants%compliance, rates%squares, off, change(:5))
+            slope = -dot_product(off, change(:5))
+            from = stress
+            ratio = max(reach, rates%fastest)*growth**constants%sensitivity
+            share = step_share(width, constants%schmid, stress, change, ratio, resistance)
+         end if
+         stress = from + share*change
+      end do
+   end subroutine minimise
+
+   !> Mandel's stress C S of an elastic deformation with C = F^T F, as m_slip_systems has it, Pa: (C T + T
+   !> C^-1)/2 with T = K : (C - C^-1)/4.
+   pure function mandel(constants, c) result(stress)
+      type(crystal_constants_t), intent(in) :: constants
+      real(wp), intent(in) :: c(3, 3)
+      real(wp) :: stress(8), inverse(3, 3), t(3, 3), volume
+      inverse = cofactors(c)
+      inverse = inverse/(c(1, 1)*inverse(1, 1) + c(1, 2)*inverse(1, 2) + c(1, 3)*inverse(1, 3))
+      t = (0.5_wp*constants%c44)*(c - inverse)
+      volume = 0.25_wp*constants%c12*(c(1, 1) - inverse(1, 1) + c(2, 2) - inverse(2, 2) + c(3, 3) - inverse(3, 3))
+      t(1, 1) = volume + 0.25_wp*(constants%c11 - constants%c12)*(c(1, 1) - inverse(1, 1))
+      t(2, 2) = volume + 0.25_wp*(constants%c11 - constants%c12)*(c(2, 2) - inverse(2, 2))
+      t(3, 3) = volume + 0.25_wp*(constants%c11 - constants%c12)*(c(3, 3) - inverse(3, 3))
+      stress = schmid_columns(0.5_wp*(matmul(c, t) + matmul(t, inverse)))
+   end function mandel
+
+   !> The slip of a step by the power law, and its derivative.
+   pure subroutine find_rates(constants, width, time_step, threshold, stress, resistance, rates)
+      type(crystal_constants_t), intent(in) :: constants
+      integer, intent(in) :: width
+      real(wp), intent(in) :: time_step, threshold
+      real(wp), intent(in) :: stress(8), resistance(width) !< Pa
+      type(rates_t), intent(out) :: rates
+      real(wp), dimension(most_systems) :: tau, ratio, slip
+      call resolve(width, constants%schmid, stress, tau)
+      ratio(:width) = max(abs(tau(:width))/resistance, threshold)
+      call raise(width, constants%sensitivity, constants%power, ratio, slip)
+      call sum_systems(constants%systems, width, constants%by_system, constants%squares, &
+                       time_step*constants%reference_rate, 1.0_wp/constants%sensitivity, threshold, tau, ratio, &
+                       slip, rates)
+   end subroutine find_rates
+
+   !> From ratios raised to their power to slips and their sums over the systems.
+   pure subroutine sum_systems(systems, width, by_system, squares, most, exponent, threshold, tau, ratio, raised, &
+                               rates)
+      integer, intent(in) :: systems, width
+      real(wp), intent(in) :: by_system(8, width), squares(16, width)
+      real(wp), intent(in) :: most      !< slip of the step where the stress is the resistance
+      real(wp), intent(in) :: exponent, threshold
+      real(wp), intent(in) :: tau(width), ratio(width), raised(width)
+      type(rates_t), intent(out) :: rates
+      real(wp) :: together(8), square(16), slip, rise
+      integer :: a
+      together = 0.0_wp
+      square = 0.0_wp
+      rates%work = 0.0_wp
+      rates%slip = 0.0_wp
+      rates%fastest = 0.0_wp
+      do a = 1, systems
+         rates%slips(a) = 0.0_wp
+         rates%rises(a) = 0.0_wp
+         rates%fastest = max(rates%fastest, ratio(a))
+         if (.not. ratio(a) > threshold) cycle
+         slip = most*raised(a)
+         rise = exponent*slip/abs(tau(a))
+         rates%slip = rates%slip + slip
+         rates%work = rates%work + abs(tau(a))*slip
+         slip = sign(slip, tau(a))
+         rates%slips(a) = slip
+         rates%rises(a) = rise
+         together = together + slip*by_system(:, a)
+         square = square + rise*squares(:, a)
+      end do
+      rates%together = together
+      rates%squares = square
+   end subroutine sum_systems
+
+   !> Growth of the resistances by slip, Pa.
+   pure subroutine harden(systems, width, latent, modulus, slips, growth)
+      integer, intent(in) :: systems, width
+      real(wp), intent(in) :: latent(width, width), modulus(width), slips(width)
+      real(wp), intent(out) :: growth(width)
+      integer :: a
+      growth = 0.0_wp
+      do a = 1, systems
+         if (abs(slips(a)) > 0.0_wp) growth = growth + (modulus(a)*abs(slips(a)))*latent(:, a)
+      end do
+   end subroutine harden
+
+   !> Resolved shear stresses.
+   pure subroutine resolve(width, schmid, stress, tau)
+      integer, intent(in) :: width
+      real(wp), intent(in) :: schmid(width, 8), stress(8)
+      real(wp), intent(out) :: tau(width)
+      integer :: a
+      !$omp simd
+      do a = 1, width
+         tau(a) = (schmid(a, 1)*stress(1) + schmid(a, 2)*stress(2)) + (schmid(a, 3)*stress(3) &
+                  + schmid(a, 4)*stress(4)) + (schmid(a, 5)*stress(5) + schmid(a, 6)*stress(6)) &
+                  + (schmid(a, 7)*stress(7) + schmid(a, 8)*stress(8))
+      end do
+   end subroutine resolve
+
+   !> Ratios to the power 1/m.
+   pure subroutine raise(width, sensitivity, power, ratio, raised)
+      integer, intent(in) :: width, power !< 1/m as a whole number, 0: it is none
+      real(wp), intent(in) :: sensitivity, ratio(width)
+      real(wp), intent(out) :: raised(width)
+      real(wp) :: base(most_systems)
+      integer :: left
+      if (power == 0) then
+         raised = ratio**(1.0_wp/sensitivity)
+         return
+      end if
+      raised = 1.0_wp
+      base(:width) = ratio
+      left = power
+      do
+         if (mod(left, 2) == 1) raised = raised*base(:width)
+         left = left/2
+         if (left == 0) exit
+         base(:width) = base(:width)*base(:width)
+      end do
+   end subroutine raise
+
+   !> The largest ratio of resolved shear stress to resistance.
+   pure real(wp) function fastest(width, schmid, stress, resistance) result(largest)
+      integer, intent(in) :: width
+      real(wp), intent(in) :: schmid(width, 8), stress(8), resistance(width)
+      real(wp) :: tau(most_systems)
+      call resolve(width, schmid, stress, tau)
+      largest = maxval(abs(tau(:width))/resistance)
+   end function fastest
+
+   !> exp(-X) of a slip X without trace, of determinant 1: to the third power, and the rest of the determinant
+   !> taken off.
+   pure function inverse_of(together) result(flown)
+      real(wp), intent(in) :: together(8)
+      real(wp) :: flown(3, 3), x(3, 3), square(3, 3), rest
+      x = schmid_tensor(together)
+      square = matmul(x, x)
+      flown = unit() - x + 0.5_wp*square - matmul(square, x)/6.0_wp
+      if (maxval(abs(together)) < tiny_slip) return ! its fourth power is nothing
+      rest = determinant(flown) - 1.0_wp
+      flown = flown*(1.0_wp - rest/3.0_wp*(1.0_wp - 2.0_wp*rest/3.0_wp))
+   end function inverse_of
+
+   !> (K^-1 + sum of rise P P) change = -off, in the five deviators; positive definite: L D L^T.
+   pure subroutine newton_step(compliance, squares, off, change)
+      real(wp), intent(in) :: compliance(5) !< 1/Pa
+      real(wp), intent(in) :: squares(16)   !< lower triangle by columns, 1/Pa
+      real(wp), intent(in) :: off(5)        !< strain
+      real(wp), intent(out) :: change(5)    !< Pa
+      real(wp) :: a(5, 5), inverse(5), factor
+      integer :: i, j, k
+      k = 0
+      do j = 1, 5
+         do i = j, 5
+            k = k + 1
+            a(i, j) = squares(k)
+         end do
+         a(j, j) = a(j, j) + compliance(j)
+      end do
+      change = -off
+      do j = 1, 5
+         inverse(j) = 1.0_wp/a(j, j)
+         do i = j + 1, 5
+            factor = a(i, j)*inverse(j)
+            change(i) = change(i) - factor*change(j)
+            do k = i, 5
+               a(k, i) = a(k, i) - factor*a(k, j)
+            end do
+         end do
+      end do
+      do j = 5, 1, -1
+         do i = j + 1, 5
+            change(j) = change(j) - a(i, j)*change(i)
+         end do
+         change(j) = change(j)*inverse(j)
+      end do
+   end subroutine newton_step
+
+   !> The largest share, at most 1, of a change that leaves all resolved shear stresses within `ratio` times the
+   !> resistance, or brings none further out.
+   pure real(wp) function step_share(width, schmid, stress, change, ratio, resistance) result(share)
+      integer, intent(in) :: width
+      real(wp), intent(in) :: schmid(width, 8), stress(8), change(8)
+      real(wp), intent(in) :: ratio
+      real(wp), intent(in) :: resistance(width) !< Pa
+      real(wp), dimension(most_systems) :: from, way
+      integer :: a
+      call resolve(width, schmid, stress, from)
+      call resolve(width, schmid, change, way)
+      share = 1.0_wp
+      if (maxval(abs(from(:width) + way(:width))/resistance) <= ratio) return
+      do a = 1, width
+         if (abs(from(a) + share*way(a)) <= ratio*resistance(a)) cycle
+         share = max(0.0_wp, min(share, (ratio*resistance(a) - sign(1.0_wp, way(a))*from(a))/abs(way(a))))
+      end do
+   end function step_share
+
+   !> Largest part of the symmetric deviator of a velocity gradient's increment.
+   pure real(wp) function strain_of(increment) result(strain)
+      real(wp), intent(in) :: increment(3, 3)
+      real(wp) :: c(8)
+      c = schmid_columns(increment)
+      strain = norm2(c(:5))
+   end function strain_of
+
+end module m_crystal_flow

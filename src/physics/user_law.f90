@@ -1,0 +1,378 @@
+!> A law in a library of its owner's, called for many particles at once in the corotational frame (theory.md,
+!> eq. corotational): what the interfaces share. An interface extends user_law_t and says how the law is
+!> found and called (vumat.f90, c_law.f90).
+module m_user_law
+   use, intrinsic :: ieee_arithmetic, only: ieee_is_finite, ieee_value, ieee_quiet_nan
+   use m_kinds, only: wp
+   use m_text, only: to_text
+   use m_group_reader, only: group_reader_t
+   use m_value_range, only: any_value, above, at_least
+   use m_field_table, only: field_table_t, layout_t
+   use m_material, only: material_t
+   use m_corotation, only: split_gradient, into_frame, out_of_frame, relative_spin, &
+      advance_gradient
+   use m_tangent, only: tangent_t
+   implicit none
+   private
+   public :: user_law_t, points_t
+
+   integer, parameter :: lanes = 128 !< particles of a call; laws may have work arrays of maxblk = 136
+   integer, parameter :: longest_name = 1024, most_states = 200
+   real(wp), parameter :: not_written = -huge(1.0_wp) !< an energy that the law has left alone
+   real(wp), parameter :: probe_strain = 1.0e-6_wp, probe_step = 1.0e-9_wp !< s: what relaxes has no time to
+
+   !> What a call gets and gives, of n particles. Tensors are xx yy zz xy yz xz (shear is that of the tensor,
+   !> half the engineering one), matrices 11 22 33 12 23 31 21 32 13; all are in the corotational frame but
+   !> `deformation`. Old: at the beginning of the step.
+   type :: points_t
+      integer :: count = 0
+      real(wp) :: time = 0.0_wp, time_step = 0.0_wp !< time at the step's end, s
+      real(wp), allocatable :: place(:, :)          !< (n, 3), m
+      real(wp), allocatable :: size(:)              !< cube root of the volume, m
+      real(wp), allocatable :: density(:)           !< half way through the step, kg/m3
+      real(wp), allocatable :: strain(:, :)         !< (n, 6) increment
+      real(wp), allocatable :: spin(:, :)           !< (n, 3) turn of the material beyond that of the frame
+      real(wp), allocatable :: stretch_old(:, :), stretch(:, :)         !< (n, 6), U of F = R U
+      real(wp), allocatable :: deformation_old(:, :), deformation(:, :) !< (n, 9), F
+      real(wp), allocatable :: stress_old(:, :), stress(:, :)           !< (n, 6), Pa
+      real(wp), allocatable :: state_old(:, :), state(:, :)             !< (n, states)
+      real(wp), allocatable :: energy_old(:), energy(:)   !< per mass: work of the stress, J/kg
+      real(wp), allocatable :: inelastic_old(:), inelastic(:) !< what of it was dissipated, J/kg
+   end type points_t
+
+   type, abstract, extends(material_t) :: user_law_t
+      character(len=:), allocatable :: label    !< name of the material
+      character(len=:), allocatable :: library  !< file
+      real(wp), allocatable :: constants(:)
+      integer :: states = 0                     !< state variables a particle
+      real(wp) :: wave_modulus = 0.0_wp         !< of the fastest wave, Pa; 0: by a probe of the law
+      type(tangent_t) :: tangent                !< of the unstrained law
+      real(wp) :: modulus = 0.0_wp              !< that of the two which counts, Pa
+      integer :: mass = 0, energy = 0, inelastic = 0, age = 0 !< columns
+      integer, allocatable :: sdv(:)            !< column of each state variable
+   contains
+      procedure :: variables
+      procedure :: declare
+      procedure :: initial
+      procedure :: is_at_rest
+      procedure :: update
+      procedure :: p_wave_modulus
+      procedure :: complementary_energy
+      procedure :: strain_energy
+      procedure :: plastic_energy
+      procedure :: stretch
+      procedure :: for_large_strains
+      procedure, private :: probe
+      procedure, private :: advance
+      procedure(load_interface), deferred :: load
+      procedure(evaluate_interface), deferred :: evaluate
+   end type user_law_t
+
+   abstract interface
+      !> Open the library and find the law, or refuse a variable of the group.
+      subroutine load_interface(self, group, found)
+         import :: user_law_t, group_reader_t
+         class(user_law_t), intent(inout) :: self
+         type(group_reader_t), intent(inout) :: group
+         logical, intent(out) :: found
+      end subroutine load_interface
+
+      !> Call the law. It is taken to be pure: the same values in, the same out, and nothing kept.
+      pure subroutine evaluate_interface(self, points)
+         import :: user_law_t, points_t
+         class(user_law_t), intent(in) :: self
+         type(points_t), intent(inout) :: points
+      end subroutine evaluate_interface
+   end interface
+
+   !> Where xx yy zz yz xz xy stand among xx yy zz xy yz xz, and 11 21 31 12 22 32 13 23 33 among the matrices.
+   integer, parameter :: tensor_place(6) = [1, 2, 3, 5, 6, 4], matrix_place(9) = [1, 7, 6, 4, 2, 8, 9, 5, 3]
+
+contains
+
+   subroutine variables(self, group)
+      class(user_law_t), intent(inout) :: self
+      type(group_reader_t), intent(inout) :: group
+      logical :: found
+      if (.not. allocated(self%library)) self%library = ''
+      call group%get_text('library', self%library, longest_name, required=.true.)
+      call group%get_list('constants', self%constants, any_value(''))
+      call group%get('states', self%states, 0)
+      call group%get('wave_modulus', self%wave_modulus, at_least(0.0_wp, 'Pa'))
+      if (self%states > most_states) call group%refuse('states', 'must be a whole number from 0 to '// &
+                                                       to_text(most_states))
+      if (.not. group%is_reading()) return
+      if (.not. allocated(self%constants)) allocate (self%constants(0))
+      if (.not. allocated(self%label)) self%label = ''
+      call group%get_name('name', self%label)
+      call group%get('density', self%density, above(0.0_wp, 'kg/m3'))
+      if (self%states > most_states .or. .not. self%density > 0.0_wp) return
+      call self%load(group, found)
+      if (found) call self%probe(group)
+   end subroutine variables
+
+   pure logical function for_large_strains(self)
+      class(user_law_t), intent(in) :: self
+      for_large_strains = .true.
+   end function for_large_strains
+
+   !> The deformation gradient, the law's state variables as fields SDV1, SDV2, ..., energies, and the time
+   !> that the particle has lived through.
+   pure subroutine declare(self, table, has_tools)
+      class(user_law_t), intent(inout) :: self
+      type(field_table_t), intent(inout) :: table
+      logical, intent(in) :: has_tools
+      integer :: k
+      call table%declare('deformation_gradient', 9, '1', written=.false.)
+      call table%declare('law_energy', 1, 'J/kg', written=.false., by_mass=.true.)
+      call table%declare('law_dissipation', 1, 'J/kg', written=.false., by_mass=.true.)
+      call table%declare('law_time', 1, 's', written=.false.)
+      self%mass = table%column('mass')
+      self%energy = table%column('law_energy')
+      self%inelastic = table%column('law_dissipation')
+      self%age = table%column('law_time')
+      if (allocated(self%sdv)) deallocate (self%sdv)
+      allocate (self%sdv(self%states))
+      do k = 1, self%states
+         call table%declare('SDV'//to_text(k), 1, '1', written=.true.)
+         self%sdv(k) = table%column('SDV'//to_text(k))
+      end do
+   end subroutine declare
+
+   !> The deformation gradient begins as the identity, the state variables as zero.
+   pure subroutine initial(self, column, layout, first, last)
+      class(user_law_t), intent(in) :: self
+      real(wp), intent(inout), contiguous :: column(:, :)
+      type(layout_t), intent(in) :: layout
+      integer, intent(in) :: first, last
+      column(first:last, layout%deformation:layout%deformation + 8:4) = 1.0_wp
+   end subroutine initial
+
+   !> Never: nobody knows what the law does with time.
+   pure logical function is_at_rest(self, column, layout, first, last)
+      class(user_law_t), intent(in) :: self
+      real(wp), intent(in), contiguous :: column(:, :)
+      type(layout_t), intent(in) :: layout
+      integer, intent(in) :: first, last
+      is_at_rest = .false.
+   end function is_at_rest
+
+   !> Blocks of at most `lanes` particles go to the law.
+   pure subroutine update(self, column, layout, gradient, time_step, first, last)
+      class(user_law_t), intent(in) :: self
+      real(wp), intent(inout), contiguous :: column(:, :)
+      type(layout_t), intent(in) :: layout
+      real(wp), intent(in), contiguous :: gradient(:, :)
+      real(wp), intent(in) :: time_step
+      integer, intent(in) :: first, last
+      integer :: from
+      do from = first, last, lanes
+         call self%advance(column, layout, gradient, time_step, from, min(from + lanes - 1, last))
+      end do
+   end subroutine update
+
+   !> One call of the law: from the particles' columns into its frame and back.
+   pure subroutine advance(self, column, layout, gradient, time_step, first, last)
+      class(user_law_t), intent(in) :: self
+      real(wp), intent(inout), contiguous :: column(:, :)
+      type(layout_t), intent(in) :: layout
+      real(wp), intent(in), contiguous :: gradient(:, :)
+      real(wp), intent(in) :: time_step
+      integer, intent(in) :: first, last
+      real(wp) :: r_old(last - first + 1, 9), r(last - first + 1, 9), tensor(last - first + 1, 6)
+      real(wp) :: half(last - first + 1)
+      type(points_t) :: points
+      integer :: k, n
+      n = last - first + 1
+      points = room_for(n, self%states)
+      points%time = column(first, self%age) + time_step
+      points%time_step = time_step
+      call follow(n, time_step, gradient(first:last, :), &
+                  column(first:last, layout%deformation:layout%deformation + 8), points, r_old, r, half)
+      if (layout%position > 0) points%place = column(first:last, layout%position:layout%position + 2)
+      points%size = column(first:last, layout%volume)**(1.0_wp/3.0_wp)
+      points%density = column(first:last, layout%mass)/(column(first:last, layout%volume)*half)
+      tensor = column(first:last, layout%stress:layout%stress + 5)
+      call into_frame(n, r_old, tensor)
+      call place_tensor(n, tensor, points%stress_old)
+      do k = 1, self%states
+         points%state_old(:, k) = column(first:last, self%sdv(k))
+      end do
+      points%energy_old = column(first:last, self%energy)
+      points%inelastic_old = column(first:last, self%inelastic)
+      call ask(self, points)
+      tensor = points%stress(:, tensor_place)
+      call out_of_frame(n, r, tensor)
+      column(first:last, layout%stress:layout%stress + 5) = tensor
+      do k = 1, self%states
+         column(first:last, self%sdv(k)) = points%state(:, k)
+      end do
+      column(first:last, self%energy) = points%energy
+      column(first:last, self%inelastic) = points%inelastic
+      column(first:last, self%age) = column(first:last, self%age) + time_step
+   end subroutine advance
+
+   !> Let the law answer. What it leaves alone stays as it was, but the energy, which then is the work of the
+   !> stress. A state that is not a number makes the stress so, which the step complains of.
+   pure subroutine ask(self, points)
+      class(user_law_t), intent(in) :: self
+      type(points_t), intent(inout) :: points
+      integer :: p
+      points%stress = points%stress_old
+      points%state = points%state_old
+      points%energy = not_written
+      points%inelastic = not_written
+      call self%evaluate(points)
+      do p = 1, points%count
+         if (points%energy(p) <= not_written) points%energy(p) = points%energy_old(p) &
+            + (0.5_wp*sum((points%stress_old(p, 1:3) + points%stress(p, 1:3))*points%strain(p, 1:3)) &
+               + sum((points%stress_old(p, 4:6) + points%stress(p, 4:6))*points%strain(p, 4:6)))/points%density(p)
+         if (points%inelastic(p) <= not_written) points%inelastic(p) = points%inelastic_old(p)
+         if (.not. (all(ieee_is_finite(points%state(p, :))) .and. ieee_is_finite(points%energy(p)) &
+                    .and. ieee_is_finite(points%inelastic(p)))) &
+            points%stress(p, 1) = ieee_value(1.0_wp, ieee_quiet_nan)
+      end do
+   end subroutine ask
+
+   !> Room for n particles.
+   pure type(points_t) function room_for(n, states) result(points)
+      integer, intent(in) :: n, states
+      points%count = n
+      allocate (points%place(n, 3), points%size(n), points%density(n), points%strain(n, 6), &
+                points%spin(n, 3), points%stretch_old(n, 6), points%stretch(n, 6), &
+                points%deformation_old(n, 9), points%deformation(n, 9), points%stress_old(n, 6), &
+                points%stress(n, 6), points%state_old(n, states), points%state(n, states), &
+                points%energy_old(n), points%energy(n), points%inelastic_old(n), points%inelastic(n), &
+                source=0.0_wp)
+   end function room_for
+
+   !> F and its parts before and after the step, and the increments of strain and turn of eq. elastic in the
+   !> frame at the step's end.
+   pure subroutine follow(n, dt, gradient, f, points, r_old, r, half)
+      integer, intent(in) :: n
+      real(wp), intent(in) :: dt, gradient(n, 9)
+      real(wp), intent(inout) :: f(n, 9)
+      type(points_t), intent(inout) :: points
+      real(wp), intent(out) :: r_old(n, 9), r(n, 9)
+      real(wp), intent(out) :: half(n) !< det(I + A/2)
+      real(wp) :: tensor(n, 6)
+      integer :: c
+      do c = 1, 9
+         points%deformation_old(:, matrix_place(c)) = f(:, c)
+      end do
+      call split_gradient(n, f, r_old, tensor)
+      call place_tensor(n, tensor, points%stretch_old)
+      call advance_gradient(n, dt, gradient, f, tensor, points%spin, half)
+      do c = 1, 9
+         points%deformation(:, matrix_place(c)) = f(:, c)
+      end do
+      call split_gradient(n, f, r, points%strain) ! it has the stretch until the next line
+      call place_tensor(n, points%strain, points%stretch)
+      call into_frame(n, r, tensor)
+      call place_tensor(n, tensor, points%strain)
+      call relative_spin(n, r_old, r, points%spin)
+   end subroutine follow
+
+   !> xx yy zz yz xz xy in the order of a call.
+   pure subroutine place_tensor(n, tensor, there)
+      integer, intent(in) :: n
+      real(wp), intent(in) :: tensor(n, 6)
+      real(wp), intent(out) :: there(n, 6)
+      integer :: c
+      do c = 1, 6
+         there(:, tensor_place(c)) = tensor(:, c)
+      end do
+   end subroutine place_tensor
+
+   !> Two calls at the time 0, as Abaqus/Explicit makes them before its first increment: one without strain,
+   !> one with small fictitious strains, whose answers tell the moduli and are dropped.
+   subroutine probe(self, group)
+      class(user_law_t), intent(inout) :: self
+      type(group_reader_t), intent(inout) :: group
+      type(points_t) :: points
+      type(tangent_t) :: side
+      real(wp) :: answer(6, 12)
+      integer :: call_number, k
+      do call_number = 1, 2
+         points = room_for(12, self%states)
+         points%time_step = probe_step
+         points%density = self%density
+         points%size = 1.0_wp
+         points%stretch_old(:, 1:3) = 1.0_wp
+         points%deformation_old(:, 1:3) = 1.0_wp
+         if (call_number == 2) then
+            do k = 1, 6 ! up and down; a tensor's shear is half the strain
+               points%strain(k, tensor_place(k)) = merge(1.0_wp, 0.5_wp, k <= 3)*probe_strain
+               points%strain(6 + k, :) = -points%strain(k, :)
+            end do
+         end if
+         points%stretch = points%stretch_old + points%strain
+         points%deformation(:, 1:6) = points%stretch
+         points%deformation(:, 7:9) = points%stretch(:, 4:6)
+         call ask(self, points)
+         if (.not. all(ieee_is_finite(points%stress))) then
+            call group%refuse('library', 'at the start, under strains of '// &
+                              trim(merge('0   ', '1e-6', call_number == 1))// &
+                              ', the law returns a stress that is not a number; allowed: one that does not')
+            return
+         end if
+      end do
+      answer = transpose(points%stress(:, tensor_place))/probe_strain
+      self%modulus = 0.0_wp
+      do k = 1, 2 ! a law may be stiffer on one side
+         side%stiffness = merge(1.0_wp, -1.0_wp, k == 1)*answer(:, 6*k - 5:6*k)
+         self%modulus = max(self%modulus, side%wave_modulus())
+      end do
+      self%tangent%stiffness = 0.5_wp*(answer(:, 1:6) - answer(:, 7:12))
+      if (.not. self%tangent%invert()) call group%refuse('library', &
+         'the law shows no stiffness against strains of 1e-6 at the start; allowed: a law that is elastic there')
+      if (self%wave_modulus > 0.0_wp) self%modulus = self%wave_modulus
+   end subroutine probe
+
+   pure real(wp) function p_wave_modulus(self)
+      class(user_law_t), intent(in) :: self
+      p_wave_modulus = self%modulus
+   end function p_wave_modulus
+
+   !> By the moduli of the start.
+   pure real(wp) function complementary_energy(self, stress) result(energy)
+      class(user_law_t), intent(in) :: self
+      real(wp), intent(in) :: stress(6)
+      energy = 0.5_wp*dot_product(stress, matmul(self%tangent%compliance, stress))
+   end function complementary_energy
+
+   !> What the law says is stored, J.
+   pure real(wp) function strain_energy(self, column, layout, first, last) result(energy)
+      class(user_law_t), intent(in) :: self
+      real(wp), intent(in), contiguous :: column(:, :)
+      type(layout_t), intent(in) :: layout
+      integer, intent(in) :: first, last
+      integer :: p
+      energy = 0.0_wp
+      do p = first, last
+         energy = energy + column(p, layout%mass)*(column(p, self%energy) - column(p, self%inelastic))
+      end do
+   end function strain_energy
+
+   !> What it says was dissipated, J.
+   pure real(wp) function plastic_energy(self, column, first, last) result(energy)
+      class(user_law_t), intent(in) :: self
+      real(wp), intent(in), contiguous :: column(:, :)
+      integer, intent(in) :: first, last
+      integer :: p
+      energy = 0.0_wp
+      do p = first, last
+         energy = energy + column(p, self%mass)*column(p, self%inelastic)
+      end do
+   end function plastic_energy
+
+   !> sqrt(n . F F^T . n).
+   pure real(wp) function stretch(self, values, layout, direction)
+      class(user_law_t), intent(in) :: self
+      real(wp), intent(in) :: values(:)
+      type(layout_t), intent(in) :: layout
+      real(wp), intent(in) :: direction(3)
+      stretch = norm2(matmul(direction, reshape(values(layout%deformation:layout%deformation + 8), [3, 3])))
+   end function stretch
+
+end module m_user_law

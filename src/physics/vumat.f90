@@ -1,0 +1,95 @@
+!> The door for laws written for Abaqus/Explicit: the user subroutine VUMAT, in a shared library
+!> (doc/developer/vumat.md).
+module m_vumat
+   use, intrinsic :: iso_c_binding, only: c_int, c_double, c_char, c_size_t, c_funptr, c_f_procpointer
+   use m_kinds, only: wp
+   use m_group_reader, only: group_reader_t
+   use m_dynamic_library, only: find_procedure
+   use m_user_law, only: user_law_t, points_t
+   implicit none
+   private
+   public :: vumat_t
+
+   integer, parameter :: name_size = 80 !< characters of CMNAME
+
+   abstract interface
+      !> As its manual says; the length of CMNAME comes last, as Fortran compilers hand it over.
+      pure subroutine vumat_interface(jblock, ndir, nshr, nstatev, nfieldv, nprops, lanneal, step_time, &
+                                      total_time, dt, cmname, coord, char_length, props, density, &
+                                      strain_inc, rel_spin_inc, temp_old, stretch_old, defgrad_old, &
+                                      field_old, stress_old, state_old, ener_intern_old, ener_inelas_old, &
+                                      temp_new, stretch_new, defgrad_new, field_new, stress_new, state_new, &
+                                      ener_intern_new, ener_inelas_new, cmname_length) bind(c)
+         import :: c_int, c_double, c_char, c_size_t
+         integer(c_int), intent(in) :: jblock(*), ndir, nshr, nstatev, nfieldv, nprops, lanneal
+         real(c_double), intent(in) :: step_time, total_time, dt
+         character(kind=c_char), intent(in) :: cmname(*)
+         real(c_double), intent(in) :: coord(*), char_length(*), props(*), density(*), strain_inc(*), &
+                                       rel_spin_inc(*), temp_old(*), stretch_old(*), defgrad_old(*), &
+                                       field_old(*), stress_old(*), state_old(*), ener_intern_old(*), &
+                                       ener_inelas_old(*), temp_new(*), stretch_new(*), defgrad_new(*), &
+                                       field_new(*)
+         real(c_double), intent(inout) :: stress_new(*), state_new(*), ener_intern_new(*), ener_inelas_new(*)
+         integer(c_size_t), intent(in), value :: cmname_length
+      end subroutine vumat_interface
+   end interface
+
+   type, extends(user_law_t) :: vumat_t
+      procedure(vumat_interface), pointer, nopass, private :: law => null()
+   contains
+      procedure :: load
+      procedure :: evaluate
+   end type vumat_t
+
+contains
+
+   !> Find `vumat_`, as gfortran and Intel's compilers call it.
+   subroutine load(self, group, found)
+      class(vumat_t), intent(inout) :: self
+      type(group_reader_t), intent(inout) :: group
+      logical, intent(out) :: found
+      type(c_funptr) :: address
+      procedure(vumat_interface), pointer :: law
+      character(len=:), allocatable :: complaint
+      logical :: opened
+      call find_procedure(self%library, 'vumat_', address, opened, complaint)
+      found = complaint == ''
+      if (found) then
+         call c_f_procpointer(address, law)
+         self%law => law
+      else if (opened) then
+         call group%refuse('library', 'has no vumat_; allowed: a library made by `make vumat FILE=mylaw.f`, '// &
+                           'of a file with a SUBROUTINE VUMAT')
+      else
+         call group%refuse('library', 'cannot be opened ('//complaint// &
+                           '); allowed: a library made by `make vumat FILE=mylaw.f`')
+      end if
+   end subroutine load
+
+   !> One block of points of a solid: three direct and three shear components. There are no field variables;
+   !> the temperature is 0.
+   pure subroutine evaluate(self, points)
+      class(vumat_t), intent(in) :: self
+      type(points_t), intent(inout) :: points
+      integer(c_int) :: jblock(4 + points%count)
+      real(c_double) :: nothing(max(1, points%count)), props(max(1, size(self%constants)))
+      character(kind=c_char) :: cmname(name_size)
+      integer :: i
+      nothing = 0.0_wp
+      props(:size(self%constants)) = self%constants
+      ! laws that ask which point they have got find its number in the block; layer and section point are 1
+      jblock = [points%count, 1, 1, 1, (i, i=1, points%count)]
+      cmname = ' '
+      do i = 1, len(self%label) ! in capitals
+         cmname(i) = self%label(i:i)
+         if (llt('`', cmname(i)) .and. llt(cmname(i), '{')) cmname(i) = achar(iachar(cmname(i)) - 32)
+      end do
+      call self%law(jblock, 3, 3, self%states, 0, size(self%constants), 0, points%time, points%time, &
+                    points%time_step, cmname, points%place, points%size, props, points%density, &
+                    points%strain, points%spin, nothing, points%stretch_old, points%deformation_old, nothing, &
+                    points%stress_old, points%state_old, points%energy_old, points%inelastic_old, nothing, &
+                    points%stretch, points%deformation, nothing, points%stress, points%state, &
+                    points%energy, points%inelastic, int(name_size, c_size_t))
+   end subroutine evaluate
+
+end module m_vumat
