@@ -19,8 +19,8 @@ def box(name, steps, friction=0.0, radius=2.5, domain="fixed", groups=True):
 &grid lower=0,0,0, upper=16,16,16, cell_size=1 /
 &time domain='{domain}' /
 &material name='m', model='elastic', density={DENSITY}, young={YOUNG}, poisson=0.3 /
-{"".join(plates)}&body material='m', shape='sphere', center=5.6,5.7,5.6, radius={radius!r}, velocity=40,33,21 {group(groups and 'one')} /
-&body material='m', shape='sphere', center=8.3,8.2,8.4, radius=1.5, velocity=-40,21,-38 {group(groups and 'two')} /
+{"".join(plates)}&body material='m', shape='sphere', center=5.6,5.7,5.6, radius={radius!r}, velocity=10,8,6 {group(groups and 'one')} /
+&body material='m', shape='sphere', center=8.3,8.2,8.4, radius=1.5, velocity=-46.3,-37,-27.8 {group(groups and 'two')} /
 {f"&body_contact friction={friction!r} /" if groups else ""}
 &output directory='OUT', formats='none', history_every={time / 2000!r} /
 """)

@@ -19,7 +19,7 @@ def block_on_base(name, slope, friction=FRICTION, steps=4000, domain="fixed", he
 &material name='m', model='elastic', density={DENSITY}, young={young!r}, poisson={poisson!r} /
 &body material='m', shape='box', lower=0,0,{height!r}, upper={length},5,{2 + height!r}, particles_per_cell={per_cell} {group(groups and 'base')} /
 &body material='m', shape='box', lower=3.2,0,{2 + height!r}, upper=9.2,3,{5 + height!r}, particles_per_cell={per_cell} {group(groups and 'block')} /
-&body_contact friction={friction!r} /
+&body_contact start='as_is', friction={friction!r} /
 &tool name='floor', shape='flat', radius=60, tip=0,0,{height!r}, axis=0,0,1, times=0, speeds=0, penetration_factor=0.5 /
 &gravity acceleration={pull * math.sin(angle)!r},0,{-pull * math.cos(angle)!r} /
 {f"&damping kind='viscous', coefficient={damped!r} /" if damped else ""}
@@ -64,23 +64,21 @@ def sticks(name, ratio=0.9, steps=4000, **kind):
 
 
 def turned(name, angle, ratio, friction=FRICTION, steps=4000, domain="fixed", damped=None, groups=True):
-    """A round block on a round base, both turned by an angle (rad) about y and filled by the lattice of the grid; the base sticks to a
-    rough rigid tool. Gravity is turned on by tan = ratio mu."""
+    """A round block on a round base, both turned by an angle (rad) about y and filled by the lattice of the grid; the base
+    is held by the grid's lower side where it reaches it. What the lattice makes the two overlap by at the start is no gap. Gravity is turned on by tan = ratio mu."""
     normal, along = np.array([math.sin(angle), 0, math.cos(angle)]), np.array([math.cos(angle), 0, -math.sin(angle)])
     slope = math.atan(ratio * friction)
     pull = 2e-4 * YOUNG / (DENSITY * 4)
-    foot, end = np.array([10.0, 9.0, 5.0]), steps * 0.3 / BAR_WAVE
+    foot, end = np.array([9.0, 9.0, 6 * math.sin(angle) + 0.01]), steps * 0.3 / BAR_WAVE
     rate = 0.2 * BAR_WAVE if damped is None else damped
     run = Run(name, f"""&scene title='turned', end_time={end!r} /
-&grid lower=0,0,0, upper=22,18,18, cell_size=1 /
+&grid lower=0,0,0, upper=22,18,18, cell_size=1, boundary='free','free','free','free','fixed','free' /
 &time domain='{domain}' /
 &material name='m', model='elastic', density={DENSITY}, young={YOUNG}, poisson=0.3 /
-&body material='m', shape='cylinder', center={numbers(foot)}, axis={numbers(normal)}, radius=6, height=3 {group(groups and 'base')} /
-&body material='m', shape='cylinder', center={numbers(foot + 3 * normal - 1.0 * along)}, axis={numbers(normal)}, radius=3, height=3
+&body material='m', shape='cylinder', center={numbers(foot)}, axis={numbers(normal)}, radius=6, height=5 {group(groups and 'base')} /
+&body material='m', shape='cylinder', center={numbers(foot + 5 * normal - 1.0 * along)}, axis={numbers(normal)}, radius=3, height=3
       {group(groups and 'block')} /
-&body_contact friction={friction!r} /
-&tool name='floor', shape='flat', radius=30, tip={numbers(foot)}, axis={numbers(normal)}, times=0, speeds=0, penetration_factor=0.5,
-      friction=5 /
+&body_contact start='as_is', friction={friction!r} /
 &gravity acceleration={numbers(pull * (math.sin(slope) * along - math.cos(slope) * normal))} /
 &damping kind='viscous', coefficient={rate!r} /
 &output directory='OUT', every={end / 4!r}, history_every={end / 400!r} /
