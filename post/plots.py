@@ -360,7 +360,10 @@ def draw_tools(run, ax, time, across, up, factor):
         axis, tip = indentation.unit_axis(tool), np.array(tool["tip"])
         if abs(axis[up]) < 0.999:
             continue
-        outline = indentation.tool_outline(tool, 1e3 * run.case["grid"][0]["cell_size"][0])
+        edge = np.array(tool.get("edge", [1.0, 0.0, 0.0]))
+        round_here = tool["shape"][0] == "cylinder" and abs(edge[3 - across - up]) > 0.999 * np.linalg.norm(edge)
+        outline = indentation.tool_outline(dict(tool, shape=["sphere"]) if round_here else tool,
+                                           1e3 * run.case["grid"][0]["cell_size"][0])
         if outline is None:
             continue
         history = run.tool_history(tool)

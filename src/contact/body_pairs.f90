@@ -27,6 +27,7 @@ module m_body_pairs
    private
    public :: body_pairs_t, pair_state_t, state_reals
 
+   real(wp), parameter :: sliding = 0.999_wp   !< of the largest friction: from here on a point slides
    real(wp), parameter :: early = 0.25_wp      !< a gap that nodes are asked about, in particle edges
 
    !> What two groups have met: in the last step, and since the start. Numbers alone: they are added up over
@@ -343,7 +344,9 @@ contains
                force = c%force*c%normal
                if (c%frictional > 0) then
                   force = force + matmul(c%tangent, c%tangential_force)
-                  heat = -time_step*dot_product(c%tangential_force, partner%slip)
+                  heat = 0.0_wp ! where it sticks it gives way by changes, and gives that back
+                  if (norm2(c%tangential_force) >= sliding*(c%friction*(c%force + c%pull) + c%grip)) &
+                     heat = -time_step*dot_product(c%tangential_force, partner%slip)
                   state%heat = state%heat + heat
                   ! both bodies' elements have candidates: each warms its own
                   call materials%slots(materials%of_body(level%blocks(c%block)%particles%body(p)))%law%take_heat( &

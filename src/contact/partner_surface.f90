@@ -44,23 +44,25 @@ contains
       type(view_t) :: views(size(elements%low, 2))
       type(meeting_t), allocatable :: more(:)
       integer, allocatable :: numbers(:)
-      integer :: e, field, found
+      integer :: bin(3), e, field, found
       logical :: meets
       count = 0
+      found = 0
+      bin = 0
       if (.not. allocated(meetings)) allocate (meetings(64))
       do e = 1, elements%own
          if (.not. has_company(elements, e)) cycle
-         call elements%near(elements%list(e)%face, found, numbers)
+         call elements%near(e, bin, found, numbers)
          call look(elements, e, numbers(:found), views)
          do field = 1, size(views)
-            if (field == nint(elements%list(e)%field)) cycle
+            if (field == elements%field(e)) cycle
             if (views(field)%lateral > across) cycle
             if (count == size(meetings)) then
                allocate (more(2*count))
                more(:count) = meetings
                call move_alloc(more, meetings)
             end if
-            call meet(elements%list(e), views(nint(elements%list(e)%field)), views(field), &
+            call meet(elements%list(e), views(elements%field(e)), views(field), &
                       meetings(count + 1), meets)
             if (.not. meets) cycle
             count = count + 1
@@ -79,7 +81,7 @@ contains
       reach = reach_of*elements%longest
       has_company = .false.
       do field = 1, size(elements%low, 2)
-         if (field == nint(elements%list(e)%field)) cycle
+         if (field == elements%field(e)) cycle
          has_company = has_company .or. (all(elements%list(e)%face > elements%low(:, field) - reach) &
                                          .and. all(elements%list(e)%face < elements%high(:, field) + reach))
       end do
@@ -95,9 +97,9 @@ contains
       associate (here => elements%list(e))
          do n = 1, size(numbers)
             associate (there => elements%list(numbers(n)))
-               field = nint(there%field)
+               field = elements%field(numbers(n))
                cosine = dot_product(here%normal, there%normal)
-               if (field == nint(here%field)) cosine = -cosine
+               if (field == elements%field(e)) cosine = -cosine
                if (cosine > -facing) cycle
                apart = here%face - there%face
                share = 1.0_wp - dot_product(apart, apart)/(reach_of*max(here%edge, there%edge))**2

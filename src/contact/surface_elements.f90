@@ -55,6 +55,7 @@ module m_surface_elements
       real(wp) :: longest = 0.0_wp !< edge of a particle, m
       real(wp), allocatable :: low(:, :), high(:, :) !< (3, fields): bounds of the faces, m
       real(wp), private :: bin = 1.0_wp              !< edge of the bins, m
+      integer, allocatable :: field(:)               !< (count): velocity fields, when they are sorted
       integer, allocatable, private :: place(:, :)   !< (3, count): bins
       integer, allocatable, private :: first(:), next(:) !< lists by hash of the bin
    contains
@@ -301,10 +302,11 @@ contains
       self%low = spread(spread(huge(1.0_wp), 1, 3), 2, fields)
       self%high = -self%low
       if (allocated(self%place)) deallocate (self%place, self%next, self%first)
+      self%field = nint(self%list(:self%count)%field)
       allocate (self%place(3, self%count), self%next(self%count), self%first(0:2*self%count), source=0)
       do e = self%count, 1, -1
          associate (it => self%list(e))
-            field = nint(it%field)
+            field = self%field(e)
             self%low(:, field) = min(self%low(:, field), it%face)
             self%high(:, field) = max(self%high(:, field), it%face)
             self%place(:, e) = floor(it%face/edge)
@@ -315,18 +317,22 @@ contains
       end do
    end subroutine sort
 
-   !> Numbers of the elements in the bins around a place: all that are within an edge of it, and others.
-   pure subroutine near(self, place, found, numbers)
+   !> Numbers of the elements in the bins around that of an element: all that are within an edge of it, and
+   !> others. What was found for an element of the same bin is left.
+   pure subroutine near(self, element, middle, found, numbers)
       class(surface_elements_t), intent(in) :: self
-      real(wp), intent(in) :: place(3) !< m
-      integer, intent(out) :: found
+      integer, intent(in) :: element
+      integer, intent(inout) :: middle(3) !< bin that was asked for last; now that of the element
+      integer, intent(inout) :: found
       integer, allocatable, intent(inout) :: numbers(:)
       integer, allocatable :: more(:)
       integer :: bin(3), e, n
+      if (found > 0 .and. all(self%place(:, element) == middle)) return
+      middle = self%place(:, element)
       found = 0
       if (.not. allocated(numbers)) allocate (numbers(256))
       do n = 1, 27
-         bin = floor(place/self%bin) + directions(:, n)
+         bin = middle + directions(:, n)
          e = self%first(hash(bin, size(self%first)))
          do while (e > 0)
             if (all(self%place(:, e) == bin)) then

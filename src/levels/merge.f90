@@ -99,6 +99,10 @@ contains
          body = block%particles%body(eight(1))
          generation = nint(block%particles%column(eight(1), at%generation))
          if (any(nint(block%particles%column(eight, at%generation)) /= generation)) return
+         if (at%damage > 0) then ! what has failed stays failed, and alone
+            if (.not. (all(block%particles%column(eight, at%damage) >= 1.0_wp) &
+                       .or. all(block%particles%column(eight, at%damage) < 1.0_wp))) return
+         end if
          values(:8, :) = block%particles%column(eight, :)
          if (at%grain > 0) then ! of several grains: there is no crystal between them
             if (any(abs(values(:8, at%grain) - values(1, at%grain)) > 0.5_wp)) return

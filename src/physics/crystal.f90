@@ -8,11 +8,12 @@ module m_crystal
    use m_value_range, only: above, at_least
    use m_field_table, only: field_table_t, layout_t
    use m_cubic, only: cubic_t
-   use m_crystal_flow, only: crystal_constants_t, slip_t, flow, slip_threshold, most_iterations, most_parts
+   use m_crystal_flow, only: slip_t, flow, most_iterations, most_parts
    use m_lattice, only: gradient_of, tensor_of
    use m_plastic, only: follow_shape
    use m_polar, only: determinant
    use m_rotations, only: angle_between, matrix_of
+   use m_slip_rates, only: crystal_constants_t, slip_threshold
    use m_slip_systems, only: make_slip_systems, schmid_columns, slip_words
    use m_text, only: to_text
    implicit none

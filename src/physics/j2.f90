@@ -119,6 +119,9 @@ contains
       type(trial_t) :: trial
       real(wp) :: strength, slope, d, dissipated, new_strength
       integer :: c
+      if (layout%damage > 0) then ! its stress is gone; back stresses would flow against nothing
+         if (column(p, layout%damage) >= 1.0_wp) return
+      end if
       trial = self%kinematic%relative(column, p, layout%stress)
       call self%curve(column(p, self%strain), strength, slope)
       if (trial%size <= strength) return

@@ -26,6 +26,7 @@ module m_lattice
       procedure :: set_stiffness
       procedure :: declare => declare_lattice
       procedure :: initial => initial_lattice
+      procedure :: begin_stressed
       procedure :: update
       procedure :: settle
       procedure, private :: axes_of
@@ -170,6 +171,43 @@ contains
       end do
    end subroutine initial_lattice
 
+   !> The elastic stretch with a given stress, by steps of the linear law: they come nearer by a factor of about
+   !> the strain each.
+   pure subroutine begin_stressed(self, stress, column, layout, first, last)
+      class(lattice_t), intent(in) :: self
+      real(wp), intent(in) :: stress(6)
+      real(wp), intent(inout), contiguous :: column(:, :)
+      type(layout_t), intent(in) :: layout
+      integer, intent(in) :: first, last
+      integer, parameter :: most_steps = 100
+      real(wp) :: q(4), r(3, 3), u(3, 3), wanted(6), e(6), missing(6)
+      integer :: p, step
+      do p = first, last
+         q = column(p, self%orientation:self%orientation + 3)
+         r = matrix_of(q)
+         wanted = columns_of(matmul(transpose(r), matmul(tensor_of(stress), r)))
+         u = tensor_of(column(p, self%elastic:self%elastic + 5))
+         do step = 1, most_steps
+            missing = wanted - columns_of(stress_along_axes(self%stiffness, u))
+            if (maxval(abs(missing)) <= 8.0_wp*epsilon(1.0_wp)*maxval(abs(wanted))) exit
+            e = matmul(self%compliance, missing)
+            e(4:6) = 0.5_wp*e(4:6)
+            u = u + tensor_of(e)
+         end do
+         column(p, self%elastic:self%elastic + 5) = columns_of(u)
+      end do
+   end subroutine begin_stressed
+
+   !> Cauchy's stress along the axes for an elastic stretch, Pa.
+   pure function stress_along_axes(stiffness, u) result(t)
+      real(wp), intent(in) :: stiffness(6, 6), u(3, 3)
+      real(wp) :: t(3, 3), inverse(3, 3), jacobian
+      jacobian = determinant(u)
+      inverse = cofactors(u)/jacobian
+      t = tensor_of(lattice_stress(stiffness, u, inverse))
+      t = (matmul(u, matmul(t, u)) + matmul(inverse, matmul(t, inverse)))/(2.0_wp*jacobian)
+   end function stress_along_axes
+
    !> F <- (I + dt L) F, then F = R U and the stress.
    pure subroutine update(self, column, layout, gradient, time_step, first, last)
       class(lattice_t), intent(in) :: self
@@ -199,13 +237,10 @@ contains
       integer, intent(in) :: p
       real(wp), intent(in) :: q(4)    !< the orientation at the step's beginning
       real(wp), intent(in) :: f(3, 3)
-      real(wp) :: turn(3, 3), u(3, 3), inverse(3, 3), t(3, 3), r(3, 3), turned(4), jacobian
+      real(wp) :: turn(3, 3), u(3, 3), t(3, 3), r(3, 3), turned(4)
       call polar(f, turn, u)
       turned = followed_by(quaternion_of(turn), q)
-      jacobian = determinant(u)
-      inverse = cofactors(u)/jacobian
-      t = tensor_of(lattice_stress(self%stiffness, u, inverse))
-      t = (matmul(u, matmul(t, u)) + matmul(inverse, matmul(t, inverse)))/(2.0_wp*jacobian)
+      t = stress_along_axes(self%stiffness, u)
       r = matrix_of(turned)
       t = matmul(r, matmul(t, transpose(r)))
       column(p, self%orientation:self%orientation + 3) = turned

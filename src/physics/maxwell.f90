@@ -29,6 +29,7 @@ module m_maxwell
       procedure :: variables
       procedure :: declare
       procedure :: initial
+      procedure :: begin_stressed
       procedure :: is_at_rest
       procedure :: update
       procedure :: strain_energy
@@ -94,6 +95,16 @@ contains
       integer, intent(in) :: first, last
       if (self%shape > 0) column(first:last, self%shape:self%shape + 2) = 1.0_wp
    end subroutine initial
+
+   !> All branches have relaxed: the spring beside them bears it.
+   pure subroutine begin_stressed(self, stress, column, layout, first, last)
+      class(maxwell_t), intent(in) :: self
+      real(wp), intent(in) :: stress(6)
+      real(wp), intent(inout), contiguous :: column(:, :)
+      type(layout_t), intent(in) :: layout
+      integer, intent(in) :: first, last
+      column(first:last, self%spring:self%spring + 5) = spread(stress, 1, last - first + 1)
+   end subroutine begin_stressed
 
    !> Not as long as a branch bears stress: it relaxes, even where all together bear none.
    pure logical function is_at_rest(self, column, layout, first, last)

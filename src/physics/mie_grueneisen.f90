@@ -25,7 +25,7 @@ module m_mie_grueneisen
       real(wp) :: hugoniot_slope = 0.0_wp  !< s: Us = c0 + s up
       real(wp) :: grueneisen = 0.0_wp      !< Gamma0, and Gamma rho = Gamma0 rho0
       integer :: energy = 0                !< column: internal energy per mass without that of shear, J/kg
-      integer :: heat = 0                  !< column: what of it came from the bulk viscosity, J
+      integer :: heat = 0                  !< column: what of it came from bulk viscosity and friction, J
       integer :: work = 0                  !< column: plastic work, J; 0 without strength
       integer :: mass = 0                  !< column
    contains
@@ -43,6 +43,7 @@ module m_mie_grueneisen
       procedure :: stretch
       procedure :: for_large_strains
       procedure :: brings
+      procedure :: take_heat
       procedure :: takes_heat
       procedure, private :: shear
       procedure, private :: apply_pressure
@@ -209,6 +210,17 @@ contains
       rest = merge(rest, not_a_number, rest > 0.0_wp)
       cold = stiffness*eta*(1.0_wp - 0.5_wp*grueneisen*squeezed)/(rest*rest)
    end function cold
+
+   !> Into the internal energy, beside that of shocks, and the temperature where there is one.
+   pure subroutine take_heat(self, values, layout, heat)
+      class(mie_grueneisen_t), intent(in) :: self
+      real(wp), intent(inout) :: values(:)
+      type(layout_t), intent(in) :: layout
+      real(wp), intent(in) :: heat
+      values(self%energy) = values(self%energy) + heat/values(layout%mass)
+      values(self%heat) = values(self%heat) + heat
+      if (self%takes_heat()) call self%johnson_cook%take_heat(values, layout, heat)
+   end subroutine take_heat
 
    !> True with a law of strength that has a temperature.
    pure logical function takes_heat(self)

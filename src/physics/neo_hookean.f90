@@ -1,6 +1,7 @@
 !> Compressible neo-Hookean solid: U = mu/2 (J^(-2/3) tr b - 3) + K/2 (J - 1)^2 (theory.md, eq. neo-hookean).
 module m_neo_hookean
    use m_kinds, only: wp
+   use m_vectors, only: cross
    use m_field_table, only: layout_t, field_table_t
    use m_isotropic, only: isotropic_t
    implicit none
@@ -73,8 +74,7 @@ contains
          do i = 1, 3
             b(i, i) = b(i, i) + m
          end do
-         change = (determinant(b(1, 1), b(2, 1), b(3, 1), b(1, 2), b(2, 2), b(3, 2), b(1, 3), b(2, 3), b(3, 3)) &
-                   - jacobian**2)/minors(b)
+         change = (dot_product(b(:, 1), cross(b(:, 2), b(:, 3))) - jacobian**2)/minors(b)
          m = m - change
          if (abs(change) <= 4.0_wp*epsilon(m)*m) exit
       end do

@@ -33,8 +33,8 @@ contains
       real(wp), allocatable, intent(inout) :: normals(:, :), directions(:, :)
       integer, allocatable :: n(:, :), d(:, :)
       integer :: i, j
-      n = family(planes)
-      d = family(lines)
+      allocate (n, source=family(planes))
+      allocate (d, source=family(lines))
       do i = 1, size(n, 2)
          do j = 1, size(d, 2)
             if (dot_product(n(:, i), d(:, j)) /= 0) cycle

@@ -179,7 +179,7 @@ contains
             way_out = way_out - distance
             if (abs(distance) <= near*edge) exit
          end do
-         way_out = min(max(way_out, 0.1_wp*edge), 1.5_wp*edge)
+         way_out = min(max(way_out, 0.01_wp*edge), 1.5_wp*edge)
       end function way_out
    end subroutine elements_of
 

@@ -1,7 +1,7 @@
 !> Crystal plasticity at points against exact curves: single crystals in tension, Taylor's factor, superposed rotation, random paths.
 !test: limit 120
 program crystal
-   use m_kinds, only: wp, i8
+   use m_kinds, only: wp
    use m_constants, only: pi
    use m_communicator, only: communicator_t
    use m_material, only: material_t

@@ -238,7 +238,7 @@ contains
            dot_product(a(:, 1), cross(a(:, 2), b))]/d
    end function solve
 
-   !> Every place of a body's lattice is there once, whole or in parts, on the level where it lives.
+   !> Every place of a body's lattice is there once: on one level whole, on several as far as the centres of its parts are inside.
    subroutine births(shape, per_cell, levels_wanted)
       integer, intent(in) :: shape, per_cell, levels_wanted
       type(level_t) :: levels(levels_wanted), one(1)
@@ -278,10 +278,11 @@ contains
       call collect(levels, body, id, volume, wrong, split)
       call test%check_equal(wrong(1), 0, 'births: every particle lives on the finest level that its domain reaches')
       call test%check_equal(wrong(2), 0, 'births: what lives on a level has been split, where its centre is inside')
-      call test%check_equal(wrong(3), 0, 'births: every particle is in the block of its nearest node')
+      call test%check_equal(wrong(3), 0, 'births: every particle is inside the shape, in the block of its nearest node')
       call test%check_equal(wrong(4), 0, 'births: as many are counted as are made')
       if (levels_wanted > 1) call test%check(split > 0, 'births: some are split')
-      call once(id, volume, n, spacing)
+      call once(id, volume, n, spacing, levels_wanted == 1)
+      call test%check(abs(sum(volume)/body%shape%volume() - 1.0_wp) < 0.08_wp, 'births: volume of the shape')
    end subroutine births
 
    subroutine declare_all(level)
@@ -324,6 +325,7 @@ contains
                      if (abs(column(p, at%mass) - density*column(p, at%volume)) > 1.0e-15_wp) wrong(3) = wrong(3) + 1
                      if (abs((2.0_wp*half)**3 - column(p, at%volume)) > 1.0e-15_wp) wrong(3) = wrong(3) + 1
                      if (any(levels(l)%grid%nearest_node(x)/block_size /= place)) wrong(3) = wrong(3) + 1
+                     if (.not. body%shape%inside(x)) wrong(3) = wrong(3) + 1
                      finest = 1
                      do f = 2, size(levels)
                         if (levels(f)%region%overlaps(x - half, x + half)) finest = f
@@ -345,21 +347,23 @@ contains
    end subroutine collect
 
    !> Ids are unique, and the parts of each of n places of the lattice are together one place's volume.
-   subroutine once(id, volume, n, spacing)
+   subroutine once(id, volume, n, spacing, whole)
       integer(i8), intent(in) :: id(:)
       real(wp), intent(in) :: volume(:), spacing
       integer, intent(in) :: n
+      logical, intent(in) :: whole !< no place has parts
       integer, allocatable :: order(:)
       integer(i8), allocatable :: root(:)
       integer(i8) :: last
       integer :: p, places
-      real(wp) :: sum_here, worst
+      real(wp) :: most, sum_here, worst
       order = sorted_order(id, id)
       call test%check(all(id(order(2:)) > id(order(:size(id) - 1))), 'births: no id twice')
       root = iand(id, ishft(1_i8, id_bits) - 1)
       order = sorted_order(root, id)
       places = 0
       worst = 0.0_wp
+      most = 0.0_wp
       sum_here = 0.0_wp
       last = -1
       do p = 1, size(id)
@@ -370,8 +374,13 @@ contains
             last = root(order(p))
          end if
          sum_here = sum_here + volume(order(p))
+         most = max(most, sum_here/spacing**3)
       end do
       call keep_worst(worst, sum_here/spacing**3 - 1.0_wp)
+      if (.not. whole) then
+         call test%check(most < 1.0_wp + 1.0e-12_wp, 'births: no place has more than its volume')
+         return
+      end if
       call test%check_equal(places, n, 'births: as many places of the lattice as on one level')
       call test%check_close(worst, 0.0_wp, 1.0e-12_wp, 'births: each of them is there once')
       call test%check_close(sum(volume)*density, n*density*spacing**3, 1.0e-11_wp*n*density*spacing**3, 'births: mass')
