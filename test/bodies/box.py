@@ -16,7 +16,7 @@ def box(name, steps, friction=0.0, radius=2.5, domain="fixed", groups=True):
             plates.append(f"&body material='m', shape='box', lower={numbers(begin)}, upper={numbers(end)} {group(groups and 'box')} /\n")
     time = steps * 0.3 / BAR_WAVE
     run = Run(name, f"""&scene title='spheres in a box', end_time={time!r} /
-&grid lower=0,0,0, upper=16,16,16, cell_size=1 /
+&grid lower=-12,-12,-12, upper=26,26,26, cell_size=1 /
 &time domain='{domain}' /
 &material name='m', model='elastic', density={DENSITY}, young={YOUNG}, poisson=0.3 /
 {"".join(plates)}&body material='m', shape='sphere', center=5.6,5.7,5.6, radius={radius!r}, velocity=10,8,6 {group(groups and 'one')} /

@@ -63,7 +63,7 @@ def sticks(name, ratio=0.9, steps=4000, **kind):
     check(f"{name}: creep at {ratio} mu, cells in 1000 steps", creep, 1e-4)
 
 
-def turned(name, angle, ratio, friction=FRICTION, steps=4000, domain="fixed", damped=None, groups=True):
+def turned(name, angle, ratio, friction=FRICTION, steps=6000, domain="fixed", damped=None, groups=True):
     """A round block on a round base, both turned by an angle (rad) about y and filled by the lattice of the grid; the base
     sticks to a rough rigid tool, on which it falls from 0.3 cells. What the lattice makes the two overlap by at the start is no gap. Gravity is turned on by tan = ratio mu."""
     normal, along = np.array([math.sin(angle), 0, math.cos(angle)]), np.array([math.cos(angle), 0, -math.sin(angle)])
