@@ -25,13 +25,14 @@ contains
    subroutine take_snapshot(model, snapshot)
       type(model_t), intent(inout) :: model !< stays as it is
       type(snapshot_t), intent(inout) :: snapshot
-      integer :: b, f, first, l, last, n, written
+      integer :: b, f, first, group, l, last, n, written
       associate (levels => model%levels, table => model%levels(1)%table)
          call place_runs(model%communicator, levels, snapshot)
          n = snapshot%n_local
          written = count(table%fields%written) - 1 ! the position stands apart
          if (allocated(snapshot%position)) deallocate (snapshot%position, snapshot%id, snapshot%fields)
-         allocate (snapshot%fields(written + merge(3, 2, size(levels) > 1)))
+         group = written + merge(4, 3, size(levels) > 1)
+         allocate (snapshot%fields(merge(group, group - 1, levels(1)%grid%fields > 1)))
          snapshot%fields(written + 1) = empty_field(field_t('stress_recovered', 'Pa', 6), n)
          call collect_recovered(model, snapshot%fields(written + 1)%values)
          allocate (snapshot%position(n, 3), snapshot%id(n))
@@ -45,6 +46,7 @@ contains
          end do
          snapshot%fields(written + 2) = empty_field(field_t('body', '', 1), n)
          if (size(levels) > 1) snapshot%fields(written + 3) = empty_field(field_t('level', '', 1), n)
+         if (levels(1)%grid%fields > 1) snapshot%fields(group) = empty_field(field_t('contact_group', '', 1), n)
          last = 0
          do l = 1, size(levels)
             do b = 1, size(levels(l)%blocks)
@@ -56,6 +58,8 @@ contains
                   snapshot%fields(written + 2)%values(first:last, 1) &
                      = real(particles%body(:particles%count), wp)
                   if (size(levels) > 1) snapshot%fields(written + 3)%values(first:last, 1) = real(l, wp)
+                  if (levels(1)%grid%fields > 1) snapshot%fields(group)%values(first:last, 1) &
+                     = real(levels(l)%blocks(b)%field, wp)
                end associate
             end do
          end do
