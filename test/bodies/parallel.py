@@ -22,8 +22,6 @@ def restart(name, radius=3.0, friction=0.3):
     whole = oblique(f"{name}_whole", radius=radius, friction=friction)
     steps = whole.energy.rows // 2
     part = oblique(f"{name}_part", radius=radius, friction=friction, checkpoint=f"&checkpoint every_steps={steps} /\n")
-    for old in part.directory.glob("*.h5"):
-        pass
     found = sorted(part.directory.glob("checkpoint*"))
     require(f"{name}: a checkpoint in the middle, not {found}", bool(found))
     again = subprocess.run([os.environ["GIMP3D"], "--restart", str(part.directory)], capture_output=True, text=True)
@@ -32,7 +30,7 @@ def restart(name, radius=3.0, friction=0.3):
         require(f"{name}: {file} has the same bits", (whole.directory / file).read_bytes() == (part.directory / file).read_bytes())
 
 
-def on_levels(name, cells=5, speed=0.02, box="0,0,0.8", inside=True, allowed=0, one=None, domain="fixed"):
+def on_levels(name, cells=5, speed=0.02, inside=True, allowed=0, domain="fixed"):
     """Two spheres head on, the place of contact in a finer level."""
     size = 1 / cells
     gap = 0.3 * size

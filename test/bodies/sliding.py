@@ -1,5 +1,5 @@
 """A block on a deformable base, under gravity that is turned by an angle to the interface: it slides as (tan angle - mu) g cos angle, or
-sticks. And a block that is pushed by another one, and sticks on a base whose surface is no plane of the grid. The cells are 1 m."""
+sticks. The same with the interface turned to the grid. The cells are 1 m."""
 from meeting import *
 
 FRICTION = 0.3
