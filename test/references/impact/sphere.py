@@ -2,7 +2,7 @@
 """An elastic sphere hits a rigid frictionless plane, which is half of two equal spheres head on: axisymmetric finite elements, explicit.
 Nothing of gimp3d is in it.
 
-usage: sphere.py [ELEMENTS...]    on so many elements along an eighth of the circle (12 24 48): writes sphere.csv
+usage: sphere.py [ELEMENTS...]    on so many elements along an eighth of the circle (6 12 24): writes sphere.csv
 
 Bilinear quadrilaterals, 2 x 2 Gauss points, total Lagrangian, first Piola-Kirchhoff stress of the neo-Hookean solid
 U = mu/2 (tr(F^T F) J^(-2/3) - 3) + K/2 (J - 1)^2, lumped mass, central differences. A node that would pass the plane ends on it (its impulse is
@@ -135,7 +135,7 @@ def hertz(speed):
 
 def main():
     rows = []
-    for count in map(int, sys.argv[1:] or (12, 24, 48)):
+    for count in map(int, sys.argv[1:] or (6, 12, 24)):
         for speed in SPEEDS:
             time, force, energy, restitution = strike(count, speed)
             peak, duration = figures(time, force)
