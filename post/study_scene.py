@@ -117,8 +117,10 @@ def set_speed(scene, factor, setting):
         return
     values = scene.values()
     scene.set("scene", "end_time", values["scene"][0]["end_time"][0] / factor)
-    for group in ("tool", "pressure"):
+    for group in ("tool", "motion", "pressure"):
         for which, one in enumerate(values.get(group, [])):
+            if "times" not in one:  # a tool that only a &motion moves
+                continue
             scene.set(group, "times", [t / factor for t in one["times"]], which)
             if "speeds" in one:
                 scene.set(group, "speeds", [v * factor for v in one["speeds"]], which)

@@ -25,7 +25,7 @@ for ranks in (1, 2):
     rows, whole = 0, True
     wait_for(lambda: len(read("tool_ball.dat")) > 5, process)
     for _ in range(100):
-        for name, columns in (("tool_ball.dat", 7), ("energy.dat", 15), ("probe_p.dat", 19)):
+        for name, columns in (("tool_ball.dat", 23), ("energy.dat", 15), ("probe_p.dat", 19)):
             table = read(name)
             whole = whole and table.shape[1] == columns and np.all(np.diff(table[:, 0]) > 0)
             whole = whole and Path("watched", name).read_bytes().endswith(b"\n")
