@@ -62,7 +62,7 @@ if [ "$BUILD" != debug ]; then
    # enough for the particles, not for a snapshot of them: the first limit that is not refused at once
    scene 0.02 large >large.nml
    for ranks in 1 2; do
-      limit=300000 status=2
+      limit=320000 status=2
       while [ $status = 2 ] && [ $limit -lt 600000 ]; do
          rm -rf large
          limit=$((limit + 40000 / ranks))

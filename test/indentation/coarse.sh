@@ -1,5 +1,6 @@
 #!/bin/sh
 #test: beside
+#test: long
 # The sphere on two coarse grids: the load nears the finite elements (the finer grids are in study.sh), and so does the contact area.
 #test: limit 120
 . "$(dirname "$0")/../harness/env.sh"

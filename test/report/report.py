@@ -181,7 +181,7 @@ def others():
         "broken": (
             [
                 "tool_cone.dat cannot be read",
-                "tool_cone.dat:6: 1 values for 7 columns",
+                "tool_cone.dat:6: 1 values for 23 columns",
                 "hardness.json cannot be read",
                 "particles cannot be read",
                 "energy.dat holds values that are not finite",

@@ -1,6 +1,7 @@
 !> Levels whose region is no box, an L and a ball of cells: what must be exact is. Constant velocity and
 !> constant stress through their edges, mass and momentum of a block that spins and flies through them.
 !test: ranks 1 2
+!test: long
 !test: limit 120
 program any_region
    use m_kinds, only: wp

@@ -1,4 +1,5 @@
 !test: ranks 2
+!test: long
 !test: limit 300
 !> Measured order of convergence on the axis-aligned manufactured solution (m_manufactured), 8 particles a cell, usl.
 !>
