@@ -1,0 +1,4 @@
+#!/bin/bash
+# Adhesion and bonds between blocks: force, work and speed are exact; overlaps that are pressed out, or kept.
+. "$(dirname "$0")/../harness/env.sh"
+"$PYTHON" "$ROOT/test/bodies/adhesion.py" blocks press_fit

@@ -1,0 +1,7 @@
+#!/bin/bash
+#test: long
+#test: limit 3000
+#test: beside
+# A sphere that is drawn off a block, beside Maugis; a bonded double cantilever beam, beside beam theory.
+. "$(dirname "$0")/../harness/env.sh"
+"$PYTHON" "$ROOT/test/bodies/adhesion.py" pull_off cantilever
