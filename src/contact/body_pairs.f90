@@ -1,13 +1,11 @@
 !> Contact between bodies of different groups: which points meet, as candidates of the contact problem
 !> (theory.md, Contact between bodies), and what comes of it for each pair.
 module m_body_pairs
-   use mpi_f08
    use m_kinds, only: wp
    use m_constants, only: exit_input, exit_numerical
    use m_errors, only: error_t, fail
    use m_text, only: to_text, si
    use m_scene, only: scene_t, body_contact_spec_t, start_as_is
-   use m_vectors, only: cross
    use m_communicator, only: communicator_t
    use m_field_table, only: field_table_t
    use m_level, only: level_t
@@ -17,34 +15,18 @@ module m_body_pairs
    use m_partner_surface, only: meeting_t, find_meetings, reach_of
    use m_partner_nodes, only: wanted_nodes_t
    use m_partner_point, only: place_partner, want_nodes, take_mass, mean_velocity, cap
-   use m_pair_law, only: range_of, overlap_left, press_rate, find_adhesion, weaken
-   use m_contact_point, only: candidate_t, partner_t, no_candidate, set_face, point_velocity, &
-                              overlap_rate, margin
-   use m_contact_rows, only: masses_of
+   use m_pair_law, only: range_of, overlap_left, find_adhesion
+   use m_pair_reactions, only: pair_state_t, pair_of, press_element, add_reaction, add_up_pairs
+   use m_contact_point, only: candidate_t, partner_t, no_candidate, set_face, point_velocity, margin
+   use m_contact_rows, only: masses_of, places_of
    use m_contact_complaints, only: allowed_text
    use m_candidates, only: candidates_t, carry_on
    implicit none
    private
-   public :: body_pairs_t, pair_state_t, state_reals
+   public :: body_pairs_t
 
-   real(wp), parameter :: sliding = 0.999_wp   !< of the largest friction: from here on a point slides
+   real(wp), parameter :: longest_edge = 1.5_wp !< of a particle, in cells: longer ones have been split
    real(wp), parameter :: early = 0.25_wp      !< a gap that nodes are asked about, in particle edges
-
-   !> What two groups have met: in the last step, and since the start. Numbers alone: they are added up over
-   !> the ranks as they stand.
-   type :: pair_state_t
-      sequence
-      real(wp) :: force(3) = 0.0_wp    !< on the first group, N
-      real(wp) :: moment(3) = 0.0_wp   !< of it about the origin, N m
-      real(wp) :: area = 0.0_wp        !< of the elements whose gap is shut, m2: half from each side
-      real(wp) :: heat = 0.0_wp        !< made by friction, J
-      real(wp) :: work = 0.0_wp        !< done by the condition itself, J
-      real(wp) :: parting = 0.0_wp     !< taken by adhesion as gaps opened, J
-      real(wp) :: pressed = 0.0_wp     !< done where an overlap at the start is pressed out, J
-      real(wp) :: candidates = 0.0_wp  !< how many
-   end type pair_state_t
-
-   integer, parameter :: state_reals = storage_size(pair_state_t())/storage_size(1.0_wp)
 
    type :: body_pairs_t
       integer :: fields = 1
@@ -65,7 +47,6 @@ module m_body_pairs
       procedure :: adheres
       procedure :: rubs
       procedure :: begin
-      procedure :: pair_of
       procedure :: find
       procedure :: forbid
       procedure :: keep
@@ -113,15 +94,6 @@ contains
       rubs = any(self%specs%friction > 0.0_wp) .or. any(self%specs%bond_strength > 0.0_wp)
    end function rubs
 
-   !> Number of the pair of two fields.
-   pure integer function pair_of(self, one, other)
-      class(body_pairs_t), intent(in) :: self
-      integer, intent(in) :: one, other
-      associate (low => min(one, other), high => max(one, other))
-         pair_of = (high - 1)*(high - 2)/2 + low
-      end associate
-   end function pair_of
-
    !> What the last step's forces were at each element: where the next solve starts from. The elements
    !> themselves have been declared.
    subroutine declare(self, table)
@@ -157,13 +129,13 @@ contains
       real(wp), intent(in) :: time, time_step !< s
       type(candidates_t), intent(inout) :: candidates
       integer, allocatable :: first_wanted(:)
-      type(partner_t) :: partner
+      type(partner_t), allocatable :: partners(:)
       integer :: count, m, n
       self%first = candidates%count + 1
       self%time = time
       self%overlap = 0.0_wp
       call self%find_meetings_of(communicator, level, count)
-      allocate (first_wanted(count))
+      allocate (first_wanted(count), partners(count))
       call self%wanted%clear()
       n = 0
       do m = 1, count
@@ -171,15 +143,14 @@ contains
          n = n + 1
          self%meetings(n) = self%meetings(m)
          first_wanted(n) = self%wanted%count + 1
-         call place_partner(self%elements, level, self%meetings(n), partner)
-         call want_nodes(level%grid, partner, self%wanted)
+         call place_partner(self%elements, level, self%meetings(n), partners(n))
+         call want_nodes(level%grid, partners(n), self%wanted)
       end do
       call self%wanted%fetch(communicator, level)
       if (.not. allocated(candidates%partners)) allocate (candidates%partners(64))
       candidates%paired = 0
       do m = 1, n
-         call place_partner(self%elements, level, self%meetings(m), partner)
-         call self%make_candidate(level, time_step, self%meetings(m), first_wanted(m), partner, candidates)
+         call self%make_candidate(level, time_step, self%meetings(m), first_wanted(m), partners(m), candidates)
       end do
       call candidates%order_pairs(size(level%blocks), self%first)
    end subroutine find
@@ -191,7 +162,7 @@ contains
       type(level_t), intent(inout) :: level
       integer, intent(out) :: count
       real(wp) :: reach
-      reach = reach_of*level%grid%cell ! no particle's edge is longer than a cell
+      reach = reach_of*longest_edge*level%grid%cell
       call self%elements%gather(level, self%at)
       call self%elements%exchange(communicator, level, reach)
       call self%elements%mirror(level%grid, reach)
@@ -207,7 +178,7 @@ contains
       real(wp), intent(in) :: time_step
       associate (e => self%elements%list(meeting%element))
          may_touch = self%gap_of(level, meeting) - 2.0_wp*time_step*norm2(e%velocity - meeting%velocity) &
-                     < max(early*e%edge, range_of(self%specs(self%pair_of(nint(e%field), meeting%field))))
+                     < max(early*e%edge, range_of(self%specs(pair_of(nint(e%field), meeting%field))))
       end associate
    end function may_touch
 
@@ -218,7 +189,7 @@ contains
       type(meeting_t), intent(in) :: meeting
       gap = meeting%gap
       associate (n => meeting%element, elements => self%elements)
-         associate (spec => self%specs(self%pair_of(nint(elements%list(n)%field), meeting%field)))
+         associate (spec => self%specs(pair_of(nint(elements%list(n)%field), meeting%field)))
             if (spec%start == start_as_is) gap = gap + overlap_left(spec, self%time) &
                *level%blocks(elements%block(n))%particles%column(elements%particle(n), &
                   self%at%overlap(elements%element(n)))
@@ -260,7 +231,7 @@ contains
                     element => self%elements%element(self%meetings(m)%element), &
                     column => level%blocks(self%elements%block(self%meetings(m)%element))%particles%column, &
                     p => self%elements%particle(self%meetings(m)%element))
-            pair = self%pair_of(nint(it%field), meeting%field)
+            pair = pair_of(nint(it%field), meeting%field)
             if (self%at%overlap(element) > 0 .and. self%specs(pair)%start == start_as_is) &
                column(p, self%at%overlap(element)) = max(0.0_wp, -meeting%gap)
             if (self%at%bond(element) > 0 .and. meeting%gap <= margin*it%edge) &
@@ -281,14 +252,15 @@ contains
       type(candidate_t) :: c
       logical :: held(2)
       c = no_candidate
-      associate (element => self%elements%list(meeting%element), span => self%elements%span(:, :, meeting%element), &
+      associate (element => self%elements%list(meeting%element), &
+                 span => self%elements%span(:, :, meeting%element), &
                  last => self%elements%last(:, meeting%element), &
-                 pair => self%pair_of(nint(self%elements%list(meeting%element)%field), meeting%field), &
+                 pair => pair_of(nint(self%elements%list(meeting%element)%field), meeting%field), &
                  block => level%blocks(self%elements%block(meeting%element)))
          c%gap = self%gap_of(level, meeting)
          c%allowed = c%gap - meeting%gap
-         call carry_on(merge(last(5) + c%allowed, 0.0_wp, nint(last(6)) == meeting%field), element%edge, c%gap, &
-                       c%carried, c%drift)
+         call carry_on(merge(last(5) + c%allowed, 0.0_wp, nint(last(6)) == meeting%field), element%edge, &
+                       c%gap, c%carried, c%drift)
          if (.not. c%carried .and. self%specs(pair)%press_fit > 0.0_wp) then ! pushed out, not drawn
             c%gap = c%gap - c%drift
             c%drift = 0.0_wp
@@ -303,7 +275,7 @@ contains
                        level%layout%domain > 0, (element%point - block%origin)*level%grid%per_cell, &
                        span*level%grid%per_cell)
          call take_mass(self%wanted, first_wanted, partner)
-         call cap(c%face, masses_of(level, c), element%mass, held(1))
+         call cap(c%face, masses_of(level, c, places_of(level, c)), element%mass, held(1))
          call cap(partner%face, partner%mass, meeting%mass, held(2))
          if (.not. all(held)) return
          c%opposite = partner%reflection*mean_velocity(self%wanted, first_wanted, partner%face)
@@ -320,8 +292,8 @@ contains
       call candidates%add_pair(c, partner)
    end subroutine make_candidate
 
-   !> What the solution says of the candidates between bodies: pressures and friction in the columns of their
-   !> particles, and the sums of the pairs over this rank.
+   !> What the solution says of the candidates between bodies, to their particles and to the sums of the pairs
+   !> over this rank.
    subroutine keep(self, level, materials, candidates, time_step, pressure)
       class(body_pairs_t), intent(inout) :: self
       type(level_t), intent(inout) :: level
@@ -329,67 +301,28 @@ contains
       type(candidates_t), intent(in) :: candidates
       real(wp), intent(in) :: time_step !< s
       integer, intent(in) :: pressure   !< column of the contact pressure
-      real(wp) :: force(3), heat, side
-      integer :: n
+      real(wp) :: overlap
+      integer :: n, pair
       self%step = pair_state_t()
       do n = self%first, candidates%count
          associate (c => candidates%list(n), partner => candidates%partners(candidates%list(n)%partner), &
-                    column => level%blocks(candidates%list(n)%block)%particles%column, &
-                    own => level%blocks(candidates%list(n)%block)%field)
-            associate (state => self%step(self%pair_of(own, partner%field)), p => c%particle, &
-                       spec => self%specs(self%pair_of(own, partner%field)), &
-                       at => self%at%pressure(partner%element), friction => self%at%friction(partner%element), &
-                       bond => self%at%bond(partner%element), gap => self%at%gap(partner%element))
-               state%candidates = state%candidates + 1.0_wp
-               force = c%force*c%normal
-               if (c%frictional > 0) then
-                  force = force + matmul(c%tangent, c%tangential_force)
-                  heat = 0.0_wp ! where it sticks it gives way by changes, and gives that back
-                  if (norm2(c%tangential_force) >= sliding*(c%friction*(c%force + c%pull) + c%grip)) &
-                     heat = -time_step*dot_product(c%tangential_force, partner%slip)
-                  state%heat = state%heat + heat
-                  ! both bodies' elements have candidates: each warms its own
-                  call materials%slots(materials%of_body(level%blocks(c%block)%particles%body(p)))%law%take_heat( &
-                     column(p, :), level%layout, heat)
-                  column(p, friction:friction + 2) = column(p, friction:friction + 2) &
-                                                     + matmul(c%tangent, c%tangential_force)/c%area
-               end if
-               if (c%pull > 0.0_wp .and. bond > 0) call weaken(column(p, bond:bond + 3), spec, &
-                  c%gap + time_step*c%opening, time_step*matmul(c%tangent, partner%slip))
-               if (abs(c%force) > 0.0_wp .or. c%carried .or. c%pull > 0.0_wp) &
-                  column(p, gap:gap + 1) = [c%gap - c%allowed + time_step*c%opening, real(partner%field, wp)]
-               column(p, at) = column(p, at) + c%force/c%area
-               column(p, pressure) = column(p, pressure) + c%force/c%area
-               if (c%gap + time_step*c%opening <= overlap_rate*sqrt(c%area)) state%area = state%area &
-                  + 0.5_wp*c%area ! also of points that press nothing: others beside them do
-               state%work = state%work + time_step*(c%force + c%pull)*c%opening
-               state%parting = state%parting + time_step*c%pull*c%opening
-               if (self%at%overlap(partner%element) > 0) state%pressed = state%pressed + time_step*c%force &
-                  *press_rate(spec, self%time)*column(p, self%at%overlap(partner%element))
-               side = merge(1.0_wp, -1.0_wp, own < partner%field)
-               state%force = state%force + side*force
-               state%moment = state%moment + side*cross(partner%point, force)
-            end associate
-            if (c%force > 0.0_wp) level%blocks(c%block)%pressed = .true.
+                    block => level%blocks(candidates%list(n)%block))
+            pair = pair_of(block%field, partner%field)
+            overlap = 0.0_wp
+            if (self%at%overlap(partner%element) > 0) overlap = block%particles%column(c%particle, &
+                  self%at%overlap(partner%element))
+            call add_reaction(self%step(pair), self%specs(pair), block%field, c, partner, overlap, self%time, &
+                              time_step)
+            call press_element(level, materials, self%at, self%specs(pair), c, partner, time_step, pressure)
          end associate
       end do
    end subroutine keep
 
-   !> Collective: the sums over all ranks; what goes on from step to step is added to what was.
+   !> Collective: the sums over all ranks become the states of the pairs.
    subroutine add_up(self, communicator)
       class(body_pairs_t), intent(inout) :: self
       type(communicator_t), intent(in) :: communicator
-      call MPI_Allreduce(MPI_IN_PLACE, self%step, state_reals*size(self%step), MPI_DOUBLE_PRECISION, MPI_SUM, &
-                         communicator%comm)
-      call MPI_Allreduce(MPI_IN_PLACE, self%overlap, size(self%overlap), MPI_DOUBLE_PRECISION, MPI_MAX, &
-                         communicator%comm)
-      where (norm2(reshape([self%step%force(1), self%step%force(2), self%step%force(3)], [size(self%step), 3]), &
-                   dim=2) <= 0.0_wp) self%step%area = 0.0_wp ! they touch and press nothing
-      self%step%heat = self%step%heat + self%states%heat
-      self%step%work = self%step%work + self%states%work
-      self%step%parting = self%step%parting + self%states%parting
-      self%step%pressed = self%step%pressed + self%states%pressed
-      self%states = self%step
+      call add_up_pairs(communicator, self%step, self%states, self%overlap)
    end subroutine add_up
 
    !> Collective among near ranks: contact is for the finest level: stop where bodies meet on a coarser one.

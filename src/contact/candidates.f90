@@ -271,14 +271,13 @@ contains
          c%from = position
          c%arm = -to_face*c%normal
          c%speed = dot_product(c%normal, point_velocity(level, c))
-         if (c%gap + time_step*(c%speed - dot_product(c%normal, &
-                                                      tool%velocity_at(place_of(c)))) > margin*edge &
+         c%opposite = tool%velocity_at(place_of(c))
+         if (c%gap + time_step*(c%speed - dot_product(c%normal, c%opposite)) > margin*edge &
              .and. .not. carried) return
          c%area = edge**2
          if (deform(level)) c%area = column(p, at%volume)/thickness
          c%mass = column(p, at%mass)
          c%force = expected(column(p, self%pressure), column(p, self%earlier))*c%area
-         c%opposite = tool%velocity_at(place_of(c))
          c%friction = tool%spec%friction
          if (tool%spec%friction > 0.0_wp) then
             self%frictional = self%frictional + 1

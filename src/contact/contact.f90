@@ -1,5 +1,5 @@
-!> Contact of the bodies with rigid tools and with each other: candidates, contact forces, their effect on the nodes (theory.md,
-!> eqs contact-*).
+!> Contact of the bodies with rigid tools and with each other: candidates, contact forces, their effect on the
+!> nodes (theory.md, eqs contact-*).
 module m_contact
    use mpi_f08
    use m_kinds, only: wp, i8
@@ -16,6 +16,7 @@ module m_contact
    use m_face_gap, only: fastest
    use m_candidates, only: candidates_t
    use m_body_pairs, only: body_pairs_t
+   use m_pair_reactions, only: find_slip
    use m_contact_point, only: candidate_t, point_velocity, overlap_rate
    use m_friction, only: friction_t
    use m_tool_reactions, only: reaction_t, tool_state_t, accumulate_reactions, add_particle_work, add_up
@@ -149,7 +150,8 @@ contains
                if (it%frictional > 0) forces(last - 1:last) = it%tangential_force
             end associate
          end do
-         if (self%pairs%active()) call find_slip(self, level, forces)
+         if (self%pairs%rubs()) &
+            call find_slip(self%candidates, self%pairs%first, self%system, level, forces)
          call move_nodes(self%system, level, time_step, forces)
          if (self%strains_apart) then
             do c = 1, self%candidates%count
@@ -161,33 +163,6 @@ contains
       if (self%pairs%active()) &
          call self%pairs%keep(level, materials, self%candidates, time_step, self%candidates%pressure)
    end subroutine apply
-
-   !> Collective: how the candidates between bodies slip with the forces of the step. Nodes have not been moved
-   !> yet.
-   subroutine find_slip(self, level, forces)
-      class(contact_t), intent(inout) :: self
-      type(level_t), intent(in) :: level
-      real(wp), intent(in) :: forces(:) !< (rows), N
-      real(wp), dimension(size(forces)) :: scaled, change
-      integer :: c, k, r
-      if (.not. self%friction%present) return
-      scaled = 0.0_wp
-      associate (system => self%system, n => self%candidates%count, scale => self%system%scale(:size(forces)))
-         where (scale > 0.0_wp) scaled = forces/scale
-         call system%respond([1, system%rows], scaled, [1, system%rows], change)
-         where (scale > 0.0_wp) change = change/scale
-         do c = self%pairs%first, n
-            associate (it => self%candidates%list(c))
-               if (it%frictional == 0) cycle
-               do k = 1, 2
-                  r = n + 2*it%frictional - 2 + k
-                  self%candidates%partners(it%partner)%slip(k) = change(r) &
-                     + dot_product(it%tangent(:, k), point_velocity(level, it) - it%opposite)
-               end do
-            end associate
-         end do
-      end associate
-   end subroutine find_slip
 
    !> Collective: whether there is a problem to be solved; the solver gets room for it.
    subroutine make_room(self, communicator)

@@ -14,7 +14,7 @@ module m_contact_rows
    use m_contact_system, only: contact_system_t
    implicit none
    private
-   public :: assemble, move_nodes, masses_of
+   public :: assemble, move_nodes, places_of, masses_of
 
    real(wp), parameter :: stick_compliance = 10.0_wp !< compliance of sticking points, in that of the normal
                                                      !< forces; only changes count
@@ -41,7 +41,7 @@ contains
       real(wp), intent(in) :: softness                 !< of the normal forces, in the mobilities of particles
       real(wp), intent(in) :: time_step                !< s
       real(wp) :: compliance(candidates%count + 2*candidates%frictional)
-      integer :: c, n, t
+      integer :: c, n, place(0:2, 3), t
       logical, allocatable :: done(:)
       associate (list => candidates%list(:candidates%count))
          call system%begin(communicator, level%grid%cells, level%grid%fields, &
@@ -63,13 +63,14 @@ contains
          n = 0
          do c = 1, size(list)
             n = n + 1
-            call set_mobility(system, level, n, list(c)%face%last, places_of(level, list(c)), &
-                              masses_of(level, list(c)), time_step, done)
+            place = system%place(:, :, n)
+            call set_mobility(system, level, n, list(c)%face%last, place, masses_of(level, list(c), place), &
+                              time_step, done)
             if (list(c)%partner == 0) cycle
             n = n + 1
             associate (other => candidates%partners(list(c)%partner))
-               call set_mobility(system, level, n, other%face%last, inside_of(level, other%face%corner), &
-                                 other%mass, time_step, done)
+               call set_mobility(system, level, n, other%face%last, system%place(:, :, n), other%mass, &
+                                 time_step, done)
             end associate
          end do
       end associate
@@ -82,11 +83,15 @@ contains
       subroutine add_row(c, direction)
          type(candidate_t), intent(in) :: c
          real(wp), intent(in) :: direction(3)
-         real(wp), allocatable :: along(:)
-         allocate (along(0))
-         if (c%tool > 0) along = tools(c%tool)%along(place_of(c), direction)
-         call system%add_row(c%face%last, places_of(level, c), c%face%weight, c%reflection*direction, &
-                             level%blocks(c%block)%field, c%tool, along)
+         associate (place => places_of(level, c), across => c%reflection*direction, &
+                    field => level%blocks(c%block)%field)
+            if (c%tool > 0 .and. system%gives_way) then
+               call system%add_row(c%face%last, place, c%face%weight, across, field, c%tool, &
+                                   tools(c%tool)%along(place_of(c), direction))
+            else
+               call system%add_row(c%face%last, place, c%face%weight, across, field, c%tool)
+            end if
+         end associate
          if (c%partner == 0) return
          associate (other => candidates%partners(c%partner))
             call system%add_part(other%face%last, inside_of(level, other%face%corner), other%face%weight, &
@@ -117,12 +122,12 @@ contains
    end function inside_of
 
    !> Masses of the nodes of a candidate, kg.
-   pure function masses_of(level, c) result(mass)
+   pure function masses_of(level, c, place) result(mass)
       type(level_t), intent(in) :: level
       type(candidate_t), intent(in) :: c
+      integer, intent(in) :: place(0:2, 3) !< of them, as from places_of
       real(wp) :: mass(0:2, 0:2, 0:2)
-      integer :: i, j, k, place(0:2, 3), at(0:2, 3), axis
-      place = places_of(level, c)
+      integer :: i, j, k, at(0:2, 3), axis
       do axis = 1, 3
          at(:, axis) = place(:, axis) - block_size*level%blocks(c%block)%place(axis) + 1
       end do

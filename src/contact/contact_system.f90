@@ -107,11 +107,12 @@ contains
       integer, intent(in) :: place(0:2, 3)            !< (nodes, axes), from -1
       integer, intent(in) :: field                    !< velocity field of the nodes
       integer, intent(in) :: tool                     !< 0: none, another body
-      real(wp), intent(in) :: weight(0:2, 0:2, 0:2), direction(3), along(:)
+      real(wp), intent(in) :: weight(0:2, 0:2, 0:2), direction(3)
+      real(wp), intent(in), optional :: along(:) !< needed where some tool gives way, of rows with tools
       self%rows = self%rows + 1
       call self%add_part(last, place, weight, direction, field)
       self%tool(self%rows) = tool
-      self%along(:size(along), self%rows) = along
+      if (present(along)) self%along(:size(along), self%rows) = along
    end subroutine add_row
 
    !> Add to the last row what its force does to another velocity field.

@@ -2,7 +2,8 @@
 module m_pair_store
    use m_kinds, only: wp
    use m_errors, only: error_t
-   use m_body_pairs, only: body_pairs_t, state_reals
+   use m_body_pairs, only: body_pairs_t
+   use m_pair_reactions, only: state_reals
    use m_state_store, only: store_t
    implicit none
    private

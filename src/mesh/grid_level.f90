@@ -87,10 +87,9 @@ contains
    !> Number of a block, from 1, x running fastest, field by field: the order in which sums over blocks run.
    pure integer function block_index(self, place, field)
       class(grid_level_t), intent(in) :: self
-      integer, intent(in) :: place(3)
-      integer, intent(in), optional :: field !< 1 where it is not given
-      block_index = 1 + place(1) + self%blocks(1)*(place(2) + self%blocks(2)*place(3))
-      if (present(field)) block_index = block_index + (field - 1)*product(self%blocks)
+      integer, intent(in) :: place(3), field
+      block_index = 1 + place(1) + self%blocks(1)*(place(2) + self%blocks(2)*(place(3) &
+         + self%blocks(3)*(field - 1)))
    end function block_index
 
    !> Where the block with a number is.

@@ -79,8 +79,7 @@ contains
    !> Owner of a field's block at a place, -1 where there is none or the place is outside the level.
    pure integer function owner_at(self, place, field)
       class(level_t), intent(in) :: self
-      integer, intent(in) :: place(3)
-      integer, intent(in), optional :: field !< 1 where it is not given
+      integer, intent(in) :: place(3), field
       owner_at = -1
       if (any(place < 0) .or. any(place >= self%grid%blocks)) return
       owner_at = self%owner(self%grid%block_index(place, field))
@@ -89,8 +88,7 @@ contains
    !> Slot here of a field's block at a place, 0 where it is not here.
    pure integer function slot_at(self, place, field)
       class(level_t), intent(in) :: self
-      integer, intent(in) :: place(3)
-      integer, intent(in), optional :: field !< 1 where it is not given
+      integer, intent(in) :: place(3), field
       slot_at = 0
       if (any(place < 0) .or. any(place >= self%grid%blocks)) return
       slot_at = self%slot(self%grid%block_index(place, field))

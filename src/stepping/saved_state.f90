@@ -7,7 +7,7 @@ module m_saved_state
    use m_decomposition, only: set_owners, all_owners
    use m_region, only: region_t
    use m_tool, only: tool_t
-   use m_body_pairs, only: pair_state_t
+   use m_pair_reactions, only: pair_state_t
    use m_tool_reactions, only: tool_state_t
    use m_effect_step, only: kinds_booked
    use m_model, only: model_t, bounds_t

@@ -85,7 +85,7 @@ contains
       call system%begin(comm, cells, 1, [0], [real(wp) ::])
       do p = 1, size(points)
          place = reshape([((corner(axis, points(p)) + i, i=0, 2), axis=1, 3)], [3, 3])
-         call system%add_row(last(points(p)), place, weight_of(last(points(p)), p), [0.0_wp, 0.0_wp, 1.0_wp], 1, 1, [real(wp) ::])
+         call system%add_row(last(points(p)), place, weight_of(last(points(p)), p), [0.0_wp, 0.0_wp, 1.0_wp], 1, 1)
       end do
       call system%number_nodes(size(points))
       system%mobility(:3, :system%nodes%count) = mobility

@@ -153,7 +153,7 @@ contains
          if (all(place <= [3, 3, 1])) counts(index) = 8*product(min(8, [30, 30, 15] - 8*place))
       end do
       points = 0
-      points(levels(1)%grid%block_index([1, 0, 1])) = 300
+      points(levels(1)%grid%block_index([1, 0, 1], 1)) = 300
       work = work_of(levels, counts, points=points)
       call test%check_equal(size(work%times), 1, 'points of one block are no constraint')
       call choose_owners(as_of(2), levels, work, owner, error)
@@ -543,7 +543,7 @@ contains
       call MPI_Allreduce(MPI_IN_PLACE, homes, size(homes), MPI_INTEGER, MPI_SUM, comm%comm)
       do index = 1, size(homes)
          associate (place => model%levels(1)%grid%block_place(index))
-            call test%check_equal(homes(index), merge(1, 0, model%levels(1)%owner_at(place) >= 0), 'every block lives on one rank')
+            call test%check_equal(homes(index), merge(1, 0, model%levels(1)%owner_at(place, 1) >= 0), 'every block lives on one rank')
          end associate
       end do
    end subroutine owned_once

@@ -85,7 +85,7 @@ contains
             do m = 1, size(level%ghost_index)
                place = level%grid%block_place(level%ghost_index(m))
                associate (taken => level%nodes(:, :, :, :, own + m))
-                  wrong = wrong + count(abs(taken - nothing) > 0.0_wp .and. abs(taken - 100*turn - level%owner_at(place)) > 0.0_wp)
+                  wrong = wrong + count(abs(taken - nothing) > 0.0_wp .and. abs(taken - 100*turn - level%owner_at(place, 1)) > 0.0_wp)
                   if (all(taken < 0.0_wp)) wrong = wrong + 1
                end associate
             end do
@@ -177,7 +177,7 @@ contains
       wrong = 0
       do b = 1, size(model%levels(1)%blocks)
          associate (place => model%levels(1)%blocks(b)%place)
-            s = single%levels(1)%slot_at(place)
+            s = single%levels(1)%slot_at(place, 1)
             wrong = wrong + count(abs(model%levels(1)%nodes(:, :, :, :, b) - single%levels(1)%nodes(:, :, :, :, s)) > 0.0_wp)
          end associate
       end do

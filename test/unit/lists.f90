@@ -63,8 +63,8 @@ contains
       wrong = 0
       do b = 1, size(model%levels(1)%blocks)
          associate (block => model%levels(1)%blocks(b))
-            if (model%levels(1)%owner_at(block%place) /= comm%rank) wrong = wrong + 1
-            if (model%levels(1)%grid%block_index(block%place) /= block%index) wrong = wrong + 1
+            if (model%levels(1)%owner_at(block%place, 1) /= comm%rank) wrong = wrong + 1
+            if (model%levels(1)%grid%block_index(block%place, 1) /= block%index) wrong = wrong + 1
             if (model%levels(1)%slot(block%index) /= b) wrong = wrong + 1
          end associate
       end do

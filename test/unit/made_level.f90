@@ -49,11 +49,11 @@ contains
       level%grid = make_grid_level(spec)
       allocate (level%owner(level%grid%block_count()), source=-1)
       do p = 1, size(values, 1)
-         level%owner(level%grid%block_index(place_of(p))) = 0
+         level%owner(level%grid%block_index(place_of(p), 1)) = 0
       end do
       call settle_blocks(level, 0)
       do p = 1, size(values, 1)
-         associate (block => level%blocks(level%slot_at(place_of(p))), x => level%layout%position)
+         associate (block => level%blocks(level%slot_at(place_of(p), 1)), x => level%layout%position)
             call block%reserve(block%particles%count + 1, level%table%columns)
             call block%particles%append(values(p, :), int(p, i8), 1_i4)
             block%cells%bin(block%particles%count) = bin_of(values(p, x:x + 2), frame_of(level, block))

@@ -211,7 +211,7 @@ contains
       integer :: i, slot
       do i = middle - 20, middle + 20
          if (abs(i - middle) > 4.0_wp*stretch - 2.0_wp) cycle
-         slot = model%levels(1)%slot_at([i/8, 0, 0])
+         slot = model%levels(1)%slot_at([i/8, 0, 0], 1)
          relative = 0.0_wp
          if (slot > 0) relative = model%levels(1)%nodes(1, mod(i, 8) + 1, 5, 5, slot)*stretch/(density*cell**3)
          lowest = min(lowest, relative)
