@@ -331,7 +331,8 @@ contains
          end associate
          call facts%note('constraint_work_J', to_text(sum(contact%states%constraint_work)))
          call facts%note('largest_drift_cells', to_text(drift/cell))
-         call facts%say('contact: no tension; force times gap at most '//to_text(bridge, 3)// &
+         text = merge('tension by adhesion only', 'no tension              ', contact%pairs%adheres())
+         call facts%say('contact: '//trim(text)//'; force times gap at most '//to_text(bridge, 3)// &
                         ' of largest force times cell')
          call facts%note('complementarity', to_text(bridge))
          text = 'contact: '//to_text(late(1), 3)//' % of the elapsed time'

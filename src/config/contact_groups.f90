@@ -3,15 +3,13 @@
 module m_contact_groups
    use m_kinds, only: wp
    use m_group_reader, only: group_reader_t, name_length
-   use m_scene, only: scene_t, body_contact_spec_t, start_as_is
+   use m_scene, only: scene_t, body_contact_spec_t, start_as_is, largest_friction
    use m_scene_words, only: start_words
    use m_value_range, only: at_least
    use m_words, only: lower_case
    implicit none
    private
    public :: number_groups, describe_body_contact
-
-   real(wp), parameter :: largest_friction = 10.0_wp
 
 contains
 

@@ -14,6 +14,7 @@ module m_scene
    integer, parameter, public :: domain_by_law = 0, domain_fixed = 1, domain_stretch = 2, domain_corners = 3
    integer, parameter, public :: fill_by_shape = 0, fill_whole = 1, fill_share = 2
    integer, parameter, public :: criterion_none = 0, criterion_stress = 1, criterion_strain = 2
+   real(wp), parameter, public :: largest_friction = 10.0_wp !< coefficient, of tools and between bodies
    character(len=*), parameter, public :: rest_group = 'rest' !< the contact group of bodies that name none
    integer, parameter, public :: start_apart = 1, start_as_is = 2
 

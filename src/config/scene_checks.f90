@@ -195,19 +195,22 @@ contains
       type(scene_t), intent(in) :: scene
       type(error_t), intent(inout) :: error
       class(shape_t), allocatable :: shape
-      real(wp) :: thin, coarse, there(3), deep
+      real(wp), parameter :: here(3) = 0.0_wp
+      real(wp) :: allowed, thin, coarse, there(3), deep
       integer :: i, k
       thin = touching*scene%grid%cell_size
       coarse = resolved*scene%grid%cell_size
       do i = 1, size(scene%bodies)
          do k = 1, i - 1
-            if (may_overlap(scene, i, k)) cycle
-            if (.not. overlap(scene%bodies(i)%shape, scene%bodies(k)%shape, [0.0_wp, 0.0_wp, 0.0_wp], thin, &
-                              coarse)) cycle
+            if (.not. overlap(scene%bodies(i)%shape, scene%bodies(k)%shape, here, thin, coarse)) cycle
+            call deepest(scene%bodies(k)%shape, scene%bodies(i)%shape, here, there, deep)
+            allowed = overlap_allowed(scene, i, k)
+            if (allowed > 0.0_wp .and. deep <= allowed) cycle
             call fail(error, exit_input, &
                       text%place('body', i, scene%bodies(i)%shape%place_name(down=.true.))//': the body '// &
                       scene%bodies(i)%name//' overlaps the body '//scene%bodies(k)%name//' on '// &
-                      text%line_of('body', k)//'; bodies must not overlap')
+                      text%line_of('body', k)//' by about '//to_text(deep, 2)//' m, at '// &
+                      reals_text(there, 3)//'; allowed: '//allowed_text(allowed))
             return
          end do
       end do
@@ -227,18 +230,28 @@ contains
       end do
    end subroutine check_overlaps
 
-   !> True for bodies of two contact groups that may start with an overlap.
-   pure logical function may_overlap(scene, one, other) result(may)
+   !> By how much two bodies may overlap at the start, m: of two contact groups of which the scene says so by the
+   !> edge of a particle of the finest level, for surfaces further apart do not see each other; else not at all.
+   pure real(wp) function overlap_allowed(scene, one, other) result(allowed)
       type(scene_t), intent(in) :: scene
       integer, intent(in) :: one, other
       type(body_contact_spec_t) :: spec
-      associate (fields => scene%bodies([one, other])%field)
-         may = fields(1) /= fields(2)
-         if (.not. may) return
-         spec = scene%contact_of(fields(1), fields(2))
-         may = spec%start == start_as_is
-      end associate
-   end function may_overlap
+      integer :: per_cell
+      allowed = 0.0_wp
+      if (scene%bodies(one)%field == scene%bodies(other)%field) return
+      spec = scene%contact_of(scene%bodies(one)%field, scene%bodies(other)%field)
+      if (spec%start /= start_as_is) return
+      per_cell = max(scene%bodies(one)%particles_per_cell, scene%bodies(other)%particles_per_cell)
+      allowed = scene%grid%cell_size/2**size(scene%levels)/nint(per_cell**(1.0_wp/3.0_wp))*(1.0_wp + whole)
+   end function overlap_allowed
+
+   !> The same for a sentence.
+   pure function allowed_text(allowed) result(text)
+      real(wp), intent(in) :: allowed !< m
+      character(len=:), allocatable :: text
+      text = 'bodies that touch'
+      if (allowed > 0.0_wp) text = text//', or overlap by no more than a particle, '//to_text(allowed, 3)//' m'
+   end function allowed_text
 
    !> Contact between bodies is met once a step: the stress must have the same solve.
    subroutine check_groups(text, scene, error)

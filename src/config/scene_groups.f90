@@ -24,7 +24,6 @@ module m_scene_groups
 
    integer, parameter :: longest_title = 200, longest_path = 1000
    real(wp), parameter :: largest_penetration_factor = 0.5_wp
-   real(wp), parameter :: largest_friction = 10.0_wp
    integer, parameter :: fewest_cells = 10**3 !< of a box that a criterion places: four cells along each axis,
                                               !< five beside a side
    integer, parameter :: most_retries = 20 ! a millionth of the time step

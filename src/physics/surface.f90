@@ -4,7 +4,7 @@
 module m_surface
    use m_kinds, only: wp
    use m_text, only: to_text
-   use m_scene, only: scene_t, body_spec_t
+   use m_scene, only: scene_t, body_spec_t, fill_share
    use m_group_reader, only: group_reader_t
    use m_grid_level, only: grid_level_t
    use m_field_table, only: field_table_t, layout_t
@@ -18,7 +18,8 @@ module m_surface
    public :: surface_t, make_surface, most_elements, area_name, arm_name
 
    integer, parameter :: most_elements = 6 !< of a particle: one a side
-   integer, parameter :: few_elements = 3  !< of the corner of a body that is two particles thick or more
+   integer, parameter :: few_elements = 3 !< of the corner of a box, a sphere or a cylinder that is two particles
+                                          !< thick or more
    real(wp), parameter :: one_element = 0.7_wp !< cosine: the surface at two sides of a particle bends by less
    integer, parameter :: steps = 20 !< along a normal to the surface
    real(wp), parameter :: near = 1.0e-9_wp !< enough to it, in particle edges
@@ -50,7 +51,7 @@ contains
       do b = 1, size(scene%bodies)
          call scene%bodies(b)%shape%thinnest(thickness, variable)
          edge = scene%grid%cell_size/nint(real(scene%bodies(b)%particles_per_cell, wp)**(1.0_wp/3.0_wp))
-         if (thickness < 1.99_wp*edge) surface%elements = most_elements
+         if (thickness < 1.99_wp*edge .or. scene%bodies(b)%fill == fill_share) surface%elements = most_elements
       end do
    end function make_surface
 

@@ -1,0 +1,171 @@
+!> What contact forces between bodies do in a step: to the particles whose elements they press, and to each
+!> pair of contact groups, added up over the candidates of all ranks.
+module m_pair_reactions
+   use mpi_f08
+   use m_kinds, only: wp
+   use m_vectors, only: cross
+   use m_scene, only: body_contact_spec_t
+   use m_communicator, only: communicator_t
+   use m_level, only: level_t
+   use m_materials, only: materials_t
+   use m_surface_elements, only: surface_columns_t
+   use m_pair_law, only: press_rate, weaken
+   use m_contact_point, only: candidate_t, partner_t, point_velocity, overlap_rate
+   use m_candidates, only: candidates_t
+   use m_contact_system, only: contact_system_t
+   implicit none
+   private
+   public :: pair_state_t, state_reals, pair_of, find_slip, press_element, add_reaction, add_up_pairs
+
+   real(wp), parameter :: sliding = 0.999_wp !< of the largest friction: from here on a point slides
+
+   !> What two groups have met: in the last step, and since the start. Numbers alone: they are added up over
+   !> the ranks as they stand.
+   type :: pair_state_t
+      sequence
+      real(wp) :: force(3) = 0.0_wp    !< on the first group, N
+      real(wp) :: moment(3) = 0.0_wp   !< of it about the origin, N m
+      real(wp) :: area = 0.0_wp        !< of the elements whose gap is shut, m2: half from each side
+      real(wp) :: heat = 0.0_wp        !< made by friction since the start, J
+      real(wp) :: work = 0.0_wp        !< done by the condition itself since the start, J
+      real(wp) :: parting = 0.0_wp     !< taken by adhesion as gaps opened, since the start, J
+      real(wp) :: pressed = 0.0_wp     !< done as an overlap was pressed out, since the start, J
+      real(wp) :: candidates = 0.0_wp  !< how many
+   end type pair_state_t
+
+   integer, parameter :: state_reals = storage_size(pair_state_t())/storage_size(1.0_wp)
+
+contains
+
+   !> Number of the pair of two velocity fields.
+   pure integer function pair_of(one, other)
+      integer, intent(in) :: one, other
+      associate (low => min(one, other), high => max(one, other))
+         pair_of = (high - 1)*(high - 2)/2 + low
+      end associate
+   end function pair_of
+
+   !> Collective: how the candidates between bodies, from `first` on, slip with the forces of the step. Nodes
+   !> have not been moved yet.
+   subroutine find_slip(candidates, first, system, level, forces)
+      type(candidates_t), intent(inout) :: candidates
+      integer, intent(in) :: first
+      type(contact_system_t), intent(inout) :: system
+      type(level_t), intent(in) :: level
+      real(wp), intent(in) :: forces(:) !< (rows), N
+      real(wp), dimension(size(forces)) :: scaled, change
+      integer :: c, k, r
+      scaled = 0.0_wp
+      associate (n => candidates%count, scale => system%scale(:size(forces)))
+         where (scale > 0.0_wp) scaled = forces/scale
+         call system%respond([1, system%rows], scaled, [1, system%rows], change)
+         where (scale > 0.0_wp) change = change/scale
+         do c = first, n
+            associate (it => candidates%list(c))
+               if (it%frictional == 0) cycle
+               do k = 1, 2
+                  r = n + 2*it%frictional - 2 + k
+                  candidates%partners(it%partner)%slip(k) = change(r) &
+                     + dot_product(it%tangent(:, k), point_velocity(level, it) - it%opposite)
+               end do
+            end associate
+         end do
+      end associate
+   end subroutine find_slip
+
+   !> Force of a candidate on its own body, friction and adhesion included, N.
+   pure function force_of(c) result(force)
+      type(candidate_t), intent(in) :: c
+      real(wp) :: force(3)
+      force = c%force*c%normal
+      if (c%frictional > 0) force = force + matmul(c%tangent, c%tangential_force)
+   end function force_of
+
+   !> Heat that friction makes at a candidate in a step, J. Where it sticks it gives way by changes, and gives
+   !> that back: none.
+   pure real(wp) function heat_of(c, partner, time_step) result(heat)
+      type(candidate_t), intent(in) :: c
+      type(partner_t), intent(in) :: partner
+      real(wp), intent(in) :: time_step !< s
+      heat = 0.0_wp
+      if (c%frictional == 0) return
+      if (norm2(c%tangential_force) < sliding*(c%friction*(c%force + c%pull) + c%grip)) return
+      heat = -time_step*dot_product(c%tangential_force, partner%slip)
+   end function heat_of
+
+   !> The particle of a candidate keeps what its element has met: pressure, friction, the gap that the nodes
+   !> leave, what is left of a bond; and its heat, for both bodies' elements have candidates.
+   subroutine press_element(level, materials, at, spec, c, partner, time_step, pressure)
+      type(level_t), intent(inout) :: level
+      type(materials_t), intent(in) :: materials
+      type(surface_columns_t), intent(in) :: at
+      type(body_contact_spec_t), intent(in) :: spec !< of the pair
+      type(candidate_t), intent(in) :: c
+      type(partner_t), intent(in) :: partner
+      real(wp), intent(in) :: time_step !< s
+      integer, intent(in) :: pressure   !< column of the contact pressure
+      associate (particles => level%blocks(c%block)%particles, p => c%particle, e => partner%element)
+         associate (column => particles%column, own => at%pressure(e), friction => at%friction(e), &
+                    bond => at%bond(e), gap => at%gap(e), &
+                    law => materials%slots(materials%of_body(particles%body(p)))%law)
+            column(p, own) = column(p, own) + c%force/c%area
+            column(p, pressure) = column(p, pressure) + c%force/c%area
+            if (abs(c%force) > 0.0_wp .or. c%carried .or. c%pull > 0.0_wp) &
+               column(p, gap:gap + 1) = [c%gap - c%allowed + time_step*c%opening, real(partner%field, wp)]
+            if (c%frictional > 0) then
+               column(p, friction:friction + 2) = column(p, friction:friction + 2) &
+                                                  + matmul(c%tangent, c%tangential_force)/c%area
+               call law%take_heat(column(p, :), level%layout, heat_of(c, partner, time_step))
+            end if
+            if (c%pull > 0.0_wp .and. bond > 0) &
+               call weaken(column(p, bond:bond + 3), spec, c%gap + time_step*c%opening, &
+                           time_step*matmul(c%tangent, partner%slip))
+         end associate
+      end associate
+      if (c%force > 0.0_wp) level%blocks(c%block)%pressed = .true.
+   end subroutine press_element
+
+   !> Add a candidate's reaction to that of its pair.
+   pure subroutine add_reaction(state, spec, own, c, partner, overlap, time, time_step)
+      type(pair_state_t), intent(inout) :: state
+      type(body_contact_spec_t), intent(in) :: spec !< of the pair
+      integer, intent(in) :: own           !< velocity field of the candidate's body
+      type(candidate_t), intent(in) :: c
+      type(partner_t), intent(in) :: partner
+      real(wp), intent(in) :: overlap      !< of its element at the start, m
+      real(wp), intent(in) :: time, time_step !< s
+      real(wp) :: side
+      side = merge(1.0_wp, -1.0_wp, own < partner%field)
+      state%candidates = state%candidates + 1.0_wp
+      state%force = state%force + side*force_of(c)
+      state%moment = state%moment + side*cross(partner%point, force_of(c))
+      state%heat = state%heat + heat_of(c, partner, time_step)
+      state%work = state%work + time_step*(c%force + c%pull)*c%opening
+      state%parting = state%parting + time_step*c%pull*c%opening
+      state%pressed = state%pressed + time_step*c%force*press_rate(spec, time)*overlap
+      ! also of points that press nothing: others beside them do
+      if (c%gap + time_step*c%opening <= overlap_rate*sqrt(c%area)) state%area = state%area + 0.5_wp*c%area
+   end subroutine add_reaction
+
+   !> Collective: the reactions of a step over all ranks become the states of the pairs: what goes on from step
+   !> to step is added to what was. Deepest overlaps.
+   subroutine add_up_pairs(communicator, step, states, overlap)
+      type(communicator_t), intent(in) :: communicator
+      type(pair_state_t), intent(inout) :: step(:)   !< (pairs)
+      type(pair_state_t), intent(inout) :: states(:) !< (pairs)
+      real(wp), intent(inout) :: overlap(:)          !< (pairs), m
+      integer :: n
+      call MPI_Allreduce(MPI_IN_PLACE, step, state_reals*size(step), MPI_DOUBLE_PRECISION, MPI_SUM, &
+                         communicator%comm)
+      call MPI_Allreduce(MPI_IN_PLACE, overlap, size(overlap), MPI_DOUBLE_PRECISION, MPI_MAX, communicator%comm)
+      do n = 1, size(step)
+         if (.not. any(abs(step(n)%force) > 0.0_wp)) step(n)%area = 0.0_wp ! they touch and press nothing
+      end do
+      step%heat = step%heat + states%heat
+      step%work = step%work + states%work
+      step%parting = step%parting + states%parting
+      step%pressed = step%pressed + states%pressed
+      states = step
+   end subroutine add_up_pairs
+
+end module m_pair_reactions
