@@ -98,7 +98,8 @@ contains
             if (zone < fewest_zone_cells) call console%line('coarse     adhesion between '// &
                scene%group_label(g)//' and '//scene%group_label(h)//' acts over a zone of about '// &
                to_text(zone, 2)//' cells at the edge of contact; below '//to_text(fewest_zone_cells)// &
-               ' the force that parts them is too large: take smaller cells or a weaker pull over a longer range')
+               ' the force that parts them is too large: take smaller cells or a weaker pull over a '// &
+               'longer range')
          end do
       end do
    end subroutine introduce_groups
@@ -109,8 +110,8 @@ contains
       type(scene_t), intent(in) :: scene
       type(model_t), intent(in) :: model
       type(body_contact_spec_t), intent(in) :: spec
-      real(wp), parameter :: plane = 0.4_wp !< E* of two alike bodies over their P-wave modulus, at a Poisson's
-                                            !< ratio of 0.3
+      real(wp), parameter :: plane = 0.4_wp !< E* of two alike bodies over their P-wave modulus, at a
+                                            !< Poisson's ratio of 0.3
       real(wp) :: stress
       stress = spec%bond_strength
       if (.not. stress > 0.0_wp) stress = spec%adhesion/spec%cohesive_range

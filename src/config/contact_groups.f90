@@ -43,7 +43,8 @@ contains
       if (allocated(scene%contact_groups)) names = [character(len=name_length) :: &
                                                     (scene%group_label(g), g=1, size(scene%contact_groups))]
       if (size(names) < 2 .and. .not. group%is_writing()) call group%refuse('groups', &
-         'all bodies are of one contact group: nothing is in contact; allowed where bodies have different contact_group')
+         'all bodies are of one contact group: nothing is in contact; '// &
+         'allowed where bodies have different contact_group')
       if (any(contact%groups > 0) .or. .not. group%is_writing()) &
          call group%get_choices('groups', contact%groups, names)
       if (contact%groups(1) > 0 .and. contact%groups(1) == contact%groups(2)) &
@@ -63,15 +64,18 @@ contains
       type(body_contact_spec_t), intent(in) :: contact
       if (contact%bond_strength > 0.0_wp) then
          if (.not. contact%adhesion > 0.0_wp) &
-            call group%refuse('bond_strength', 'needs adhesion, the work per area that breaks the bond, in J/m2')
+            call group%refuse('bond_strength', &
+                              'needs adhesion, the work per area that breaks the bond, in J/m2')
          if (contact%cohesive_range > 0.0_wp) &
-            call group%refuse('cohesive_range', 'not together with bond_strength: a bond opens by 2 adhesion/bond_strength')
+            call group%refuse('cohesive_range', &
+                              'not together with bond_strength: a bond opens by 2 adhesion/bond_strength')
       else if ((contact%adhesion > 0.0_wp) .neqv. (contact%cohesive_range > 0.0_wp)) then
          call group%refuse(trim(merge('cohesive_range', 'adhesion      ', contact%adhesion > 0.0_wp)), &
                            'adhesion (J/m2) and cohesive_range (m) go together')
       end if
       if (contact%press_fit > 0.0_wp .and. contact%start /= start_as_is) &
-         call group%refuse('press_fit', 'only with start=''as_is'': without an overlap at the start there is nothing to press out')
+         call group%refuse('press_fit', &
+            'only with start=''as_is'': without an overlap at the start there is nothing to press out')
    end subroutine check_adhesion
 
 end module m_contact_groups

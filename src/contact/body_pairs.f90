@@ -150,7 +150,8 @@ contains
       if (.not. allocated(candidates%partners)) allocate (candidates%partners(64))
       candidates%paired = 0
       do m = 1, n
-         call self%make_candidate(level, time_step, self%meetings(m), first_wanted(m), partners(m), candidates)
+         call self%make_candidate(level, time_step, self%meetings(m), first_wanted(m), partners(m), &
+                                  candidates)
       end do
       call candidates%order_pairs(size(level%blocks), self%first)
    end subroutine find
@@ -211,7 +212,8 @@ contains
       call find_adhesion(spec, c%gap, c%area, left, c%pull, c%grip)
    end subroutine set_adhesion
 
-   !> Collective among near ranks, when all bodies are filled: what overlaps and may be kept so; what is bonded.
+   !> Collective among near ranks, when all bodies are filled: what overlaps and may be kept so; what is
+   !> bonded.
    subroutine begin(self, communicator, level, error)
       class(body_pairs_t), intent(inout) :: self
       type(communicator_t), intent(in) :: communicator
@@ -311,8 +313,8 @@ contains
             overlap = 0.0_wp
             if (self%at%overlap(partner%element) > 0) overlap = block%particles%column(c%particle, &
                   self%at%overlap(partner%element))
-            call add_reaction(self%step(pair), self%specs(pair), block%field, c, partner, overlap, self%time, &
-                              time_step)
+            call add_reaction(self%step(pair), self%specs(pair), block%field, c, partner, overlap, &
+                              self%time, time_step)
             call press_element(level, materials, self%at, self%specs(pair), c, partner, time_step, pressure)
          end associate
       end do
@@ -340,9 +342,10 @@ contains
                     block => level%blocks(self%elements%block(self%meetings(m)%element)))
             if (meeting%gap > margin*it%edge) cycle
             call fail(error, exit_numerical, 'particle '//to_text(block%particles%id(p))//' of body '// &
-                      to_text(int(block%particles%body(p)))//' touches a body of another contact group at ('// &
-                      to_text(it%face(1))//', '//to_text(it%face(2))//', '//to_text(it%face(3))// &
-                      ') m, on level '//to_text(level%number)//'; '//allowed_text(finest))
+                      to_text(int(block%particles%body(p)))// &
+                      ' touches a body of another contact group at ('//to_text(it%face(1))//', '// &
+                      to_text(it%face(2))//', '//to_text(it%face(3))//') m, on level '// &
+                      to_text(level%number)//'; '//allowed_text(finest))
             return
          end associate
       end do

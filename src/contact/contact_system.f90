@@ -142,7 +142,8 @@ contains
    subroutine make_room(self, parts, entries)
       class(contact_system_t), intent(inout) :: self
       integer, intent(in) :: parts, entries
-      integer, allocatable :: more_places(:, :, :), more_begins(:), more_tools(:), more_rows(:), more_fields(:)
+      integer, allocatable :: more_places(:, :, :), more_begins(:), more_tools(:), more_rows(:), &
+                              more_fields(:)
       real(wp), allocatable :: more_weights(:), more_directions(:, :), more_along(:, :)
       integer :: n
       n = size(self%weight)

@@ -147,8 +147,8 @@ contains
       if (c%gap + time_step*c%opening <= overlap_rate*sqrt(c%area)) state%area = state%area + 0.5_wp*c%area
    end subroutine add_reaction
 
-   !> Collective: the reactions of a step over all ranks become the states of the pairs: what goes on from step
-   !> to step is added to what was. Deepest overlaps.
+   !> Collective: the reactions of a step over all ranks become the states of the pairs: what goes on from
+   !> step to step is added to what was. Deepest overlaps.
    subroutine add_up_pairs(communicator, step, states, overlap)
       type(communicator_t), intent(in) :: communicator
       type(pair_state_t), intent(inout) :: step(:)   !< (pairs)
@@ -157,7 +157,8 @@ contains
       integer :: n
       call MPI_Allreduce(MPI_IN_PLACE, step, state_reals*size(step), MPI_DOUBLE_PRECISION, MPI_SUM, &
                          communicator%comm)
-      call MPI_Allreduce(MPI_IN_PLACE, overlap, size(overlap), MPI_DOUBLE_PRECISION, MPI_MAX, communicator%comm)
+      call MPI_Allreduce(MPI_IN_PLACE, overlap, size(overlap), MPI_DOUBLE_PRECISION, MPI_MAX, &
+                         communicator%comm)
       do n = 1, size(step)
          if (.not. any(abs(step(n)%force) > 0.0_wp)) step(n)%area = 0.0_wp ! they touch and press nothing
       end do

@@ -14,8 +14,8 @@ module m_partner_point
    private
    public :: place_partner, want_nodes, take_mass, mean_velocity, cap
 
-   real(wp), parameter :: most_weight = 1.5_wp !< of a node, in the root of its mass over the particle's: one of
-                                               !< hardly any mass gets hardly any force
+   real(wp), parameter :: most_weight = 1.5_wp !< of a node, in the root of its mass over the particle's: one
+                                               !< of hardly any mass gets hardly any force
    real(wp), parameter :: least_held = 0.2_wp  !< of the weights that must be left
 
 contains

@@ -21,10 +21,11 @@ module m_partner_surface
 
    real(wp), parameter :: reach_of = 2.0_wp     !< of the weights, in particle edges
    real(wp), parameter :: farthest_gap = 1.2_wp !< that is looked at, in particle edges
-   real(wp), parameter :: facing = 0.3_wp       !< cosine between normals: elements of one side, or of two sides
-                                                !< that face each other
+   real(wp), parameter :: facing = 0.3_wp       !< cosine between normals: elements of one side, or of two
+                                                !< sides that face each other
    real(wp), parameter :: across = 0.55_wp*sqrt(2.0_wp) !< a surface ends so far from the middle of its last
-                                                        !< element, in its length: half a diagonal and a little
+                                                        !< element, in its length: half a diagonal and
+                                                        !< a little
    integer, parameter :: sharpness = 8 !< power of the flatness with which the flatter body gives the normal
 
    !> What an element sees of one field.

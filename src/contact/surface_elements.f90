@@ -38,7 +38,8 @@ module m_surface_elements
    type :: surface_columns_t
       integer :: elements = 0 !< that a particle may have
       integer, dimension(most_elements) :: area = 0, arm = 0, pressure = 0, friction = 0
-      integer, dimension(most_elements) :: gap = 0     !< that the last step has left, and the field that it is to
+      integer, dimension(most_elements) :: gap = 0     !< that the last step has left, and the field that it is
+                                                       !< to
       integer, dimension(most_elements) :: overlap = 0 !< at the start
       integer, dimension(most_elements) :: bond = 0    !< share of its strength that is left; then how far it
                                                        !< has slipped, a vector
@@ -81,8 +82,8 @@ contains
       end do
    end function find_columns
 
-   !> The elements of this rank's particles, of blocks that have blocks of another field at their place or next
-   !> to it. What pressed them is taken out of their columns.
+   !> The elements of this rank's particles, of blocks that have blocks of another field at their place or
+   !> next to it. What pressed them is taken out of their columns.
    subroutine gather(self, level, at)
       class(surface_elements_t), intent(inout) :: self
       type(level_t), intent(inout) :: level
@@ -123,8 +124,8 @@ contains
       end do
    end function meets_others
 
-   !> Append the element of a particle. The force acts at the face of its domain, for that carries the weights:
-   !> along the way to the material's surface, no further than the domain reaches.
+   !> Append the element of a particle. The force acts at the face of its domain, for that carries the
+   !> weights: along the way to the material's surface, no further than the domain reaches.
    subroutine add(self, level, at, b, p, e)
       class(surface_elements_t), intent(inout) :: self
       type(level_t), intent(inout) :: level
@@ -247,7 +248,8 @@ contains
                   around = .false.
                   do n = 1, 27
                      do field = 1, level%grid%fields
-                        around(n) = around(n) .or. level%owner_at(block%place + directions(:, n), field) == rank
+                        around(n) = around(n) &
+                                    .or. level%owner_at(block%place + directions(:, n), field) == rank
                      end do
                   end do
                end if

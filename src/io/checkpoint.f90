@@ -233,7 +233,8 @@ contains
       if (store%writes .and. size(regions) > 0) call store%longs('/state/regions', regions, error)
       if (size(facts%probes) > 0) call store%longs('/state/probes', facts%probes, error)
       if (model%follows_groups()) then
-         if (.not. allocated(model%first_centres)) allocate (model%first_centres(3, model%levels(1)%grid%fields))
+         if (.not. allocated(model%first_centres)) &
+            allocate (model%first_centres(3, model%levels(1)%grid%fields))
          call store%reals('/state/centres', model%first_centres, error)
       end if
       if (model%contact%active()) call describe_contact(store, model, error)

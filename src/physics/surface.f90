@@ -18,8 +18,8 @@ module m_surface
    public :: surface_t, make_surface, most_elements, area_name, arm_name
 
    integer, parameter :: most_elements = 6 !< of a particle: one a side
-   integer, parameter :: few_elements = 3 !< of the corner of a box, a sphere or a cylinder that is two particles
-                                          !< thick or more
+   integer, parameter :: few_elements = 3 !< of the corner of a box, a sphere or a cylinder that is two
+                                          !< particles thick or more
    real(wp), parameter :: one_element = 0.7_wp !< cosine: the surface at two sides of a particle bends by less
    integer, parameter :: steps = 20 !< along a normal to the surface
    real(wp), parameter :: near = 1.0e-9_wp !< enough to it, in particle edges
@@ -51,7 +51,8 @@ contains
       do b = 1, size(scene%bodies)
          call scene%bodies(b)%shape%thinnest(thickness, variable)
          edge = scene%grid%cell_size/nint(real(scene%bodies(b)%particles_per_cell, wp)**(1.0_wp/3.0_wp))
-         if (thickness < 1.99_wp*edge .or. scene%bodies(b)%fill == fill_share) surface%elements = most_elements
+         if (thickness < 1.99_wp*edge .or. scene%bodies(b)%fill == fill_share) &
+            surface%elements = most_elements
       end do
    end function make_surface
 
@@ -105,8 +106,8 @@ contains
       integer :: e, found, p
       do p = first, particles%count
          associate (column => particles%column, x => layout%position, cell => cells(:, p - first + 1))
-            call self%elements_of(int(particles%body(p)), column(p, x:x + 2), cell(1:3), 2.0_wp*cell(4), grid, &
-                                  found, area, arm)
+            call self%elements_of(int(particles%body(p)), column(p, x:x + 2), cell(1:3), 2.0_wp*cell(4), &
+                                  grid, found, area, arm)
             do e = 1, min(found, self%elements)
                column(p, self%area(e):self%area(e) + 2) = area(:, e)
                column(p, self%arm(e):self%arm(e) + 2) = arm(:, e)
@@ -115,8 +116,8 @@ contains
       end do
    end subroutine cover
 
-   !> The elements of a particle, by its place in the lattice: where it has no neighbour of its contact group on a
-   !> side, the side's area as the shape's surface has it there, and the way along the surface's normal to it.
+   !> The elements of a particle, by its place in the lattice: where it has no neighbour of its contact group
+   !> on a side, the side's area as the shape's surface has it there, and the way along the surface's normal to it.
    !> Sides where the surface hardly bends share one: a body that is filled by a lattice has no staircase.
    subroutine elements_of(self, body, centre, place, edge, grid, found, area, arm)
       class(surface_t), intent(in) :: self

@@ -358,11 +358,12 @@ contains
    pure logical function follows_groups(self)
       class(model_t), intent(in) :: self
       follows_groups = .false.
-      if (allocated(self%level_specs)) follows_groups = any(self%level_specs%follow > size(self%contact%tools))
+      if (allocated(self%level_specs)) &
+         follows_groups = any(self%level_specs%follow > size(self%contact%tools))
    end function follows_groups
 
-   !> Collective: centres of mass of the contact groups, m: (3, fields). Sums go block by block, by the blocks'
-   !> numbers: the same bits on any number of ranks.
+   !> Collective: centres of mass of the contact groups, m: (3, fields). Sums go block by block, by the
+   !> blocks' numbers: the same bits on any number of ranks.
    function centres_of_mass(self) result(centres)
       class(model_t), intent(in) :: self
       real(wp) :: centres(3, self%levels(1)%grid%fields)

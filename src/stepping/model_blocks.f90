@@ -27,8 +27,8 @@ contains
       do l = 1, size(self%levels)
          do b = 1, size(self%levels(l)%blocks)
             associate (block => self%levels(l)%blocks(b))
-               if (block%particles%count > 0) call self%mark_around(l, block%field, block%lowest, block%highest, &
-                                                                 wanted)
+               if (block%particles%count > 0) &
+                  call self%mark_around(l, block%field, block%lowest, block%highest, wanted)
             end associate
          end do
       end do

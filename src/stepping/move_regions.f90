@@ -1,5 +1,5 @@
-!> Levels that move: with a tool, with the bodies of a contact group, or to where a criterion wants them; and the particles that change level by
-!> that.
+!> Levels that move: with a tool, with the bodies of a contact group, or to where a criterion wants them; and
+!> the particles that change level by that.
 module m_move_regions
    use m_kinds, only: wp, i8
    use m_constants, only: exit_numerical
