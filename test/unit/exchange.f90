@@ -85,7 +85,8 @@ contains
             do m = 1, size(level%ghost_index)
                place = level%grid%block_place(level%ghost_index(m))
                associate (taken => level%nodes(:, :, :, :, own + m))
-                  wrong = wrong + count(abs(taken - nothing) > 0.0_wp .and. abs(taken - 100*turn - level%owner_at(place, 1)) > 0.0_wp)
+                  wrong = wrong + count(abs(taken - nothing) > 0.0_wp &
+                                        .and. abs(taken - 100*turn - level%owner_at(place, 1)) > 0.0_wp)
                   if (all(taken < 0.0_wp)) wrong = wrong + 1
                end associate
             end do
