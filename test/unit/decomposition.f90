@@ -543,7 +543,8 @@ contains
       call MPI_Allreduce(MPI_IN_PLACE, homes, size(homes), MPI_INTEGER, MPI_SUM, comm%comm)
       do index = 1, size(homes)
          associate (place => model%levels(1)%grid%block_place(index))
-            call test%check_equal(homes(index), merge(1, 0, model%levels(1)%owner_at(place, 1) >= 0), 'every block lives on one rank')
+            call test%check_equal(homes(index), merge(1, 0, model%levels(1)%owner_at(place, 1) >= 0), &
+                                  'every block lives on one rank')
          end associate
       end do
    end subroutine owned_once
