@@ -2,7 +2,6 @@
 module m_closing_summary
    use m_kinds, only: wp, i8
    use m_errors, only: error_t, fail
-   use m_communicator, only: communicator_t
    use m_text, only: to_text, si, duration
    use m_timers, only: phase_contact
    use m_scene, only: scene_t, domain_fixed, domain_corners, boundary_free, update_usf

@@ -100,16 +100,8 @@ contains
       ! later, particles may be faster
       if (.not. before%happened) call check_time_step(self%scene, self%model, self%error)
       if (self%error%happened()) return
-      if (self%scene%plans) then
-         call introduce(self%console, self%scene, self%catalogue, self%model, self%course%particles)
-         call self%guard%start(self%scene%guard, self%model, longest_step(self%scene, self%model, &
-               self%model%time))
-         call self%console%line('guard      '//self%guard%sentence(self%model))
-         call self%balance%begin(self%model)
-         call self%guard%save(self%model, self%balance, written=.true.)
-         call print_plan(self%console, self%scene, self%model, self%guard%kept_bytes(self%model), self%error)
-         return
-      end if
+      if (self%scene%plans) call make_plan(self)
+      if (self%scene%plans) return
       if (.not. before%happened) then
          self%facts%particles = self%course%particles
          call self%balance%begin(self%model)
@@ -126,8 +118,7 @@ contains
       if (self%error%happened()) return ! what an older run left to go on from is still there
       if (.not. before%ended) &
          call self%keeper%start(self%scene, self%model, self%console%elapsed(), before%newest_here())
-      call self%guard%start(self%scene%guard, self%model, longest_step(self%scene, self%model, &
-            self%model%time))
+      call start_guard(self)
       if (before%happened) call self%guard%remember(self%facts%guard)
       call introduce(self%console, self%scene, self%catalogue, self%model, self%course%particles)
       call self%console%line('guard      '//self%guard%sentence(self%model))
@@ -137,6 +128,23 @@ contains
       call save(self, written=.true.)
       call self%expectation%start(self%model, self%console%elapsed())
    end subroutine initialise
+
+   subroutine start_guard(self)
+      class(simulation_t), intent(inout) :: self
+      call self%guard%start(self%scene%guard, self%model, longest_step(self%scene, self%model, &
+            self%model%time))
+   end subroutine start_guard
+
+   !> Collective: say what the run would be, in place of the run.
+   subroutine make_plan(self)
+      class(simulation_t), intent(inout) :: self
+      call introduce(self%console, self%scene, self%catalogue, self%model, self%course%particles)
+      call start_guard(self)
+      call self%console%line('guard      '//self%guard%sentence(self%model))
+      call self%balance%begin(self%model)
+      call self%guard%save(self%model, self%balance, written=.true.)
+      call print_plan(self%console, self%scene, self%model, self%guard%kept_bytes(self%model), self%error)
+   end subroutine make_plan
 
    !> True when the scene has ended or the run cannot go on.
    pure logical function done(self)

@@ -3,7 +3,6 @@
 module m_box_tree
    use m_kinds, only: wp
    use m_triangles, only: triangles_t
-   use m_vectors, only: cross
    implicit none
    private
    public :: box_tree_t, foot_t

@@ -3,7 +3,6 @@ module m_energy
    use mpi_f08
    use m_kinds, only: wp
    use m_block, only: sum_count
-   use m_decomposition, only: blocks_before
    use m_inner_motion, only: inner_motion
    use m_effect_step, only: kinds_booked
    use m_model, only: model_t
