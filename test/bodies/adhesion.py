@@ -62,6 +62,30 @@ def press_fit():
     require("kept as it is: no stress", not run.last()["stress"].any())
 
 
+def tubes(cells=10, domain="corners"):
+    """Two tubes in plane strain, the inner one 0.0016 of their common radius too large (as input/press_fit.nml, on so many cells a
+    radius): pressure between them beside Lame's."""
+    young, poisson, tight, inner, outer, size = 200e9, 0.3, 0.0016, 0.6, 1.5, 1 / cells
+    run = Run(f"tubes_{domain}", f"""&scene title='press fit', end_time=12e-3 /
+&grid lower=0,0,0, upper={1.5 + size},{1.5 + size},{size}, cell_size={size}, boundary='symmetry','free','symmetry','free','symmetry','symmetry' /
+&time domain='{domain}' /
+&material name='steel', model='elastic', density=7800, young={young}, poisson={poisson} /
+&body name='shaft', material='steel', shape='cylinder', center=0,0,0, radius={1 + tight / 2}, height={size}, contact_group='a' /
+&cut body='shaft', shape='cylinder', center=0,0,{-size}, radius={inner}, height={3 * size} /
+&body name='hub', material='steel', shape='cylinder', center=0,0,0, radius={outer}, height={size}, contact_group='b' /
+&cut body='hub', shape='cylinder', center=0,0,{-size}, radius={1 - tight / 2}, height={3 * size} /
+&body_contact start='as_is', press_fit=6e-3 /
+&damping kind='viscous', coefficient=1e3 /
+&output directory='OUT' /
+""")
+    _, force = run.force()
+    # both tubes have the same law: Poisson's ratio in the plane falls out
+    exact = young / (1 - poisson**2) * tight / ((outer**2 + 1) / (outer**2 - 1) + (1 + inner**2) / (1 - inner**2))
+    pressure = -force[-1, :2] / size
+    print(f"   tubes, {domain}, {cells} cells a radius: pressure {pressure[0] / exact:.4f} and {pressure[1] / exact:.4f} of Lame's {exact:.4e} Pa")
+    check(f"tubes, {domain}: pressure over Lame's, off 1", pressure / exact - 1, 0.02)
+
+
 def maugis(strength):
     """Pull-off of a sphere in pi Gamma R, with Maugis's parameter (1992), load control: between 2 (DMT) and 1.5 (JKR)."""
     least = 0.0
@@ -124,6 +148,8 @@ def cantilever():
     check("cantilever: load at which it parts over that of beam theory, off 1", rows["time"][apart] / end * most / exact - 1, 0.05)
 
 
-CASES = {"blocks": blocks, "press_fit": press_fit, "pull_off": pull_off, "cantilever": cantilever}
+CASES = {"blocks": blocks, "press_fit": press_fit, "tubes": tubes,
+         "tubes_long": lambda: [tubes(cells, domain) for cells, domain in ((20, "corners"), (20, "fixed"), (10, "stretch"))],
+         "pull_off": pull_off, "cantilever": cantilever}
 if __name__ == "__main__":
     main(CASES)
