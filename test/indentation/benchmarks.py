@@ -17,6 +17,7 @@ sys.path.insert(0, str(ROOT / "post"))
 import benchmark_cases as cases
 import benchmark_measures as measures
 import benchmarks
+import half_space
 import indentation
 import oliver_pharr
 from benchmark_scenes import Motion, plane_modulus, poisson, power_law, young
@@ -99,6 +100,14 @@ first, *others = tables["elastic_pyramid"]["berkovich"]
 check("Berkovich, elastic, 2.0250", near(first * (1 + sum(c * 0.3 ** (i + 1) for i, c in enumerate(others))), 2.0250, 3e-5))
 first, *others = tables["elastic_pyramid"]["vickers"]
 check("Vickers, elastic, 1.9287", near(first * (1 + sum(c * 0.3 ** (i + 1) for i, c in enumerate(others))), 1.9287, 3e-5))
+pressed = {faces: half_space.curvature(faces, 128)[0] for faces in (0, 3, 4)}
+check("half-space: a cone, 2/pi", near(pressed[0], 2 / math.pi, 1e-4))
+exact = tables["elastic_pyramid"]["exact"]
+check("half-space: pyramids of three and four faces", all(near(pressed[n], exact[str(n)], 3e-4) for n in (3, 4)))
+at = (np.arange(96) + 0.5) / 40 - 1.2
+across = np.hypot(*np.meshgrid(at, at))
+check("half-space: a sphere, Hertz", near(half_space.press(across**2 / 2, 0.025, 1.0).sum() * 0.025**2, 4 / 3, 1e-4))
+check("half-space: a punch of unit radius, 2", near(half_space.press(np.where(across < 1, 0.0, 9.0), 0.025, 1.0).sum() * 0.025**2, 2, 6e-3))
 check("ten rows of the cone, three of the pyramid", (len(cases.cone_rows()), len(cases.berkovich_rows())) == (10, 3))
 for ratio, hardness, modulus in tables["oliver_pharr_error"]["rows"]:
     line = next(r for r in tables["cone"]["rows"] if r[0] == ratio and r[1] == 0.0)
