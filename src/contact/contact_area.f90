@@ -100,7 +100,7 @@ contains
       real(wp), intent(in) :: across(3, 2)
       type(surface_point_t), allocatable :: points(:)
       type(surface_point_t), allocatable :: found(:)
-      real(wp) :: gap, edge, normal(3), thickness
+      real(wp) :: gap, edge, normal(3), thickness, back(3)
       integer, allocatable :: near(:)
       integer :: b, count, n
       allocate (points(0))
@@ -122,8 +122,10 @@ contains
                   found(count) = surface_point_t(matmul(column(near(n), x:x + 2), across), gap, edge)
                   if (abs(column(near(n), carried)) > 0.0_wp) found(count)%pressed = 1.0_wp
                   ! from there back along the axis, beyond all gaps that are looked at
-                  call tool%gap_and_normal(column(near(n), x:x + 2) - 2.0_wp*reach*tool%spec%axis, &
-                                           found(count)%beside, normal)
+                  back = column(near(n), x:x + 2) - 2.0_wp*reach*tool%spec%axis
+                  found(count)%beside = tool%most_gap(back)
+                  if (.not. found(count)%beside > 0.0_wp) cycle
+                  call tool%gap_and_normal(back, found(count)%beside, normal)
                   found(count)%outwards = matmul(normal, across)
                end do
                points = [points, found(:count)]

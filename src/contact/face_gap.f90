@@ -34,14 +34,17 @@ contains
       real(wp), intent(out) :: gap           !< m
       real(wp), intent(out) :: normal(3)     !< outward from the tool
       real(wp), intent(out) :: edge, thickness !< of the particle, m
+      real(wp) :: limit !< of gaps of centres, m
       associate (block => level%blocks(b), column => level%blocks(b)%particles%column, at => level%layout)
          if (tool%spec%shape%is_searched()) then
-            edge = thickest(level)
-            if (.not. deform(level)) edge = 2.0_wp*column(p, at%half_size)
-            gap = tool%least_gap(column(p, at%position:at%position + 2))
-            if (gap > edge + reach) return
+            limit = reach + farthest_face(tool, level, &
+                                          materials%slots(materials%of_body(block%particles%body(p)))%law, column(p, :))
+            call tool%gap_within(column(p, at%position:at%position + 2), limit, gap, normal)
+            if (gap >= limit) return
+            if (gap <= -limit) call tool%gap_and_normal(column(p, at%position:at%position + 2), gap, normal)
+         else
+            call tool%gap_and_normal(column(p, at%position:at%position + 2), gap, normal)
          end if
-         call tool%gap_and_normal(column(p, at%position:at%position + 2), gap, normal)
          associate (law => materials%slots(materials%of_body(block%particles%body(p)))%law)
             if (at%half_sizes) then
                edge = (column(p, at%volume))**(1.0_wp/3.0_wp)
@@ -59,6 +62,23 @@ contains
          gap = gap - tool%spec%penetration_factor*thickness
       end associate
    end subroutine find_gap
+
+   !> The contact point of a particle is no further from its centre, whichever way the tool lies, m.
+   pure real(wp) function farthest_face(tool, level, law, values) result(way)
+      type(tool_t), intent(in) :: tool
+      type(level_t), intent(in) :: level
+      class(material_t), intent(in) :: law
+      real(wp), intent(in) :: values(:) !< the particle's columns
+      if (level%layout%half_sizes) then
+         way = thickest(level)
+      else if (deform(level)) then
+         way = level%most_thickness(values)
+      else
+         way = 2.0_wp*values(level%layout%half_size)
+         way = min(way/max(tool%spec%penetration_factor, 0.1_wp), way*law%most_stretch(values, level%layout))
+      end if
+      way = tool%spec%penetration_factor*way
+   end function farthest_face
 
    !> Thickness (m) of a box that stretches along its axes, across a normal: its edges do not know of shear,
    !> which the material's own stretch does; along an axis it is the edge (theory.md, eq. box-thickness).
@@ -93,12 +113,20 @@ contains
       type(block_t), intent(in) :: block !< whose lists of cells are up to date
       real(wp), intent(in) :: farthest !< of the centres of particles that count, m
       integer, allocatable :: near(:)
-      integer :: cell, n, p
+      integer :: cell, n, p, group(3)
+      logical :: is_far(0:block_size/2 - 1, 0:block_size/2 - 1, 0:block_size/2 - 1)
       allocate (near(block%particles%count))
+      do n = 0, size(is_far) - 1 ! eight bins together
+         group = [mod(n, block_size/2), mod(n/(block_size/2), block_size/2), n/(block_size/2)**2]
+         is_far(group(1), group(2), group(3)) = tool%least_gap(block%origin + (2*group + 0.5_wp)*level%grid%cell) &
+                                                > farthest + sqrt(3.0_wp)*level%grid%cell
+      end do
       n = 0
       do cell = 1, bins
          p = block%cells%first(cell)
          if (p == 0) cycle
+         group = bin_place(cell)/2
+         if (is_far(group(1), group(2), group(3))) cycle
          if (tool%least_gap(block%origin + bin_place(cell)*level%grid%cell) &
              > farthest + 0.5_wp*sqrt(3.0_wp)*level%grid%cell) cycle ! not where it is not a number
          do while (p > 0)

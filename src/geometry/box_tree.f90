@@ -1,5 +1,6 @@
-!> Triangles in a tree of boxes: which of them is nearest to a place. A box holds all triangles below it; what
-!> is further away than the nearest triangle yet is not looked into.
+!> Triangles in a tree of boxes: which of them is nearest to a place. A box has up to eight others in it, or up
+!> to eight triangles, which are looked at together (of SIMD registers one each); what is further away than the
+!> nearest triangle yet is not looked into.
 module m_box_tree
    use m_kinds, only: wp
    use m_triangles, only: triangles_t
@@ -7,15 +8,16 @@ module m_box_tree
    private
    public :: box_tree_t, foot_t
 
-   integer, parameter :: in_leaf = 4  !< triangles of a box that is not divided further
-   integer, parameter :: deepest = 64 !< boxes that wait while others are looked into
+   integer, parameter :: lanes = 8    !< boxes or triangles of a box
+   integer, parameter :: deepest = 80 !< boxes that wait while others are looked into: seven a level of the tree
+   real(wp), parameter :: nowhere = 1.0e100_wp !< m, where boxes are that are none
+   real(wp), parameter :: slack = 1.0_wp + 1.0e-9_wp !< squares of distances that are found two ways differ by less
 
-   !> A box: divided in two, of which the first is the next one; or with triangles, places first to last.
-   type :: box_t
-      real(wp) :: lower(3), upper(3) !< m
-      integer :: second = 0          !< number of the second half; 0: not divided
-      integer :: first = 0, last = 0
-   end type box_t
+   !> What lies in a box: for each lane a box within it.
+   type :: node_t
+      real(wp) :: lower(lanes, 3) = nowhere, upper(lanes, 3) = -nowhere !< m
+      integer :: inner(lanes) = 0 !< above 0: the number of its node; below 0: that of its leaf, with minus
+   end type node_t
 
    !> The nearest point of a triangle.
    type :: foot_t
@@ -26,10 +28,12 @@ module m_box_tree
                                          !< next; 4 to 6: at a corner
    end type foot_t
 
+   !> Leaves have one place for each lane; one that is empty repeats the triangle before it.
    type :: box_tree_t
-      type(box_t), allocatable :: boxes(:)
-      integer, allocatable :: number(:)     !< (places): of the triangle
-      real(wp), allocatable :: shape(:, :)  !< (9, places): its first corner and the ways to the two others
+      type(node_t), allocatable :: nodes(:)
+      integer, allocatable :: number(:)       !< (places): of the triangle
+      real(wp), allocatable :: shape(:, :, :) !< (lanes, 13, leaves): its first corner, the ways a and b to the
+                                              !< two others; the inverses of a.a, b.b, (b-a).(b-a), |a x b|^2
    contains
       procedure :: build
       procedure :: nearest
@@ -39,59 +43,100 @@ module m_box_tree
 
 contains
 
-   !> Halve by number along the longest axis of the middles, until few are left.
+   !> Halve by number along the longest axis of the middles, three times for the eight boxes of a node, until
+   !> few are left.
    subroutine build(self, triangles)
       class(box_tree_t), intent(inout) :: self
       type(triangles_t), intent(in) :: triangles
       real(wp), allocatable :: middle(:, :)
-      integer :: boxes, n, t
+      integer, allocatable :: order(:)
+      integer :: nodes, leaves, n, t
       n = triangles%count()
-      allocate (middle(3, n), self%boxes(2*n), self%shape(9, n))
-      self%number = [(t, t=1, n)]
+      allocate (middle(3, n), self%nodes(1 + n/2), self%shape(lanes, 13, 1 + n/2), self%number(lanes*(1 + n/2)))
+      order = [(t, t=1, n)]
       do t = 1, n
          middle(:, t) = sum(triangles%corner(:, triangles%of(:, t)), dim=2)/3.0_wp
       end do
-      boxes = 0
+      nodes = 0
+      leaves = 0
       call divide(1, n)
-      self%boxes = self%boxes(:boxes)
-      do t = 1, n
-         associate (corners => triangles%corner(:, triangles%of(:, self%number(t))))
-            self%shape(:, t) = [corners(:, 1), corners(:, 2) - corners(:, 1), corners(:, 3) - corners(:, 1)]
-         end associate
-      end do
+      self%nodes = self%nodes(:nodes)
+      self%number = self%number(:lanes*leaves)
+      self%shape = self%shape(:, :, :leaves)
    contains
+      !> Make a node of the triangles order(first:last).
       recursive subroutine divide(first, last)
          integer, intent(in) :: first, last
-         real(wp) :: low(3), high(3)
-         integer :: this, axis, half, c
-         boxes = boxes + 1
-         this = boxes
-         low = huge(low)
-         high = -huge(high)
-         do c = first, last
-            low = min(low, minval(triangles%corner(:, triangles%of(:, self%number(c))), dim=2))
-            high = max(high, maxval(triangles%corner(:, triangles%of(:, self%number(c))), dim=2))
+         integer :: this, range(2, lanes), ranges, round, r
+         nodes = nodes + 1
+         this = nodes
+         ranges = 1
+         range(:, 1) = [first, last]
+         do round = 1, 3
+            do r = ranges, 1, -1
+               associate (low => range(1, r), high => range(2, r))
+                  if (high - low < lanes) cycle
+                  ranges = ranges + 1
+                  range(:, ranges) = [(low + high)/2 + 1, high]
+                  call part(order, middle, longest_axis(order(low:high)), low, high, (low + high)/2)
+                  high = (low + high)/2
+               end associate
+            end do
          end do
-         self%boxes(this)%lower = low
-         self%boxes(this)%upper = high
-         if (last - first < in_leaf) then
-            self%boxes(this)%first = first
-            self%boxes(this)%last = last
-            return
-         end if
-         low = huge(low)
-         high = -huge(high)
-         do c = first, last
-            low = min(low, middle(:, self%number(c)))
-            high = max(high, middle(:, self%number(c)))
+         do r = 1, ranges
+            call bound(this, r, order(range(1, r):range(2, r)))
+            if (range(2, r) - range(1, r) < lanes) then
+               leaves = leaves + 1
+               self%nodes(this)%inner(r) = -leaves
+               call fill(leaves, order(range(1, r):range(2, r)))
+            else
+               self%nodes(this)%inner(r) = nodes + 1
+               call divide(range(1, r), range(2, r))
+            end if
          end do
-         axis = maxloc(high - low, dim=1)
-         half = (first + last)/2
-         call part(self%number, middle, axis, first, last, half)
-         call divide(first, half)
-         self%boxes(this)%second = boxes + 1
-         call divide(half + 1, last)
       end subroutine divide
+
+      pure integer function longest_axis(among) result(axis)
+         integer, intent(in) :: among(:)
+         axis = maxloc(maxval(middle(:, among), dim=2) - minval(middle(:, among), dim=2), dim=1)
+      end function longest_axis
+
+      subroutine bound(node, lane, among)
+         integer, intent(in) :: node, lane, among(:)
+         integer :: c, k
+         associate (it => self%nodes(node))
+            do c = 1, size(among)
+               do k = 1, 3
+                  associate (x => triangles%corner(k, triangles%of(:, among(c))))
+                     it%lower(lane, k) = min(it%lower(lane, k), minval(x))
+                     it%upper(lane, k) = max(it%upper(lane, k), maxval(x))
+                  end associate
+               end do
+            end do
+         end associate
+      end subroutine bound
+
+      subroutine fill(leaf, among)
+         integer, intent(in) :: leaf, among(:)
+         real(wp) :: a(3), b(3)
+         integer :: lane, number
+         do lane = 1, lanes
+            number = among(min(lane, size(among)))
+            self%number(lanes*(leaf - 1) + lane) = number
+            associate (corners => triangles%corner(:, triangles%of(:, number)))
+               a = corners(:, 2) - corners(:, 1)
+               b = corners(:, 3) - corners(:, 1)
+               self%shape(lane, :, leaf) = [corners(:, 1), a, b, inverse(sum(a**2)), inverse(sum(b**2)), &
+                                            inverse(sum((b - a)**2)), inverse(sum(cross(a, b)**2))]
+            end associate
+         end do
+      end subroutine fill
+
+      pure real(wp) function inverse(value)
+         real(wp), intent(in) :: value
+         inverse = 0.0_wp
+         if (value > 0.0_wp) inverse = 1.0_wp/value
+      end function inverse
    end subroutine build
 
    !> Reorder numbers first..last so that those with the lowest keys come first, up to place `half`
@@ -136,50 +181,91 @@ contains
       end function before
    end subroutine part
 
-   !> The nearest point of all triangles. `foot` may hold one already, as a start.
+   !> The nearest point of all triangles. `foot` may hold one already, or a distance, as a start.
    pure subroutine nearest(self, place, foot)
       class(box_tree_t), intent(in) :: self
       real(wp), intent(in) :: place(3) !< m
       type(foot_t), intent(inout) :: foot
-      real(wp) :: waits(deepest), way, ways(2)
-      integer :: box, halves(2), stack(deepest), top, h, t
+      real(wp) :: waits(deepest), ways(lanes)
+      integer :: stack(deepest), top, base, lane, at, next
       top = 1
       stack(1) = 1
-      waits(1) = squared_to(self%boxes(1), place)
+      waits(1) = 0.0_wp
       do while (top > 0)
-         box = stack(top)
-         way = waits(top)
+         next = stack(top)
+         if (waits(top) >= foot%squared) next = 0
          top = top - 1
-         if (way >= foot%squared) cycle
-         if (self%boxes(box)%second == 0) then
-            do t = self%boxes(box)%first, self%boxes(box)%last
-               call self%look_at(t, place, foot)
+         if (next == 0) cycle
+         if (next < 0) then
+            ways = squared_to_triangles(self%shape(:, :, -next), place)
+            do lane = 1, lanes
+               if (ways(lane) < slack*foot%squared) call self%look_at(lanes*(-next - 1) + lane, place, foot)
             end do
             cycle
          end if
-         halves = [box + 1, self%boxes(box)%second]
-         ways = [squared_to(self%boxes(halves(1)), place), squared_to(self%boxes(halves(2)), place)]
-         if (ways(1) < ways(2)) then ! the nearer one on top
-            halves = halves([2, 1])
-            ways = ways([2, 1])
-         end if
-         do h = 1, 2
-            if (ways(h) >= foot%squared) cycle
+         ways = squared_to_boxes(self%nodes(next)%lower, self%nodes(next)%upper, place)
+         base = top
+         do lane = 1, lanes ! the nearest one on top
+            if (ways(lane) >= foot%squared) cycle
             top = top + 1
-            stack(top) = halves(h)
-            waits(top) = ways(h)
+            at = top
+            do while (at > base + 1)
+               if (waits(at - 1) >= ways(lane)) exit
+               waits(at) = waits(at - 1)
+               stack(at) = stack(at - 1)
+               at = at - 1
+            end do
+            waits(at) = ways(lane)
+            stack(at) = self%nodes(next)%inner(lane)
          end do
       end do
    end subroutine nearest
 
-   !> Squared distance to a box, 0 inside, m2.
-   pure real(wp) function squared_to(box, place)
-      type(box_t), intent(in) :: box
-      real(wp), intent(in) :: place(3)
-      squared_to = max(box%lower(1) - place(1), place(1) - box%upper(1), 0.0_wp)**2 &
-                   + max(box%lower(2) - place(2), place(2) - box%upper(2), 0.0_wp)**2 &
-                   + max(box%lower(3) - place(3), place(3) - box%upper(3), 0.0_wp)**2
-   end function squared_to
+   !> Squared distances to the boxes of a node, 0 inside, m2.
+   pure function squared_to_boxes(lower, upper, place) result(squared)
+      real(wp), intent(in) :: lower(lanes, 3), upper(lanes, 3), place(3)
+      real(wp) :: squared(lanes)
+      integer :: i
+      !$omp simd
+      do i = 1, lanes
+         squared(i) = max(lower(i, 1) - place(1), place(1) - upper(i, 1), 0.0_wp)**2 &
+                      + max(lower(i, 2) - place(2), place(2) - upper(i, 2), 0.0_wp)**2 &
+                      + max(lower(i, 3) - place(3), place(3) - upper(i, 3), 0.0_wp)**2
+      end do
+   end function squared_to_boxes
+
+   !> Squared distances to the triangles of a leaf, m2: to the plane where the nearest point of it is inside,
+   !> else to the nearest edge. To rounding that of look_at, which says more.
+   pure function squared_to_triangles(shape, place) result(squared)
+      real(wp), intent(in) :: shape(lanes, 13), place(3)
+      real(wp) :: squared(lanes)
+      real(wp) :: px, py, pz, ap, bp, aa, ab, bb, u, v, t, edge, face
+      integer :: i
+      !$omp simd private(px, py, pz, ap, bp, aa, ab, bb, u, v, t, edge, face)
+      do i = 1, lanes
+         px = place(1) - shape(i, 1)
+         py = place(2) - shape(i, 2)
+         pz = place(3) - shape(i, 3)
+         ap = px*shape(i, 4) + py*shape(i, 5) + pz*shape(i, 6)
+         bp = px*shape(i, 7) + py*shape(i, 8) + pz*shape(i, 9)
+         aa = shape(i, 4)**2 + shape(i, 5)**2 + shape(i, 6)**2
+         ab = shape(i, 4)*shape(i, 7) + shape(i, 5)*shape(i, 8) + shape(i, 6)*shape(i, 9)
+         bb = shape(i, 7)**2 + shape(i, 8)**2 + shape(i, 9)**2
+         t = min(1.0_wp, max(0.0_wp, ap*shape(i, 10)))
+         edge = (px - t*shape(i, 4))**2 + (py - t*shape(i, 5))**2 + (pz - t*shape(i, 6))**2
+         t = min(1.0_wp, max(0.0_wp, bp*shape(i, 11)))
+         edge = min(edge, (px - t*shape(i, 7))**2 + (py - t*shape(i, 8))**2 + (pz - t*shape(i, 9))**2)
+         t = min(1.0_wp, max(0.0_wp, (bp - ap + aa - ab)*shape(i, 12))) ! from the second corner to the third
+         edge = min(edge, (px - (1.0_wp - t)*shape(i, 4) - t*shape(i, 7))**2 &
+                          + (py - (1.0_wp - t)*shape(i, 5) - t*shape(i, 8))**2 &
+                          + (pz - (1.0_wp - t)*shape(i, 6) - t*shape(i, 9))**2)
+         u = (bb*ap - ab*bp)*shape(i, 13)
+         v = (aa*bp - ab*ap)*shape(i, 13)
+         face = (px - u*shape(i, 4) - v*shape(i, 7))**2 + (py - u*shape(i, 5) - v*shape(i, 8))**2 &
+                + (pz - u*shape(i, 6) - v*shape(i, 9))**2
+         squared(i) = merge(face, edge, min(u, v, 1.0_wp - u - v) > 0.0_wp)
+      end do
+   end function squared_to_triangles
 
    !> Take the nearest point of one triangle, by its place in the tree, if it is nearer than `foot` (Ericson,
    !> Real-Time Collision Detection, 2005, 5.1.5).
@@ -190,9 +276,11 @@ contains
       type(foot_t), intent(inout) :: foot
       real(wp) :: ab(3), ac(3), ap(3), d1, d2, d3, d4, d5, d6, va, vb, vc, u, v, way(3), squared
       integer :: feature
-      ab = self%shape(4:6, t)
-      ac = self%shape(7:9, t)
-      ap = place - self%shape(1:3, t)
+      associate (leaf => 1 + (t - 1)/lanes, lane => 1 + mod(t - 1, lanes))
+         ap = place - self%shape(lane, 1:3, leaf)
+         ab = self%shape(lane, 4:6, leaf)
+         ac = self%shape(lane, 7:9, leaf)
+      end associate
       d1 = dot_product(ab, ap)
       d2 = dot_product(ac, ap)
       d3 = d1 - dot_product(ab, ab)
@@ -236,7 +324,7 @@ contains
    !> Memory, bytes.
    pure integer function bytes(self)
       class(box_tree_t), intent(in) :: self
-      bytes = 64*size(self%boxes) + 76*size(self%number)
+      bytes = (6*8 + 4)*lanes*size(self%nodes) + 4*size(self%number) + 8*size(self%shape)
    end function bytes
 
 end module m_box_tree

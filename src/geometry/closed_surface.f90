@@ -13,6 +13,12 @@ module m_closed_surface
                                          !< one that was searched for need no search
    integer, parameter :: rim = 8 !< cells around that: what comes near a tool is most often outside its box
 
+   !> What a cell remembers of its middle.
+   type :: cell_t
+      real(wp) :: least = 0.0_wp, most = 0.0_wp !< its signed distance lies between these, m
+      integer :: guess = 0 !< place of the nearest triangle in the tree
+   end type cell_t
+
    !> Cubic cells over the surface's box remember the distance of their middle and the nearest triangle: what is
    !> far away is known without a search, and a search starts with a good guess.
    type :: closed_surface_t
@@ -20,13 +26,13 @@ module m_closed_surface
       type(box_tree_t) :: tree
       real(wp) :: lower(3) = 0.0_wp, upper(3) = 0.0_wp !< of the surface, m
       real(wp), private :: from(3) = 0.0_wp, edge = 0.0_wp !< corner of the cells and their edge, m
+      real(wp), private :: per_edge = 0.0_wp               !< 1/m
       integer, private :: cells(3) = 0
-      real(wp), allocatable, private :: least(:, :, :), most(:, :, :) !< the signed distance of a cell's middle
-                                                                      !< lies between these, m
-      integer, allocatable, private :: guess(:, :, :) !< place of the nearest triangle in the tree
+      type(cell_t), allocatable, private :: cell(:, :, :)
    contains
       procedure :: build
       procedure :: distance_and_normal
+      procedure :: distance_within
       procedure :: least_distance
       procedure :: most_distance
       procedure :: megabytes
@@ -50,27 +56,24 @@ contains
       self%edge = (product(self%upper - self%lower)/wanted)**(1.0_wp/3.0_wp)
       self%cells = ceiling((self%upper - self%lower)/self%edge) + 2*rim
       self%from = 0.5_wp*(self%lower + self%upper) - 0.5_wp*self%cells*self%edge
-      allocate (self%least(self%cells(1), self%cells(2), self%cells(3)))
-      allocate (self%most(self%cells(1), self%cells(2), self%cells(3)))
-      allocate (self%guess(self%cells(1), self%cells(2), self%cells(3)))
+      self%per_edge = 1.0_wp/self%edge
+      allocate (self%cell(self%cells(1), self%cells(2), self%cells(3)))
       do k = 1, self%cells(3)
          do j = 1, self%cells(2)
             distance = 0.0_wp
             do i = 1, self%cells(1)
                if (i > 1) then ! the distance changes by no more than the way
-                  self%least(i, j, k) = self%least(i - 1, j, k) - self%edge
-                  self%most(i, j, k) = self%most(i - 1, j, k) + self%edge
-                  self%guess(i, j, k) = self%guess(i - 1, j, k)
-                  if (max(self%least(i, j, k), -self%most(i, j, k)) > known*abs(distance)) cycle
+                  associate (it => self%cell(i, j, k), last => self%cell(i - 1, j, k))
+                     it = cell_t(last%least - self%edge, last%most + self%edge, last%guess)
+                     if (max(it%least, -it%most) > known*abs(distance)) cycle
+                  end associate
                end if
                middle = self%from + ([i, j, k] - 0.5_wp)*self%edge
                foot = foot_t()
-               if (i > 1) call self%tree%look_at(self%guess(i, j, k), middle, foot)
+               if (i > 1) call self%tree%look_at(self%cell(i, j, k)%guess, middle, foot)
                call self%tree%nearest(middle, foot)
                call self%judge(foot, distance, normal)
-               self%least(i, j, k) = distance
-               self%most(i, j, k) = distance
-               self%guess(i, j, k) = foot%place
+               self%cell(i, j, k) = cell_t(distance, distance, foot%place)
             end do
          end do
       end do
@@ -85,10 +88,40 @@ contains
       type(foot_t) :: foot
       integer :: cell(3)
       cell = self%cell_of(place)
-      call self%tree%look_at(self%guess(cell(1), cell(2), cell(3)), place, foot)
+      call self%tree%look_at(self%cell(cell(1), cell(2), cell(3))%guess, place, foot)
       call self%tree%nearest(place, foot)
       call self%judge(foot, distance, normal)
    end subroutine distance_and_normal
+
+   !> The same of a place nearer to the surface than `limit`; else some distance that is no nearer, on its side,
+   !> without a normal. That takes no search, or a short one.
+   pure subroutine distance_within(self, place, limit, distance, normal)
+      class(closed_surface_t), intent(in) :: self
+      real(wp), intent(in) :: place(3), limit !< m
+      real(wp), intent(out) :: distance, normal(3)
+      type(foot_t) :: foot
+      integer :: at(3)
+      real(wp) :: off
+      normal = 0.0_wp
+      distance = self%least_distance(place)
+      if (distance >= limit) return
+      at = self%cell_of(place)
+      off = norm2(place - (self%from + (at - 0.5_wp)*self%edge))
+      associate (cell => self%cell(at(1), at(2), at(3)))
+         distance = cell%most + off
+         if (distance <= -limit) return
+         foot%squared = limit**2
+         call self%tree%look_at(cell%guess, place, foot)
+         call self%tree%nearest(place, foot)
+         if (foot%place > 0) then
+            call self%judge(foot, distance, normal)
+         else if (off <= limit) then ! no surface on the way to the cell's middle, whose side is known
+            distance = sign(limit, cell%least)
+         else
+            call self%distance_and_normal(place, distance, normal)
+         end if
+      end associate
+   end subroutine distance_within
 
    !> Side and normal of the nearest point: by the normal of what it lies on, a face, an edge or a corner.
    pure subroutine judge(self, foot, distance, normal)
@@ -122,7 +155,7 @@ contains
       real(wp), intent(in) :: place(3)
       integer :: cell(3)
       ! in reals first: what is far away has no integer
-      cell = 1 + int(max(0.0_wp, min((place - self%from)/self%edge, self%cells - 0.5_wp)))
+      cell = 1 + int(max(0.0_wp, min((place - self%from)*self%per_edge, self%cells - 0.5_wp)))
    end function cell_of
 
    !> The signed distance is not less, m: without a search.
@@ -133,7 +166,7 @@ contains
       integer :: cell(3)
       cell = self%cell_of(place)
       off = place - (self%from + (cell - 0.5_wp)*self%edge)
-      least_distance = self%least(cell(1), cell(2), cell(3)) - sqrt(dot_product(off, off))
+      least_distance = self%cell(cell(1), cell(2), cell(3))%least - sqrt(dot_product(off, off))
       off = max(self%lower - place, place - self%upper, 0.0_wp)
       if (any(off > 0.0_wp)) least_distance = max(least_distance, sqrt(dot_product(off, off)))
    end function least_distance
@@ -146,7 +179,7 @@ contains
       integer :: cell(3)
       cell = self%cell_of(place)
       off = place - (self%from + (cell - 0.5_wp)*self%edge)
-      most_distance = self%most(cell(1), cell(2), cell(3)) + sqrt(dot_product(off, off))
+      most_distance = self%cell(cell(1), cell(2), cell(3))%most + sqrt(dot_product(off, off))
    end function most_distance
 
    !> Memory.
@@ -154,7 +187,7 @@ contains
       class(closed_surface_t), intent(in) :: self
       integer :: t
       t = self%triangles%count()
-      megabytes = 1.0e-6_wp*(real(self%tree%bytes(), wp) + 20.0_wp*size(self%least) + 108.0_wp*t &
+      megabytes = 1.0e-6_wp*(real(self%tree%bytes(), wp) + 24.0_wp*size(self%cell) + 108.0_wp*t &
                              + 48.0_wp*size(self%triangles%corner, 2))
    end function megabytes
 

@@ -38,6 +38,7 @@ module m_file_shape
       procedure :: load
       procedure :: file_name
       procedure :: distance_and_normal
+      procedure :: distance_within
       procedure :: least_distance
       procedure :: most_distance
       procedure :: is_searched
@@ -235,6 +236,13 @@ contains
       real(wp), intent(out) :: distance, normal(3)
       call self%inside_of%distance_and_normal(place, distance, normal)
    end subroutine distance_and_normal
+
+   pure subroutine distance_within(self, place, limit, distance, normal)
+      class(file_shape_t), intent(in) :: self
+      real(wp), intent(in) :: place(3), limit
+      real(wp), intent(out) :: distance, normal(3)
+      call self%inside_of%distance_within(place, limit, distance, normal)
+   end subroutine distance_within
 
    pure real(wp) function least_distance(self, place)
       class(file_shape_t), intent(in) :: self

@@ -25,6 +25,7 @@ module m_shape
       procedure :: bounding_box
       procedure :: reach
       procedure :: distance
+      procedure :: distance_within
       procedure :: least_distance
       procedure :: most_distance
       procedure :: is_searched
@@ -127,6 +128,15 @@ contains
       real(wp) :: normal(3)
       call self%distance_and_normal(place, distance, normal)
    end function distance
+
+   !> Signed distance and normal of a place that is nearer to the surface than `limit` (m); else the distance
+   !> may be another one of its sign that is no nearer, and the normal none.
+   pure subroutine distance_within(self, place, limit, distance, normal)
+      class(shape_t), intent(in) :: self
+      real(wp), intent(in) :: place(3), limit
+      real(wp), intent(out) :: distance, normal(3)
+      call self%distance_and_normal(place, distance, normal)
+   end subroutine distance_within
 
    !> The signed distance of a place is not less, m: to be asked first where is_searched.
    pure real(wp) function least_distance(self, place)

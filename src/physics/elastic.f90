@@ -13,6 +13,7 @@ module m_elastic
       procedure :: update
       procedure :: strain_energy
       procedure :: stretch
+      procedure :: most_stretch
    end type elastic_t
 
 contains
@@ -123,5 +124,16 @@ contains
                                                  + s(6)*direction(1)*direction(2))
       stretch = exp((along - self%lame*trace/(3.0_wp*self%lame + 2.0_wp*self%shear))/(2.0_wp*self%shear))
    end function stretch
+
+   !> The largest principal stress is no larger than a row of the tensor (Gershgorin).
+   pure real(wp) function most_stretch(self, values, layout)
+      class(elastic_t), intent(in) :: self
+      real(wp), intent(in) :: values(:)
+      type(layout_t), intent(in) :: layout
+      real(wp) :: s(6), most
+      s = values(layout%stress:layout%stress + 5)
+      most = max(s(1) + abs(s(5)) + abs(s(6)), s(2) + abs(s(4)) + abs(s(6)), s(3) + abs(s(4)) + abs(s(5)))
+      most_stretch = exp((most - self%lame*sum(s(1:3))/(3.0_wp*self%lame + 2.0_wp*self%shear))/(2.0_wp*self%shear))
+   end function most_stretch
 
 end module m_elastic

@@ -27,6 +27,7 @@ module m_material
       procedure(update_interface), deferred :: update
       procedure(energy_interface), deferred :: strain_energy
       procedure(stretch_interface), deferred :: stretch
+      procedure :: most_stretch
    end type material_t
 
    abstract interface
@@ -76,6 +77,15 @@ module m_material
    end interface
 
 contains
+
+   !> No `stretch` of a particle is larger, in whichever direction; huge where the law does not say. The search
+   !> for contact looks less far where it is small.
+   pure real(wp) function most_stretch(self, values, layout)
+      class(material_t), intent(in) :: self
+      real(wp), intent(in) :: values(:) !< the particle's columns
+      type(layout_t), intent(in) :: layout
+      most_stretch = huge(1.0_wp)
+   end function most_stretch
 
    !> Add the fields that the law needs beyond stress, and remember their columns; most need none. The
    !> particles of all bodies of a scene carry them.

@@ -16,6 +16,7 @@ module m_neo_hookean
       procedure :: update
       procedure :: strain_energy
       procedure :: stretch
+      procedure :: most_stretch
       procedure :: for_large_strains
    end type neo_hookean_t
 
@@ -195,5 +196,15 @@ contains
       real(wp), intent(in) :: direction(3)
       stretch = norm2(matmul(direction, reshape(values(layout%deformation:layout%deformation + 8), [3, 3])))
    end function stretch
+
+   !> The largest eigenvalue of F F^T is no larger than a row of it (Gershgorin).
+   pure real(wp) function most_stretch(self, values, layout)
+      class(neo_hookean_t), intent(in) :: self
+      real(wp), intent(in) :: values(:)
+      type(layout_t), intent(in) :: layout
+      real(wp) :: f(3, 3)
+      f = reshape(values(layout%deformation:layout%deformation + 8), [3, 3])
+      most_stretch = sqrt(maxval(sum(abs(matmul(f, transpose(f))), dim=1)))
+   end function most_stretch
 
 end module m_neo_hookean

@@ -31,6 +31,7 @@ module m_plastic
       procedure :: plastic_energy
       procedure :: equivalent_plastic_strain
       procedure :: stretch
+      procedure :: most_stretch
       procedure :: for_large_strains
       procedure :: brings
       procedure(flow_interface), deferred :: flow
@@ -209,6 +210,17 @@ contains
       real(wp), intent(in) :: direction(3)
       stretch = shape_stretch(values(self%shape:self%shape + 5), direction)
    end function stretch
+
+   !> The largest principal value of b is no larger than a row of it (Gershgorin).
+   pure real(wp) function most_stretch(self, values, layout)
+      class(plastic_t), intent(in) :: self
+      real(wp), intent(in) :: values(:)
+      type(layout_t), intent(in) :: layout
+      associate (b => values(self%shape:self%shape + 5))
+         most_stretch = sqrt(max(b(1) + abs(b(5)) + abs(b(6)), b(2) + abs(b(4)) + abs(b(6)), &
+                                 b(3) + abs(b(4)) + abs(b(5))))
+      end associate
+   end function most_stretch
 
    !> sqrt(n . b . n).
    pure real(wp) function shape_stretch(b, n)

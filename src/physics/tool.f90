@@ -46,7 +46,9 @@ module m_tool
       procedure :: mobilities
       procedure :: along
       procedure :: gap_and_normal
+      procedure :: gap_within
       procedure :: least_gap
+      procedure :: most_gap
       procedure :: velocity_at
       procedure, private :: set_velocity
       procedure, private :: turn
@@ -357,6 +359,20 @@ contains
       end if
    end subroutine gap_and_normal
 
+   !> The same of a place with a gap (inwards too) below `limit`; else the gap may be another one of its sign
+   !> that is no smaller, and the normal none: where a distance takes a search, a short one does.
+   pure subroutine gap_within(self, position, limit, gap, normal)
+      class(tool_t), intent(in) :: self
+      real(wp), intent(in) :: position(3), limit !< m
+      real(wp), intent(out) :: gap, normal(3)
+      if (self%pivot == 0) then
+         call self%spec%shape%distance_within(position - self%tip, limit, gap, normal)
+      else
+         call self%spec%shape%distance_within(matmul(position - self%tip, self%rotation), limit, gap, normal)
+         normal = matmul(self%rotation, normal)
+      end if
+   end subroutine gap_within
+
    !> The gap is not less, m; the gap itself where that takes no search.
    pure real(wp) function least_gap(self, position) result(gap)
       class(tool_t), intent(in) :: self
@@ -367,5 +383,16 @@ contains
          gap = self%spec%shape%least_distance(matmul(position - self%tip, self%rotation))
       end if
    end function least_gap
+
+   !> The gap is not more, m; as least_gap.
+   pure real(wp) function most_gap(self, position) result(gap)
+      class(tool_t), intent(in) :: self
+      real(wp), intent(in) :: position(3) !< m
+      if (self%pivot == 0) then
+         gap = self%spec%shape%most_distance(position - self%tip)
+      else
+         gap = self%spec%shape%most_distance(matmul(position - self%tip, self%rotation))
+      end if
+   end function most_gap
 
 end module m_tool

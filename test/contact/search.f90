@@ -1,6 +1,6 @@
 !> The search for candidates against every particle asked by itself (theory.md, eqs contact-gap, contact-candidates): random
 !> particles in several blocks, node speeds, stresses and tools that move; cubes, some of them thick, boxes that stretch, and
-!> domains that turn; convex tools and a ring. No candidate is lost, none is added, and the deepest overlap is found, also that of
+!> domains that turn; convex tools, a ring, and a star of triangles. No candidate is lost, none is added, and the deepest overlap is found, also that of
 !> particles on their way out.
 program search
    use m_kinds, only: wp
@@ -11,6 +11,9 @@ program search
    use m_cone, only: cone_t
    use m_flat, only: flat_t
    use m_ring, only: ring_t
+   use m_constants, only: pi
+   use m_triangles, only: triangles_t, weld
+   use m_file_shape, only: file_shape_t
    use m_materials, only: materials_t, make_materials, material_of
    use m_isotropic, only: isotropic_t
    use m_tool, only: tool_t, make_tool
@@ -35,8 +38,8 @@ program search
    found = 0
    inside = 0
    do kind = cubes, turning
-      do round = 1, 16
-         call look(kind, mod(round, 4))
+      do round = 1, 20
+         call look(kind, mod(round, 5))
       end do
    end do
    print '(3x,a,i0,a,i0)', 'candidates: ', found, '; contact points inside a tool: ', inside
@@ -107,6 +110,7 @@ contains
       case (1); spec%shape = cone_t(half_angle=chance%between(0.5_wp, 1.4_wp))
       case (2); spec%shape = flat_t(radius=chance%between(1.0_wp, 4.0_wp))
       case (3); spec%shape = ring_t(radius=chance%between(1.5_wp, 4.0_wp), tube=chance%between(0.5_wp, 1.5_wp))
+      case (4); spec%shape = star_of(chance%between(1.5_wp, 3.0_wp))
       end select
       spec%axis = chance%several(3, -1.0_wp, 1.0_wp)
       spec%axis = spec%axis/norm2(spec%axis)
@@ -117,6 +121,43 @@ contains
       tool = make_tool(spec)
       call tool%begin_step(0.0_wp, time_step)
    end function random_tool
+
+   !> Triangles about a sphere, with spikes and hollows.
+   type(file_shape_t) function star_of(radius) result(star)
+      real(wp), intent(in) :: radius
+      integer, parameter :: u = 16, v = 8
+      type(triangles_t) :: triangles
+      real(wp) :: place(3, 4*u*v), around, up, out
+      real(wp), allocatable :: corner(:, :)
+      integer, allocatable :: of(:, :)
+      character(len=:), allocatable :: fault
+      integer :: i, j, k, n
+      n = 0
+      allocate (of(3, 2*u*v))
+      do j = 0, v - 1
+         do i = 0, u - 1
+            do k = 1, 4
+               around = mod(i + merge(1, 0, k == 2 .or. k == 3), u)
+               up = j + merge(1, 0, k > 2)
+               out = radius*(1.0_wp + merge(0.3_wp, -0.3_wp, mod(nint(around + up), 2) == 0))
+               if (nint(up) == 0 .or. nint(up) == v) out = radius
+               place(:, 4*n + k) = out*[sin(pi*up/v)*cos(2*pi*around/u), sin(pi*up/v)*sin(2*pi*around/u), -cos(pi*up/v)]
+               if (nint(up) == 0 .or. nint(up) == v) place(1:2, 4*n + k) = 0.0_wp
+            end do
+            of(:, 2*n + 1) = 4*n + [1, 2, 3]
+            of(:, 2*n + 2) = 4*n + [1, 3, 4]
+            n = n + 1
+         end do
+      end do
+      corner = place
+      call weld(corner, of)
+      triangles%corner = corner
+      triangles%of = of
+      call triangles%close_up(fault)
+      call test%check(fault == '', 'the star is closed', fault)
+      allocate (star%inside_of)
+      call star%inside_of%build(triangles)
+   end function star_of
 
    !> Particles of half the cell's edge or less, everywhere but near the grid's sides; by their stress some cubes are twice as thick
    !> as their edge.

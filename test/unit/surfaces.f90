@@ -97,7 +97,7 @@ contains
       character(len=*), intent(in) :: name
       type(triangles_t), intent(in) :: triangles
       type(closed_surface_t) :: surface
-      real(wp) :: x(3), distance, normal(3), expected, lower(3), upper(3), width, turns, ahead, unused(3)
+      real(wp) :: x(3), distance, normal(3), expected, lower(3), upper(3), width, turns, ahead, unused(3), limit, short
       integer :: n, t
       call surface%build(triangles)
       call triangles%bounds(lower, upper)
@@ -116,6 +116,13 @@ contains
             call test%check((distance < 0.0_wp) .eqv. turns > 0.5_wp, name//': the side is that of the winding number')
          call test%check_close(norm2(normal), 1.0_wp, 1.0e-12_wp, name//': the normal has the length 1')
          call test%check(surface%least_distance(x) <= distance + 1.0e-12_wp*width, name//': the bound is one')
+         limit = chance%between(0.0_wp, 2.0_wp)*expected
+         call surface%distance_within(x, limit, short, unused)
+         if (abs(distance) < limit) then
+            call test%check_close([short, unused], [distance, normal], 1.0e-13_wp*width, name//': within a limit it is the same')
+         else
+            call test%check(abs(short) >= limit .and. short*distance >= 0.0_wp, name//': beyond a limit it is beyond, on its side')
+         end if
          if (expected > 1.0e-3_wp*width) then ! along the normal the distance grows as the way
             call surface%distance_and_normal(x - 0.5_wp*distance*normal, ahead, unused)
             call test%check_close(ahead, 0.5_wp*distance, 1.0e-12_wp*width, name//': half way back it is half')
