@@ -21,6 +21,8 @@ module m_model
    use m_decomposition, only: set_owners, all_owners, settle_blocks, blocks_before
    use m_region, only: region_t, make_region
    use m_composite, only: composite_t
+   use m_membership, only: set_layers, may_live_on, clip_to_home
+   use m_joined_cells, only: join_cells
    use m_edge, only: has_constrained
    use m_node_exchange, only: node_exchange_t
    use m_block, only: block_t
@@ -83,6 +85,7 @@ module m_model
    contains
       procedure :: build
       procedure :: connect
+      procedure :: place_layers
       procedure :: create_blocks
       procedure :: prepare_blocks
       procedure :: mark_around
@@ -178,6 +181,7 @@ contains
       do l = 1, size(self%levels)
          call self%effect_step(l)%build(self%effects, self%levels(l)%grid%block_count(), self%timers)
       end do
+      call self%place_layers()
       call self%contact%build(scene)
       self%contact%strains_apart = self%method%stress_update /= update_usl
       self%contact%followed = self%contact%active() .and. (self%method%affine &
@@ -327,8 +331,15 @@ contains
       end do
       do l = 2, size(self%levels)
          call self%composite(l)%build(self%communicator, self%levels(l - 1), self%levels(l))
+         if (allocated(self%levels(l)%layer)) call join_cells(self%levels(l))
       end do
    end subroutine connect
+
+   !> When regions have been set: the layers around them, where means over cells are taken.
+   subroutine place_layers(self)
+      class(model_t), intent(inout) :: self
+      call set_layers(self%levels, size(self%effect_step(1)%on_cells) > 0)
+   end subroutine place_layers
 
    !> Steps that each level takes in one of the coarsest.
    pure function steps_of_levels(self) result(steps)

@@ -53,6 +53,7 @@ contains
       type(model_t), intent(inout) :: model
       type(error_t), intent(inout) :: error
       integer :: l
+      call model%place_layers()
       call model%prepare_blocks(edges_moved=.true.)
       do l = size(model%levels) - 1, 1, -1 ! out, from the finest
          call change_pair(model, l, error)

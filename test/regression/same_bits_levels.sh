@@ -13,8 +13,9 @@ try() { # try NAME SED-SCRIPT [MORE GROUPS]
 }
 try plain "s/safety=0.35/safety=0.35, transfer='plain', flip_fraction=0.99/"
 try lockstep "s/safety=0.35/safety=0.35, subcycle=.false./; s/end_time=0.2/end_time=0.1/"
-# a level that a criterion moves over and off stressed material
-try moving "s/upper=2.1,1.8,1.6 /upper=2.1,1.8,1.6, criterion='stress', max_cells=3000 /; /lower=1.2,1.1/d; s/end_time=0.2/end_time=0.12/"
+# a level that a criterion moves over and off stressed material, with means over cells that are joined at its edges
+try moving "s/upper=2.1,1.8,1.6 /upper=2.1,1.8,1.6, criterion='stress', max_cells=3000 /; /lower=1.2,1.1/d; s/end_time=0.2/end_time=0.12/" \
+   "&anti_locking /"
 try corners "s/domain='fixed'/domain='corners'/; s/end_time=0.2/end_time=0.1/" \
    "&gravity acceleration=0.5,-1,-2 / &damping kind='local', coefficient=0.1 / &anti_locking /"
 PYTHONPATH=$scenes "$PYTHON" - <<'END'
