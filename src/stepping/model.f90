@@ -68,6 +68,8 @@ module m_model
       real(wp) :: last_step = 0.0_wp                  !< of the coarsest level, s
       integer(i8) :: step = 0
       integer :: requested_action = 0 !< what this rank asks of the run; after a step the largest of all ranks
+      logical :: has_inertia = .true. !< else velocities are displacements over steps, and bear no energy
+      real(wp) :: static_step = 0.0_wp !< of quasi-static steps, the next one, s; 0: not known yet
       logical :: wants_sums = .false. !< histories will ask for the sums over all particles after the next
                                       !< step
       integer(i8) :: particle_steps = 0               !< particle updates on this rank so far
