@@ -44,7 +44,7 @@ module m_closing_summary
 contains
 
    !> Collective: the closing summary and cost.dat.
-   subroutine summarise(console, scene, model, balance, course, expectation, guarded, ranged, error)
+   subroutine summarise(console, scene, model, balance, course, expectation, guarded, ranged, stepped, error)
       type(console_t), intent(inout) :: console
       type(scene_t), intent(in) :: scene
       type(model_t), intent(inout) :: model
@@ -52,6 +52,7 @@ contains
       type(course_t), intent(in) :: course
       type(expectation_t), intent(in) :: expectation
       character(len=*), intent(in) :: guarded !< what the guard says of the run
+      character(len=*), intent(in) :: stepped !< how steps went; empty: as always
       character(len=*), intent(in) :: ranged  !< where domains left their range; empty: nowhere
       type(error_t), intent(inout) :: error
       type(cost_t) :: cost
@@ -75,6 +76,7 @@ contains
       call say_effects(facts, model, balance)
       call say_contact(facts, console, model, balance, course)
       if (.not. error%happened()) call say_stress_error(facts, model)
+      if (stepped /= '') call facts%say(stepped)
       call facts%say(guarded)
       if (ranged /= '') call facts%say(ranged)
       cost%timers = model%timers

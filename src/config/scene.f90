@@ -143,6 +143,17 @@ module m_scene
       real(wp) :: press_fit = 0.0_wp     !< time over which it is pressed out, s
    end type body_contact_spec_t
 
+   !> &quasi_static: equilibrium after each step, without inertia.
+   type, public :: quasi_static_spec_t
+      logical :: present = .false.       !< no &quasi_static group: the explicit scheme
+      real(wp) :: step = 0.0_wp          !< the first, s
+      real(wp) :: max_step = 0.0_wp      !< none is longer, s; 0: as long as accuracy lets it
+      real(wp) :: ramp = 0.0_wp          !< over which the loads of effects come on from the start, s
+      real(wp) :: tolerance = 1.0e-6_wp  !< residual, relative to the forces that are in balance
+      real(wp) :: stabilisation = 1.0_wp/30.0_wp !< of the ghost penalty, in Young's modulus; 0: none
+      logical :: iterations = .false.    !< every Newton iteration is told
+   end type quasi_static_spec_t
+
    !> &guard
    type, public :: guard_spec_t
       integer :: retries = 3             !< of a fault, each with steps half as long; 0: a fault ends the run
@@ -193,6 +204,7 @@ module m_scene
       character(len=name_length), allocatable :: contact_groups(:) !< names, by number; one where all bodies
                                                                    !< are bonded
       type(body_contact_spec_t), allocatable :: body_contacts(:) !< as they are given
+      type(quasi_static_spec_t) :: quasi_static
       type(guard_spec_t) :: guard
       type(output_spec_t) :: output
       type(checkpoint_spec_t) :: checkpoint

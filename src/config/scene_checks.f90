@@ -9,6 +9,7 @@ module m_scene_checks
    use m_scene
    use m_scene_level_checks, only: check_levels
    use m_scene_motion, only: check_motions
+   use m_scene_static, only: check_quasi_static
    use m_shape, only: shape_t
    use m_overlap, only: overlap, deepest
    implicit none
@@ -44,6 +45,7 @@ contains
       call check_motions(text, scene, error)
       if (error%happened()) return
       call check_groups(text, scene, error)
+      call check_quasi_static(text, scene, error)
       call check_overlaps(text, scene, error)
       call check_probes(text, scene, error)
    end subroutine check_scene

@@ -12,6 +12,7 @@ module m_scene_groups
    use m_text, only: to_text
    use m_scene
    use m_scene_bodies, only: describe_material, describe_body, describe_cut, describe_tool, describe_nth_motion
+   use m_scene_static, only: describe_quasi_static, brings_in_statics
    use m_scene_words
    use m_value_range, only: above, at_least, any_value
    use m_words, only: advice, joined, lower_case
@@ -46,6 +47,7 @@ contains
       allocate (material_names(size(scene%materials)))
       scene%output%present = text%count_groups('output') > 0
       scene%checkpoint%present = text%count_groups('checkpoint') > 0
+      scene%quasi_static%present = text%count_groups('quasi_static') > 0
       scene%has_motions = text%count_groups('motion') > 0
       scene%time%domain = domain_by_law ! until it is said
       do kind = 1, size(group_words)
@@ -104,6 +106,8 @@ contains
       n = 0
       brought = [(is_brought(scene, offers(e)%it%name) .and. text%count_groups(offers(e)%it%name) == 0, e=1, &
                   size(offers))]
+      if (scene%quasi_static%present) &
+         brought = brought .and. [(brings_in_statics(offers(e)%it%name), e=1, size(offers))]
       scene%brought = joined(pack(offered_names(offers), brought))
       allocate (effects(sum([(text%count_groups(offers(e)%it%name), e=1, size(offers))]) + count(brought)))
       do e = 1, size(offers)
@@ -265,6 +269,8 @@ contains
          call group%get('tolerance', scene%contact%tolerance, above(0.0_wp, '', at_most=hopeless_residual))
          call group%get('max_iterations', scene%contact%max_iterations, least=1)
          call group%get('compliance', scene%contact%compliance, above(0.0_wp, '', at_most=1.0_wp))
+      case ('quasi_static')
+         call describe_quasi_static(group, scene%quasi_static)
       case ('guard')
          call describe_guard(group, scene%guard)
       case ('output')

@@ -3,6 +3,7 @@
 !> nearest triangle yet is not looked into.
 module m_box_tree
    use m_kinds, only: wp
+   use m_vectors, only: cross
    use m_triangles, only: triangles_t
    implicit none
    private

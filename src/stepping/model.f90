@@ -5,29 +5,22 @@ module m_model
    use m_kinds, only: wp, i8
    use m_constants, only: exit_input
    use m_errors, only: error_t, fail
-   use m_text, only: to_text, si
-   use m_machine, only: free_memory
-   use m_node_values, only: node_values, tile_last
-   use m_field_table, only: bytes_per_column
+   use m_text, only: to_text
    use m_communicator, only: communicator_t
-   use m_timers, only: timers_t, phase_balance
+   use m_timers, only: timers_t
    use m_scene, only: scene_t, time_spec_t, level_spec_t, update_usl, update_musl, domain_fixed, &
                       domain_stretch, domain_corners
    use m_grid_level, only: make_grid_level
    use m_level, only: level_t
    use m_surface, only: make_surface
-   use m_body, only: fill_block, count_in_block, expected_count
-   use m_placement, only: work_t, work_of, order_work, choose_owners
-   use m_decomposition, only: set_owners, all_owners, settle_blocks, blocks_before
+   use m_decomposition, only: settle_blocks, blocks_before
    use m_region, only: region_t, make_region
    use m_composite, only: composite_t
    use m_membership, only: set_layers, may_live_on, clip_to_home
    use m_joined_cells, only: join_cells
    use m_edge, only: has_constrained
    use m_node_exchange, only: node_exchange_t
-   use m_block, only: block_t
-   use m_locate, only: bin_of
-   use m_migration, only: migration_t, frame_of
+   use m_migration, only: migration_t
    use m_split, only: id_bits, stuff_t
    use m_materials, only: materials_t, make_materials
    use m_effect, only: effect_slot_t
@@ -70,6 +63,8 @@ module m_model
       real(wp) :: last_step = 0.0_wp                  !< of the coarsest level, s
       integer(i8) :: step = 0
       integer :: requested_action = 0 !< what this rank asks of the run; after a step the largest of all ranks
+      logical :: has_inertia = .true. !< else velocities are displacements over steps, and bear no energy
+      real(wp) :: static_step = 0.0_wp !< of quasi-static steps, the next one, s; 0: not known yet
       logical :: wants_sums = .false. !< histories will ask for the sums over all particles after the next
                                       !< step
       integer(i8) :: particle_steps = 0               !< particle updates on this rank so far

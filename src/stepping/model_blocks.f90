@@ -1,5 +1,8 @@
 !> Which blocks there are and which rank owns them: new ones, and placing them anew.
 submodule (m_model) m_model_blocks
+   use m_timers, only: phase_balance
+   use m_placement, only: work_t, work_of, order_work, choose_owners
+   use m_decomposition, only: set_owners, all_owners
    implicit none
 
 contains

@@ -77,6 +77,7 @@ contains
       real(wp) :: speed
       integer :: t
       time_step = scene%time%time_step
+      if (scene%quasi_static%present) time_step = scene%quasi_static%step
       if (time_step > 0.0_wp) return
       speed = model%bounds%particle_speed
       do t = 1, size(model%contact%tools)

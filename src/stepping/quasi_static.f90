@@ -1,0 +1,320 @@
+!> Quasi-static steps: the model goes from one equilibrium to the next, however long that takes (theory.md,
+!> Quasi-static steps). Particles change only when a step has its equilibrium.
+module m_quasi_static
+   use m_kinds, only: wp, i8
+   use m_constants, only: exit_numerical
+   use m_errors, only: error_t, fail
+   use m_text, only: to_text, si
+   use m_timers
+   use m_node_values, only: v_x, v_z
+   use m_scene, only: scene_t, quasi_static_spec_t
+   use m_g2p_boxes, only: motion_t
+   use m_model, only: model_t, bounds_t
+   use m_integrator, only: integrator_t
+   use m_complaints, only: particle_text, most_cells_a_step
+   use m_g2p_stage, only: g2p_block, follow_loads
+   use m_stress_stage, only: stress_block
+   use m_cells_stage, only: cells_block
+   use m_advance, only: migrate
+   use m_trial_state, only: relaxation
+   use m_equilibrium, only: equilibrium_t, found, turned, no_contact_set, too_far
+   use m_static_loads, only: find_contact, book_contact
+   use m_static_times, only: next_stop
+   implicit none
+   private
+   public :: quasi_static_t
+
+   type, extends(integrator_t) :: quasi_static_t
+      private
+      type(quasi_static_spec_t) :: spec
+      type(equilibrium_t) :: equilibrium
+      real(wp) :: smallest = 0.0_wp      !< step, s
+      real(wp) :: compliance = 0.01_wp   !< of contact points
+      logical :: creeps = .false.        !< some material goes on by itself
+      logical :: failed_before = .false. !< the last step was halved
+      character(len=:), allocatable :: told
+      integer(i8) :: steps = 0, newton = 0, solves = 0, products = 0, halved = 0
+   contains
+      procedure :: start
+      procedure :: next_step
+      procedure :: step
+      procedure :: keeps_state
+      procedure :: news
+      procedure :: summary
+      procedure :: release
+      procedure, private :: attempt
+      procedure, private :: commit
+      procedure, private :: choose_next
+      procedure, private :: complain
+   end type quasi_static_t
+
+   real(wp), parameter :: most_cells = 0.98_wp*most_cells_a_step !< that a node moves in a step
+   real(wp), parameter :: wished_cells = 0.4_wp     !< and what the next one aims at
+   real(wp), parameter :: most_crept = 0.05_wp !< of the largest stress, that it would relax by in a step
+   real(wp), parameter :: growth = 1.5_wp, least_growth = 0.1_wp
+   integer, parameter :: easy = 5              !< Newton iterations up to which the next step is longer
+   real(wp), parameter :: smallest_share = 1.0e-4_wp !< of the first step
+   real(wp), parameter :: reach = 1.0_wp       !< cells: no point comes to a tool from further away in a step
+
+contains
+
+   !> Collective: what the scene says, when the model stands.
+   subroutine start(self, scene, model)
+      class(quasi_static_t), intent(inout) :: self
+      type(scene_t), intent(in) :: scene
+      type(model_t), intent(inout) :: model
+      integer :: m
+      self%spec = scene%quasi_static
+      self%compliance = scene%contact%compliance
+      self%smallest = smallest_share*self%spec%step
+      if (.not. model%static_step > 0.0_wp) model%static_step = self%spec%step
+      self%equilibrium%wants_log = self%spec%iterations
+      self%told = ''
+      self%creeps = .false.
+      do m = 1, size(scene%materials)
+         self%creeps = self%creeps .or. any(scene%materials(m)%law%name == [character(len=7) :: 'norton', &
+               'maxwell'])
+      end do
+      self%equilibrium%system%ramp = self%spec%ramp
+      model%effect_step%leads = .false.
+      if (self%spec%ramp > 0.0_wp) model%effect_step%follows_particles = .false. ! they do not know of it
+      model%has_inertia = .false.
+      model%contact%followed = .false.
+      model%works_ahead = .false.
+   end subroutine start
+
+   !> Collective: the step (s) that is to be taken now: as the last ones let it, and so that times at which
+   !> something begins or ends, or is to be written, are met.
+   real(wp) function next_step(self, scene, model, share) result(time_step)
+      class(quasi_static_t), intent(inout) :: self
+      type(scene_t), intent(in) :: scene
+      type(model_t), intent(in) :: model
+      real(wp), intent(in) :: share
+      real(wp) :: speed, remaining
+      integer :: t
+      time_step = share*model%static_step
+      if (self%spec%max_step > 0.0_wp) time_step = min(time_step, self%spec%max_step)
+      if (self%creeps) time_step = time_step*creep_share(model, time_step)
+      do t = 1, size(model%contact%tools)
+         speed = model%contact%tools(t)%fastest(model%time, model%time + time_step)
+         if (speed*time_step > most_cells*model%levels(1)%grid%cell) &
+            time_step = most_cells*model%levels(1)%grid%cell/speed
+      end do
+      remaining = next_stop(scene, model) - model%time
+      time_step = remaining/max(1_i8, ceiling(min(remaining/time_step - 1.0e-6_wp, 1.0e15_wp), i8))
+   end function next_step
+
+   !> Collective: the share of a step in which no stress relaxes by more than is allowed.
+   real(wp) function creep_share(model, time_step) result(share)
+      type(model_t), intent(in) :: model
+      real(wp), intent(in) :: time_step !< s
+      real(wp) :: sizes(2), of_block(2)
+      integer :: b, try
+      share = 1.0_wp
+      do try = 1, 60
+         sizes = 0.0_wp
+         do b = 1, size(model%levels(1)%blocks)
+            of_block = relaxation(model%levels(1)%blocks(b)%particles, model%materials, &
+                                  model%levels(1)%layout, share*time_step)
+            sizes = max(sizes, of_block)
+         end do
+         sizes(1) = model%communicator%maximum(sizes(1))
+         sizes(2) = model%communicator%maximum(sizes(2))
+         if (.not. sizes(1) > most_crept*sizes(2)) return
+         share = share*max(least_growth, 0.95_wp*most_crept*sizes(2)/sizes(1))
+      end do
+   end function creep_share
+
+   !> Collective: one step, of the given length or, where that has no equilibrium, as much shorter as it has
+   !> to be.
+   subroutine step(self, model, time_step, error)
+      class(quasi_static_t), intent(inout) :: self
+      type(model_t), intent(inout) :: model
+      real(wp), intent(in) :: time_step
+      type(error_t), intent(inout) :: error
+      real(wp) :: now
+      logical :: done
+      now = time_step
+      self%failed_before = .false.
+      call model%timers%on_level(1)
+      do
+         call self%attempt(model, now, done)
+         if (done) exit
+         self%failed_before = .true.
+         self%halved = self%halved + 1
+         self%told = self%told//'quasi      step '//to_text(model%step + 1)//' of '//si(now, 's')// &
+                     ' has no equilibrium after '//to_text(self%equilibrium%newton)// &
+                     ' Newton iterations ('//reason(self%equilibrium%outcome)//'); it is halved'//new_line('a')
+         if (0.5_wp*now < self%smallest) then
+            call self%complain(model, error)
+            call model%timers%on_level(0)
+            return
+         end if
+         now = 0.5_wp*now
+      end do
+      call self%commit(model, now, error)
+      call model%timers%on_level(0)
+      call self%choose_next(model, now)
+   end subroutine step
+
+   !> Why a step has no equilibrium.
+   pure function reason(outcome) result(text)
+      integer, intent(in) :: outcome
+      character(len=:), allocatable :: text
+      select case (outcome)
+      case (too_far); text = 'nodes moved too far'
+      case (turned); text = 'a particle is strained too far'
+      case (no_contact_set); text = 'no set of pressed points stays'
+      case default; text = 'no convergence'
+      end select
+   end function reason
+
+   !> Collective: look for the equilibrium at the end of a step.
+   subroutine attempt(self, model, time_step, done)
+      class(quasi_static_t), intent(inout) :: self
+      type(model_t), intent(inout), target :: model
+      real(wp), intent(in) :: time_step !< s
+      logical, intent(out) :: done
+      real(wp) :: way
+      call self%equilibrium%system%begin(model, model%time, time_step, self%spec%stabilisation)
+      call find_contact(self%equilibrium%system%contact, model, time_step, &
+                        reach*model%levels(1)%grid%cell, self%compliance)
+      call self%equilibrium%solve(self%spec%tolerance)
+      self%told = self%told//self%equilibrium%log
+      self%newton = self%newton + self%equilibrium%newton
+      self%solves = self%solves + self%equilibrium%solves
+      self%products = self%products + self%equilibrium%products
+      done = self%equilibrium%outcome == found
+      way = model%communicator%maximum(maxval([0.0_wp, abs(self%equilibrium%z)]))
+      if (done .and. way > most_cells_a_step*model%levels(1)%grid%cell) self%equilibrium%outcome = too_far
+      done = self%equilibrium%outcome == found
+   end subroutine attempt
+
+   !> Collective: the particles follow the displacements, and tools stand where they are at the step's end.
+   subroutine commit(self, model, time_step, error)
+      class(quasi_static_t), intent(inout) :: self
+      type(model_t), intent(inout) :: model
+      real(wp), intent(in) :: time_step !< s
+      type(error_t), intent(inout) :: error
+      type(motion_t) :: motion
+      integer :: b
+      call self%equilibrium%system%set_motion(self%equilibrium%z)
+      model%bounds = bounds_t()
+      model%last_step = 0.0_wp ! places and velocities are of one time
+      associate (level => model%levels(1))
+         motion = motion_t(time_step, 0.0_wp, level%layout%position)
+         call book_contact(self%equilibrium%system%contact, model, time_step)
+         do b = 1, size(level%blocks)
+            level%nodes(v_x:v_z, :, :, :, b) = level%nodes(v_x:v_z, :, :, :, b)/time_step
+            call level%blocks(b)%count_disorder()
+            if (model%effect_step(1)%acts_on_nodes) call model%effect_step(1)%measure(level, b, time_step)
+            if (level%blocks(b)%particles%count > 0) then
+               call g2p_block(model, 1, b, motion, model%time, error)
+               call stress_block(model, 1, b, time_step, error)
+               call follow_loads(model, 1, b, motion, model%time)
+            end if
+            call cells_block(model, 1, b, error)
+            level%blocks(b)%deposited = 0
+         end do
+         level%sums_wait = .false.
+      end associate
+      call migrate(model, 1, error)
+      if (error%happened()) return
+      model%time = model%time + time_step
+      model%step = model%step + 1
+      self%steps = self%steps + 1
+   end subroutine commit
+
+   !> The next step: longer where this one was easy, but not so long that nodes move too far. One that was cut
+   !> short to meet a time does not shorten those that follow.
+   subroutine choose_next(self, model, time_step)
+      class(quasi_static_t), intent(in) :: self
+      type(model_t), intent(inout) :: model
+      real(wp), intent(in) :: time_step !< that was taken, s
+      real(wp) :: way, wished
+      wished = time_step
+      if (.not. self%failed_before .and. self%equilibrium%newton <= easy) &
+         wished = max(growth*time_step, model%static_step)
+      way = model%communicator%maximum(maxval([0.0_wp, abs(self%equilibrium%z)]))
+      if (way > 0.0_wp) wished = min(wished, max(time_step*wished_cells*model%levels(1)%grid%cell/way, &
+                                                 least_growth*time_step))
+      if (self%spec%max_step > 0.0_wp) wished = min(wished, self%spec%max_step)
+      model%static_step = wished
+   end subroutine choose_next
+
+   !> Collective: why there is no equilibrium, and where.
+   subroutine complain(self, model, error)
+      class(quasi_static_t), intent(in) :: self
+      type(model_t), intent(in) :: model
+      type(error_t), intent(inout) :: error
+      character(len=:), allocatable :: text
+      real(wp) :: worst
+      integer :: b, n, p
+      associate (it => self%equilibrium, level => model%levels(1))
+         if (it%outcome == turned) then
+            worst = -it%verdict%smallest
+            b = it%verdict%block
+            p = it%verdict%particle
+         else
+            worst = maxval([-1.0_wp, abs(it%left)])
+            b = 0
+            p = 0
+            if (size(it%left) > 0) then
+               n = maxloc(abs(it%left), dim=1)
+               associate (at => it%system%unknowns%at(:, n))
+                  b = at(5)
+                  p = nearest(level%blocks(b)%origin + (at(2:4) - 1)*level%grid%cell)
+               end associate
+            end if
+         end if
+         if (worst >= model%communicator%maximum(worst) .and. p > 0) then
+            text = particle_text(model, 1, b, p)//': no equilibrium with steps down to '// &
+                   si(self%smallest, 's')//', '//reason(it%outcome)
+            call fail(error, exit_numerical, text//'; try a smaller step, slower loads, smaller cells, or '// &
+                      'boundaries and tools that hold the body')
+         end if
+      end associate
+      call model%communicator%agree(error)
+      if (.not. error%happened()) call fail(error, exit_numerical, 'step '//to_text(model%step + 1)// &
+         ': no equilibrium with steps down to '//si(self%smallest, 's'))
+   contains
+      !> Particle of block b nearest to a place; 0: it has none.
+      pure integer function nearest(place) result(found_one)
+         real(wp), intent(in) :: place(3)
+         integer :: q
+         associate (particles => model%levels(1)%blocks(b)%particles, x => model%levels(1)%layout%position)
+            found_one = 0
+            if (particles%count == 0) return
+            found_one = minloc([(sum((particles%column(q, x:x + 2) - place)**2), q=1, particles%count)], dim=1)
+         end associate
+      end function nearest
+   end subroutine complain
+
+   pure logical function keeps_state(self)
+      class(quasi_static_t), intent(in) :: self
+      keeps_state = self%equilibrium%outcome /= found
+   end function keeps_state
+
+   function news(self) result(text)
+      class(quasi_static_t), intent(inout) :: self
+      character(len=:), allocatable :: text
+      text = self%told
+      self%told = ''
+   end function news
+
+   function summary(self) result(text)
+      class(quasi_static_t), intent(in) :: self
+      character(len=:), allocatable :: text
+      associate (steps => real(max(1_i8, self%steps), wp))
+         text = 'quasi-static: '//to_text(self%steps)//' steps, '//to_text(self%newton/steps, 3)// &
+                ' Newton iterations, '//to_text(self%solves/steps, 3)//' linear solves and '// &
+                to_text(self%products/steps, 4)//' products a step; '//to_text(self%halved)//' times halved'
+      end associate
+   end function summary
+
+   subroutine release(self)
+      class(quasi_static_t), intent(inout) :: self
+      call self%equilibrium%krylov%release()
+   end subroutine release
+
+end module m_quasi_static
