@@ -4,7 +4,7 @@
 !> 2007).
 module m_partner_surface
    use m_kinds, only: wp
-   use m_surface_elements, only: element_t, surface_elements_t
+   use m_surface_elements, only: element_t, surface_elements_t, share_at
    implicit none
    private
    public :: meeting_t, find_meetings, reach_of, farthest_gap
@@ -16,6 +16,8 @@ module m_partner_surface
       real(wp) :: gap = 0.0_wp        !< m
       real(wp) :: normal(3) = 0.0_wp  !< outward from the other body
       real(wp) :: point(3) = 0.0_wp   !< where the force acts on the other body, m
+      real(wp) :: centre(3) = 0.0_wp  !< of its particles behind that point, m
+      real(wp) :: share = 1.0_wp      !< of the force that acts at the point; the rest does at the centre
       real(wp) :: mass = 0.0_wp       !< of the other body's particles there, kg
       real(wp) :: velocity(3) = 0.0_wp !< of them, m/s
    end type meeting_t
@@ -33,8 +35,9 @@ module m_partner_surface
    type :: view_t
       real(wp) :: weight = 0.0_wp, normal(3) = 0.0_wp, mass = 0.0_wp
       real(wp) :: velocity(3) = 0.0_wp
-      real(wp) :: place(3) = 0.0_wp, force_place(3) = 0.0_wp !< of faces and of force points
-      real(wp) :: along = 0.0_wp, force_along = 0.0_wp !< of these, along the normal that each has
+      real(wp), dimension(3) :: place = 0.0_wp, force_place = 0.0_wp, centre_place = 0.0_wp !< of faces, of
+                                                                       !< force points, of particles
+      real(wp) :: along = 0.0_wp, force_along = 0.0_wp, centre_along = 0.0_wp !< of these, along each normal
       real(wp) :: square = 0.0_wp                      !< of the faces' distances
       real(wp) :: lateral = huge(1.0_wp)               !< to the nearest element, in its length
    end type view_t
@@ -104,7 +107,7 @@ contains
       type(surface_elements_t), intent(in) :: elements
       integer, intent(in) :: e, numbers(:)
       type(view_t), intent(out) :: views(:) !< (fields)
-      real(wp) :: apart(3), cosine, share, away, lateral(3), to_point(3)
+      real(wp) :: apart(3), cosine, share, away, lateral(3), to_point(3), to_centre(3)
       integer :: field, n
       associate (here => elements%list(e))
          do n = 1, size(numbers)
@@ -120,6 +123,7 @@ contains
                away = dot_product(there%normal, apart)
                lateral = apart - away*there%normal
                to_point = there%point - here%face
+               to_centre = there%centre - here%face
                associate (view => views(field))
                   view%weight = view%weight + share
                   view%normal = view%normal + share*there%normal
@@ -128,6 +132,8 @@ contains
                   view%square = view%square + share*dot_product(apart, apart)
                   view%force_place = view%force_place + share*to_point
                   view%force_along = view%force_along + share*dot_product(there%normal, to_point)
+                  view%centre_place = view%centre_place + share*to_centre
+                  view%centre_along = view%centre_along + share*dot_product(there%normal, to_centre)
                   view%mass = view%mass + share*there%mass
                   view%velocity = view%velocity + share*there%velocity
                   view%lateral = min(view%lateral, sqrt(dot_product(lateral, lateral)/there%area))
@@ -173,6 +179,7 @@ contains
       type(meeting_t), intent(inout) :: meeting
       logical, intent(out) :: meets
       type(foot_t) :: feet(2)
+      real(wp) :: to_point, to_centre
       feet = [foot_of(own), foot_of(other)]
       meets = all(feet%exists)
       if (.not. meets) return
@@ -181,8 +188,11 @@ contains
       meets = norm2(meeting%normal) > epsilon(1.0_wp) .and. abs(meeting%gap) < farthest_gap*here%edge
       if (.not. meets) return
       meeting%normal = meeting%normal/norm2(meeting%normal)
-      meeting%point = here%face &
-                      - gap_to(other, feet(2), other%force_along, other%force_place)*meeting%normal
+      to_point = gap_to(other, feet(2), other%force_along, other%force_place)
+      to_centre = gap_to(other, feet(2), other%centre_along, other%centre_place)
+      meeting%point = here%face - to_point*meeting%normal
+      meeting%centre = here%face - to_centre*meeting%normal
+      meeting%share = share_at(to_centre - meeting%gap, to_centre - to_point)
       meeting%mass = other%mass/other%weight
       meeting%velocity = other%velocity/other%weight
    end subroutine meet
