@@ -9,6 +9,7 @@ module m_quasi_static
    use m_node_values, only: v_x, v_z
    use m_scene, only: scene_t, quasi_static_spec_t
    use m_g2p_boxes, only: motion_t
+   use m_pressure, only: pressure_t
    use m_model, only: model_t, bounds_t
    use m_integrator, only: integrator_t
    use m_complaints, only: particle_text, most_cells_a_step
@@ -71,6 +72,12 @@ contains
       if (.not. model%static_step > 0.0_wp) model%static_step = self%spec%step
       self%equilibrium%wants_log = self%spec%iterations
       self%told = ''
+      do m = 1, size(model%effects)
+         select type (effect => model%effects(m)%effect)
+         type is (pressure_t)
+            effect%whole_faces = .true.
+         end select
+      end do
       self%creeps = .false.
       do m = 1, size(scene%materials)
          self%creeps = self%creeps .or. any(scene%materials(m)%law%name == [character(len=7) :: 'norton', &
