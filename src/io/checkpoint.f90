@@ -215,6 +215,11 @@ contains
       model%bounds%wave_speed = clock(2)
       model%bounds%particle_speed = clock(3)
       model%lost = clock(4)
+      if (.not. model%has_inertia) then
+         clock(:1) = model%static_step
+         call store%reals('/state/static_step', clock(:1), error)
+         model%static_step = clock(1)
+      end if
       call describe_balance(store, balance, error)
       call describe_guard(store, model, facts, error)
       allocate (works(3, size(model%levels)))

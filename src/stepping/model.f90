@@ -153,6 +153,7 @@ contains
       integer :: e, l
       self%communicator = communicator
       self%method = scene%time
+      self%has_inertia = .not. scene%quasi_static%present
       self%materials = make_materials(scene)
       associate (materials => self%materials)
          self%stuff = [(stuff_t(materials%slots(materials%of_body(e))%law%density, &
@@ -179,7 +180,7 @@ contains
       call self%place_layers()
       call self%contact%build(scene)
       self%contact%strains_apart = self%method%stress_update /= update_usl
-      self%contact%followed = self%contact%active() .and. (self%method%affine &
+      self%contact%followed = self%contact%active() .and. self%has_inertia .and. (self%method%affine &
                                                            .or. self%method%stress_update == update_usl)
       allocate (self%lost_in_merging(blocks_before(self%levels, size(self%levels) + 1)), source=0.0_wp)
       call declare_fields(self)

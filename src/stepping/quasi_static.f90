@@ -9,6 +9,7 @@ module m_quasi_static
    use m_node_values, only: v_x, v_z
    use m_scene, only: scene_t, quasi_static_spec_t
    use m_g2p_boxes, only: motion_t
+   use m_pressure, only: pressure_t
    use m_model, only: model_t, bounds_t
    use m_integrator, only: integrator_t
    use m_complaints, only: particle_text, most_cells_a_step
@@ -31,6 +32,7 @@ module m_quasi_static
       real(wp) :: smallest = 0.0_wp      !< step, s
       real(wp) :: compliance = 0.01_wp   !< of contact points
       logical :: creeps = .false.        !< some material goes on by itself
+      real(wp) :: way = 0.0_wp           !< largest component of a particle's in the last step, m
       logical :: failed_before = .false. !< the last step was halved
       character(len=:), allocatable :: told
       integer(i8) :: steps = 0, newton = 0, solves = 0, products = 0, halved = 0
@@ -70,6 +72,12 @@ contains
       if (.not. model%static_step > 0.0_wp) model%static_step = self%spec%step
       self%equilibrium%wants_log = self%spec%iterations
       self%told = ''
+      do m = 1, size(model%effects)
+         select type (effect => model%effects(m)%effect)
+         type is (pressure_t)
+            effect%whole_faces = .true.
+         end select
+      end do
       self%creeps = .false.
       do m = 1, size(scene%materials)
          self%creeps = self%creeps .or. any(scene%materials(m)%law%name == [character(len=7) :: 'norton', &
@@ -78,8 +86,6 @@ contains
       self%equilibrium%system%ramp = self%spec%ramp
       model%effect_step%leads = .false.
       if (self%spec%ramp > 0.0_wp) model%effect_step%follows_particles = .false. ! they do not know of it
-      model%has_inertia = .false.
-      model%contact%followed = .false.
       model%works_ahead = .false.
    end subroutine start
 
@@ -162,7 +168,7 @@ contains
       integer, intent(in) :: outcome
       character(len=:), allocatable :: text
       select case (outcome)
-      case (too_far); text = 'nodes moved too far'
+      case (too_far); text = 'a particle would move too far'
       case (turned); text = 'a particle is strained too far'
       case (no_contact_set); text = 'no set of pressed points stays'
       case default; text = 'no convergence'
@@ -175,7 +181,6 @@ contains
       type(model_t), intent(inout), target :: model
       real(wp), intent(in) :: time_step !< s
       logical, intent(out) :: done
-      real(wp) :: way
       call self%equilibrium%system%begin(model, model%time, time_step, self%spec%stabilisation)
       call find_contact(self%equilibrium%system%contact, model, time_step, &
                         reach*model%levels(1)%grid%cell, self%compliance)
@@ -185,8 +190,10 @@ contains
       self%solves = self%solves + self%equilibrium%solves
       self%products = self%products + self%equilibrium%products
       done = self%equilibrium%outcome == found
-      way = model%communicator%maximum(maxval([0.0_wp, abs(self%equilibrium%z)]))
-      if (done .and. way > most_cells_a_step*model%levels(1)%grid%cell) self%equilibrium%outcome = too_far
+      call self%equilibrium%system%set_motion(self%equilibrium%z)
+      self%way = self%equilibrium%system%farthest()
+      if (self%equilibrium%outcome == found .and. self%way > most_cells_a_step*model%levels(1)%grid%cell) &
+         self%equilibrium%outcome = too_far
       done = self%equilibrium%outcome == found
    end subroutine attempt
 
@@ -198,7 +205,6 @@ contains
       type(error_t), intent(inout) :: error
       type(motion_t) :: motion
       integer :: b
-      call self%equilibrium%system%set_motion(self%equilibrium%z)
       model%bounds = bounds_t()
       model%last_step = 0.0_wp ! places and velocities are of one time
       associate (level => model%levels(1))
@@ -225,19 +231,18 @@ contains
       self%steps = self%steps + 1
    end subroutine commit
 
-   !> The next step: longer where this one was easy, but not so long that nodes move too far. One that was cut
-   !> short to meet a time does not shorten those that follow.
+   !> The next step: longer where this one was easy, but not so long that particles move too far. One that was
+   !> cut short to meet a time, or for creep, does not shorten those that follow.
    subroutine choose_next(self, model, time_step)
       class(quasi_static_t), intent(in) :: self
       type(model_t), intent(inout) :: model
       real(wp), intent(in) :: time_step !< that was taken, s
-      real(wp) :: way, wished
-      wished = time_step
-      if (.not. self%failed_before .and. self%equilibrium%newton <= easy) &
-         wished = max(growth*time_step, model%static_step)
-      way = model%communicator%maximum(maxval([0.0_wp, abs(self%equilibrium%z)]))
-      if (way > 0.0_wp) wished = min(wished, max(time_step*wished_cells*model%levels(1)%grid%cell/way, &
-                                                 least_growth*time_step))
+      real(wp) :: factor, wished
+      factor = 1.0_wp
+      if (.not. self%failed_before .and. self%equilibrium%newton <= easy) factor = growth
+      if (self%way > 0.0_wp) factor = min(factor, wished_cells*model%levels(1)%grid%cell/self%way)
+      wished = max(factor, least_growth)*time_step
+      if (.not. self%failed_before .and. factor >= 1.0_wp) wished = max(wished, model%static_step)
       if (self%spec%max_step > 0.0_wp) wished = min(wished, self%spec%max_step)
       model%static_step = wished
    end subroutine choose_next

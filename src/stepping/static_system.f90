@@ -9,7 +9,7 @@ module m_static_system
    use m_node_exchange, only: sum_tiles
    use m_migration, only: frame_of
    use m_p2g_boxes, only: clear
-   use m_g2p_boxes, only: motion_t
+   use m_g2p_boxes, only: motion_t, fastest_t
    use m_particle_transfer, only: p2g, g2p
    use m_static_transfer, only: p2g_stress, p2g_diagonal
    use m_krylov, only: krylov_operator_t
@@ -49,6 +49,7 @@ module m_static_system
       procedure :: contact_forces
       procedure :: dot
       procedure :: steepest
+      procedure :: farthest
       procedure, private :: clear_forces
       procedure, private :: sum_forces
    end type static_system_t
@@ -335,6 +336,27 @@ contains
          steepest = model%communicator%maximum(steepest)
       end associate
    end function steepest
+
+   !> Collective: largest component of the way of a particle, m; the nodes hold the displacements.
+   real(wp) function farthest(self)
+      class(static_system_t), intent(inout) :: self
+      type(fastest_t) :: longest
+      integer :: b
+      farthest = 0.0_wp
+      associate (model => self%model, level => self%model%levels(1))
+         do b = 1, size(level%blocks)
+            associate (block => level%blocks(b))
+               if (block%particles%count == 0) cycle
+               longest = fastest_t(0.0_wp)
+               call g2p(block%cells, level%nodes(:, :, :, :, b), level%layout, frame_of(level, block), &
+                        motion_t(0.0_wp, 1.0_wp, level%layout%position), block%particles%column, level%gradient, &
+                        longest)
+               farthest = max(farthest, longest%speed)
+            end associate
+         end do
+         farthest = model%communicator%maximum(farthest)
+      end associate
+   end function farthest
 
    !> Collective: product of two vectors of unknowns.
    real(wp) function dot(self, a, b)
