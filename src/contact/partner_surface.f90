@@ -107,17 +107,20 @@ contains
       type(surface_elements_t), intent(in) :: elements
       integer, intent(in) :: e, numbers(:)
       type(view_t), intent(out) :: views(:) !< (fields)
-      real(wp) :: apart(3), cosine, share, away, lateral(3), to_point(3), to_centre(3)
+      real(wp) :: apart(3), square, farthest, cosine, share, away, lateral(3), to_point(3), to_centre(3)
       integer :: field, n
+      farthest = (reach_of*elements%longest)**2
       associate (here => elements%list(e))
          do n = 1, size(numbers)
             associate (there => elements%list(numbers(n)))
+               apart = there%face - here%face
+               square = dot_product(apart, apart)
+               if (square >= farthest) cycle
                field = elements%field(numbers(n))
                cosine = dot_product(here%normal, there%normal)
                if (field == elements%field(e)) cosine = -cosine
                if (cosine > -facing) cycle
-               apart = there%face - here%face
-               share = 1.0_wp - dot_product(apart, apart)/(reach_of*max(here%edge, there%edge))**2
+               share = 1.0_wp - square/(reach_of*max(here%edge, there%edge))**2
                if (share <= 0.0_wp) cycle
                share = share**4*there%area
                away = dot_product(there%normal, apart)
@@ -129,7 +132,7 @@ contains
                   view%normal = view%normal + share*there%normal
                   view%place = view%place + share*apart
                   view%along = view%along + share*away
-                  view%square = view%square + share*dot_product(apart, apart)
+                  view%square = view%square + share*square
                   view%force_place = view%force_place + share*to_point
                   view%force_along = view%force_along + share*dot_product(there%normal, to_point)
                   view%centre_place = view%centre_place + share*to_centre
