@@ -112,8 +112,8 @@ def read_surface(path, scale, rotation, spacing):
         else:
             corners = np.array([line[1:4] for line in lines if line and line[0] == "v"], dtype=float)
             faces = [[int(item.split("/")[0]) for item in line[1:]] for line in lines if line and line[0] == "f"]
-            of = [(f[0], f[k], f[k + 1]) for f in faces for k in range(1, len(f) - 1)]
-            found = scale * corners[[[n - 1 if n > 0 else n for n in t] for t in of]]
+            of = [t for f in faces for t in cut_ears(corners, [n - 1 if n > 0 else n for n in f])]
+            found = scale * corners[of]
         found = found.reshape(-1, 3, 3)
     for axis, degrees in enumerate(rotation):
         c, s = math.cos(math.radians(degrees)), math.sin(math.radians(degrees))
@@ -121,6 +121,32 @@ def read_surface(path, scale, rotation, spacing):
         one, other = (axis + 1) % 3, (axis + 2) % 3
         turn[[one, one, other, other], [one, other, one, other]] = c, -s, s, c
         found = found @ turn.T
+    return found
+
+
+def cut_ears(corners, face):
+    """Triangles of a polygon, convex or not: src/geometry/polygons.f90."""
+    x = corners[face] - corners[face[0]]
+    normal = np.cross(x, np.roll(x, -1, axis=0)).sum(axis=0)
+    axis = int(np.argmax(np.abs(normal)))
+    flat = x[:, [(axis + 1) % 3, (axis + 2) % 3]] * [1, np.sign(normal[axis])]
+
+    def turn(a, b, c):
+        return (b[0] - a[0]) * (c[1] - a[1]) - (b[1] - a[1]) * (c[0] - a[0])
+
+    def is_ear(a, b, c):
+        return turn(flat[a], flat[b], flat[c]) >= 0 and all(
+            min(turn(flat[a], flat[b], flat[p]), turn(flat[b], flat[c], flat[p]), turn(flat[c], flat[a], flat[p])) <= 0
+            for p in left if p not in (a, b, c))
+
+    left, found = list(range(len(face))), []
+    while len(left) > 2:
+        n = len(left)
+        k = next((k for k in range(1, n + 1) if is_ear(left[k - 1], left[k % n], left[(k + 1) % n])), None)
+        if k is None:
+            raise Unreadable("a face of the tool's file crosses itself")
+        found.append([face[left[k - 1]], face[left[k % n]], face[left[(k + 1) % n]]])
+        del left[k % n]
     return found
 
 
