@@ -43,9 +43,29 @@ def profile_of(tool, reach):
     return None
 
 
+def pyramid_lines(faces, half_angle, radius, reach, steps=9):
+    """Lines of points across a pyramid, from its tip in the origin upwards as far as `reach` from the axis, rounded: all that is within
+    a radius of a sharp one. Its surface is a part of a sphere about the sharp one's tip, strips of cylinders about its edges, faces."""
+    sin, cos = math.sin(half_angle), math.cos(half_angle)
+    normal = [np.array([cos * math.cos(a), cos * math.sin(a), -sin]) for a in 2 * math.pi * np.arange(faces + 1) / faces]
+    around, along = [], []
+    for k in range(faces):
+        a = math.pi * (2 * k + 1) / faces
+        for t in np.linspace(0, 1, steps if radius > 0 else 2):
+            n = (1 - t) * normal[k] + t * normal[k + 1]
+            around.append(n / np.linalg.norm(n))
+            along.append(reach * np.array([math.cos(a), math.sin(a), 0]) / math.cos(math.pi / faces) + [0, 0, reach * cos / sin])
+    around, along = np.array([*around, around[0]]), np.array([*along, along[0]])
+    middle, lines = np.array([0, 0, radius]), []
+    for t in np.linspace(0, 1, steps if radius > 0 else 1):
+        n = (1 - t) * np.array([0, 0, -1]) + t * around
+        lines.append(middle + radius * n / np.linalg.norm(n, axis=1)[:, None])
+    return np.array([*lines, middle + radius * around + along])
+
+
 def triangles(tool, reach, base=Path(".")):
     """Triangles (n, 3, 3) of a tool of `case.nml` at the start, m. A tool without an end reaches that far (m). Files are looked for
-    where the program looked (`base`: where it was started). The rounding of pyramids is left out."""
+    where the program looked (`base`: where it was started)."""
     tip, axis, shape = np.array(tool["tip"], dtype=float), unit_axis(tool), word(tool, "shape")
     if shape == "surface":
         return tip + read_surface(base / word(tool, "file"), word(tool, "scale", 1.0), tool.get("rotation", [0.0] * 3),
@@ -67,11 +87,8 @@ def triangles(tool, reach, base=Path(".")):
         lines = [[tip - abs(s) * high * axis + s * reach * across + side * reach * edge for side in (-1, 1)] for s in (-1, 0, 1)]
     elif shape in ("berkovich", "pyramid"):
         faces = int(word(tool, "faces", 3))
-        slope, r = math.tan(math.radians(word(tool, "half_angle", 65.27))), word(tool, "tip_radius", 0.0)
-        apex = tip + r * (1 / math.sin(math.atan(slope)) - 1) * axis
-        ring = [apex - reach / slope * axis + reach / math.cos(math.pi / faces)
-                * (math.cos(a) * edge + math.sin(a) * across) for a in math.pi * (2 * np.arange(faces + 1) + 1) / faces]
-        lines = [[apex] * (faces + 1), ring]
+        frame = np.array([edge, across, -axis])
+        lines = tip + pyramid_lines(faces, math.radians(word(tool, "half_angle", 65.27)), word(tool, "tip_radius", 0.0), reach) @ frame
     else:
         raise Unreadable(f"the tool {word(tool, 'name')} is of shape {shape!r}, which is not known here")
     grid = np.array(lines)
