@@ -43,9 +43,29 @@ def profile_of(tool, reach):
     return None
 
 
+def pyramid_lines(faces, half_angle, radius, reach, steps=9):
+    """Lines of points across a pyramid, from its tip in the origin upwards as far as `reach` from the axis, rounded: all that is within
+    a radius of a sharp one. Its surface is a part of a sphere about the sharp one's tip, strips of cylinders about its edges, faces."""
+    sin, cos = math.sin(half_angle), math.cos(half_angle)
+    normal = [np.array([cos * math.cos(a), cos * math.sin(a), -sin]) for a in 2 * math.pi * np.arange(faces + 1) / faces]
+    around, along = [], []
+    for k in range(faces):
+        a = math.pi * (2 * k + 1) / faces
+        for t in np.linspace(0, 1, steps if radius > 0 else 2):
+            n = (1 - t) * normal[k] + t * normal[k + 1]
+            around.append(n / np.linalg.norm(n))
+            along.append(reach * np.array([math.cos(a), math.sin(a), 0]) / math.cos(math.pi / faces) + [0, 0, reach * cos / sin])
+    around, along = np.array([*around, around[0]]), np.array([*along, along[0]])
+    middle, lines = np.array([0, 0, radius]), []
+    for t in np.linspace(0, 1, steps if radius > 0 else 1):
+        n = (1 - t) * np.array([0, 0, -1]) + t * around
+        lines.append(middle + radius * n / np.linalg.norm(n, axis=1)[:, None])
+    return np.array([*lines, middle + radius * around + along])
+
+
 def triangles(tool, reach, base=Path(".")):
     """Triangles (n, 3, 3) of a tool of `case.nml` at the start, m. A tool without an end reaches that far (m). Files are looked for
-    where the program looked (`base`: where it was started). The rounding of pyramids is left out."""
+    where the program looked (`base`: where it was started)."""
     tip, axis, shape = np.array(tool["tip"], dtype=float), unit_axis(tool), word(tool, "shape")
     if shape == "surface":
         return tip + read_surface(base / word(tool, "file"), word(tool, "scale", 1.0), tool.get("rotation", [0.0] * 3),
@@ -67,11 +87,8 @@ def triangles(tool, reach, base=Path(".")):
         lines = [[tip - abs(s) * high * axis + s * reach * across + side * reach * edge for side in (-1, 1)] for s in (-1, 0, 1)]
     elif shape in ("berkovich", "pyramid"):
         faces = int(word(tool, "faces", 3))
-        slope, r = math.tan(math.radians(word(tool, "half_angle", 65.27))), word(tool, "tip_radius", 0.0)
-        apex = tip + r * (1 / math.sin(math.atan(slope)) - 1) * axis
-        ring = [apex - reach / slope * axis + reach / math.cos(math.pi / faces)
-                * (math.cos(a) * edge + math.sin(a) * across) for a in math.pi * (2 * np.arange(faces + 1) + 1) / faces]
-        lines = [[apex] * (faces + 1), ring]
+        frame = np.array([edge, across, -axis])
+        lines = tip + pyramid_lines(faces, math.radians(word(tool, "half_angle", 65.27)), word(tool, "tip_radius", 0.0), reach) @ frame
     else:
         raise Unreadable(f"the tool {word(tool, 'name')} is of shape {shape!r}, which is not known here")
     grid = np.array(lines)
@@ -112,8 +129,8 @@ def read_surface(path, scale, rotation, spacing):
         else:
             corners = np.array([line[1:4] for line in lines if line and line[0] == "v"], dtype=float)
             faces = [[int(item.split("/")[0]) for item in line[1:]] for line in lines if line and line[0] == "f"]
-            of = [(f[0], f[k], f[k + 1]) for f in faces for k in range(1, len(f) - 1)]
-            found = scale * corners[[[n - 1 if n > 0 else n for n in t] for t in of]]
+            of = [t for f in faces for t in cut_ears(corners, [n - 1 if n > 0 else n for n in f])]
+            found = scale * corners[of]
         found = found.reshape(-1, 3, 3)
     for axis, degrees in enumerate(rotation):
         c, s = math.cos(math.radians(degrees)), math.sin(math.radians(degrees))
@@ -121,6 +138,32 @@ def read_surface(path, scale, rotation, spacing):
         one, other = (axis + 1) % 3, (axis + 2) % 3
         turn[[one, one, other, other], [one, other, one, other]] = c, -s, s, c
         found = found @ turn.T
+    return found
+
+
+def cut_ears(corners, face):
+    """Triangles of a polygon, convex or not: src/geometry/polygons.f90."""
+    x = corners[face] - corners[face[0]]
+    normal = np.cross(x, np.roll(x, -1, axis=0)).sum(axis=0)
+    axis = int(np.argmax(np.abs(normal)))
+    flat = x[:, [(axis + 1) % 3, (axis + 2) % 3]] * [1, np.sign(normal[axis])]
+
+    def turn(a, b, c):
+        return (b[0] - a[0]) * (c[1] - a[1]) - (b[1] - a[1]) * (c[0] - a[0])
+
+    def is_ear(a, b, c):
+        return turn(flat[a], flat[b], flat[c]) >= 0 and all(
+            min(turn(flat[a], flat[b], flat[p]), turn(flat[b], flat[c], flat[p]), turn(flat[c], flat[a], flat[p])) <= 0
+            for p in left if p not in (a, b, c))
+
+    left, found = list(range(len(face))), []
+    while len(left) > 2:
+        n = len(left)
+        k = next((k for k in range(1, n + 1) if is_ear(left[k - 1], left[k % n], left[(k + 1) % n])), None)
+        if k is None:
+            raise Unreadable("a face of the tool's file crosses itself")
+        found.append([face[left[k - 1]], face[left[k % n]], face[left[(k + 1) % n]]])
+        del left[k % n]
     return found
 
 

@@ -2,6 +2,9 @@
 !> radians). doc/user/input.md is the table of all names.
 module m_scene
    use m_kinds, only: wp
+   use m_constants, only: pi
+   use m_polar, only: polar
+   use m_rotations, only: no_rotation, from_euler, quaternion_of
    use m_group_reader, only: name_length
    use m_offer, only: offer_t, offer_slot_t
    use m_shape, only: shape_t
@@ -58,12 +61,15 @@ module m_scene
       integer :: particles_per_cell = 8  !< 1, 8, 27
       real(wp) :: velocity(3) = 0.0_wp   !< m/s
       real(wp) :: angular_velocity(3) = 0.0_wp !< rad/s about the body's own centre
-      real(wp) :: orientation(3) = 0.0_wp !< of the material's axes: Bunge's phi1 Phi phi2, degrees
+      real(wp), allocatable :: orientation(:) !< of the material's axes: Bunge's phi1 Phi phi2, degrees, or where
+                                              !< the three point, nine numbers; not there: as the grid's
       real(wp) :: stress(6) = 0.0_wp     !< at the start: xx yy zz yz xz xy, Pa
       integer :: fill = fill_by_shape    !< whole particles, or shares of them where the surface cuts
       character(len=:), allocatable :: contact_group !< bodies of one are bonded where they touch; empty: that
                                                      !< of all bodies that name none
       integer :: field = 1               !< the group's number: bodies of one share a velocity field
+   contains
+      procedure :: turned_axes
    end type body_spec_t
 
    !> &cut: what is taken away from a body
@@ -230,6 +236,20 @@ module m_scene
    end type scene_t
 
 contains
+
+   !> The rotation that takes the grid's axes to those of a body's material, as a quaternion.
+   pure function turned_axes(self) result(q)
+      class(body_spec_t), intent(in) :: self
+      real(wp) :: q(4), turn(3, 3), stretch(3, 3)
+      q = no_rotation
+      if (.not. allocated(self%orientation)) return
+      if (size(self%orientation) == 9) then
+         call polar(reshape(self%orientation, [3, 3]), turn, stretch) ! they are given with so many digits
+         q = quaternion_of(turn)
+      else
+         q = from_euler(pi/180.0_wp*self%orientation)
+      end if
+   end function turned_axes
 
    !> How a sentence about a variable (or the group of that name) begins; where the scene was not read, its
    !> name.

@@ -2,6 +2,7 @@
 !> group and writes it, as those of m_scene_groups.
 module m_scene_bodies
    use m_kinds, only: wp
+   use m_vectors, only: cross
    use m_group_reader, only: group_reader_t, name_length
    use m_offer, only: offer_t, offer_slot_t, offered, offered_names
    use m_scene
@@ -87,12 +88,29 @@ contains
       type(group_reader_t), intent(inout) :: group
       type(material_spec_t), intent(in) :: materials(:)
       type(body_spec_t), intent(inout) :: body
+      real(wp), parameter :: square = 1.0e-4_wp
+      real(wp) :: axes(3, 3), off(3, 3)
       logical :: has_axes
+      integer :: k
       has_axes = body%material == 0 ! an unknown material is the fault then, not what comes with it
       if (body%material > 0) then
          if (allocated(materials(body%material)%law)) has_axes = materials(body%material)%law%is_oriented()
       end if
-      call group%get('orientation', body%orientation, any_value('degrees'), used=has_axes)
+      call group%get_list('orientation', body%orientation, any_value(''), used=has_axes)
+      if (.not. allocated(body%orientation)) then
+         if (has_axes .and. body%material > 0) body%orientation = [0.0_wp, 0.0_wp, 0.0_wp]
+      else if (size(body%orientation) == 9) then
+         axes = reshape(body%orientation, [3, 3])
+         off = matmul(transpose(axes), axes)
+         do k = 1, 3
+            off(k, k) = off(k, k) - 1.0_wp
+         end do
+         if (maxval(abs(off)) > square .or. .not. dot_product(cross(axes(:, 1), axes(:, 2)), axes(:, 3)) > 0.0_wp) &
+            call group%refuse('orientation', 'nine numbers must be three axes, of length 1, at right angles '// &
+                              '(within 1e-4) and right-handed')
+      else if (size(body%orientation) /= 3) then
+         call group%refuse('orientation', 'must be three angles in degrees, or the nine components of three axes')
+      end if
    end subroutine describe_orientation
 
    !> A shape that is taken away from a body.

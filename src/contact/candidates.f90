@@ -45,6 +45,7 @@ module m_candidates
       procedure, private :: shift_pressure_history
    end type candidates_t
 
+   real(wp), parameter :: largest_face = 4.0_wp !< squared cells: of what is drawn out flat, along its face
    real(wp), parameter :: widest_gap = 0.25_wp !< nothing is carried on across a gap of so many thicknesses:
                                                !< the face is another's, of a particle that has been split
 
@@ -275,7 +276,7 @@ contains
          if (c%gap + time_step*(c%speed - dot_product(c%normal, c%opposite)) > margin*edge &
              .and. .not. carried) return
          c%area = edge**2
-         if (deform(level)) c%area = column(p, at%volume)/thickness
+         if (deform(level)) c%area = min(column(p, at%volume)/thickness, largest_face*level%grid%cell**2)
          c%mass = column(p, at%mass)
          c%force = expected(column(p, self%pressure), column(p, self%earlier))*c%area
          c%friction = tool%spec%friction

@@ -7,6 +7,7 @@ module m_surface_text
    use m_number_text, only: read_real, read_integer, number_good
    use m_text, only: to_text
    use m_words, only: lower_case
+   use m_polygons, only: cut_ears
    implicit none
    private
    public :: read_triangles, read_heights, is_heights
@@ -196,7 +197,7 @@ contains
       character(len=:), allocatable, intent(inout) :: fault
       type(lines_t) :: lines
       real(wp) :: corner(3)
-      integer :: at, to, k, corners, number(most_words), slash
+      integer :: at, to, k, corners, number(most_words), triangle(3, most_words), slash
       logical :: good
       do while (lines%next_line(bytes))
          if (.not. lines%next_word(bytes, at, to)) cycle
@@ -217,10 +218,18 @@ contains
                if (good) cycle
                fault = 'line '//to_text(lines%line)//': '''//bytes(at:min(to, at + 19))// &
                        ''' is no number of a corner above'
+               if (corners > most_words) fault = 'line '//to_text(lines%line)//': a face has more than '// &
+                                                 to_text(most_words)//' corners'
                return
             end do
-            do k = 2, corners - 1
-               call found%add_triangle([number(1), number(k), number(k + 1)])
+            if (corners < 3) cycle ! a line or a point has no surface
+            call cut_ears(found%place(:, number(:corners)), triangle(:, :corners - 2), good)
+            if (.not. good) then
+               fault = 'line '//to_text(lines%line)//': the face crosses itself'
+               return
+            end if
+            do k = 1, corners - 2
+               call found%add_triangle(number(triangle(:, k)))
             end do
          end if
       end do

@@ -11,6 +11,7 @@ module m_transfer
    use m_block, only: block_t
    use m_membership, only: lives_on, may_live_on
    use m_migration, only: migration_t, take_out
+   use m_walls, only: keep_inside
    use m_split, only: split_in_eight, must_split, extents, longest_half_edge, id_bits, most_generations
    implicit none
    private
@@ -195,6 +196,9 @@ contains
             return
          end if
          call split_in_eight(parts(:, n), fine%layout, shares, eighths)
+         do octant = 0, 7
+            call keep_inside(eighths(:, octant), fine%layout, shares, fine%grid)
+         end do
          parts = reshape([parts(:, :n - 1), eighths, parts(:, n + 1:)], [size(values), size(ids) + 7])
          ids = [ids(:n - 1), [(ior(ids(n), ishft(int(octant, i8), id_bits + generation)), octant=0, 7)], &
                 ids(n + 1:)]

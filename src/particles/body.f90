@@ -1,12 +1,11 @@
 !> Filling bodies with particles: a cubic lattice of particles, those whose centre lies in the shape.
 module m_body
    use m_kinds, only: wp, i4, i8
-   use m_constants, only: block_size, pi
+   use m_constants, only: block_size
    use m_scene, only: body_spec_t, fill_share
    use m_grid_level, only: grid_level_t
    use m_level, only: level_t
    use m_block, only: block_t
-   use m_rotations, only: from_euler
    use m_split, only: must_split, octant_of, child_id
    use m_membership, only: lives_on, may_live_on
    use m_cut_cell, only: part_t, may_reach, find_part, cells_of_particle, most_cells
@@ -253,8 +252,7 @@ contains
          if (at%domain > 0) values(at%domain:at%domain + 8:4) = birth%halves
          values(at%stress:at%stress + 5) = spec%stress
          if (at%edge_stress > 0) values(at%edge_stress:at%edge_stress + 5) = spec%stress
-         if (at%orientation > 0) values(at%orientation:at%orientation + 3) &
-            = from_euler(pi/180.0_wp*spec%orientation)
+         if (at%orientation > 0) values(at%orientation:at%orientation + 3) = spec%turned_axes()
          if (at%refinement > 0) values(at%refinement) = birth%refinement
          if (at%generation > 0) values(at%generation) = 3*birth%refinement
          if (at%gradient > 0) values(at%gradient:at%gradient + 8) = [0.0_wp, w(3), -w(2), -w(3), 0.0_wp, &

@@ -51,7 +51,7 @@ contains
    !> Split the particles of a block whose half edges are too long (theory.md, eqs too-long, pulled), each
    !> across all of these, in the order of storage. The lower part keeps place and id, the others are
    !> appended. `worn_out`: a particle that has been split too often to be split again, 0 if there is none.
-   subroutine split_long(block, table, layout, cell, stuff, splits, worn_out)
+   subroutine split_long(block, table, layout, cell, stuff, splits, worn_out, parent)
       type(block_t), intent(inout) :: block
       type(field_table_t), intent(in) :: table
       type(layout_t), intent(in) :: layout
@@ -59,11 +59,13 @@ contains
       type(stuff_t), intent(in) :: stuff(:) !< of the bodies
       integer, intent(out) :: splits        !< particles made
       integer, intent(out) :: worn_out
+      integer, allocatable, intent(out), optional :: parent(:) !< particles of which those that are new were part
       type(shares_t) :: shares
       logical :: across(3)
-      integer :: n, p, parts
+      integer :: before, n, p, parts
       splits = 0
       worn_out = 0
+      if (present(parent)) allocate (parent(0))
       n = block%particles%count
       parts = 0
       do p = 1, n
@@ -71,6 +73,10 @@ contains
          if (any(across)) parts = parts + 2**count(across) - 1
       end do
       if (parts == 0) return
+      if (present(parent)) then
+         deallocate (parent)
+         allocate (parent(parts), source=0)
+      end if
       shares = table%shares()
       call block%reserve(n + parts, table%columns)
       do p = 1, n
@@ -78,10 +84,13 @@ contains
          if (.not. any(across)) cycle
          if (nint(block%particles%column(p, layout%generation)) + count(across) > most_generations) then
             worn_out = p
+            if (present(parent)) parent = parent(:block%particles%count - n)
             return
          end if
+         before = block%particles%count
          call split_across(block%particles, p, across, layout, shares)
          splits = splits + 2**count(across) - 1
+         if (present(parent)) parent(before - n + 1:block%particles%count - n) = p
       end do
       block%cells%bin(n + 1:block%particles%count) = 0
       call block%cells%outdate()

@@ -2,9 +2,7 @@
 !> emigrants, order.
 module m_cells_stage
    use m_kinds, only: wp
-   use m_constants, only: exit_numerical
-   use m_errors, only: error_t, fail
-   use m_text, only: to_text
+   use m_errors, only: error_t
    use m_timers
    use m_scene, only: domain_fixed
    use m_field_table, only: layout_t
@@ -12,8 +10,8 @@ module m_cells_stage
    use m_model, only: model_t
    use m_erosion, only: erode
    use m_migration, only: frame_of
-   use m_complaints, only: particle_text, check_emigrants, report_outside
-   use m_split, only: split_long, most_generations
+   use m_complaints, only: check_emigrants, report_outside
+   use m_splitting, only: split
    use m_locate, only: locate_particles
    use m_speed_bounds, only: include_speeds
    implicit none
@@ -97,25 +95,5 @@ contains
       end if
       rests = .true.
    end function rests
-
-   !> Particles of one block whose domains have become too long are split.
-   subroutine split(model, l, b, error)
-      type(model_t), intent(inout) :: model
-      integer, intent(in) :: l, b
-      type(error_t), intent(inout) :: error
-      integer :: splits, worn_out
-      associate (level => model%levels(l))
-         call split_long(level%blocks(b), level%table, level%layout, level%grid%cell, model%stuff, splits, &
-                         worn_out)
-      end associate
-      if (worn_out > 0) call fail(error, exit_numerical, particle_text(model, l, b, worn_out)// &
-                                  ' has been split '// &
-         to_text(most_generations)// &
-            ' times and its domain is too long again: the motion is without bound; try a smaller safety', &
-         recoverable=.true.)
-      if (splits == 0) return
-      model%splits = model%splits + splits
-      call model%levels(l)%size_work()
-   end subroutine split
 
 end module m_cells_stage

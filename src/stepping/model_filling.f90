@@ -66,7 +66,7 @@ contains
             column(1, at%volume) = scene%grid%cell_size**3
             column(1, at%mass) = law%density*column(1, at%volume)
             column(1, at%stress:at%stress + 5) = spec%stress
-            if (at%orientation > 0) column(1, at%orientation) = 1.0_wp ! not turned
+            if (at%orientation > 0) column(1, at%orientation:at%orientation + 3) = spec%turned_axes()
             call law%initial(column, at, 1, 1)
             call law%begin_stressed(spec%stress, column, at, 1, 1)
             gradient = 0.0_wp

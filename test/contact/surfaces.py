@@ -6,6 +6,7 @@ import sys
 from pathlib import Path
 
 import numpy as np
+from scipy.optimize import nnls
 
 ROOT = Path(__file__).resolve().parents[2]
 sys.path[:0] = [str(ROOT / "post"), str(ROOT / "test/regression"), str(ROOT / "test/verification")]
@@ -75,6 +76,14 @@ for tool in ("'cone', half_angle=40, tip_radius=1", "'flat', radius=2", "'cylind
     Path("made.nml").write_text(f"&tool name='x', shape={tool}, tip=1,2,3, axis=0,0,-1 /\n")
     found = tool_surface.triangles(read_namelists(Path("made.nml"))["tool"][0], 5.0)
     require(f"{tool}: drawn above its tip", len(found) > 1 and abs(found[:, :, 2].min() - 3) < 1e-9)
+for faces, angle in ((3, 65.27), (4, 40.0)):
+    turns, half = 2*np.pi*np.arange(faces)/faces, np.radians(angle)
+    normals = np.stack([np.cos(half)*np.cos(turns), np.cos(half)*np.sin(turns), np.full(faces, -np.sin(half))])
+    lines = tool_surface.pyramid_lines(faces, half, 0.7, 5.0)
+    # a place less its nearest point of a convex cone is the nearest point of the cone of its normals
+    distance = [np.linalg.norm(normals @ nnls(normals, place - [0, 0, 0.7])[0]) for place in lines.reshape(-1, 3)]
+    check(f"a rounded pyramid of {faces} faces as it is drawn: distance from the sharp one over the radius", np.array(distance)/0.7 - 1, 1e-9)
+    require(f"a rounded pyramid of {faces} faces: its tip is the origin", np.abs(lines[0]).max() < 1e-15 and lines[1:, :, 2].min() > 0)
 
 # a hollow one: a block fits into it, and is refused where it does not
 surfaces.write("die.stl", surfaces.die(3.0, 2.0, 6.0, 20.0, 1.0, 0.3))

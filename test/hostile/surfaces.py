@@ -1,5 +1,6 @@
 """Files that are no closed surface: each is refused in one sentence with status 2, the same on every rank, and nothing is written; and
 a run whose file has changed does not go on. usage: surfaces.py DRIVER (in an empty directory; GIMP3D is the program)"""
+import math
 import os
 import struct
 import subprocess
@@ -86,6 +87,9 @@ CASES = { # name: (content, what the sentence has, what else the tool has)
     "text with another word": (ascii_.replace("endloop", "endlop", 1).encode(), "unknown word 'endlop'", ""),
     "a corner that is not there": ((waves + "f 1 2 999999\n").encode(), "'999999' is no number of a corner above", ""),
     "a face without its number": ((waves + "f 1 2 x\n").encode(), "'x' is no number of a corner above", ""),
+    "a face that crosses itself": ((waves + "v 0 0 0\nv 2 0 0\nv 2 2 0\nv 1 -1 0\nv 0 2 0\nf -5 -4 -3 -2 -1\n").encode(),
+                                   "the face crosses itself", ""),
+    "a face with many corners": ((waves + "f" + " 1"*70 + "\n").encode(), "a face has more than 64 corners", ""),
     "corners alone": (b"v 0 0 0\nv 1 0 0\nv 0 1 0\n", "has no triangles", ""),
     "heights without spacing": (heights.encode(), "holds heights; spacing must be given", ""),
     "triangles with spacing": (binary, "holds triangles; spacing is for heights", "spacing=1,1, "),
@@ -94,7 +98,11 @@ CASES = { # name: (content, what the sentence has, what else the tool has)
     "one row": (b"1 2 3\n", "holds 3 by 1 heights; allowed: at least 2 by 2", "spacing=0.1,0.1, "),
     "changed": (binary, "has been changed: its checksum is ", "checksum='0123456789ABCDEF', "),
 }
-GOOD = {"binary": (binary, ""), "text": (ascii_.encode(), ""), "obj": (waves.encode(), ""), "scaled": (binary, "scale=0.5, rotation=0,0,90, "),
+turn = [(0.2*(1 + k % 2)*math.cos(0.2*math.pi*k), 0.2*(1 + k % 2)*math.sin(0.2*math.pi*k)) for k in range(10)]
+polygons = "".join(f"v {x!r} {y!r} {z!r}\n" for z in (0.0, 0.3) for x, y in turn)  # a star whose ends are a face each
+polygons += "f " + " ".join(str(k) for k in range(10, 0, -1)) + "\nf " + " ".join(str(k) for k in range(11, 21)) + "\n"
+polygons += "".join(f"f {k} {1 + k % 10} {11 + k % 10} {10 + k}\n" for k in range(1, 11))
+GOOD = {"polygons": (polygons.encode(), ""), "binary": (binary, ""), "text": (ascii_.encode(), ""), "obj": (waves.encode(), ""), "scaled": (binary, "scale=0.5, rotation=0,0,90, "),
         "heights": (heights.encode(), "spacing=0.05,0.05, scale=0.1, rotation=180,0,0, ")}
 for name, content in (("h5", np.array([[0, 1, 0], [1, 2, 1], [0, 1, 0]])), ("h5 of one row", np.array([1, 2, 3])),
                       ("h5 with NaN", np.array([[0, 1], [float("nan"), 2]])), ("h5 without heights", None)):

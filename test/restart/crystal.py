@@ -65,6 +65,22 @@ require("no seam: grains of one orientation are one crystal, to the bit",
         all(np.array_equal(a[name], b[name]) for name in b if name.startswith(field) and "@" not in name))
 require("another orientation gives another answer", not np.array_equal(last[field + "stress"], b[field + "stress"]))
 
+# three axes in place of three angles, given with twelve digits
+def about(axis, degrees):
+    c, s = np.cos(np.radians(degrees)), np.sin(np.radians(degrees))
+    turn, one, other = np.eye(3), (axis + 1) % 3, (axis + 2) % 3
+    turn[one, one], turn[other, other], turn[other, one], turn[one, other] = c, c, s, -s
+    return turn
+
+
+axes = about(2, 10) @ about(0, 35) @ about(2, 20)
+run(1, text("axes", orientation="orientation=" + ",".join(f"{value:.12f}" for value in axes.T.ravel()), end=END / 10))
+run(1, text("angles", orientation="orientation=10,35,20", end=END / 10))
+a, b = (everything(sorted(Path(name).glob("particles_*.h5"))[-1]) for name in ("axes", "angles"))
+for name in ("orientation", "stress", "ipf_colour"):
+    off = np.abs(a[field + name] - b[field + name]).max() / np.abs(b[field + name]).max()
+    require(f"axes in place of angles: {name} off by {off:.1e}", off < (1e-5 if name == "ipf_colour" else 1e-9))
+
 # case.nml has what a file of grains says
 Path("grains.txt").write_text("# phi1 Phi phi2\n" + "10 35 20 ! a grain\n" * 5)
 run(1, text("by_file", grains="&grains lower=0.5,0.5,0.5, upper=0.7,0.8,0.8, file='grains.txt' /", end=END / 20))

@@ -10,6 +10,7 @@ program surfaces
    use m_triangles, only: triangles_t, weld
    use m_closed_surface, only: closed_surface_t
    use m_height_field, only: close_heights
+   use m_polygons, only: cut_ears
    use m_assertions, only: assertions_t
    use m_chance, only: chance_t
    implicit none
@@ -23,6 +24,7 @@ program surfaces
    call compare('blade', blade())
    call cube()
    call heights()
+   call polygons()
    call faults()
    call test%finish()
 
@@ -226,6 +228,43 @@ contains
       call surface%distance_and_normal([1.0_wp, 0.3_wp, 0.0_wp], distance, normal)
       call test%check_close(distance, sqrt(0.5_wp), 1.0e-14_wp, 'above the slope')
    end subroutine heights
+
+   !> Stars with hollows, turned in space and begun at any corner, cut into triangles: all of them look the star's way, and together
+   !> they have its area.
+   subroutine polygons()
+      integer, parameter :: corners = 14
+      real(wp) :: corner(3, corners), frame(3, 3), area(3), part(3), radius, whole
+      integer :: triangle(3, corners - 2), begin, k, round, t
+      logical :: good
+      do round = 1, 40
+         frame(:, 3) = chance%several(3, -1.0_wp, 1.0_wp)
+         frame(:, 3) = frame(:, 3)/norm2(frame(:, 3))
+         frame(:, 1) = cross(frame(:, 3), chance%several(3, -1.0_wp, 1.0_wp))
+         frame(:, 1) = frame(:, 1)/norm2(frame(:, 1))
+         frame(:, 2) = cross(frame(:, 3), frame(:, 1))
+         begin = int(chance%between(0.0_wp, real(corners, wp)))
+         do k = 1, corners
+            radius = merge(1.0_wp, chance%between(0.1_wp, 0.5_wp), mod(k + begin, 2) == 0)
+            corner(:, k) = 3.0_wp + radius*(cos(2*pi*(k + begin)/corners)*frame(:, 1) + sin(2*pi*(k + begin)/corners)*frame(:, 2))
+         end do
+         call cut_ears(corner, triangle, good)
+         call test%check(good, 'a star is cut')
+         area = 0.0_wp
+         whole = 0.0_wp
+         do t = 1, corners - 2
+            part = 0.5_wp*cross(corner(:, triangle(2, t)) - corner(:, triangle(1, t)), &
+                                corner(:, triangle(3, t)) - corner(:, triangle(1, t)))
+            area = area + part
+            whole = whole + norm2(part)
+         end do
+         call test%check_close(dot_product(area, frame(:, 3)), whole, 1.0e-13_wp, 'triangles of a star all look its way')
+         area = 0.0_wp
+         do k = 1, corners
+            area = area + 0.5_wp*cross(corner(:, k) - 3.0_wp, corner(:, 1 + mod(k, corners)) - 3.0_wp)
+         end do
+         call test%check_close(whole, norm2(area), 1.0e-13_wp, 'their area is that of the star')
+      end do
+   end subroutine polygons
 
    !> Each must be refused, with what is wrong first.
    subroutine faults()
