@@ -12,6 +12,7 @@ module m_scene_groups
    use m_text, only: to_text
    use m_scene
    use m_scene_motion, only: read_tool_motion, describe_motion, find_motion
+   use m_scene_level, only: describe_level
    use m_scene_words
    use m_shape, only: shape_t
    use m_shape_variables, only: make_unit
@@ -24,8 +25,6 @@ module m_scene_groups
 
    integer, parameter :: longest_title = 200, longest_path = 1000
    real(wp), parameter :: largest_penetration_factor = 0.5_wp
-   integer, parameter :: fewest_cells = 10**3 !< of a box that a criterion places: four cells along each axis,
-                                              !< five beside a side
    integer, parameter :: most_retries = 20 ! a millionth of the time step
    real(wp), parameter :: default_every_wall = 600.0_wp !< s
 
@@ -273,7 +272,8 @@ contains
       case ('motion')
          call describe_nth_motion(group, number, scene%tools)
       case ('level')
-         call describe_level(group, scene%leaders(), scene%levels(number))
+         if (number > 1 .and. group%is_reading()) scene%levels(number)%of = scene%levels(number - 1)%of + 1
+         call describe_level(group, scene, scene%levels(number))
       case ('probe')
          if (.not. allocated(scene%probes(number)%name)) scene%probes(number)%name = 'probe'//to_text(number)
          call group%get_name('name', scene%probes(number)%name)
@@ -476,29 +476,6 @@ contains
          allocate (shape, source=known)
       end select
    end subroutine choose_shape
-
-   !> The box of a level and what moves it, if anything does.
-   subroutine describe_level(group, leaders, level)
-      type(group_reader_t), intent(inout) :: group
-      character(len=*), intent(in) :: leaders(:)
-      type(level_spec_t), intent(inout) :: level
-      integer :: choice
-      call group%get('lower', level%lower, any_value('m'), required=.true.)
-      call group%get('upper', level%upper, any_value('m'), required=.true.)
-      if (group%is_given('follow') .and. size(leaders) == 0) &
-         call group%refuse('follow', 'the scene has no &tool to follow, and no contact groups')
-      if (level%follow > 0 .or. .not. group%is_writing()) &
-         call group%get_choice('follow', level%follow, leaders)
-      choice = level%criterion + 1
-      call group%get_choice('criterion', choice, criterion_words)
-      level%criterion = max(choice, 1) - 1
-      if (level%follow > 0 .and. level%criterion /= criterion_none) &
-         call group%refuse('criterion', 'not together with follow; a level moves by one or the other')
-      if (level%criterion == criterion_none .and. group%is_writing()) return
-      call group%get('max_cells', level%max_cells, least=fewest_cells)
-      if (level%criterion == criterion_none .and. group%is_given('max_cells')) &
-         call group%refuse('max_cells', 'only with criterion=''stress'' or ''strain''')
-   end subroutine describe_level
 
    subroutine describe_guard(group, guard)
       type(group_reader_t), intent(inout) :: group

@@ -6,13 +6,14 @@ module m_model
    use m_constants, only: exit_input
    use m_errors, only: error_t, fail
    use m_text, only: to_text, si
+   use m_number_text, only: reals_text
    use m_machine, only: free_memory
    use m_node_values, only: node_values, tile_last
    use m_field_table, only: bytes_per_column
    use m_communicator, only: communicator_t
    use m_timers, only: timers_t, phase_balance
    use m_scene, only: scene_t, time_spec_t, level_spec_t, update_usl, update_musl, domain_fixed, &
-                      domain_stretch, domain_corners
+                      domain_stretch, domain_corners, level_sphere
    use m_grid_level, only: make_grid_level
    use m_level, only: level_t
    use m_surface, only: make_surface
@@ -20,6 +21,7 @@ module m_model
    use m_placement, only: work_t, work_of, order_work, choose_owners
    use m_decomposition, only: set_owners, all_owners, settle_blocks, blocks_before
    use m_region, only: region_t, make_region
+   use m_region_parts, only: unite, make_ball, first_too_near, smallest_gap
    use m_composite, only: composite_t
    use m_membership, only: set_layers, may_live_on, clip_to_home
    use m_joined_cells, only: join_cells
@@ -61,8 +63,8 @@ module m_model
       integer :: levels_row = 0                       !< of the timers, where there are several levels
       type(bounds_t) :: bounds
       real(wp) :: unseen = 1.0_wp !< what the step leaves of the velocity that nodes do not see
-      type(level_spec_t), allocatable :: level_specs(:) !< what the scene says of levels 2 and on
-      type(region_t), allocatable :: first_regions(:)   !< of all levels, at the start
+      type(level_spec_t), allocatable :: level_specs(:) !< what the scene says of the parts of levels 2 and on
+      type(region_t), allocatable :: first_parts(:)     !< the regions of these, at the start
       real(wp), allocatable :: first_centres(:, :)      !< (3, fields): of mass, at the start, m; where a level
                                                         !< follows a contact group
       integer(i8) :: moves = 0                        !< times that boxes of levels have moved
@@ -172,6 +174,8 @@ contains
       end if
       if (.not. allocated(self%effects)) call make_effects(scene, self%effects)
       call make_levels(self, scene)
+      call check_nests(self, scene, error)
+      if (error%happened()) return
       if (scene%fields() > 1) call add_effect(self%effects, make_surface(scene))
       call self%timers%start(size(self%levels))
       if (size(self%levels) > 1) self%levels_row = self%timers%row_of('levels')
@@ -214,9 +218,8 @@ contains
    subroutine make_levels(self, scene)
       class(model_t), intent(inout) :: self
       type(scene_t), intent(in) :: scene
-      integer :: l, n
-      n = 1
-      if (has_levels(scene)) n = 1 + size(scene%levels)
+      integer :: l, n, part
+      n = scene%depth()
       if (n > 1) self%level_specs = scene%levels
       allocate (self%levels(n), self%effect_step(n), self%exchange(n), self%migration(n), &
                 self%composite(n + 1))
@@ -227,15 +230,48 @@ contains
          self%levels(l)%grid%fields = scene%fields()
          self%levels(l)%field_of_body = scene%bodies%field
          self%levels(l)%region = make_region(self%levels(l)%grid, [0, 0, 0], self%levels(l)%grid%cells)
-         if (l == 1) cycle
-         associate (grid => self%levels(l)%grid, spec => scene%levels(l - 1))
-            self%levels(l)%region = make_region(grid, 2*nint(0.5_wp*(spec%lower &
-                  - grid%lower)*grid%per_cell), &
-                                                2*nint(0.5_wp*(spec%upper - grid%lower)*grid%per_cell))
+      end do
+      if (n == 1) return
+      allocate (self%first_parts(size(scene%levels)))
+      do part = 1, size(scene%levels)
+         associate (spec => scene%levels(part), grid => self%levels(scene%levels(part)%of + 1)%grid)
+            if (spec%shape == level_sphere) then
+               self%first_parts(part) = make_ball(grid, spec%center, spec%radius, spec%inner_radius)
+            else
+               self%first_parts(part) = make_region(grid, 2*nint(0.5_wp*(spec%lower &
+                     - grid%lower)*grid%per_cell), &
+                                                    2*nint(0.5_wp*(spec%upper - grid%lower)*grid%per_cell))
+            end if
          end associate
       end do
-      self%first_regions = self%levels%region
+      do l = 2, n
+         self%levels(l)%region = unite(self%levels(l)%grid, pack(self%first_parts, scene%levels%of == l - 1))
+      end do
    end subroutine make_levels
+
+   !> The regions of all levels keep their distance from the edges of those that they refine. (Of single boxes
+   !> the reader has said so.)
+   subroutine check_nests(self, scene, error)
+      class(model_t), intent(in) :: self
+      type(scene_t), intent(in) :: scene
+      type(error_t), intent(inout) :: error
+      integer :: cell(3), l, part
+      do l = 3, size(self%levels)
+         do part = 1, size(scene%levels)
+            if (scene%levels(part)%of /= l - 1) cycle
+            cell = first_too_near(self%levels(l - 1)%region, self%first_parts(part))
+            if (all(cell < 0)) cycle
+            associate (grid => self%levels(l - 1)%grid)
+               call fail(error, exit_input, scene%place('level', part)//': the level reaches ('// &
+                         reals_text(grid%lower + (cell + 0.5_wp)*grid%cell, 6)//') m, less than '// &
+                         to_text(smallest_gap)//' cells of '//si(grid%cell, 'm')// &
+                         ' inside the edge of level '//to_text(l - 1)//', which it refines; allowed: at least '// &
+                         to_text(smallest_gap))
+            end associate
+            return
+         end do
+      end do
+   end subroutine check_nests
 
    !> The fields that every scene has, and those that materials, effects and choices of the method ask for.
    subroutine declare_fields(self)

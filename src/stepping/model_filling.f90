@@ -1,6 +1,5 @@
 !> The blocks that the bodies of a scene need, and the particles in them.
 submodule (m_model) m_model_filling
-   use m_number_text, only: reals_text
    implicit none
 
 contains
