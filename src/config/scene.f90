@@ -16,6 +16,7 @@ module m_scene
    integer, parameter, public :: update_usl = 1, update_usf = 2, update_musl = 3
    integer, parameter, public :: domain_by_law = 0, domain_fixed = 1, domain_stretch = 2, domain_corners = 3
    integer, parameter, public :: fill_by_shape = 0, fill_whole = 1, fill_share = 2
+   integer, parameter, public :: level_box = 1, level_sphere = 2
    integer, parameter, public :: criterion_none = 0, criterion_stress = 1, criterion_strain = 2
    real(wp), parameter, public :: largest_friction = 10.0_wp !< coefficient, of tools and between bodies
    character(len=*), parameter, public :: rest_group = 'rest' !< the contact group of bodies that name none
@@ -111,11 +112,16 @@ module m_scene
       real(wp) :: friction = 0.0_wp
    end type tool_spec_t
 
-   !> &level: a box of cells half the size of those around it. The first lies in the background grid, each
-   !> other in the one before.
+   !> &level: a box or a sphere of cells half the size of those of a level before it. Several that refine one
+   !> level are parts of the region of the next.
    type, public :: level_spec_t
+      integer :: of = 1 !< number of the level that it refines, the grid is 1
+      integer :: shape = level_box
       real(wp) :: lower(3) = 0.0_wp      !< m; where the box moves, at the start
       real(wp) :: upper(3) = 0.0_wp      !< m
+      real(wp) :: center(3) = 0.0_wp     !< of a sphere, m; the same
+      real(wp) :: radius = 0.0_wp        !< of a sphere, m
+      real(wp) :: inner_radius = 0.0_wp  !< of a shell: coarser cells inside it, m; 0: a ball
       integer :: follow = 0 !< what the box moves with, by its number in scene_t%leaders; 0: nothing
       integer :: criterion = criterion_none !< places the box by the gradient of von Mises stress or of strain
       integer :: max_cells = 1000000     !< with a criterion: of the level's own cells, in its box
@@ -231,6 +237,7 @@ module m_scene
       procedure :: place
       procedure :: fields
       procedure :: leaders
+      procedure :: depth
       procedure :: group_label
       procedure :: contact_of
    end type scene_t
@@ -284,6 +291,14 @@ contains
       label = trim(self%contact_groups(number))
       if (label == '') label = rest_group
    end function group_label
+
+   !> Number of levels, the grid among them.
+   pure integer function depth(self)
+      class(scene_t), intent(in) :: self
+      depth = 1
+      if (.not. allocated(self%levels)) return
+      if (size(self%levels) > 0) depth = 1 + maxval(self%levels%of)
+   end function depth
 
    !> Names of what levels may follow: the tools, then the contact groups.
    pure function leaders(self) result(names)

@@ -244,7 +244,7 @@ contains
       spec = scene%contact_of(scene%bodies(one)%field, scene%bodies(other)%field)
       if (spec%start /= start_as_is) return
       per_cell = max(scene%bodies(one)%particles_per_cell, scene%bodies(other)%particles_per_cell)
-      allowed = scene%grid%cell_size/2**size(scene%levels)/nint(per_cell**(1.0_wp/3.0_wp))*(1.0_wp + whole)
+      allowed = scene%grid%cell_size/2**(scene%depth() - 1)/nint(per_cell**(1.0_wp/3.0_wp))*(1.0_wp + whole)
    end function overlap_allowed
 
    !> The same for a sentence.

@@ -11,6 +11,7 @@ module m_scene_groups
    use m_offer, only: catalogue_t, offer_t, offer_slot_t, offered_names
    use m_text, only: to_text
    use m_scene
+   use m_scene_level, only: describe_level
    use m_scene_bodies, only: describe_material, describe_body, describe_cut, describe_tool, describe_nth_motion
    use m_scene_static, only: describe_quasi_static, brings_in_statics
    use m_scene_words
@@ -21,8 +22,6 @@ module m_scene_groups
    public :: read_groups, describe_group, known_variables
 
    integer, parameter :: longest_title = 200, longest_path = 1000
-   integer, parameter :: fewest_cells = 10**3 !< of a box that a criterion places: four cells along each axis,
-                                              !< five beside a side
    integer, parameter :: most_retries = 20 ! a millionth of the time step
    real(wp), parameter :: default_every_wall = 600.0_wp !< s
 
@@ -260,7 +259,8 @@ contains
       case ('motion')
          call describe_nth_motion(group, number, scene%tools)
       case ('level')
-         call describe_level(group, scene%leaders(), scene%levels(number))
+         if (number > 1 .and. group%is_reading()) scene%levels(number)%of = scene%levels(number - 1)%of + 1
+         call describe_level(group, scene, scene%levels(number))
       case ('probe')
          if (.not. allocated(scene%probes(number)%name)) scene%probes(number)%name = 'probe'//to_text(number)
          call group%get_name('name', scene%probes(number)%name)
@@ -335,29 +335,6 @@ contains
       call group%get('flip_fraction', time%flip_fraction, at_least(0.0_wp, '', at_most=1.0_wp), used=flip)
       if (.not. flip) time%flip_fraction = 0.0_wp
    end subroutine describe_time
-
-   !> The box of a level and what moves it, if anything does.
-   subroutine describe_level(group, leaders, level)
-      type(group_reader_t), intent(inout) :: group
-      character(len=*), intent(in) :: leaders(:)
-      type(level_spec_t), intent(inout) :: level
-      integer :: choice
-      call group%get('lower', level%lower, any_value('m'), required=.true.)
-      call group%get('upper', level%upper, any_value('m'), required=.true.)
-      if (group%is_given('follow') .and. size(leaders) == 0) &
-         call group%refuse('follow', 'the scene has no &tool to follow, and no contact groups')
-      if (level%follow > 0 .or. .not. group%is_writing()) &
-         call group%get_choice('follow', level%follow, leaders)
-      choice = level%criterion + 1
-      call group%get_choice('criterion', choice, criterion_words)
-      level%criterion = max(choice, 1) - 1
-      if (level%follow > 0 .and. level%criterion /= criterion_none) &
-         call group%refuse('criterion', 'not together with follow; a level moves by one or the other')
-      if (level%criterion == criterion_none .and. group%is_writing()) return
-      call group%get('max_cells', level%max_cells, least=fewest_cells)
-      if (level%criterion == criterion_none .and. group%is_given('max_cells')) &
-         call group%refuse('max_cells', 'only with criterion=''stress'' or ''strain''')
-   end subroutine describe_level
 
    subroutine describe_guard(group, guard)
       type(group_reader_t), intent(inout) :: group

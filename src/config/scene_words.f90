@@ -15,6 +15,7 @@ module m_scene_words
    character(len=*), parameter, public :: transfer_words(2) = [character(len=6) :: 'affine', 'plain']
    character(len=*), parameter, public :: domain_words(3) = [character(len=7) :: 'fixed', 'stretch', &
                                           'corners']
+   character(len=*), parameter, public :: level_shape_words(2) = [character(len=6) :: 'box', 'sphere']
    character(len=*), parameter, public :: criterion_words(3) = [character(len=6) :: 'none', 'stress', &
                                           'strain']
    character(len=*), parameter, public :: start_words(2) = [character(len=5) :: 'apart', 'as_is']

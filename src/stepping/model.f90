@@ -14,7 +14,7 @@ module m_model
    use m_level, only: level_t
    use m_surface, only: make_surface
    use m_decomposition, only: settle_blocks, blocks_before
-   use m_region, only: region_t, make_region
+   use m_region, only: region_t
    use m_composite, only: composite_t
    use m_membership, only: set_layers, may_live_on, clip_to_home
    use m_joined_cells, only: join_cells
@@ -54,8 +54,8 @@ module m_model
       integer :: levels_row = 0                       !< of the timers, where there are several levels
       type(bounds_t) :: bounds
       real(wp) :: unseen = 1.0_wp !< what the step leaves of the velocity that nodes do not see
-      type(level_spec_t), allocatable :: level_specs(:) !< what the scene says of levels 2 and on
-      type(region_t), allocatable :: first_regions(:)   !< of all levels, at the start
+      type(level_spec_t), allocatable :: level_specs(:) !< what the scene says of the parts of levels 2 and on
+      type(region_t), allocatable :: first_parts(:)     !< the regions of these, at the start
       real(wp), allocatable :: first_centres(:, :)      !< (3, fields): of mass, at the start, m; where a level
                                                         !< follows a contact group
       integer(i8) :: moves = 0                        !< times that boxes of levels have moved
@@ -101,6 +101,18 @@ module m_model
                                                  !< cells: above safety
 
    interface
+      !> The grids of all levels and the regions that they refine.
+      module subroutine make_levels(self, scene)
+         class(model_t), intent(inout) :: self
+         type(scene_t), intent(in) :: scene
+      end subroutine make_levels
+      !> The regions of all levels keep their distance from the edges of those that they refine. (Of single boxes
+      !> the reader has said so.)
+      module subroutine check_nests(self, scene, error)
+         class(model_t), intent(in) :: self
+         type(scene_t), intent(in) :: scene
+         type(error_t), intent(inout) :: error
+      end subroutine check_nests
       !> Collective: the blocks that the bodies need, each on its rank, and the particles in them.
       module subroutine populate(self, scene, error)
          class(model_t), intent(inout) :: self
@@ -168,6 +180,8 @@ contains
       end if
       if (.not. allocated(self%effects)) call make_effects(scene, self%effects)
       call make_levels(self, scene)
+      call check_nests(self, scene, error)
+      if (error%happened()) return
       if (scene%fields() > 1) call add_effect(self%effects, make_surface(scene))
       call self%timers%start(size(self%levels))
       if (size(self%levels) > 1) self%levels_row = self%timers%row_of('levels')
@@ -205,33 +219,6 @@ contains
       has_levels = .false.
       if (allocated(scene%levels)) has_levels = size(scene%levels) > 0
    end function has_levels
-
-   !> The grids of all levels and the regions that they refine.
-   subroutine make_levels(self, scene)
-      class(model_t), intent(inout) :: self
-      type(scene_t), intent(in) :: scene
-      integer :: l, n
-      n = 1
-      if (has_levels(scene)) n = 1 + size(scene%levels)
-      if (n > 1) self%level_specs = scene%levels
-      allocate (self%levels(n), self%effect_step(n), self%exchange(n), self%migration(n), &
-                self%composite(n + 1))
-      allocate (self%level_steps(n), source=0_i8)
-      do l = 1, n
-         self%levels(l)%number = l
-         self%levels(l)%grid = make_grid_level(scene%grid, l)
-         self%levels(l)%grid%fields = scene%fields()
-         self%levels(l)%field_of_body = scene%bodies%field
-         self%levels(l)%region = make_region(self%levels(l)%grid, [0, 0, 0], self%levels(l)%grid%cells)
-         if (l == 1) cycle
-         associate (grid => self%levels(l)%grid, spec => scene%levels(l - 1))
-            self%levels(l)%region = make_region(grid, 2*nint(0.5_wp*(spec%lower &
-                  - grid%lower)*grid%per_cell), &
-                                                2*nint(0.5_wp*(spec%upper - grid%lower)*grid%per_cell))
-         end associate
-      end do
-      self%first_regions = self%levels%region
-   end subroutine make_levels
 
    !> The fields that every scene has, and those that materials, effects and choices of the method ask for.
    subroutine declare_fields(self)
