@@ -10,6 +10,8 @@ module m_quasi_static
    use m_scene, only: scene_t, quasi_static_spec_t
    use m_g2p_boxes, only: motion_t
    use m_pressure, only: pressure_t
+   use m_maxwell, only: maxwell_t
+   use m_norton, only: norton_t
    use m_model, only: model_t, bounds_t
    use m_integrator, only: integrator_t
    use m_complaints, only: particle_text, most_cells_a_step
@@ -52,7 +54,6 @@ module m_quasi_static
 
    real(wp), parameter :: most_cells = 0.98_wp*most_cells_a_step !< that a node moves in a step
    real(wp), parameter :: wished_cells = 0.4_wp     !< and what the next one aims at
-   real(wp), parameter :: most_crept = 0.05_wp !< of the largest stress, that it would relax by in a step
    real(wp), parameter :: growth = 1.5_wp, least_growth = 0.1_wp
    integer, parameter :: easy = 5              !< Newton iterations up to which the next step is longer
    real(wp), parameter :: smallest_share = 1.0e-4_wp !< of the first step
@@ -79,9 +80,15 @@ contains
          end select
       end do
       self%creeps = .false.
-      do m = 1, size(scene%materials)
-         self%creeps = self%creeps .or. any(scene%materials(m)%law%name == [character(len=7) :: 'norton', &
-               'maxwell'])
+      do m = 1, size(model%materials%slots)
+         select type (law => model%materials%slots(m)%law)
+         type is (maxwell_t)
+            self%creeps = .true.
+         type is (norton_t)
+            self%creeps = .true.
+            law%relaxes_exactly = law%has_one_power()
+            self%equilibrium%system%halves = self%equilibrium%system%halves .or. law%relaxes_exactly
+         end select
       end do
       self%equilibrium%system%ramp = self%spec%ramp
       model%effect_step%leads = .false.
@@ -100,7 +107,7 @@ contains
       integer :: t
       time_step = share*model%static_step
       if (self%spec%max_step > 0.0_wp) time_step = min(time_step, self%spec%max_step)
-      if (self%creeps) time_step = time_step*creep_share(model, time_step)
+      if (self%creeps) time_step = time_step*creep_share(model, time_step, self%spec%creep_limit)
       do t = 1, size(model%contact%tools)
          speed = model%contact%tools(t)%fastest(model%time, model%time + time_step)
          if (speed*time_step > most_cells*model%levels(1)%grid%cell) &
@@ -111,9 +118,10 @@ contains
    end function next_step
 
    !> Collective: the share of a step in which no stress relaxes by more than is allowed.
-   real(wp) function creep_share(model, time_step) result(share)
+   real(wp) function creep_share(model, time_step, most) result(share)
       type(model_t), intent(in) :: model
       real(wp), intent(in) :: time_step !< s
+      real(wp), intent(in) :: most      !< change of stress, of the largest stress
       real(wp) :: sizes(2), of_block(2)
       integer :: b, try
       share = 1.0_wp
@@ -126,8 +134,8 @@ contains
          end do
          sizes(1) = model%communicator%maximum(sizes(1))
          sizes(2) = model%communicator%maximum(sizes(2))
-         if (.not. sizes(1) > most_crept*sizes(2)) return
-         share = share*max(least_growth, 0.95_wp*most_crept*sizes(2)/sizes(1))
+         if (.not. sizes(1) > most*sizes(2)) return
+         share = share*max(least_growth, 0.95_wp*most*sizes(2)/sizes(1))
       end do
    end function creep_share
 
@@ -216,7 +224,14 @@ contains
             if (model%effect_step(1)%acts_on_nodes) call model%effect_step(1)%measure(level, b, time_step)
             if (level%blocks(b)%particles%count > 0) then
                call g2p_block(model, 1, b, motion, model%time, error)
-               call stress_block(model, 1, b, time_step, error)
+               if (self%equilibrium%system%halves) then
+                  call pass_half(model, b, time_step)
+                  level%gradient = 2.0_wp*level%gradient
+                  call stress_block(model, 1, b, 0.5_wp*time_step, error)
+                  level%gradient = 0.5_wp*level%gradient
+               else
+                  call stress_block(model, 1, b, time_step, error)
+               end if
                call follow_loads(model, 1, b, motion, model%time)
             end if
             call cells_block(model, 1, b, error)
@@ -230,6 +245,25 @@ contains
       model%step = model%step + 1
       self%steps = self%steps + 1
    end subroutine commit
+
+   !> The first half of a step's time passes for the particles of a block, which stand still.
+   subroutine pass_half(model, b, time_step)
+      type(model_t), intent(inout) :: model
+      integer, intent(in) :: b
+      real(wp), intent(in) :: time_step !< the whole, s
+      real(wp), allocatable :: still(:, :)
+      integer :: first, last
+      associate (particles => model%levels(1)%blocks(b)%particles)
+         allocate (still(particles%count, 9), source=0.0_wp)
+         first = 1
+         do while (first <= particles%count)
+            last = particles%run_end(first)
+            call model%materials%slots(model%materials%of_body(particles%body(first)))%law%update(particles%column, &
+                     model%levels(1)%layout, still, 0.5_wp*time_step, first, last)
+            first = last + 1
+         end do
+      end associate
+   end subroutine pass_half
 
    !> The next step: longer where this one was easy, but not so long that particles move too far. One that was
    !> cut short to meet a time, or for creep, does not shorten those that follow.

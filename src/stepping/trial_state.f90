@@ -15,6 +15,7 @@ module m_trial_state
 
    !> Of one block's particles.
    type :: trial_block_t
+      logical :: halves = .false. !< half of a step's time passes before the displacement, half with it
       real(wp), allocatable :: gradient(:, :) !< (:, 9): A = du/dX, component ij at 3 (j-1) + i
       real(wp), allocatable :: force(:, :)    !< (:, 9): minus volume times the first Piola-Kirchhoff stress
                                               !< with respect to the beginning of the step, N m
@@ -71,7 +72,7 @@ contains
          do while (first <= run)
             last = min(first + lanes - 1, run)
             n = last - first + 1
-            call stress_of(particles, materials, layout, time_step, first, n, self%gradient(first:last, :), &
+            call stress_of(self%halves, particles, materials, layout, time_step, first, n, self%gradient(first:last, :), &
                            self%force(first:last, :), determinant)
             verdict%largest = max(verdict%largest, maxval(abs(self%gradient(first:last, :))))
             if (.not. all(abs(self%force(first:last, :)) <= huge(1.0_wp))) verdict%finite = .false.
@@ -104,8 +105,8 @@ contains
                near(:n, :) = self%gradient(first:last, :)
                near(:n, kl) = near(:n, kl) + difference
                span = difference
-               call stress_of(particles, materials, layout, time_step, first, n, near(:n, :), force(:n, :), &
-                              determinant)
+               call stress_of(self%halves, particles, materials, layout, time_step, first, n, near(:n, :), &
+                              force(:n, :), determinant)
                self%tangent(first:last, 9*kl - 8:9*kl) = (self%force(first:last, :) - force(:n, :))/span
             end do
             first = last + 1
@@ -132,8 +133,8 @@ contains
          do while (first <= run)
             last = min(first + lanes - 1, run)
             n = last - first + 1
-            call stress_of(particles, materials, layout, time_step, first, n, still(:n, :), force(:n, :), &
-                           determinant)
+            call stress_of(.false., particles, materials, layout, time_step, first, n, still(:n, :), &
+                           force(:n, :), determinant)
             associate (column => particles%column(first:last, :))
                do c = 1, 9
                   sizes(1) = max(sizes(1), maxval(abs(force(:n, c)/column(:, layout%volume) &
@@ -148,7 +149,8 @@ contains
 
    !> Minus V P of `count` particles of one body from `first` on: P = sigma cof F, F = I + A. The law gets a
    !> copy of their columns.
-   subroutine stress_of(particles, materials, layout, time_step, first, count, gradient, force, determinant)
+   subroutine stress_of(halves, particles, materials, layout, time_step, first, count, gradient, force, determinant)
+      logical, intent(in) :: halves
       type(particle_store_t), intent(in) :: particles
       type(materials_t), intent(in) :: materials
       type(layout_t), intent(in) :: layout
@@ -158,10 +160,18 @@ contains
       real(wp), intent(out) :: force(:, :)   !< (count, 9)
       real(wp), intent(out) :: determinant(:)
       real(wp) :: column(count, size(particles%column, 2)), rate(count, 9)
+      real(wp) :: length
       column = particles%column(first:first + count - 1, :)
-      rate = gradient/time_step
-      call materials%slots(materials%of_body(particles%body(first)))%law%update(column, layout, rate, time_step, &
-                                                                              1, count)
+      associate (law => materials%slots(materials%of_body(particles%body(first)))%law)
+         length = time_step
+         if (halves) then
+            length = 0.5_wp*time_step
+            rate = 0.0_wp
+            call law%update(column, layout, rate, length, 1, count)
+         end if
+         rate = gradient/length
+         call law%update(column, layout, rate, length, 1, count)
+      end associate
       call pull_back(count, gradient, particles%column(first:first + count - 1, layout%volume), &
                      column(:, layout%stress:layout%stress + 5), force, determinant)
    end subroutine stress_of
