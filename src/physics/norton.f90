@@ -26,15 +26,11 @@ module m_norton
       real(wp) :: primary_strain = 0.0_wp           !< at creep_stress after primary_time; 0: none
       real(wp) :: primary_time = 1.0_wp             !< s
       real(wp) :: primary_exponent = 1.0_wp/3.0_wp  !< of time
-      logical :: relaxes_exactly = .false. !< a step's creep by a power law alone is that at held strain, to all
-                                           !< digits, in place of backward in time (theory.md, eq. creep-halves)
       integer :: creep = 0, primary = 0             !< columns: equivalent creep strain, the primary part of it
    contains
       procedure :: variables
       procedure :: declare
       procedure :: flow
-      procedure :: has_one_power
-      procedure, private :: relaxed
       procedure, private :: relax
       procedure, private :: relax_all
       procedure, private :: rate_of
@@ -133,10 +129,6 @@ contains
       real(wp), intent(out), contiguous :: q(:)      !< Pa
       real(wp) :: u(size(trial)), aim(size(trial)), crept, side, change, worst, factor, shift
       integer :: i, iteration
-      if (self%relaxes_exactly) then
-         q = self%relaxed(dt, trial)
-         return
-      end if
       factor = 3.0_wp*self%shear*dt*self%creep_rate(1)
       shift = log(self%creep_stress(1))
       aim = log(max(trial, least_stress))
@@ -156,26 +148,6 @@ contains
       end do
       q = min(exp(u), trial)
    end subroutine relax_all
-
-   !> True where creep is by one power law and nothing else.
-   pure logical function has_one_power(self)
-      class(norton_t), intent(in) :: self
-      has_one_power = size(self%creep_stress) == 1 .and. .not. self%primary_strain > 0.0_wp
-   end function has_one_power
-
-   !> What a von Mises stress (Pa) relaxes to at held strain in a time dt (s): dq/dt = -3 mu rate(q).
-   pure elemental real(wp) function relaxed(self, dt, trial) result(q)
-      class(norton_t), intent(in) :: self
-      real(wp), intent(in) :: dt, trial
-      real(wp) :: share, n
-      n = self%creep_exponent - 1.0_wp
-      share = 3.0_wp*self%shear*dt*self%creep_rate(1)/self%creep_stress(1)*(trial/self%creep_stress(1))**n
-      if (n > 1.0e-6_wp) then
-         q = trial*(1.0_wp + n*share)**(-1.0_wp/n)
-      else
-         q = trial*exp(-share)
-      end if
-   end function relaxed
 
    !> The von Mises stress q after a step that begins with `trial`:
    !>    q + 3 mu (dt rate(q) + primary creep at q) = trial

@@ -19,7 +19,7 @@ module m_quasi_static
    use m_stress_stage, only: stress_block
    use m_cells_stage, only: cells_block
    use m_advance, only: migrate
-   use m_trial_state, only: relaxation
+   use m_trial_state, only: relaxation, part_of_gradient
    use m_equilibrium, only: equilibrium_t, found, turned, no_contact_set, too_far
    use m_static_loads, only: find_contact, book_contact
    use m_static_times, only: next_stop
@@ -55,6 +55,7 @@ module m_quasi_static
    real(wp), parameter :: most_cells = 0.98_wp*most_cells_a_step !< that a node moves in a step
    real(wp), parameter :: wished_cells = 0.4_wp     !< and what the next one aims at
    real(wp), parameter :: growth = 1.5_wp, least_growth = 0.1_wp
+   integer, parameter :: parts_of_creep = 4    !< in which laws that creep take a step
    integer, parameter :: easy = 5              !< Newton iterations up to which the next step is longer
    real(wp), parameter :: smallest_share = 1.0e-4_wp !< of the first step
    real(wp), parameter :: reach = 1.0_wp       !< cells: no point comes to a tool from further away in a step
@@ -86,8 +87,7 @@ contains
             self%creeps = .true.
          type is (norton_t)
             self%creeps = .true.
-            law%relaxes_exactly = law%has_one_power()
-            self%equilibrium%system%halves = self%equilibrium%system%halves .or. law%relaxes_exactly
+            self%equilibrium%system%parts = parts_of_creep
          end select
       end do
       self%equilibrium%system%ramp = self%spec%ramp
@@ -107,21 +107,22 @@ contains
       integer :: t
       time_step = share*model%static_step
       if (self%spec%max_step > 0.0_wp) time_step = min(time_step, self%spec%max_step)
+      remaining = next_stop(scene, model) - model%time
+      time_step = min(time_step, remaining)
       if (self%creeps) time_step = time_step*creep_share(model, time_step, self%spec%creep_limit)
       do t = 1, size(model%contact%tools)
          speed = model%contact%tools(t)%fastest(model%time, model%time + time_step)
          if (speed*time_step > most_cells*model%levels(1)%grid%cell) &
             time_step = most_cells*model%levels(1)%grid%cell/speed
       end do
-      remaining = next_stop(scene, model) - model%time
       time_step = remaining/max(1_i8, ceiling(min(remaining/time_step - 1.0e-6_wp, 1.0e15_wp), i8))
    end function next_step
 
-   !> Collective: the share of a step in which no stress relaxes by more than is allowed.
+   !> Collective: the share of a step in which stress relaxes by no more than is allowed.
    real(wp) function creep_share(model, time_step, most) result(share)
       type(model_t), intent(in) :: model
       real(wp), intent(in) :: time_step !< s
-      real(wp), intent(in) :: most      !< change of stress, of the largest stress
+      real(wp), intent(in) :: most      !< change of stress, of all of it
       real(wp) :: sizes(2), of_block(2)
       integer :: b, try
       share = 1.0_wp
@@ -130,10 +131,9 @@ contains
          do b = 1, size(model%levels(1)%blocks)
             of_block = relaxation(model%levels(1)%blocks(b)%particles, model%materials, &
                                   model%levels(1)%layout, share*time_step)
-            sizes = max(sizes, of_block)
+            sizes = sizes + of_block
          end do
-         sizes(1) = model%communicator%maximum(sizes(1))
-         sizes(2) = model%communicator%maximum(sizes(2))
+         sizes = [sqrt(model%communicator%sum_real(sizes(1))), sqrt(model%communicator%sum_real(sizes(2)))]
          if (.not. sizes(1) > most*sizes(2)) return
          share = share*max(least_growth, 0.95_wp*most*sizes(2)/sizes(1))
       end do
@@ -224,14 +224,7 @@ contains
             if (model%effect_step(1)%acts_on_nodes) call model%effect_step(1)%measure(level, b, time_step)
             if (level%blocks(b)%particles%count > 0) then
                call g2p_block(model, 1, b, motion, model%time, error)
-               if (self%equilibrium%system%halves) then
-                  call pass_half(model, b, time_step)
-                  level%gradient = 2.0_wp*level%gradient
-                  call stress_block(model, 1, b, 0.5_wp*time_step, error)
-                  level%gradient = 0.5_wp*level%gradient
-               else
-                  call stress_block(model, 1, b, time_step, error)
-               end if
+               call stress_in_parts(model, b, self%equilibrium%system%parts, time_step, error)
                call follow_loads(model, 1, b, motion, model%time)
             end if
             call cells_block(model, 1, b, error)
@@ -246,24 +239,22 @@ contains
       self%steps = self%steps + 1
    end subroutine commit
 
-   !> The first half of a step's time passes for the particles of a block, which stand still.
-   subroutine pass_half(model, b, time_step)
+   !> Stress, volumes and domains of a block, in as many parts as the laws were asked in.
+   subroutine stress_in_parts(model, b, parts, time_step, error)
       type(model_t), intent(inout) :: model
-      integer, intent(in) :: b
+      integer, intent(in) :: b, parts
       real(wp), intent(in) :: time_step !< the whole, s
-      real(wp), allocatable :: still(:, :)
-      integer :: first, last
-      associate (particles => model%levels(1)%blocks(b)%particles)
-         allocate (still(particles%count, 9), source=0.0_wp)
-         first = 1
-         do while (first <= particles%count)
-            last = particles%run_end(first)
-            call model%materials%slots(model%materials%of_body(particles%body(first)))%law%update(particles%column, &
-                     model%levels(1)%layout, still, 0.5_wp*time_step, first, last)
-            first = last + 1
-         end do
-      end associate
-   end subroutine pass_half
+      type(error_t), intent(inout) :: error
+      real(wp), allocatable :: whole(:, :)
+      integer :: k, n
+      n = model%levels(1)%blocks(b)%particles%count
+      if (parts > 1) whole = time_step*model%levels(1)%gradient(:n, :)
+      do k = 1, parts
+         if (k > 1) call part_of_gradient(n, whole, k, parts, time_step, model%levels(1)%gradient)
+         call stress_block(model, 1, b, time_step/parts, error)
+      end do
+      if (parts > 1) model%levels(1)%gradient(:n, :) = whole/time_step
+   end subroutine stress_in_parts
 
    !> The next step: longer where this one was easy, but not so long that particles move too far. One that was
    !> cut short to meet a time, or for creep, does not shorten those that follow.
