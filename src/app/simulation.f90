@@ -29,6 +29,7 @@ module m_simulation
    use m_console, only: console_t
    use m_introduction, only: introduce
    use m_plan, only: print_plan
+   use m_static_plan, only: print_static_plan
    use m_expectation, only: expectation_t
    use m_closing_summary, only: summarise, course_t
    implicit none
@@ -156,7 +157,11 @@ contains
       call self%console%line('guard      '//self%guard%sentence(self%model))
       call self%balance%begin(self%model)
       call self%guard%save(self%model, self%balance, written=.true.)
-      call print_plan(self%console, self%scene, self%model, self%guard%kept_bytes(self%model), self%error)
+      if (self%scene%quasi_static%present) then
+         call print_static_plan(self%console, self%scene, self%model, self%integrator, self%error)
+      else
+         call print_plan(self%console, self%scene, self%model, self%guard%kept_bytes(self%model), self%error)
+      end if
    end subroutine make_plan
 
    !> True when the scene has ended or the run cannot go on.

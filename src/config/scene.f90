@@ -162,6 +162,7 @@ module m_scene
       real(wp) :: max_step = 0.0_wp      !< none is longer, s; 0: as long as accuracy lets it
       real(wp) :: ramp = 0.0_wp          !< over which the loads of effects come on from the start, s
       real(wp) :: tolerance = 1.0e-6_wp  !< residual, relative to the forces that are in balance
+      real(wp) :: creep_limit = 0.1_wp   !< of all stress, by which it may relax at rest in a step
       real(wp) :: stabilisation = 1.0_wp/30.0_wp !< of the ghost penalty, in Young's modulus; 0: none
       logical :: iterations = .false.    !< every Newton iteration is told
    end type quasi_static_spec_t

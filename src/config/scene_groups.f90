@@ -75,7 +75,8 @@ contains
       do m = 1, size(scene%materials)
          if (scene%materials(m)%law%for_large_strains()) scene%chose_domain = .true.
       end do
-      if (scene%chose_domain) scene%time%domain = domain_corners
+      if (scene%chose_domain) scene%time%domain = merge(domain_stretch, domain_corners, &
+                                                        scene%quasi_static%present)
    end subroutine choose_domain
 
    !> True when a law brings an effect: that of a body with more than one particle a cell, for one alone does

@@ -27,6 +27,7 @@ contains
       call group%get('max_step', spec%max_step, at_least(0.0_wp, 's'))
       call group%get('ramp', spec%ramp, at_least(0.0_wp, 's'))
       call group%get('tolerance', spec%tolerance, above(0.0_wp, '', at_most=largest_tolerance))
+      call group%get('creep_limit', spec%creep_limit, above(0.0_wp, '', at_most=0.5_wp))
       call group%get('stabilisation', spec%stabilisation, at_least(0.0_wp, '', at_most=1.0_wp))
       call group%get('iterations', spec%iterations)
       if (spec%max_step > 0.0_wp .and. spec%max_step < spec%step) &

@@ -1,5 +1,5 @@
 !> Bound-constrained quadratic problems on PETSc: minimise 1/2 x'Mx - b'x over x >= 0, M given by its product.
-!> The only module that includes PETSc. An error inside PETSc aborts all ranks with PETSc's own words. Guesses which unknowns are
+!> An error inside PETSc aborts all ranks with PETSc's own words. Guesses which unknowns are
 !> free come first, with PETSc's conjugate gradients for those; where they run in a circle, TAO's gradient projection with conjugate
 !> gradients (Moré and Toraldo 1991) goes on. That is asked for the change from the start value: what the objective falls by is
 !> then no difference of large numbers, whose rounding would send its line searches to and fro where the start is good.

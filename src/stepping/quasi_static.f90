@@ -10,6 +10,8 @@ module m_quasi_static
    use m_scene, only: scene_t, quasi_static_spec_t
    use m_g2p_boxes, only: motion_t
    use m_pressure, only: pressure_t
+   use m_maxwell, only: maxwell_t
+   use m_norton, only: norton_t
    use m_model, only: model_t, bounds_t
    use m_integrator, only: integrator_t
    use m_complaints, only: particle_text, most_cells_a_step
@@ -17,7 +19,7 @@ module m_quasi_static
    use m_stress_stage, only: stress_block
    use m_cells_stage, only: cells_block
    use m_advance, only: migrate
-   use m_trial_state, only: relaxation
+   use m_trial_state, only: relaxation, part_of_gradient
    use m_equilibrium, only: equilibrium_t, found, turned, no_contact_set, too_far
    use m_static_loads, only: find_contact, book_contact
    use m_static_times, only: next_stop
@@ -52,8 +54,8 @@ module m_quasi_static
 
    real(wp), parameter :: most_cells = 0.98_wp*most_cells_a_step !< that a node moves in a step
    real(wp), parameter :: wished_cells = 0.4_wp     !< and what the next one aims at
-   real(wp), parameter :: most_crept = 0.05_wp !< of the largest stress, that it would relax by in a step
    real(wp), parameter :: growth = 1.5_wp, least_growth = 0.1_wp
+   integer, parameter :: parts_of_creep = 4    !< in which laws that creep take a step
    integer, parameter :: easy = 5              !< Newton iterations up to which the next step is longer
    real(wp), parameter :: smallest_share = 1.0e-4_wp !< of the first step
    real(wp), parameter :: reach = 1.0_wp       !< cells: no point comes to a tool from further away in a step
@@ -79,9 +81,14 @@ contains
          end select
       end do
       self%creeps = .false.
-      do m = 1, size(scene%materials)
-         self%creeps = self%creeps .or. any(scene%materials(m)%law%name == [character(len=7) :: 'norton', &
-               'maxwell'])
+      do m = 1, size(model%materials%slots)
+         select type (law => model%materials%slots(m)%law)
+         type is (maxwell_t)
+            self%creeps = .true.
+         type is (norton_t)
+            self%creeps = .true.
+            self%equilibrium%system%parts = parts_of_creep
+         end select
       end do
       self%equilibrium%system%ramp = self%spec%ramp
       model%effect_step%leads = .false.
@@ -100,20 +107,22 @@ contains
       integer :: t
       time_step = share*model%static_step
       if (self%spec%max_step > 0.0_wp) time_step = min(time_step, self%spec%max_step)
-      if (self%creeps) time_step = time_step*creep_share(model, time_step)
+      remaining = next_stop(scene, model) - model%time
+      time_step = min(time_step, remaining)
+      if (self%creeps) time_step = time_step*creep_share(model, time_step, self%spec%creep_limit)
       do t = 1, size(model%contact%tools)
          speed = model%contact%tools(t)%fastest(model%time, model%time + time_step)
          if (speed*time_step > most_cells*model%levels(1)%grid%cell) &
             time_step = most_cells*model%levels(1)%grid%cell/speed
       end do
-      remaining = next_stop(scene, model) - model%time
       time_step = remaining/max(1_i8, ceiling(min(remaining/time_step - 1.0e-6_wp, 1.0e15_wp), i8))
    end function next_step
 
-   !> Collective: the share of a step in which no stress relaxes by more than is allowed.
-   real(wp) function creep_share(model, time_step) result(share)
+   !> Collective: the share of a step in which stress relaxes by no more than is allowed.
+   real(wp) function creep_share(model, time_step, most) result(share)
       type(model_t), intent(in) :: model
       real(wp), intent(in) :: time_step !< s
+      real(wp), intent(in) :: most      !< change of stress, of all of it
       real(wp) :: sizes(2), of_block(2)
       integer :: b, try
       share = 1.0_wp
@@ -122,12 +131,11 @@ contains
          do b = 1, size(model%levels(1)%blocks)
             of_block = relaxation(model%levels(1)%blocks(b)%particles, model%materials, &
                                   model%levels(1)%layout, share*time_step)
-            sizes = max(sizes, of_block)
+            sizes = sizes + of_block
          end do
-         sizes(1) = model%communicator%maximum(sizes(1))
-         sizes(2) = model%communicator%maximum(sizes(2))
-         if (.not. sizes(1) > most_crept*sizes(2)) return
-         share = share*max(least_growth, 0.95_wp*most_crept*sizes(2)/sizes(1))
+         sizes = [sqrt(model%communicator%sum_real(sizes(1))), sqrt(model%communicator%sum_real(sizes(2)))]
+         if (.not. sizes(1) > most*sizes(2)) return
+         share = share*max(least_growth, 0.95_wp*most*sizes(2)/sizes(1))
       end do
    end function creep_share
 
@@ -216,7 +224,7 @@ contains
             if (model%effect_step(1)%acts_on_nodes) call model%effect_step(1)%measure(level, b, time_step)
             if (level%blocks(b)%particles%count > 0) then
                call g2p_block(model, 1, b, motion, model%time, error)
-               call stress_block(model, 1, b, time_step, error)
+               call stress_in_parts(model, b, self%equilibrium%system%parts, time_step, error)
                call follow_loads(model, 1, b, motion, model%time)
             end if
             call cells_block(model, 1, b, error)
@@ -230,6 +238,23 @@ contains
       model%step = model%step + 1
       self%steps = self%steps + 1
    end subroutine commit
+
+   !> Stress, volumes and domains of a block, in as many parts as the laws were asked in.
+   subroutine stress_in_parts(model, b, parts, time_step, error)
+      type(model_t), intent(inout) :: model
+      integer, intent(in) :: b, parts
+      real(wp), intent(in) :: time_step !< the whole, s
+      type(error_t), intent(inout) :: error
+      real(wp), allocatable :: whole(:, :)
+      integer :: k, n
+      n = model%levels(1)%blocks(b)%particles%count
+      if (parts > 1) whole = time_step*model%levels(1)%gradient(:n, :)
+      do k = 1, parts
+         if (k > 1) call part_of_gradient(n, whole, k, parts, time_step, model%levels(1)%gradient)
+         call stress_block(model, 1, b, time_step/parts, error)
+      end do
+      if (parts > 1) model%levels(1)%gradient(:n, :) = whole/time_step
+   end subroutine stress_in_parts
 
    !> The next step: longer where this one was easy, but not so long that particles move too far. One that was
    !> cut short to meet a time, or for creep, does not shorten those that follow.

@@ -34,6 +34,7 @@ module m_static_system
       real(wp), allocatable :: diagonal(:)           !< (unknowns): of the stiffness, N/m
       real(wp), allocatable :: work(:, :)            !< (particles of the largest block, 27)
       real(wp) :: time_step = 0.0_wp                 !< s
+      integer :: parts = 1                           !< as of trial_block_t
       real(wp) :: ramp = 0.0_wp                      !< over which loads come on from time 0, s
       real(wp) :: scale = 0.0_wp !< size of the forces that are in balance, N
       logical :: presses = .false.                   !< products take pressed points along
@@ -76,6 +77,7 @@ contains
          if (.not. allocated(self%trial)) allocate (self%trial(size(level%blocks)))
          largest = 1
          do b = 1, size(level%blocks)
+            self%trial(b)%parts = self%parts
             call self%trial(b)%fit(level%blocks(b)%particles%count, tangents=.true.)
             largest = max(largest, level%blocks(b)%particles%count)
          end do

@@ -3,18 +3,20 @@
 !> eq. static-residual).
 module m_trial_state
    use m_kinds, only: wp
+   use m_vectors, only: cross
    use m_field_table, only: layout_t
    use m_particle_store, only: particle_store_t
    use m_materials, only: materials_t
    implicit none
    private
-   public :: trial_block_t, verdict_t, relaxation
+   public :: trial_block_t, verdict_t, relaxation, part_of_gradient
 
    integer, parameter :: lanes = 64 !< particles at once: their columns stay in the nearest cache
    real(wp), parameter :: difference = 1.0e-7_wp !< of a component of the gradient
 
    !> Of one block's particles.
    type :: trial_block_t
+      integer :: parts = 1 !< in which the laws take a step: material that creeps goes backward in time
       real(wp), allocatable :: gradient(:, :) !< (:, 9): A = du/dX, component ij at 3 (j-1) + i
       real(wp), allocatable :: force(:, :)    !< (:, 9): minus volume times the first Piola-Kirchhoff stress
                                               !< with respect to the beginning of the step, N m
@@ -71,7 +73,7 @@ contains
          do while (first <= run)
             last = min(first + lanes - 1, run)
             n = last - first + 1
-            call stress_of(particles, materials, layout, time_step, first, n, self%gradient(first:last, :), &
+            call stress_of(self%parts, particles, materials, layout, time_step, first, n, self%gradient(first:last, :), &
                            self%force(first:last, :), determinant)
             verdict%largest = max(verdict%largest, maxval(abs(self%gradient(first:last, :))))
             if (.not. all(abs(self%force(first:last, :)) <= huge(1.0_wp))) verdict%finite = .false.
@@ -104,8 +106,8 @@ contains
                near(:n, :) = self%gradient(first:last, :)
                near(:n, kl) = near(:n, kl) + difference
                span = difference
-               call stress_of(particles, materials, layout, time_step, first, n, near(:n, :), force(:n, :), &
-                              determinant)
+               call stress_of(self%parts, particles, materials, layout, time_step, first, n, near(:n, :), &
+                              force(:n, :), determinant)
                self%tangent(first:last, 9*kl - 8:9*kl) = (self%force(first:last, :) - force(:n, :))/span
             end do
             first = last + 1
@@ -113,8 +115,8 @@ contains
       end do
    end subroutine linearise
 
-   !> By how much the stress of particles that stand still would change in a time, and how large it is, Pa:
-   !> the largest of a component each.
+   !> By how much the stress of particles that stand still would change in a time, and how large it is: sums of
+   !> squares over components and volumes, Pa2 m3.
    function relaxation(particles, materials, layout, time_step) result(sizes)
       type(particle_store_t), intent(in) :: particles
       type(materials_t), intent(in) :: materials
@@ -132,14 +134,14 @@ contains
          do while (first <= run)
             last = min(first + lanes - 1, run)
             n = last - first + 1
-            call stress_of(particles, materials, layout, time_step, first, n, still(:n, :), force(:n, :), &
-                           determinant)
+            call stress_of(1, particles, materials, layout, time_step, first, n, still(:n, :), &
+                           force(:n, :), determinant)
             associate (column => particles%column(first:last, :))
                do c = 1, 9
-                  sizes(1) = max(sizes(1), maxval(abs(force(:n, c)/column(:, layout%volume) &
-                                                      + column(:, layout%stress + at(c) - 1))))
+                  sizes(1) = sizes(1) + sum((force(:n, c) + column(:, layout%volume) &
+                                             *column(:, layout%stress + at(c) - 1))**2/column(:, layout%volume))
+                  sizes(2) = sizes(2) + sum(column(:, layout%volume)*column(:, layout%stress + at(c) - 1)**2)
                end do
-               sizes(2) = max(sizes(2), maxval(abs(column(:, layout%stress:layout%stress + 5))))
             end associate
             first = last + 1
          end do
@@ -148,7 +150,8 @@ contains
 
    !> Minus V P of `count` particles of one body from `first` on: P = sigma cof F, F = I + A. The law gets a
    !> copy of their columns.
-   subroutine stress_of(particles, materials, layout, time_step, first, count, gradient, force, determinant)
+   subroutine stress_of(parts, particles, materials, layout, time_step, first, count, gradient, force, determinant)
+      integer, intent(in) :: parts
       type(particle_store_t), intent(in) :: particles
       type(materials_t), intent(in) :: materials
       type(layout_t), intent(in) :: layout
@@ -158,13 +161,44 @@ contains
       real(wp), intent(out) :: force(:, :)   !< (count, 9)
       real(wp), intent(out) :: determinant(:)
       real(wp) :: column(count, size(particles%column, 2)), rate(count, 9)
+      integer :: k
       column = particles%column(first:first + count - 1, :)
-      rate = gradient/time_step
-      call materials%slots(materials%of_body(particles%body(first)))%law%update(column, layout, rate, time_step, &
-                                                                              1, count)
+      associate (law => materials%slots(materials%of_body(particles%body(first)))%law)
+         do k = 1, parts
+            call part_of_gradient(count, gradient, k, parts, time_step, rate)
+            call law%update(column, layout, rate, time_step/parts, 1, count)
+         end do
+      end associate
       call pull_back(count, gradient, particles%column(first:first + count - 1, layout%volume), &
                      column(:, layout%stress:layout%stress + 5), force, determinant)
    end subroutine stress_of
+
+   !> Velocity gradient of the k-th of so many equal parts of a step, at the part's beginning, of a
+   !> displacement that grows evenly: A (I + (k-1)/parts A)^-1 over the step, 1/s.
+   pure subroutine part_of_gradient(n, a, k, parts, time_step, rate)
+      integer, intent(in) :: n, k, parts
+      real(wp), intent(in) :: a(:, :)      !< (n or more, 9)
+      real(wp), intent(in) :: time_step    !< s
+      real(wp), intent(inout) :: rate(:, :) !< (n or more, 9)
+      real(wp) :: f(3, 3), inverse(3, 3), s, determinant
+      integer :: i, p
+      if (k == 1) then
+         rate(:n, :) = a(:n, :)/time_step
+         return
+      end if
+      s = (k - 1.0_wp)/parts
+      do p = 1, n
+         f = s*reshape(a(p, :), [3, 3])
+         do i = 1, 3
+            f(i, i) = f(i, i) + 1.0_wp
+         end do
+         inverse(:, 1) = cross(f(:, 2), f(:, 3))
+         inverse(:, 2) = cross(f(:, 3), f(:, 1))
+         inverse(:, 3) = cross(f(:, 1), f(:, 2))
+         determinant = dot_product(f(:, 1), inverse(:, 1))
+         rate(p, :) = reshape(matmul(reshape(a(p, :), [3, 3]), transpose(inverse)), [9])/(determinant*time_step)
+      end do
+   end subroutine part_of_gradient
 
    !> force = - V sigma cof(I + A).
    pure subroutine pull_back(n, a, volume, s, force, determinant)
