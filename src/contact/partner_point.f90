@@ -28,13 +28,16 @@ contains
       type(meeting_t), intent(in) :: meeting
       type(partner_t), intent(out) :: partner
       real(wp) :: place(3), centre(3), span(3, 3), share
-      integer :: node(3)
+      integer :: k, node(3)
       partner%field = meeting%field
       partner%element = elements%element(meeting%element)
       associate (grid => level%grid, turns => level%layout%domain > 0)
          place = (meeting%point - grid%lower)*grid%per_cell
          centre = (meeting%centre - grid%lower)*grid%per_cell
          span = elements%span(:, :, meeting%element)*grid%per_cell
+         do k = 1, 3 ! how far the element's own domain reaches along the normal is nothing to the other body
+            span(:, k) = span(:, k) - dot_product(meeting%normal, span(:, k))*meeting%normal
+         end do
          share = meeting%share
          if (any(abs(place - nint(centre)) > 1.0_wp)) share = 1.0_wp ! nothing of a force is out of reach
          node = merge(nint(centre), nint(place), share < 1.0_wp)
