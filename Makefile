@@ -81,7 +81,7 @@ library_objects := $(patsubst src/%,$(build)/obj/src/%.o,$(basename $(filter-out
 program := $(if $(filter $(main),$(sources)),$(build)/gimp3d)
 
 # Goals that compile nothing need no list of what depends on what.
-plain_goals := help clean distclean deps needed venv demo test check test-all bench fuzz effects plans plots hardness hard map study api uninstall report gallery paraview benchmarks error_bar solve vumat
+plain_goals := help clean distclean deps needed venv demo test check test-all bench fuzz effects plans plots hardness hard map study api uninstall report gallery paraview benchmarks error_bar pole_figure solve vumat
 ifneq ($(filter-out $(plain_goals),$(or $(MAKECMDGOALS),gimp3d)),)
 include $(build)/depends.mk
 stale_modules := $(filter-out $(modules:%=$(build)/mod/%.mod),$(wildcard $(build)/mod/*.mod))
@@ -240,7 +240,7 @@ uninstall:
 
 # ---- use ------------------------------------------------------------------------------------------------------------------------
 
-.PHONY: demo test check test-all bench fuzz effects plans plots hardness hard map study api report gallery paraview benchmarks error_bar solve vumat
+.PHONY: demo test check test-all bench fuzz effects plans plots hardness hard map study api report gallery paraview benchmarks error_bar pole_figure solve vumat
 
 mpi := . test/harness/mpi.sh;
 jobs = $(if $(filter -j% --jobserver%,$(MAKEFLAGS)),,-j$(shell nproc 2>/dev/null || echo 1))
@@ -349,6 +349,13 @@ paraview:
 	@[ ! -x $(venv)/bin/python ] || $(python) post/tool_surface.py "$(RUN)"
 	@$$([ "$$DISPLAY" ] || ! command -v xvfb-run > /dev/null || echo xvfb-run -a) pvpython post/paraview_scene.py $(PARAVIEW_OPTIONS) "$(RUN)"
 	@[ -z "$$DISPLAY" ] || ! command -v paraview > /dev/null || paraview "$(RUN)/paraview.pvsm"
+
+## pole_figure RUN=directory: the texture of its crystals, RUN/pole_figure.png, and how much lies near copper, brass, S, Goss, cube;
+##             POLE_OPTIONS="--pole 100 --snapshot 0"
+pole_figure:
+	@[ -n "$(RUN)" ] || { echo "Say which run: make pole_figure RUN=out/texture"; exit 2; }
+	@$(MAKE) --no-print-directory venv
+	@$(python) post/pole_figure.py $(POLE_OPTIONS) "$(RUN)"
 
 ## study       SCENE=input/hertz.nml: what its accuracy costs (doc/user/accuracy_cost.md); QUANTITY=load, BUDGET=300 (s), STUDY_OPTIONS
 study:

@@ -10,8 +10,9 @@ from dataclasses import dataclass, field, replace
 from functools import lru_cache
 from pathlib import Path
 
+import anisotropic
 import benchmark_measures as measures
-from benchmark_scenes import Grid, Motion, elastic, finest, plane_modulus, poisson, power_law, scene, transits, young
+from benchmark_scenes import Grid, Motion, density, elastic, finest, plane_modulus, poisson, power_law, scene, transits, young
 from indentation import rounded_cone, rounded_cone_depth
 from layered import Layers, stiffening
 
@@ -345,6 +346,36 @@ def sneddon_row():
         measure,
         [Reference(name, sneddon(share)[1], 0.02) for name, share in zip(names, shares)],
     )
+
+
+def crystal_row(surface):
+    """An elastic sphere on a surface of a copper crystal; the quarter or half of it that mirrors of the crystal leave."""
+    known = references["copper"]
+    stiffness = anisotropic.cubic(*(known[name] for name in ("c11", "c12", "c44")))
+    exact = anisotropic.sphere_modulus(stiffness, anisotropic.SURFACES[surface]) / 1e9
+    grids = pyramid_grids if surface == "111" else {key: replace(grid, half=False) for key, grid in pyramid_grids.items()}
+    axes = {"100": "0,0,0", "110": "0,45,0", "111": "90,54.7356103172453,45"}[surface]
+    share = 0.15
+    wave = known["c11"] * (1 + poisson) * (1 - 2 * poisson) / (1 - poisson)
+
+    def radius(grid):
+        return grid.contact / share * grid.cell
+
+    def depth(grid):
+        return share**2 * radius(grid)
+
+    def make(grid, directory):
+        material = f"&material name='copper', model='cubic', density={density:g}, " + ", ".join(
+            f"{name}={known[name]:g}" for name in ("c11", "c12", "c44")) + " /"
+        body = grid.box("copper").replace(" /", f", orientation={axes} /")
+        shape = f"shape='sphere', radius={radius(grid):.10g}"
+        return elastic_scene(f"sphere on ({surface}) of copper, elastic", shape, 1.1 * depth(grid), 14, grid, directory, [material], [body], wave)
+
+    def measure(directory, grid):
+        load, _ = measures.load_of_half_space(directory, grid, depth(grid), exact * 1e9)
+        return {"E' [GPa]": load / (4 / 3 * math.sqrt(radius(grid)) * depth(grid) ** 1.5) / 1e9} | measures.kinetic(directory)
+
+    return Row("B14", f"copper_{surface}", f"({surface})", grids, make, measure, [Reference("E' [GPa]", exact, 0.03)])
 
 
 sphere_over_layer = 5.0  # radius of the sphere over the layer's thickness
@@ -725,6 +756,16 @@ def cases():
             [sphere_plastic_row()],
         ),
         Case(
+            "B14",
+            "Sphere on a crystal, elastic",
+            "exact integral of Barnett and Lothe, and the ellipse of contact ([post/anisotropic.py](../../post/anisotropic.py)), after "
+            "Vlassak and Nix, J. Mech. Phys. Solids 42 (1994) 1223",
+            nested + ", a quarter or (111) half model; copper of c11, c12, c44 = 170, 124, 75 GPa as `cubic`; to a/R = 0.15",
+            "Cells to the radius of the contact, as B5. What the base takes is that of an isotropic block of the same E' and Poisson's "
+            "ratio 0.3.",
+            [crystal_row(surface) for surface in anisotropic.SURFACES],
+        ),
+        Case(
             "Impact",
             "Impact of a sphere",
             layer + ": the energy of its loads over depth",
@@ -747,6 +788,6 @@ not_yet = [
     ("B3", "experiments in aluminium: a row like those of B1, whose references carry the diamond's give; not made yet"),
     ("B9", "no adhesion"),
     ("B13", "not a case of the book yet; the sphere of Lee and Radok is `verification/lee_radok_long`"),
-    ("B14", "no crystal plasticity"),
+    ("B14, plastic", "not a case of the book yet; pile-up of crystals is `indentation/crystal_long`"),
     ("B15", "tools do not move across their axis"),
 ]

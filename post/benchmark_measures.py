@@ -54,10 +54,10 @@ def load_at(directory, depth):
     return smooth_load(record.depth, record.load, depth)
 
 
-def load_of_half_space(directory, grid, depth):
-    """The same of a half-space: what the rigid base takes off the depth is added."""
+def load_of_half_space(directory, grid, depth, modulus=plane_modulus):
+    """The same of a half-space: what the rigid base takes off the depth is added, of a block of this plane modulus (Pa)."""
     _, record = record_of(str(directory))
-    added = base_share() * record.load / (plane_modulus * grid.thickness)
+    added = base_share() * record.load / (modulus * grid.thickness)
     return smooth_load(record.depth + added, record.load, depth)
 
 

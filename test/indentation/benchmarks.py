@@ -14,6 +14,7 @@ import numpy as np
 
 ROOT, WORK = Path(sys.argv[1]), Path(sys.argv[2])
 sys.path.insert(0, str(ROOT / "post"))
+import anisotropic
 import benchmark_cases as cases
 import benchmark_measures as measures
 import benchmarks
@@ -123,6 +124,32 @@ at = (np.arange(96) + 0.5) / 40 - 1.2
 across = np.hypot(*np.meshgrid(at, at))
 check("half-space: a sphere, Hertz", near(half_space.press(across**2 / 2, 0.025, 1.0).sum() * 0.025**2, 4 / 3, 1e-4))
 check("half-space: a punch of unit radius, 2", near(half_space.press(np.where(across < 1, 0.0, 9.0), 0.025, 1.0).sum() * 0.025**2, 2, 6e-3))
+stiff = anisotropic.cubic(young * (1 - poisson) / (1 + poisson) / (1 - 2 * poisson), young * poisson / (1 + poisson) / (1 - 2 * poisson),
+                          young / 2 / (1 + poisson))
+check("anisotropic: an isotropic body", all(near(f(stiff, (1, 2, 3)), plane_modulus, 1e-9) for f in (anisotropic.punch_modulus, anisotropic.sphere_modulus)))
+crystal = anisotropic.cubic(*(tables["copper"][name] for name in ("c11", "c12", "c44")))
+
+
+def by_eigenvectors(stiffness, along, normal):
+    """Z of a direction as the decaying waves of Stroh's sextic give it."""
+    q, r, t = (np.einsum("j,ijkl,l->ik", x, stiffness, y) for x, y in ((along, along), (along, normal), (normal, normal)))
+    inverse = np.linalg.inv(t)
+    matrix = np.block([[-inverse @ r.T, inverse], [r @ inverse @ r.T - q, -r @ inverse]])
+    values, vectors = np.linalg.eig(matrix)
+    used = vectors[:, values.imag > 0]
+    return float((normal @ (1j * used[:3] @ np.linalg.inv(used[3:])) @ normal).real)
+
+
+worst = 0.0
+for normal in anisotropic.SURFACES.values():
+    first, second, n = anisotropic.frame(normal)
+    for angle in (0.1, 0.7, 1.9):
+        way = math.cos(angle) * first + math.sin(angle) * second
+        worst = max(worst, abs(anisotropic.compliance(crystal, way, n) / by_eigenvectors(crystal, way, n) - 1))
+check(f"anisotropic: compliance of copper by integrals and by eigenvectors, {worst:.1e}", worst < 1e-8)
+moduli = [[f(crystal, n) for n in anisotropic.SURFACES.values()] for f in (anisotropic.punch_modulus, anisotropic.sphere_modulus)]
+check("anisotropic: on (100) and (111) a sphere's contact is a circle, on (110) nearly",
+      near(moduli[0][0], moduli[1][0], 1e-9) and near(moduli[0][2], moduli[1][2], 1e-9) and 1e-4 < moduli[1][1] / moduli[0][1] - 1 < 1e-2)
 check("ten rows of the cone, three of the pyramid", (len(cases.cone_rows()), len(cases.berkovich_rows())) == (10, 3))
 for ratio, hardness, modulus in tables["oliver_pharr_error"]["rows"]:
     line = next(r for r in tables["cone"]["rows"] if r[0] == ratio and r[1] == 0.0)

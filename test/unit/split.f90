@@ -5,6 +5,10 @@ program split
    use m_block, only: block_t
    use m_level, only: level_t
    use m_split, only: stuff_t, split_long, half_edges, id_bits, most_generations
+   use m_walls, only: keep_inside
+   use m_field_table, only: shares_t
+   use m_grid_level, only: grid_level_t, make_grid_level
+   use m_scene, only: grid_spec_t, boundary_free, boundary_symmetry
    use m_sorting, only: sorted_order
    use m_assertions, only: assertions_t
    use m_chance, only: chance_t
@@ -23,6 +27,7 @@ program split
    call pulled(corners=.false.)
    call too_often()
    call thickness()
+   call beyond_sides()
    call test%finish()
 
 contains
@@ -102,6 +107,75 @@ contains
       call level%table%declare('generation', 1, '1', .false.)
       level%layout = level%table%layout()
    end subroutine declare
+
+   !> Parts that lie beyond symmetry sides become their mirror images, by a reflection of all that has a direction; others and those
+   !> beyond a free side stay as they are.
+   subroutine beyond_sides()
+      type(level_t) :: level
+      type(grid_spec_t) :: spec
+      type(grid_level_t) :: grid
+      type(shares_t) :: shares
+      real(wp), allocatable :: values(:), was(:)
+      real(wp) :: mirror(3, 3), side(3), r(3, 3), s(3, 3)
+      integer :: axis, n
+      call declare(level, corners=.true., affine=.true.)
+      spec%lower = 0.0_wp
+      spec%upper = 3.0_wp
+      spec%cell_size = cell
+      spec%cells = 10
+      spec%boundary = boundary_symmetry
+      spec%boundary(6) = boundary_free
+      grid = make_grid_level(spec)
+      shares = level%table%shares()
+      associate (at => level%layout)
+         do n = 1, 200
+            values = chance%several(level%table%columns, -1.0_wp, 1.0_wp)
+            values(at%position:at%position + 2) = chance%several(3, -0.5_wp, 3.5_wp)
+            was = values
+            call keep_inside(values, at, shares, grid)
+            mirror = 0.0_wp
+            side = 0.0_wp
+            do axis = 1, 3
+               associate (x => was(at%position + axis - 1))
+                  mirror(axis, axis) = merge(-1.0_wp, 1.0_wp, x < 0.0_wp .or. (x > 3.0_wp .and. axis < 3))
+                  if (mirror(axis, axis) < 0.0_wp) side(axis) = merge(0.0_wp, 6.0_wp, x < 0.0_wp)
+               end associate
+            end do
+            if (all(side <= 0.0_wp) .and. all([(mirror(axis, axis) > 0.0_wp, axis=1, 3)])) &
+               call test%check(all(abs(values - was) <= 0.0_wp), 'sides: what is inside, or beyond a free side, stays')
+            call test%check_close(values(at%position:at%position + 2), side + matmul(mirror, was(at%position:at%position + 2)), &
+                                  1.0e-15_wp, 'sides: the place of the image')
+            call test%check_close(values(at%velocity:at%velocity + 2), matmul(mirror, was(at%velocity:at%velocity + 2)), 0.0_wp, &
+                                  'sides: its velocity')
+            call test%check_close(reshape(values(at%gradient:at%gradient + 8), [9]), &
+               reshape(matmul(mirror, matmul(reshape(was(at%gradient:at%gradient + 8), [3, 3]), mirror)), [9]), 0.0_wp, &
+                                  'sides: its velocity gradient')
+            s = matmul(mirror, matmul(stress_of(was, at%stress), mirror))
+            call test%check_close(values(at%stress:at%stress + 5), [s(1, 1), s(2, 2), s(3, 3), s(2, 3), s(1, 3), s(1, 2)], 0.0_wp, &
+                                  'sides: its stress')
+            r = matmul(mirror, half_edges(was, at))
+            call test%check_close(reshape(abs(half_edges(values, at)), [9]), reshape(abs(r), [9]), 0.0_wp, 'sides: its domain')
+            call test%check_close(abs(sum(half_edges(values, at)*r, dim=1)), sum(r**2, dim=1), 1.0e-14_wp, &
+                                  'sides: whose edges may point either way')
+            call test%check_close(dot_product(r(:, 1), cross(r(:, 2), r(:, 3)))*mirror(1, 1)*mirror(2, 2)*mirror(3, 3), &
+               triple(half_edges(values, at)), 1.0e-14_wp, 'sides: its handedness stays')
+         end do
+      end associate
+   end subroutine beyond_sides
+
+   pure real(wp) function triple(r)
+      real(wp), intent(in) :: r(3, 3)
+      triple = dot_product(r(:, 1), cross(r(:, 2), r(:, 3)))
+   end function triple
+
+   pure function stress_of(values, first) result(s)
+      real(wp), intent(in) :: values(:)
+      integer, intent(in) :: first
+      real(wp) :: s(3, 3)
+      s(:, 1) = values([first, first + 5, first + 4])
+      s(:, 2) = values([first + 5, first + 1, first + 3])
+      s(:, 3) = values([first + 4, first + 3, first + 2])
+   end function stress_of
 
    !> Particles up to 4 cells long, split until none is too long.
    subroutine pieces(corners, affine)

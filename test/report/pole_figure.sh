@@ -1,0 +1,17 @@
+#!/bin/sh
+#test: beside
+#test: limit 60
+# Pole figures: made-up orientations, whose components and densities are known; mistakes.
+. "$(dirname "$0")/../harness/env.sh"
+"$PYTHON" "$ROOT/test/report/pole_figure.py" "$ROOT"
+refused() { # WORD COMMAND...: status 2 and one sentence that has the word
+   word=$1
+   shift
+   status=0
+   "$@" >said 2>&1 || status=$?
+   [ $status -eq 2 ] && [ "$(wc -l <said)" -eq 1 ] && grep -q "$word" said || { cat said; fail "status $status: $*"; }
+}
+mkdir empty
+refused 'snapshots' "$PYTHON" "$ROOT/post/pole_figure.py" empty
+refused 'three digits' "$PYTHON" "$ROOT/post/pole_figure.py" --pole 11 empty
+refused 'two axes' "$PYTHON" "$ROOT/post/pole_figure.py" --rolling z empty

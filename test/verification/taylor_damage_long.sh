@@ -1,0 +1,6 @@
+#!/bin/sh
+#test: long
+#test: limit 600
+# Where a Taylor bar with damage fails (input/taylor_damage.nml), on two grids.
+. "$(dirname "$0")/../harness/env.sh"
+PYTHONPATH=$ROOT/test/regression "$PYTHON" "$ROOT/test/verification/taylor_damage.py"
