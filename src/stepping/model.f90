@@ -104,6 +104,8 @@ module m_model
       procedure :: release
    end type model_t
 
+   real(wp), parameter :: first_radius = 4.0_wp !< of the ball around a tool's tip in which a level begins that the
+                                                !< error places, in the cells that it refines
    real(wp), parameter :: largest_move = 0.45_wp !< way of a particle in a step of the coarsest level, in its
                                                  !< cells: above safety
 
@@ -218,7 +220,7 @@ contains
    subroutine make_levels(self, scene)
       class(model_t), intent(inout) :: self
       type(scene_t), intent(in) :: scene
-      integer :: l, n, part
+      integer :: l, n, part, t
       n = scene%depth()
       if (n > 1) self%level_specs = scene%levels
       allocate (self%levels(n), self%effect_step(n), self%exchange(n), self%migration(n), &
@@ -237,6 +239,9 @@ contains
          associate (spec => scene%levels(part), grid => self%levels(scene%levels(part)%of + 1)%grid)
             if (spec%shape == level_sphere) then
                self%first_parts(part) = make_ball(grid, spec%center, spec%radius, spec%inner_radius)
+            else if (.not. spec%has_box) then
+               self%first_parts(part) = unite(grid, [(make_ball(grid, min(max(scene%tools(t)%tip, grid%lower), &
+                  grid%upper), 2.0_wp*first_radius*grid%cell, 0.0_wp), t=1, size(scene%tools))])
             else
                self%first_parts(part) = make_region(grid, 2*nint(0.5_wp*(spec%lower &
                      - grid%lower)*grid%per_cell), &
