@@ -378,8 +378,8 @@ contains
       if (.not. error%energy > 0.0_wp) return
       text = 'stress: estimated error '//to_text(100.0_wp*error%share(), 3)//' % of its energy norm, sqrt('// &
              si(error%squares, 'J')//' of '//si(error%energy, 'J')//')'
-      if (error%left_out > 0.0_wp) &
-         text = text//', without the '//si(error%left_out, 'J')//' beside edges of levels'
+      if (error%beside > 0.0_wp) &
+         text = text//', '//si(error%beside, 'J')//' of that beside edges of levels'
       call facts%say(text)
       call facts%say('stress: largest estimated error '//si(error%largest, 'Pa')//' of '// &
                      si(error%stress, 'Pa')//', particle '//to_text(error%id)//' at ('// &
@@ -388,7 +388,7 @@ contains
       call facts%note('stress_error_share', to_text(error%share()))
       call facts%note('stress_error_energy_J', to_text(error%squares))
       call facts%note('strain_energy_J', to_text(error%energy))
-      call facts%note('strain_energy_left_out_J', to_text(error%left_out))
+      call facts%note('stress_error_energy_beside_edges_J', to_text(error%beside))
       call facts%note('largest_stress_error_Pa', to_text(error%largest))
       call facts%note('largest_stress_Pa', to_text(error%stress))
       call facts%note('largest_stress_error_particle', to_text(error%id))

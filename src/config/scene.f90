@@ -17,7 +17,8 @@ module m_scene
    integer, parameter, public :: domain_by_law = 0, domain_fixed = 1, domain_stretch = 2, domain_corners = 3
    integer, parameter, public :: fill_by_shape = 0, fill_whole = 1, fill_share = 2
    integer, parameter, public :: level_box = 1, level_sphere = 2
-   integer, parameter, public :: criterion_none = 0, criterion_stress = 1, criterion_strain = 2
+   integer, parameter, public :: criterion_none = 0, criterion_stress = 1, criterion_strain = 2, &
+                                 criterion_error = 3
    real(wp), parameter, public :: largest_friction = 10.0_wp !< coefficient, of tools and between bodies
    character(len=*), parameter, public :: rest_group = 'rest' !< the contact group of bodies that name none
    integer, parameter, public :: start_apart = 1, start_as_is = 2
@@ -123,8 +124,11 @@ module m_scene
       real(wp) :: radius = 0.0_wp        !< of a sphere, m
       real(wp) :: inner_radius = 0.0_wp  !< of a shell: coarser cells inside it, m; 0: a ball
       integer :: follow = 0 !< what the box moves with, by its number in scene_t%leaders; 0: nothing
-      integer :: criterion = criterion_none !< places the box by the gradient of von Mises stress or of strain
-      integer :: max_cells = 1000000     !< with a criterion: of the level's own cells, in its box
+      integer :: criterion = criterion_none !< places the box by the gradient of von Mises stress or of strain, or
+                                            !< cells by the estimated error of the stress
+      integer :: max_cells = 1000000     !< with a criterion: of the level's own cells, in its region
+      real(wp) :: tolerance = 0.05_wp !< with criterion_error: of the stress, relative to the largest
+      logical :: has_box = .true. !< else, with criterion_error, it begins around the tools' tips
    end type level_spec_t
 
    !> &probe

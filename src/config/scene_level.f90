@@ -2,7 +2,7 @@
 module m_scene_level
    use m_kinds, only: wp
    use m_group_reader, only: group_reader_t, name_length
-   use m_scene, only: scene_t, level_spec_t, level_box, level_sphere, criterion_none
+   use m_scene, only: scene_t, level_spec_t, level_box, level_sphere, criterion_none, criterion_error
    use m_scene_words, only: level_shape_words, criterion_words
    use m_value_range, only: above, at_least, any_value
    implicit none
@@ -42,11 +42,29 @@ contains
       level%criterion = max(choice, 1) - 1
       if (level%follow > 0 .and. level%criterion /= criterion_none) &
          call group%refuse('criterion', 'not together with follow; a level moves by one or the other')
+      call describe_place(group, scene, level)
       if (level%criterion == criterion_none .and. group%is_writing()) return
       call group%get('max_cells', level%max_cells, least=fewest_cells)
       if (level%criterion == criterion_none .and. group%is_given('max_cells')) &
-         call group%refuse('max_cells', 'only with criterion=''stress'' or ''strain''')
+         call group%refuse('max_cells', 'only with criterion=''stress'' or ''strain'' or ''error''')
+      if (level%criterion /= criterion_error .and. group%is_writing()) return
+      call group%get('tolerance', level%tolerance, above(0.0_wp, ''))
+      if (level%criterion /= criterion_error .and. group%is_given('tolerance')) &
+         call group%refuse('tolerance', 'only with criterion=''error''')
    end subroutine describe_level
+
+   !> A box is given, but where the error places cells: then tools may say where it begins.
+   subroutine describe_place(group, scene, level)
+      type(group_reader_t), intent(inout) :: group
+      type(scene_t), intent(in) :: scene
+      type(level_spec_t), intent(inout) :: level
+      if (group%is_writing()) return
+      level%has_box = group%is_given('lower') .and. group%is_given('upper')
+      if (level%has_box .or. level%shape /= level_box) return
+      if (level%criterion == criterion_error .and. size(scene%tools) > 0 .and. .not. (group%is_given('lower') &
+                                                                   .or. group%is_given('upper'))) return
+      call group%refuse(trim(merge('upper', 'lower', group%is_given('lower'))), 'missing; must be 3 numbers in m')
+   end subroutine describe_place
 
    !> Where the box or the ball of a level is.
    subroutine describe_form(group, level)
@@ -54,9 +72,9 @@ contains
       type(level_spec_t), intent(inout) :: level
       logical :: ball
       ball = level%shape == level_sphere
-      if (.not. (ball .and. group%is_writing())) then
-         call group%get('lower', level%lower, any_value('m'), required=.not. ball)
-         call group%get('upper', level%upper, any_value('m'), required=.not. ball)
+      if (.not. ((ball .or. .not. level%has_box) .and. group%is_writing())) then
+         call group%get('lower', level%lower, any_value('m'), required=.not. (ball .or. group%is_given('criterion')))
+         call group%get('upper', level%upper, any_value('m'), required=.not. (ball .or. group%is_given('criterion')))
       end if
       if (ball .or. .not. group%is_writing()) then
          call group%get('center', level%center, any_value('m'), required=ball .and. .not. group%is_given('follow'))

@@ -7,7 +7,7 @@ module m_scene_level_checks
    use m_namelist_text, only: namelist_text_t
    use m_number_text, only: reals_text
    use m_scene
-   use m_scene_words, only: stress_update_words
+   use m_scene_words, only: stress_update_words, criterion_words
    use m_text, only: exact_text, to_text
    implicit none
    private
@@ -58,7 +58,9 @@ contains
          call check_parent(text, scene, l, error)
          if (error%happened()) return
          call set_nest(text, scene, scene%levels(l)%of, nest)
-         if (scene%levels(l)%shape == level_box) then
+         if (.not. scene%levels(l)%has_box .and. scene%levels(l)%shape == level_box) then
+            nest%lower = nest%parent_lower ! it begins around the tools
+         else if (scene%levels(l)%shape == level_box) then
             call check_box(text, scene%levels(l), l, nest, error)
          else
             call check_sphere(text, scene%levels(l), l, nest, error)
@@ -114,7 +116,7 @@ contains
       if (count(scene%levels%of == of - 1) /= 1) return
       parent = findloc(scene%levels%of, of - 1, dim=1)
       associate (box => scene%levels(parent))
-         if (box%shape /= level_box) return
+         if (box%shape /= level_box .or. .not. box%has_box) return
          nest%alone = .true.
          nest%parent = 'the level on '//text%line_of('level', parent)
          nest%parent_lower = anint((box%lower - nest%origin)/nest%cell)
@@ -310,7 +312,23 @@ contains
                          text%line_of('level', parent)//' follows; levels follow one tool or group')
             end if
          end if
+         parent = findloc(above .and. scene%levels%criterion == criterion_error, .true., dim=1)
+         if (parent > 0 .and. level%criterion /= criterion_error) then
+            call fail(error, exit_input, text%place('level', l, 'criterion')// &
+                      ': must be error, for the level around it on '//text%line_of('level', parent)// &
+                      ' is placed by the error')
+            return
+         end if
+         if (level%criterion == criterion_error .and. scene%fields() > 1) &
+            call fail(error, exit_input, text%place('level', l, 'criterion')// &
+                      ': must not be error with contact groups, whose contact it does not look for')
          parent = findloc(above .and. scene%levels%criterion /= criterion_none, .true., dim=1)
+         if (parent > 0 .and. level%criterion == criterion_error) then
+            if (scene%levels(parent)%criterion /= criterion_error .or. scene%levels(parent)%follow > 0) &
+               call fail(error, exit_input, text%place('level', l, 'criterion')//': must be '// &
+                         trim(criterion_words(scene%levels(parent)%criterion + 1))// &
+                         ', as that of the level around it on '//text%line_of('level', parent))
+         end if
          if (parent > 0 .and. level%criterion == criterion_none) &
             call fail(error, exit_input, text%place('level', l, 'criterion')// &
                       ': must be stress or strain, for the level '//'around it on '// &

@@ -16,8 +16,8 @@ module m_scene_words
    character(len=*), parameter, public :: domain_words(3) = [character(len=7) :: 'fixed', 'stretch', &
                                           'corners']
    character(len=*), parameter, public :: level_shape_words(2) = [character(len=6) :: 'box', 'sphere']
-   character(len=*), parameter, public :: criterion_words(3) = [character(len=6) :: 'none', 'stress', &
-                                          'strain']
+   character(len=*), parameter, public :: criterion_words(4) = [character(len=6) :: 'none', 'stress', &
+                                                                 'strain', 'error']
    character(len=*), parameter, public :: start_words(2) = [character(len=5) :: 'apart', 'as_is']
    character(len=*), parameter, public :: fill_words(2) = [character(len=5) :: 'whole', 'share']
    character(len=*), parameter, public :: format_words(3) = [character(len=7) :: 'hdf5', 'tecplot', 'none']

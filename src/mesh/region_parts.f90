@@ -6,7 +6,7 @@ module m_region_parts
    use m_region, only: region_t, make_region
    implicit none
    private
-   public :: unite, make_ball, first_too_near
+   public :: unite, make_ball, first_too_near, leave_no_strip
 
    integer, parameter, public :: smallest_gap = 2 !< between an edge and the coarser level's, in its cells
 

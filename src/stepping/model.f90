@@ -97,6 +97,8 @@ module m_model
       procedure :: release
    end type model_t
 
+   real(wp), parameter :: first_radius = 4.0_wp !< of the ball around a tool's tip in which a level begins that the
+                                                !< error places, in the cells that it refines
    real(wp), parameter :: largest_move = 0.45_wp !< way of a particle in a step of the coarsest level, in its
                                                  !< cells: above safety
 

@@ -10,7 +10,7 @@ submodule (m_model) m_model_levels
 contains
 
    module procedure make_levels
-      integer :: l, n, part
+      integer :: l, n, part, t
       n = scene%depth()
       if (n > 1) self%level_specs = scene%levels
       allocate (self%levels(n), self%effect_step(n), self%exchange(n), self%migration(n), &
@@ -29,6 +29,9 @@ contains
          associate (spec => scene%levels(part), grid => self%levels(scene%levels(part)%of + 1)%grid)
             if (spec%shape == level_sphere) then
                self%first_parts(part) = make_ball(grid, spec%center, spec%radius, spec%inner_radius)
+            else if (.not. spec%has_box) then
+               self%first_parts(part) = unite(grid, [(make_ball(grid, min(max(scene%tools(t)%tip, grid%lower), &
+                  grid%upper), 2.0_wp*first_radius*grid%cell, 0.0_wp), t=1, size(scene%tools))])
             else
                self%first_parts(part) = make_region(grid, 2*nint(0.5_wp*(spec%lower &
                      - grid%lower)*grid%per_cell), &

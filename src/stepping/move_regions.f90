@@ -5,7 +5,8 @@ module m_move_regions
    use m_constants, only: exit_numerical
    use m_errors, only: error_t, fail
    use m_text, only: to_text
-   use m_scene, only: criterion_none
+   use m_scene, only: criterion_none, criterion_error
+   use m_error_placing, only: place_by_error, is_due
    use m_region, only: region_t
    use m_region_parts, only: unite, first_too_near, smallest_gap
    use m_model, only: model_t
@@ -25,13 +26,17 @@ contains
       type(model_t), intent(inout) :: model
       type(error_t), intent(inout) :: error
       type(region_t) :: region
+      type(region_t), allocatable :: by_error(:)
       real(wp), allocatable :: ways(:, :) ! of the contact groups since the start, m
       integer :: l
       logical :: moved
       moved = .false.
       allocate (ways(3, 0))
       if (model%follows_groups()) ways = model%centres_of_mass() - model%first_centres
+      by_error = model%levels%region
+      if (is_due(model)) call place_by_error(model, by_error, error)
       do l = 2, size(model%levels)
+         region = by_error(l)
          call place_region(model, l, ways, region, error)
          if (error%happened()) return
          if (region%same_as(model%levels(l)%region)) cycle
@@ -83,15 +88,15 @@ contains
       type(model_t), intent(in) :: model
       integer, intent(in) :: l
       real(wp), intent(in) :: ways(:, :) !< of the contact groups, m
-      type(region_t), intent(out) :: region
+      type(region_t), intent(inout) :: region !< as it is, or as the error places it
       type(error_t), intent(inout) :: error
       type(region_t), allocatable :: parts(:)
       integer :: low(3), high(3), part
       logical :: found
-      region = model%levels(l)%region
       associate (specs => model%level_specs)
          part = findloc(specs%of == l - 1 .and. specs%criterion /= criterion_none, .true., dim=1)
          if (part > 0) then
+            if (specs(part)%criterion == criterion_error) return
             if (mod(model%step, int(judged_every, i8)) /= 0) return
             allocate (parts(1))
             call judge_region(model%communicator, model%levels, l, model%materials, specs(part)%criterion, &
