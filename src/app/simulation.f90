@@ -15,7 +15,7 @@ module m_simulation
    use m_speed_bounds, only: bound_speeds
    use m_integrator, only: integrator_t
    use m_advance, only: explicit_t
-   use m_quasi_static, only: quasi_static_t
+   use m_changing, only: changing_t
    use m_time_step, only: longest_step, check_time_step
    use m_guard, only: guard_t
    use m_domain_range, only: domain_range_t
@@ -95,7 +95,7 @@ contains
       end if
       if (self%error%happened()) return
       if (self%scene%quasi_static%present) then
-         allocate (quasi_static_t :: self%integrator)
+         allocate (changing_t :: self%integrator)
       else
          allocate (explicit_t :: self%integrator)
       end if
@@ -306,6 +306,7 @@ contains
       call self%lock%release()
       if (allocated(self%integrator)) call self%integrator%release()
       call self%model%release()
+      if (allocated(self%integrator)) call self%integrator%finish()
    end function finalise
 
 end module m_simulation

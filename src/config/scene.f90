@@ -164,11 +164,15 @@ module m_scene
       logical :: present = .false.       !< no &quasi_static group: the explicit scheme
       real(wp) :: step = 0.0_wp          !< the first, s
       real(wp) :: max_step = 0.0_wp      !< none is longer, s; 0: as long as accuracy lets it
+      real(wp) :: from = 0.0_wp          !< time at which it begins, s: before it the scheme is explicit
+      real(wp) :: to = huge(1.0_wp)      !< and ends, s; not said: never
       real(wp) :: ramp = 0.0_wp          !< over which the loads of effects come on from the start, s
       real(wp) :: tolerance = 1.0e-6_wp  !< residual, relative to the forces that are in balance
       real(wp) :: creep_limit = 0.1_wp   !< of all stress, by which it may relax at rest in a step
       real(wp) :: stabilisation = 1.0_wp/30.0_wp !< of the ghost penalty, in Young's modulus; 0: none
       logical :: iterations = .false.    !< every Newton iteration is told
+   contains
+      procedure :: holds_at
    end type quasi_static_spec_t
 
    !> &guard
@@ -280,6 +284,15 @@ contains
              .and. self%places(n)%number == wanted) text = self%places(n)%text
       end do
    end function place
+
+   !> True where a step that begins at a time (s) is quasi-static.
+   pure logical function holds_at(self, time)
+      class(quasi_static_spec_t), intent(in) :: self
+      real(wp), intent(in) :: time
+      real(wp) :: hair
+      hair = 1.0e-9_wp*abs(time)
+      holds_at = self%present .and. time >= self%from - hair .and. time < self%to - hair
+   end function holds_at
 
    !> Number of the velocity fields: one for each contact group.
    pure integer function fields(self)

@@ -25,6 +25,10 @@ contains
       type(quasi_static_spec_t), intent(inout) :: spec
       call group%get('step', spec%step, above(0.0_wp, 's'), required=.true.)
       call group%get('max_step', spec%max_step, at_least(0.0_wp, 's'))
+      call group%get('from', spec%from, at_least(0.0_wp, 's'))
+      if (group%is_given('to') .or. spec%to < huge(1.0_wp) .or. .not. group%is_writing()) &
+         call group%get('to', spec%to, above(0.0_wp, 's'))
+      if (spec%to <= spec%from) call group%refuse('to', 'must be above from')
       call group%get('ramp', spec%ramp, at_least(0.0_wp, 's'))
       call group%get('tolerance', spec%tolerance, above(0.0_wp, '', at_most=largest_tolerance))
       call group%get('creep_limit', spec%creep_limit, above(0.0_wp, '', at_most=0.5_wp))

@@ -215,7 +215,7 @@ contains
       model%bounds%wave_speed = clock(2)
       model%bounds%particle_speed = clock(3)
       model%lost = clock(4)
-      if (.not. model%has_inertia) then
+      if (model%has_statics) then
          clock(:1) = model%static_step
          call store%reals('/state/static_step', clock(:1), error)
          model%static_step = clock(1)

@@ -41,11 +41,12 @@ module m_krylov
       procedure, public :: fit
       procedure, public :: size => size_of
       procedure, public :: solve
-      procedure, public :: release
-      procedure, private :: dismiss
+      procedure, public :: dismiss
+      procedure, public :: finish
    end type krylov_t
 
-   integer, parameter :: most_products = 4000 !< in one solve
+   integer, parameter :: most_products = 4000 !< in one solve by conjugate gradients
+   integer, parameter :: most_general = 600   !< by the method for matrices that are not symmetric
    integer, parameter :: restart = 60         !< of the method for matrices that are not symmetric
 
    !> What PETSc's callbacks work on during a solve.
@@ -112,7 +113,7 @@ contains
       logical, intent(out) :: solved
       PetscErrorCode :: ierr
       PetscScalar, pointer :: values(:)
-      PetscInt :: its
+      PetscInt :: its, most
       KSPConvergedReason :: reason
       KSP :: solver
       current_operator => operator
@@ -122,9 +123,11 @@ contains
       PetscCallA(VecRestoreArrayF90(self%right_side, values, ierr))
       PetscCallA(VecSet(self%solution, 0.0_wp, ierr))
       solver = self%general
+      most = most_general
       if (symmetric) solver = self%symmetric
+      if (symmetric) most = most_products
       PetscCallA(KSPSetOperators(solver, self%shell, self%shell, ierr))
-      PetscCallA(KSPSetTolerances(solver, 1.0e-30_wp, residual, PETSC_DEFAULT_REAL, most_products, ierr))
+      PetscCallA(KSPSetTolerances(solver, 1.0e-30_wp, residual, PETSC_DEFAULT_REAL, most, ierr))
       PetscCallA(KSPSolve(solver, self%right_side, self%solution, ierr))
       PetscCallA(KSPGetConvergedReason(solver, reason, ierr))
       PetscCallA(KSPGetIterationNumber(solver, its, ierr))
@@ -172,11 +175,10 @@ contains
       self%unknowns = -1
    end subroutine dismiss
 
-   !> Collective: free everything; PETSc is ended if this solver began it.
-   subroutine release(self)
+   !> Collective: end PETSc if this solver began it; after all others have freed what they have of it.
+   subroutine finish(self)
       class(krylov_t), intent(inout) :: self
-      call self%dismiss()
       call end_petsc(self%started)
-   end subroutine release
+   end subroutine finish
 
 end module m_krylov

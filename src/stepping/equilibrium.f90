@@ -24,6 +24,7 @@ module m_equilibrium
       type(verdict_t) :: verdict        !< of the last trial, of this rank
       integer :: outcome = no_convergence
       integer :: newton = 0, solves = 0, products = 0 !< of this step
+      integer :: unsolved = 0           !< linear problems of this step that were not
       character(len=:), allocatable :: log !< a line an iteration, where wanted
       logical :: wants_log = .false.
    contains
@@ -37,6 +38,8 @@ module m_equilibrium
    end type equilibrium_t
 
    integer, parameter :: most_iterations = 25, most_guesses = 20, most_halvings = 6
+   integer, parameter :: most_unsolved = 3 !< linear problems of a step: then nothing holds the body
+   integer, parameter :: patience = 8      !< iterations without a smaller residual
    real(wp), parameter :: rough = 1.0e-3_wp  !< linear problems are solved to this, of the forces left over
    real(wp), parameter :: closed = 1.0e-6_wp !< cells: what gaps may be off by
    real(wp), parameter :: longest = 0.5_wp   !< component of the gradient of a change in one iteration
@@ -51,8 +54,8 @@ contains
       class(equilibrium_t), intent(inout) :: self
       real(wp), intent(in) :: tolerance
       real(wp), allocatable :: force(:), change(:), pressing(:)
-      real(wp) :: residual, gap, cell
-      integer :: n
+      real(wp) :: residual, gap, cell, best
+      integer :: best_at, n
       logical :: there
       associate (system => self%system, unknowns => self%system%unknowns%count)
          cell = system%model%levels(1)%grid%cell
@@ -65,6 +68,9 @@ contains
          self%newton = 0
          self%solves = 0
          self%products = 0
+         self%unsolved = 0
+         best = huge(best)
+         best_at = 0
          self%log = ''
          self%outcome = no_convergence
          call system%evaluate(self%z, force, self%verdict)
@@ -83,7 +89,12 @@ contains
                self%outcome = found
                return
             end if
-            if (self%newton >= most_iterations) return
+            if (residual < 0.9_wp*best) then
+               best = residual
+               best_at = self%newton
+            end if
+            if (self%newton >= most_iterations .or. self%unsolved >= most_unsolved &
+                .or. self%newton - best_at >= patience) return
             self%newton = self%newton + 1
             call system%linearise()
             call self%improve(force, change, there)
@@ -169,6 +180,7 @@ contains
                same = same .and. (list(n)%pressed .eqv. list(n)%gap + ahead(n) + along(n) < 0.0_wp)
             end do
             same = system%model%communicator%minimum(merge(1.0_wp, 0.0_wp, same)) > 0.5_wp
+            if (self%unsolved >= most_unsolved) exit
             if (same) then
                change = change + direction
                ahead = ahead + along
@@ -183,7 +195,7 @@ contains
             ahead = ahead + length*along
             list(:points)%pressed = list(:points)%gap + ahead < 0.0_wp
          end do
-         there = same
+         there = same .or. self%unsolved >= most_unsolved ! the caller sees these
          do n = 1, points
             list(n)%force = max(0.0_wp, -(list(n)%gap + ahead(n))/list(n)%yielding)
          end do
@@ -209,6 +221,7 @@ contains
       symmetric = .false.
       call self%krylov%solve(self%system, diagonal, right, direction, aim, symmetric, products, solved)
       self%products = self%products + products
+      if (.not. solved) self%unsolved = self%unsolved + 1
    end subroutine solve_linear
 
    !> Collective: how far to go along a direction, at most all of it: to where the energy of the linear

@@ -18,6 +18,7 @@ module m_integrator
       procedure :: news
       procedure :: summary
       procedure :: release
+      procedure :: finish
    end type integrator_t
 
    abstract interface
@@ -75,5 +76,10 @@ contains
    subroutine release(self)
       class(integrator_t), intent(inout) :: self
    end subroutine release
+
+   !> Collective: end PETSc, when all has been freed.
+   subroutine finish(self)
+      class(integrator_t), intent(inout) :: self
+   end subroutine finish
 
 end module m_integrator

@@ -64,6 +64,7 @@ module m_model
       integer(i8) :: step = 0
       integer :: requested_action = 0 !< what this rank asks of the run; after a step the largest of all ranks
       logical :: has_inertia = .true. !< else velocities are displacements over steps, and bear no energy
+      logical :: has_statics = .false. !< at some times there is no inertia
       real(wp) :: static_step = 0.0_wp !< of quasi-static steps, the next one, s; 0: not known yet
       logical :: wants_sums = .false. !< histories will ask for the sums over all particles after the next
                                       !< step
@@ -167,7 +168,8 @@ contains
       integer :: e, l
       self%communicator = communicator
       self%method = scene%time
-      self%has_inertia = .not. scene%quasi_static%present
+      self%has_statics = scene%quasi_static%present
+      self%has_inertia = .not. scene%quasi_static%holds_at(0.0_wp)
       self%materials = make_materials(scene)
       associate (materials => self%materials)
          self%stuff = [(stuff_t(materials%slots(materials%of_body(e))%law%density, &
@@ -196,7 +198,7 @@ contains
       call self%place_layers()
       call self%contact%build(scene)
       self%contact%strains_apart = self%method%stress_update /= update_usl
-      self%contact%followed = self%contact%active() .and. self%has_inertia .and. (self%method%affine &
+      self%contact%followed = self%contact%active() .and. .not. self%has_statics .and. (self%method%affine &
                                                            .or. self%method%stress_update == update_usl)
       allocate (self%lost_in_merging(blocks_before(self%levels, size(self%levels) + 1)), source=0.0_wp)
       call declare_fields(self)

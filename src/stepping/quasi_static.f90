@@ -33,6 +33,7 @@ module m_quasi_static
       type(equilibrium_t) :: equilibrium
       real(wp) :: smallest = 0.0_wp      !< step, s
       real(wp) :: compliance = 0.01_wp   !< of contact points
+      logical :: ahead = .true.          !< explicit steps work ahead
       logical :: creeps = .false.        !< some material goes on by itself
       real(wp) :: way = 0.0_wp           !< largest component of a particle's in the last step, m
       logical :: failed_before = .false. !< the last step was halved
@@ -46,6 +47,8 @@ module m_quasi_static
       procedure :: news
       procedure :: summary
       procedure :: release
+      procedure :: change
+      procedure :: finish
       procedure, private :: attempt
       procedure, private :: commit
       procedure, private :: choose_next
@@ -57,7 +60,7 @@ module m_quasi_static
    real(wp), parameter :: growth = 1.5_wp, least_growth = 0.1_wp
    integer, parameter :: parts_of_creep = 4    !< in which laws that creep take a step
    integer, parameter :: easy = 5              !< Newton iterations up to which the next step is longer
-   real(wp), parameter :: smallest_share = 1.0e-4_wp !< of the first step
+   real(wp), parameter :: smallest_share = 1.0e-3_wp !< of the first step
    real(wp), parameter :: reach = 1.0_wp       !< cells: no point comes to a tool from further away in a step
 
 contains
@@ -74,12 +77,6 @@ contains
       if (.not. model%static_step > 0.0_wp) model%static_step = self%spec%step
       self%equilibrium%wants_log = self%spec%iterations
       self%told = ''
-      do m = 1, size(model%effects)
-         select type (effect => model%effects(m)%effect)
-         type is (pressure_t)
-            effect%whole_faces = .true.
-         end select
-      end do
       self%creeps = .false.
       do m = 1, size(model%materials%slots)
          select type (law => model%materials%slots(m)%law)
@@ -91,10 +88,41 @@ contains
          end select
       end do
       self%equilibrium%system%ramp = self%spec%ramp
-      model%effect_step%leads = .false.
       if (self%spec%ramp > 0.0_wp) model%effect_step%follows_particles = .false. ! they do not know of it
-      model%works_ahead = .false.
+      self%ahead = model%works_ahead
+      model%has_inertia = .not. scene%quasi_static%holds_at(model%time)
+      call self%change(model, scene%quasi_static%holds_at(model%time))
    end subroutine start
+
+   !> Steps are quasi-static from here on, or explicit. Particles begin at rest where they get inertia.
+   subroutine change(self, model, holds)
+      class(quasi_static_t), intent(in) :: self
+      type(model_t), intent(inout) :: model
+      logical, intent(in) :: holds
+      integer :: b, e
+      do e = 1, size(model%effects)
+         select type (effect => model%effects(e)%effect)
+         type is (pressure_t)
+            effect%whole_faces = holds
+         end select
+      end do
+      model%effect_step%leads = .not. holds
+      model%works_ahead = self%ahead .and. .not. holds
+      associate (level => model%levels(1), at => model%levels(1)%layout)
+         do b = 1, size(level%blocks)
+            level%blocks(b)%deposited = 0
+            level%blocks(b)%deposit_of = -1
+            if (holds .or. model%has_inertia .or. level%blocks(b)%particles%count == 0) cycle
+            associate (particles => level%blocks(b)%particles)
+               particles%column(:particles%count, at%velocity:at%velocity + 2) = 0.0_wp
+               if (at%gradient > 0) particles%column(:particles%count, at%gradient:at%gradient + 8) = 0.0_wp
+               call particles%changed()
+            end associate
+         end do
+         level%sums_wait = .false.
+      end associate
+      model%has_inertia = .not. holds
+   end subroutine change
 
    !> Collective: the step (s) that is to be taken now: as the last ones let it, and so that times at which
    !> something begins or ends, or is to be written, are met.
@@ -344,7 +372,13 @@ contains
 
    subroutine release(self)
       class(quasi_static_t), intent(inout) :: self
-      call self%equilibrium%krylov%release()
+      call self%equilibrium%krylov%dismiss()
    end subroutine release
+
+   !> Collective: end PETSc, if this began it and nobody else has anything of it any more.
+   subroutine finish(self)
+      class(quasi_static_t), intent(inout) :: self
+      call self%equilibrium%krylov%finish()
+   end subroutine finish
 
 end module m_quasi_static

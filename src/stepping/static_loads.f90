@@ -72,8 +72,8 @@ contains
       end associate
    end subroutine book_contact
 
-   !> Pressures of the points into the columns of their particles; and gaps, which are not 0 of those that are
-   !> pressed.
+   !> Pressures of the points into the columns of their particles; and gaps: those that are pressed touch, whatever
+   !> they yield, and no 0 says so.
    subroutine keep_pressures(contact, model)
       type(static_contact_t), intent(in) :: contact
       type(model_t), intent(inout) :: model
@@ -95,7 +95,7 @@ contains
                block%pressed = .true.
                associate (column => block%particles%column, p => it%point%particle)
                   column(p, at%pressure) = column(p, at%pressure) + it%force/it%point%area
-                  column(p, at%carried + it%point%tool - 1) = sign(max(abs(it%gap), tiny(1.0_wp)), it%gap)
+                  column(p, at%carried + it%point%tool - 1) = tiny(1.0_wp)
                end associate
             end associate
          end do

@@ -21,7 +21,7 @@ contains
       stop_at = scene%end_time
       if (scene%output%present .and. scene%output%every > 0.0_wp) &
          call take([scene%output%every*(floor(model%time/scene%output%every + hair) + 1)])
-      call take([scene%quasi_static%ramp])
+      call take([scene%quasi_static%ramp, scene%quasi_static%from, scene%quasi_static%to])
       do i = 1, size(scene%tools)
          if (allocated(scene%tools(i)%times)) call take(scene%tools(i)%times)
          if (.not. allocated(scene%tools(i)%motions)) cycle

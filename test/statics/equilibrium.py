@@ -86,7 +86,7 @@ def column():
 def ball(title, tip, times, speeds, more=""):
     return (f"&scene title='{title}', end_time=2 /\n"
             "&grid lower=0,0,0, upper=12,12,7, cell_size=1, boundary='symmetry','free','symmetry','free','fixed','free' /\n"
-            "&material name='soft', model='elastic', density=50, young=1, poisson=0.3 /\n"
+            "&material name='soft', model='elastic', density=0.1, young=1, poisson=0.3 /\n"
             "&body material='soft', shape='box', lower=0,0,0, upper=9,9,4 /\n"
             f"&tool name='ball', shape='sphere', radius=6, tip=0,0,{tip}, times={times}, speeds={speeds} /\n"
             f"&quasi_static step=0.25, max_step=0.25 /\n&output directory='{title}' /\n{more}")
@@ -115,6 +115,20 @@ def tools_that_leave():
     check("out of reach: Newton iterations a step", counts(log)[1], 1)
 
 
+def changes():
+    """Pressed with inertia, then held without: the load becomes that of a run without inertia, for elastic material has no memory; and
+    back: a run that is quasi-static at first, then explicit, goes on from its equilibrium at rest."""
+    text = ball("{name}", 4, "0,2,2.01", "0.2,0.2,0").replace("end_time=2 ", "end_time=6 ").replace("step=0.25, max_step=0.25", "{steps}")
+    load = {}
+    for name, steps in (("held", "step=0.25, max_step=0.25"), ("loaded", "step=0.25, max_step=0.25, from=3"),
+                        ("let_go", "step=0.25, max_step=0.25, to=5.9")):
+        log = run(text.format(name=name, steps=steps), 2)
+        load[name] = tool(name, "ball")["load_z"]
+        require(f"{name}: the change is told", name == "held" or "steps      from time" in log)
+    check("loaded with inertia, then held: load against that without, relative", load["loaded"][-1]/load["held"][-1] - 1, 0.05)
+    check("explicit from its equilibrium on: load against that, relative", load["let_go"][-1]/load["held"][-1] - 1, 0.05)
+
+
 def no_equilibrium():
     """A block that nothing holds, pressed: status 3, a sentence with a particle, and the last good state on the disk."""
     text = ("&scene title='loose', end_time=1 /\n&grid lower=0,0,0, upper=1,1,1, cell_size=0.1 /\n"
@@ -132,5 +146,6 @@ if __name__ == "__main__":
     plate()
     column()
     tools_that_leave()
+    changes()
     no_equilibrium()
     finish()
