@@ -81,7 +81,7 @@ library_objects := $(patsubst src/%,$(build)/obj/src/%.o,$(basename $(filter-out
 program := $(if $(filter $(main),$(sources)),$(build)/gimp3d)
 
 # Goals that compile nothing need no list of what depends on what.
-plain_goals := help clean distclean deps needed venv demo test check test-all bench fuzz effects plans plots hardness hard map study api uninstall report gallery paraview benchmarks error_bar vumat
+plain_goals := help clean distclean deps needed venv demo test check test-all bench fuzz effects plans plots hardness hard map study solve api uninstall report gallery paraview benchmarks error_bar vumat
 ifneq ($(filter-out $(plain_goals),$(or $(MAKECMDGOALS),gimp3d)),)
 include $(build)/depends.mk
 stale_modules := $(filter-out $(modules:%=$(build)/mod/%.mod),$(wildcard $(build)/mod/*.mod))
@@ -240,7 +240,7 @@ uninstall:
 
 # ---- use ------------------------------------------------------------------------------------------------------------------------
 
-.PHONY: demo test check test-all bench fuzz effects plans plots hardness hard map study api report gallery paraview benchmarks error_bar vumat
+.PHONY: demo test check test-all bench fuzz effects plans plots hardness hard map study solve api report gallery paraview benchmarks error_bar vumat
 
 mpi := . test/harness/mpi.sh;
 jobs = $(if $(filter -j% --jobserver%,$(MAKEFLAGS)),,-j$(shell nproc 2>/dev/null || echo 1))
@@ -349,6 +349,13 @@ paraview:
 	@[ ! -x $(venv)/bin/python ] || $(python) post/tool_surface.py "$(RUN)"
 	@$$([ "$$DISPLAY" ] || ! command -v xvfb-run > /dev/null || echo xvfb-run -a) pvpython post/paraview_scene.py $(PARAVIEW_OPTIONS) "$(RUN)"
 	@[ -z "$$DISPLAY" ] || ! command -v paraview > /dev/null || paraview "$(RUN)/paraview.pvsm"
+
+## solve       SCENE=input/hertz.nml ERROR=2: the cheapest run of that error in per cent, its price first (doc/user/accuracy_cost.md);
+##             QUANTITY=load, BUDGET=600 (s), SOLVE_OPTIONS
+solve:
+	@[ -n "$(SCENE)" ] && [ -n "$(ERROR)" ] || { echo "Say which scene and which error in per cent: make solve SCENE=input/hertz.nml QUANTITY=load ERROR=2"; exit 1; }
+	$(look)
+	@$(mpi) $(python) post/solve.py --build $(build) --error $(ERROR) $(QUANTITY:%=--quantity %) $(BUDGET:%=--budget %) $(SOLVE_OPTIONS) $(SCENE)
 
 ## study       SCENE=input/hertz.nml: what its accuracy costs (doc/user/accuracy_cost.md); QUANTITY=load, BUDGET=300 (s), STUDY_OPTIONS
 study:
