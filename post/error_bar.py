@@ -28,7 +28,7 @@ from pathlib import Path
 
 import study_fit as fit
 from plots import scaled
-from run_data import Unreadable, read_namelists
+from run_data import Unreadable, depth_of, read_namelists
 
 # name of the row, key of hardness.json, unit
 rows = [
@@ -70,7 +70,7 @@ class Case:
         except ValueError as error:
             raise Wrong(f"{path}: {error}")
         self.scene = read_namelists(directory / "case.nml")
-        self.cell = self.scene["grid"][0]["cell_size"][0] / 2 ** len(self.scene.get("level", []))
+        self.cell = self.scene["grid"][0]["cell_size"][0] / 2 ** depth_of(self.scene)
         self.said = {
             (group, number, name): tuple(values)
             for group, ones in self.scene.items()

@@ -28,7 +28,7 @@ import report_charts
 import report_pictures
 from report_page import Markup, badge, embedded, image, join, section, table, tag, text, whole
 from report_worth import judge, look
-from run_data import History, Particles, Unreadable, read_namelists
+from run_data import History, Particles, Unreadable, depth_of, read_namelists
 from run_log import RunLog
 
 root = Path(__file__).resolve().parent.parent
@@ -195,7 +195,7 @@ def heading(report):
         for word in ("grid", "particles"):
             if log.said(word):
                 facts.append((word, log.said(word).split(",")[0]))
-    levels = len(report.run.case.get("level", []))
+    levels = depth_of(report.run.case)
     if levels:
         facts.append(("levels", f"{levels + 1}, the background grid among them"))
     if log and log.reached:

@@ -202,3 +202,13 @@ def read_namelists(source):
                 repeat = re.match(r"(\d+)\*(.+)", word["value"])
                 current.extend([_value(repeat[2])] * int(repeat[1]) if repeat else [_value(word["value"])])
         groups.setdefault(start[1].lower(), []).append(variables)
+
+
+def depth_of(case):
+    """Levels finer than the grid that a scene has, one in the other: a &level refines the one before or the one that `of` names, 1
+    for the grid."""
+    depth, before = 0, 0
+    for level in case.get("level", []):
+        before = int(level["of"][0]) if "of" in level else before + 1
+        depth = max(depth, before)
+    return depth

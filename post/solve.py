@@ -32,7 +32,7 @@ if sys.version_info < (3, 11):
     sys.exit("solve.py needs Python 3.11 or later")
 
 import study_quantity as quantities
-from run_data import Unreadable
+from run_data import Unreadable, depth_of
 from solve_model import Choice, Errors, MARGIN, Price, Sample, choose
 from study import Study
 from study_report import write_text
@@ -96,7 +96,7 @@ class Solve:
         self.base = dict(study.setting.base)
         case = scene_of(study.text, self.base, study.setting).values()
         self.cell = case["grid"][0]["cell_size"][0]
-        self.own = len(case.get("level", []))                              # levels of the scene
+        self.own = depth_of(case)                       # levels of the scene
         self.most = self.own + len(study.setting.level_boxes)
         self.speeds = speed_is_free(case)
         self.started = time.monotonic()
@@ -267,7 +267,7 @@ def record_of(solve, errors, choice, run, predicted):
             "parts": parts, "order": errors.order, "settings": choice.settings, "finest_cell": solve.finest(choice.key), "ranks": solve.study.ranks,
             "predicted_error": choice.error, "seconds": run.seconds / solve.study.ranks, "predicted_seconds": predicted,
             "megabytes": run.record.get("megabytes"), "predicted_megabytes": choice.megabytes,
-            "met": sum(parts.values()) <= solve.options.error}
+            "run": str(run.directory), "met": sum(parts.values()) <= solve.options.error}
 
 
 def say(text):

@@ -63,8 +63,8 @@ class Errors:
         return curve
 
     def extrapolate(self, cells, curves):
-        """Order and limit. Where the three finest grids show no order, the first is taken, from that pair of them with the finest that
-        puts the limit farthest, and a note says so."""
+        """Order and limit. Where the three finest grids show no order, the first is taken, the finest is as far from the limit as it is
+        from the farther of the two others, and a note says so."""
         try:
             limit, order = fit.richardson(cells, curves)
             if LOWEST_ORDER <= order <= HIGHEST_ORDER:
@@ -72,8 +72,9 @@ class Errors:
             self.notes.append(f"the grids show an order of {order:.2f} in the cell; {min(max(order, LOWEST_ORDER), HIGHEST_ORDER):g} is taken")
             order = min(max(order, LOWEST_ORDER), HIGHEST_ORDER)
         except fit.NoOrder as reason:
-            self.notes.append(f"no order in the cell ({reason}); the first is taken")
-            order = 1.0
+            self.notes.append(f"no order in the cell ({reason}); the first is taken, and the spread of the three finest for the error")
+            others = [2 * curves[-1] - curve for curve in curves[-3:-1]]
+            return 1.0, max(others, key=lambda limit: float(np.mean((curves[-1] - limit)**2)))
         limits = [self.two_grids(order, cells[k], curves[k], cells[-1], curves[-1]) for k in range(max(0, len(cells) - 3), len(cells) - 1)]
         return order, max(limits, key=lambda limit: float(np.mean((curves[-1] - limit)**2)))
 

@@ -9,7 +9,7 @@ import statistics
 import subprocess
 import time
 
-from run_data import Unreadable
+from run_data import Unreadable, depth_of
 from study_scene import add_probes, scene_of
 
 session = time.strftime("%Y-%m-%dT%H:%M:%S")
@@ -59,7 +59,7 @@ class Run:
         case = self.case
         if "cell" in self.settings and "grid" not in case:
             return self.settings["cell"]
-        return case["grid"][0]["cell_size"][0] * 0.5**len(case.get("level", []))
+        return case["grid"][0]["cell_size"][0] * 0.5**depth_of(case)
 
     @property
     def said(self):

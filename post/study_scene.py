@@ -96,6 +96,8 @@ def set_cell(scene, cell, setting):
     upper = [low + count * cell for low, count in zip(grid["lower"], counts)] # not rounded: surfaces lie on nodes
     scene.set("grid", "upper", upper)
     for which, level in enumerate(values.get("level", [])):
+        if "upper" not in level:  # a ball, or what the error places
+            continue
         scene.set("level", "upper", [new if abs(own - old) < 1e-9 * cell else own
                                      for own, old, new in zip(level["upper"], grid["upper"], upper)], which)
 
@@ -180,7 +182,7 @@ def add_probes(scene, point):
     of the grid. Names p0 to p7."""
     case = scene.values()
     grid, cell = case["grid"][0], case["grid"][0]["cell_size"][0]
-    levels = case.get("level", [])
+    levels = [one for one in case.get("level", []) if "upper" in one]
     inside = [all(low - 1e-9 * cell <= x <= high + 1e-9 * cell for low, x, high in zip(one["lower"], point, one["upper"]))
               for one in levels]
     cell *= 0.5**sum(inside)

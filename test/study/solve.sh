@@ -1,6 +1,8 @@
 #!/bin/sh
-# Ask for an accuracy (make solve): the model of errors and prices, and the command with a stand-in for the program whose errors are known.
+# Ask for an accuracy (make solve): the model of errors and prices, and the command with a stand-in for the program whose errors are known;
+# and the program itself on a bar with an exact answer.
 #test: limit 120
 #test: beside
 . "$(dirname "$0")/../harness/env.sh"
 "$PYTHON" "$ROOT/test/study/solve.py" "$ROOT"
+"$PYTHON" "$ROOT/test/study/solve_bar.py" "$ROOT" "$GIMP3D"
