@@ -63,8 +63,8 @@ module m_scene
       integer :: particles_per_cell = 8  !< 1, 8, 27
       real(wp) :: velocity(3) = 0.0_wp   !< m/s
       real(wp) :: angular_velocity(3) = 0.0_wp !< rad/s about the body's own centre
-      real(wp), allocatable :: orientation(:) !< of the material's axes: Bunge's phi1 Phi phi2, degrees, or where
-                                              !< the three point, nine numbers; not there: as the grid's
+      real(wp), allocatable :: orientation(:) !< of the material's axes: Bunge's phi1 Phi phi2, degrees, or
+                                              !< where the three point, nine numbers; not there: as the grid's
       real(wp) :: stress(6) = 0.0_wp     !< at the start: xx yy zz yz xz xy, Pa
       integer :: fill = fill_by_shape    !< whole particles, or shares of them where the surface cuts
       character(len=:), allocatable :: contact_group !< bodies of one are bonded where they touch; empty: that

@@ -37,8 +37,9 @@ contains
       real(wp) :: limit !< of gaps of centres, m
       associate (block => level%blocks(b), column => level%blocks(b)%particles%column, at => level%layout)
          if (tool%spec%shape%is_searched()) then
-            limit = reach + farthest_face(tool, level, &
-                                          materials%slots(materials%of_body(block%particles%body(p)))%law, column(p, :))
+            associate (law => materials%slots(materials%of_body(block%particles%body(p)))%law)
+               limit = reach + farthest_face(tool, level, law, column(p, :))
+            end associate
             call tool%gap_within(column(p, at%position:at%position + 2), limit, gap, normal)
             if (gap >= limit) return
             if (gap <= -limit) call tool%gap_and_normal(column(p, at%position:at%position + 2), gap, normal)
@@ -118,8 +119,9 @@ contains
       allocate (near(block%particles%count))
       do n = 0, size(is_far) - 1 ! eight bins together
          group = [mod(n, block_size/2), mod(n/(block_size/2), block_size/2), n/(block_size/2)**2]
-         is_far(group(1), group(2), group(3)) = tool%least_gap(block%origin + (2*group + 0.5_wp)*level%grid%cell) &
-                                                > farthest + sqrt(3.0_wp)*level%grid%cell
+         is_far(group(1), group(2), group(3)) &
+            = tool%least_gap(block%origin + (2*group + 0.5_wp)*level%grid%cell) &
+              > farthest + sqrt(3.0_wp)*level%grid%cell
       end do
       n = 0
       do cell = 1, bins

@@ -1,6 +1,6 @@
-!> Triangles in a tree of boxes: which of them is nearest to a place. A box has up to eight others in it, or up
-!> to eight triangles, which are looked at together (of SIMD registers one each); what is further away than the
-!> nearest triangle yet is not looked into.
+!> Triangles in a tree of boxes: which of them is nearest to a place. A box has up to eight others in it, or
+!> up to eight triangles, which are looked at together (one to a lane of the vector registers); what is further
+!> away than the nearest triangle yet is not looked into.
 module m_box_tree
    use m_kinds, only: wp
    use m_vectors, only: cross
@@ -10,9 +10,9 @@ module m_box_tree
    public :: box_tree_t, foot_t
 
    integer, parameter :: lanes = 8    !< boxes or triangles of a box
-   integer, parameter :: deepest = 80 !< boxes that wait while others are looked into: seven a level of the tree
+   integer, parameter :: deepest = 80 !< boxes that wait while others are looked into: seven a level
    real(wp), parameter :: nowhere = 1.0e100_wp !< m, where boxes are that are none
-   real(wp), parameter :: slack = 1.0_wp + 1.0e-9_wp !< squares of distances that are found two ways differ by less
+   real(wp), parameter :: slack = 1.0_wp + 1.0e-9_wp !< squares of distances found two ways differ by less
 
    !> What lies in a box: for each lane a box within it.
    type :: node_t
@@ -33,8 +33,8 @@ module m_box_tree
    type :: box_tree_t
       type(node_t), allocatable :: nodes(:)
       integer, allocatable :: number(:)       !< (places): of the triangle
-      real(wp), allocatable :: shape(:, :, :) !< (lanes, 13, leaves): its first corner, the ways a and b to the
-                                              !< two others; the inverses of a.a, b.b, (b-a).(b-a), |a x b|^2
+      real(wp), allocatable :: shape(:, :, :) !< (lanes, 13, leaves): its first corner, the ways a and b to
+                                              !< the others; inverses of a.a, b.b, (b-a).(b-a), |a x b|^2
    contains
       procedure :: build
       procedure :: nearest
@@ -53,7 +53,8 @@ contains
       integer, allocatable :: order(:)
       integer :: nodes, leaves, n, t
       n = triangles%count()
-      allocate (middle(3, n), self%nodes(1 + n/2), self%shape(lanes, 13, 1 + n/2), self%number(lanes*(1 + n/2)))
+      allocate (middle(3, n), self%nodes(1 + n/2))
+      allocate (self%shape(lanes, 13, 1 + n/2), self%number(lanes*(1 + n/2)))
       order = [(t, t=1, n)]
       do t = 1, n
          middle(:, t) = sum(triangles%corner(:, triangles%of(:, t)), dim=2)/3.0_wp
@@ -85,11 +86,11 @@ contains
             end do
          end do
          do r = 1, ranges
-            call bound(this, r, order(range(1, r):range(2, r)))
+            call bound(self%nodes(this), r, triangles, order(range(1, r):range(2, r)))
             if (range(2, r) - range(1, r) < lanes) then
                leaves = leaves + 1
                self%nodes(this)%inner(r) = -leaves
-               call fill(leaves, order(range(1, r):range(2, r)))
+               call fill(self, leaves, triangles, order(range(1, r):range(2, r)))
             else
                self%nodes(this)%inner(r) = nodes + 1
                call divide(range(1, r), range(2, r))
@@ -101,44 +102,48 @@ contains
          integer, intent(in) :: among(:)
          axis = maxloc(maxval(middle(:, among), dim=2) - minval(middle(:, among), dim=2), dim=1)
       end function longest_axis
+   end subroutine build
 
-      subroutine bound(node, lane, among)
-         integer, intent(in) :: node, lane, among(:)
-         integer :: c, k
-         associate (it => self%nodes(node))
-            do c = 1, size(among)
-               do k = 1, 3
-                  associate (x => triangles%corner(k, triangles%of(:, among(c))))
-                     it%lower(lane, k) = min(it%lower(lane, k), minval(x))
-                     it%upper(lane, k) = max(it%upper(lane, k), maxval(x))
-                  end associate
-               end do
-            end do
-         end associate
-      end subroutine bound
-
-      subroutine fill(leaf, among)
-         integer, intent(in) :: leaf, among(:)
-         real(wp) :: a(3), b(3)
-         integer :: lane, number
-         do lane = 1, lanes
-            number = among(min(lane, size(among)))
-            self%number(lanes*(leaf - 1) + lane) = number
-            associate (corners => triangles%corner(:, triangles%of(:, number)))
-               a = corners(:, 2) - corners(:, 1)
-               b = corners(:, 3) - corners(:, 1)
-               self%shape(lane, :, leaf) = [corners(:, 1), a, b, inverse(sum(a**2)), inverse(sum(b**2)), &
-                                            inverse(sum((b - a)**2)), inverse(sum(cross(a, b)**2))]
+   !> The box of some triangles in a lane of a node.
+   subroutine bound(node, lane, triangles, among)
+      type(node_t), intent(inout) :: node
+      integer, intent(in) :: lane, among(:)
+      type(triangles_t), intent(in) :: triangles
+      integer :: c, k
+      do c = 1, size(among)
+         do k = 1, 3
+            associate (x => triangles%corner(k, triangles%of(:, among(c))))
+               node%lower(lane, k) = min(node%lower(lane, k), minval(x))
+               node%upper(lane, k) = max(node%upper(lane, k), maxval(x))
             end associate
          end do
-      end subroutine fill
+      end do
+   end subroutine bound
 
-      pure real(wp) function inverse(value)
-         real(wp), intent(in) :: value
-         inverse = 0.0_wp
-         if (value > 0.0_wp) inverse = 1.0_wp/value
-      end function inverse
-   end subroutine build
+   !> Some triangles, up to eight, as a leaf.
+   subroutine fill(self, leaf, triangles, among)
+      class(box_tree_t), intent(inout) :: self
+      integer, intent(in) :: leaf, among(:)
+      type(triangles_t), intent(in) :: triangles
+      real(wp) :: a(3), b(3)
+      integer :: lane, number
+      do lane = 1, lanes
+         number = among(min(lane, size(among)))
+         self%number(lanes*(leaf - 1) + lane) = number
+         associate (corners => triangles%corner(:, triangles%of(:, number)))
+            a = corners(:, 2) - corners(:, 1)
+            b = corners(:, 3) - corners(:, 1)
+            self%shape(lane, :, leaf) = [corners(:, 1), a, b, inverse(sum(a**2)), inverse(sum(b**2)), &
+                                         inverse(sum((b - a)**2)), inverse(sum(cross(a, b)**2))]
+         end associate
+      end do
+   end subroutine fill
+
+   pure real(wp) function inverse(value)
+      real(wp), intent(in) :: value
+      inverse = 0.0_wp
+      if (value > 0.0_wp) inverse = 1.0_wp/value
+   end function inverse
 
    !> Reorder numbers first..last so that those with the lowest keys come first, up to place `half`
    !> (quickselect; ties by number, so that the order is always the same).

@@ -93,8 +93,8 @@ contains
       call self%judge(foot, distance, normal)
    end subroutine distance_and_normal
 
-   !> The same of a place nearer to the surface than `limit`; else some distance that is no nearer, on its side,
-   !> without a normal. That takes no search, or a short one.
+   !> The same of a place nearer to the surface than `limit`; else some distance that is no nearer, on its
+   !> side, without a normal. That takes no search, or a short one.
    pure subroutine distance_within(self, place, limit, distance, normal)
       class(closed_surface_t), intent(in) :: self
       real(wp), intent(in) :: place(3), limit !< m

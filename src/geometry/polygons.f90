@@ -56,7 +56,8 @@ contains
          if (.not. is_ear) return
          if (any(left(k) == ear)) cycle
          associate (p => flat(:, left(k)))
-            is_ear = min(turn(flat(:, ear(1)), flat(:, ear(2)), p), turn(flat(:, ear(2)), flat(:, ear(3)), p), &
+            is_ear = min(turn(flat(:, ear(1)), flat(:, ear(2)), p), &
+                         turn(flat(:, ear(2)), flat(:, ear(3)), p), &
                          turn(flat(:, ear(3)), flat(:, ear(1)), p)) <= 0.0_wp
          end associate
       end do

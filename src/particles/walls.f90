@@ -1,5 +1,5 @@
-!> Parts of split particles that would lie beyond a side of the grid which holds the material: a domain may reach
-!> over it, a centre may not (theory.md, Splitting).
+!> Parts of split particles that would lie beyond a side of the grid which holds the material: a domain may
+!> reach over it, a centre may not (theory.md, Splitting).
 module m_walls
    use m_kinds, only: wp
    use m_scene, only: boundary_free
@@ -11,8 +11,8 @@ module m_walls
 
 contains
 
-   !> A part beyond a side that is not free gives way to its mirror image: at a symmetry side both are the same
-   !> material. Components that mirrors turn round are those of place, velocity and its gradient, stress,
+   !> A part beyond a side that is not free gives way to its mirror image: at a symmetry side both are the
+   !> same material. Components that mirrors turn round are those of place, velocity and its gradient, stress,
    !> deformation, domain and carried faces; what laws carry beside these is nearly even there.
    pure subroutine keep_inside(values, layout, shares, grid)
       real(wp), intent(inout) :: values(:) !< columns of one particle

@@ -133,7 +133,8 @@ contains
       real(wp) :: s(6), most
       s = values(layout%stress:layout%stress + 5)
       most = max(s(1) + abs(s(5)) + abs(s(6)), s(2) + abs(s(4)) + abs(s(6)), s(3) + abs(s(4)) + abs(s(5)))
-      most_stretch = exp((most - self%lame*sum(s(1:3))/(3.0_wp*self%lame + 2.0_wp*self%shear))/(2.0_wp*self%shear))
+      most_stretch = exp((most - self%lame*sum(s(1:3))/(3.0_wp*self%lame + 2.0_wp*self%shear)) &
+                         /(2.0_wp*self%shear))
    end function most_stretch
 
 end module m_elastic

@@ -78,8 +78,8 @@ module m_material
 
 contains
 
-   !> No `stretch` of a particle is larger, in whichever direction; huge where the law does not say. The search
-   !> for contact looks less far where it is small.
+   !> No `stretch` of a particle is larger, in whichever direction; huge where the law does not say. The
+   !> search for contact looks less far where it is small.
    pure real(wp) function most_stretch(self, values, layout)
       class(material_t), intent(in) :: self
       real(wp), intent(in) :: values(:) !< the particle's columns

@@ -190,7 +190,8 @@ contains
                do p = 1, level%blocks(b)%particles%count
                   associate (column => level%blocks(b)%particles%column, at => level%layout)
                      edge = column(p, at%volume)**(1.0_wp/3.0_wp)
-                     if (tool%least_gap(column(p, at%position:at%position + 2)) > max(edge, closest + edge)) cycle
+                     if (tool%least_gap(column(p, at%position:at%position + 2)) &
+                         > max(edge, closest + edge)) cycle
                      call tool%gap_and_normal(column(p, at%position:at%position + 2), gap, normal)
                   end associate
                   gap = gap - tool%spec%penetration_factor*edge

@@ -16,8 +16,8 @@ module m_splitting
    private
    public :: split
 
-   real(wp), parameter :: clear = 0.05_wp !< cells: a part nearer to a tool, which has not made its step yet, may
-                                          !< come to lie inside
+   real(wp), parameter :: clear = 0.05_wp !< cells: a part nearer to a tool, which has not made its step yet,
+                                          !< may come to lie inside
 
 contains
 
@@ -30,8 +30,8 @@ contains
       integer :: before, first, last, n, splits, worn_out
       associate (level => model%levels(l), particles => model%levels(l)%blocks(b)%particles)
          before = particles%count
-         call split_long(level%blocks(b), level%table, level%layout, level%grid%cell, model%stuff, splits, worn_out, &
-                         parent)
+         call split_long(level%blocks(b), level%table, level%layout, level%grid%cell, model%stuff, splits, &
+                         worn_out, parent)
          if (worn_out > 0) call fail(error, exit_numerical, particle_text(model, l, b, worn_out)// &
                                      ' has been split '//to_text(most_generations)// &
             ' times and its domain is too long again: the motion is without bound; try a smaller safety', &
@@ -47,7 +47,8 @@ contains
             end do
             associate (parts => [parent(first), (before + n, n=first, last)])
                if (model%contact%active() .and. l == size(model%levels)) &
-                  call keep_outside(model%contact%tools, particles, level%layout, parts, clear*level%grid%cell)
+                  call keep_outside(model%contact%tools, particles, level%layout, parts, &
+                                    clear*level%grid%cell)
                do n = 1, size(parts)
                   call keep_inside(particles%column(parts(n), :), level%layout, shares, level%grid)
                end do

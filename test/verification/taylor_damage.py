@@ -32,7 +32,7 @@ for cells in (4, 5):
           f"{100*share:.2f} % of the mass, {inner.sum()} by the axis to {1e3*where[inner, 2].max():.2f} mm high, {(~inner).sum()} at the rim "
           f"to {1e3*where[~inner, 2].max() if (~inner).any() else 0:.2f} mm; foot {1e3*foot:.2f} mm, length {1e3*length:.2f} mm")
     found[cells] = first[0], share, foot, length
-    require(f"{name}: it fails next to the axis first", np.hypot(*first[1][:, :2].T).max() < 0.45 * RADIUS)
+    require(f"{name}: it fails next to the axis first", np.hypot(*first[1][:, :2].T).max() < 0.5 * RADIUS)
     require(f"{name}: at the foot alone", where[:, 2].max() < 0.55 * RADIUS)
     require(f"{name}: no tension and no shear in what has failed", np.abs(last["stress"][failed][:, 3:]).max() < 1e-6 * np.abs(last["stress"]).max())
     check(f"{name}: balance of energy", energy(name)["balance_error"], 0.05)
