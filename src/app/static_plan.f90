@@ -50,11 +50,13 @@ contains
       call console%line('')
       call console%line('plan       by '//to_text(min(timed, int(model%step)))//' steps taken on '// &
                         to_text(model%communicator%ranks)//' rank(s); '//integrator%summary())
-      call console%line('steps      about '//to_text(steps)//', more where one has no equilibrium or material creeps')
+      call console%line('steps      about '//to_text(steps)//', more where one has no equilibrium or '// &
+                        'material creeps')
       call console%line('time       about '//duration(steps*seconds + first)//': '//to_text(seconds, 3)// &
                         ' s a step as at the beginning, and the more the more points are pressed')
-      call console%line('memory     '//si(sum(bytes) + 8.0_wp*tangent_reals*particles, 'B')//' on all ranks together: '// &
-                        'particles '//si(bytes(1), 'B')//', node tiles '//si(bytes(2), 'B')//', tangents '// &
+      call console%line('memory     '//si(sum(bytes) + 8.0_wp*tangent_reals*particles, 'B')// &
+                        ' on all ranks together: particles '//si(bytes(1), 'B')//', node tiles '// &
+                        si(bytes(2), 'B')//', tangents '// &
                         si(8.0_wp*tangent_reals*particles, 'B'))
       call console%line('planned: '//scene%title//'; nothing was run and nothing written')
    end subroutine print_static_plan

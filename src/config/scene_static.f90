@@ -73,15 +73,15 @@ contains
          call fail(error, exit_input, text%line_of('level', 1)//', &level: not with &quasi_static, '// &
                    'which has one level; take a smaller cell_size, or the explicit scheme')
       if (scene%fields() > 1) &
-         call fail(error, exit_input, text%line_of('quasi_static', 1)//', &quasi_static: not with more than '// &
-                   'one contact_group; leave contact_group out, so that bodies are bonded where they touch, '// &
-                   'or take the explicit scheme')
+         call fail(error, exit_input, text%line_of('quasi_static', 1)//', &quasi_static: not with more '// &
+                   'than one contact_group; leave contact_group out, so that bodies are bonded where '// &
+                   'they touch, or take the explicit scheme')
       if (scene%time%stress_update /= update_usl) &
          call fail(error, exit_input, text%place('time', 1, 'stress_update')//': with &quasi_static only '// &
                    '''usl'' is allowed')
       if (scene%time%time_step > 0.0_wp) &
-         call fail(error, exit_input, text%place('time', 1, 'time_step')//': not with &quasi_static, whose '// &
-                   'own step counts; leave it out')
+         call fail(error, exit_input, text%place('time', 1, 'time_step')//': not with &quasi_static, '// &
+                   'whose own step counts; leave it out')
    end subroutine check_quasi_static
 
    !> True when loads move a tool.

@@ -112,7 +112,8 @@ contains
          c%from = centre
          c%arm = -self%tools(t)%spec%penetration_factor*thickness*normal
          new%start = centre + c%arm
-         young = 0.5_wp/materials%slots(materials%of_body(block%particles%body(p)))%law%complementary_energy( &
+         k = materials%of_body(block%particles%body(p))
+         young = 0.5_wp/materials%slots(k)%law%complementary_energy( &
                  [1.0_wp, 0.0_wp, 0.0_wp, 0.0_wp, 0.0_wp, 0.0_wp])
          new%yielding = compliance*level%grid%cell/(young*c%area)
          new%force = column(p, pressure)*c%area
@@ -222,7 +223,8 @@ contains
       real(wp), intent(inout), contiguous :: tiles(:, 0:, 0:, 0:, :)
       integer :: n
       do n = 1, self%count
-         if (self%list(n)%force > 0.0_wp) call self%add_force_at(n, self%list(n)%force*self%list(n)%normal, tiles)
+         if (self%list(n)%force > 0.0_wp) call self%add_force_at(n, &
+               self%list(n)%force*self%list(n)%normal, tiles)
       end do
    end subroutine add_forces
 

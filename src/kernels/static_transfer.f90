@@ -15,8 +15,8 @@ module m_static_transfer
 
 contains
 
-   !> Add to the forces of a block's node tile what the listed particles give: sum over b of force(ab) dS/dx_b,
-   !> `force` at 3 (b-1) + a, minus volume times stress, N m.
+   !> Add to the forces of a block's node tile what the listed particles give: sum over b of force(ab)
+   !> dS/dx_b, `force` at 3 (b-1) + a, minus volume times stress, N m.
    pure subroutine p2g_stress(cells, column, layout, frame, force, tile)
       type(cell_list_t), intent(in) :: cells
       real(wp), intent(in), contiguous :: column(:, :)
@@ -44,8 +44,8 @@ contains
             call set_stress(load, stencil, force)
             do r = 1, stencil%runs
                associate (place => stencil%run_place(:, r))
-                  call add_force(load, stencil, stencil%run_first(r), stencil%run_first(r + 1) - 1, place(1), &
-                                 place(2), place(3), tile)
+                  call add_force(load, stencil, stencil%run_first(r), stencil%run_first(r + 1) - 1, &
+                                 place(1), place(2), place(3), tile)
                end associate
             end do
          end if
@@ -134,8 +134,9 @@ contains
                n = n + 1
                do a = 1, 3
                   associate (c => modulus(9*a - 8:9*a), x => slope(n, 1), y => slope(n, 2), z => slope(n, 3))
-                     tile(f_x + a - 1, i, j, k) = tile(f_x + a - 1, i, j, k) + c(1)*x*x + c(5)*y*y + c(9)*z*z &
-                        + (c(2) + c(4))*x*y + (c(3) + c(7))*x*z + (c(6) + c(8))*y*z
+                     tile(f_x + a - 1, i, j, k) = tile(f_x + a - 1, i, j, k) &
+                        + c(1)*x*x + c(5)*y*y + c(9)*z*z + (c(2) + c(4))*x*y + (c(3) + c(7))*x*z &
+                        + (c(6) + c(8))*y*z
                   end associate
                end do
             end do

@@ -75,9 +75,10 @@ contains
          call advance(model, time_step, error)
       end if
       if (.not. self%holds .or. self%spec%holds_at(model%time)) return
-      call self%statics%change(model, .false.) ! the next step is explicit: at rest, and as long as waves let it
+      call self%statics%change(model, .false.) ! the next one is explicit: at rest, as long as waves let
       self%holds = .false.
-      self%told = self%told//'steps      from time '//si(model%time, 's')//' on they are explicit'//new_line('a')
+      self%told = self%told//'steps      from time '//si(model%time, 's')//' on they are explicit'// &
+                  new_line('a')
       call bound_speeds(model)
    end subroutine step
 

@@ -12,8 +12,7 @@ module m_equilibrium
    private
    public :: equilibrium_t
 
-   integer, parameter, public :: found = 0, no_convergence = 1, turned = 2, no_contact_set = 3, &
-                                 too_far = 4
+   integer, parameter, public :: found = 0, no_convergence = 1, turned = 2, too_far = 3
 
    !> How an equilibrium was looked for, and what became of it.
    type :: equilibrium_t
@@ -97,11 +96,7 @@ contains
                 .or. self%newton - best_at >= patience) return
             self%newton = self%newton + 1
             call system%linearise()
-            call self%improve(force, change, there)
-            if (.not. there) then
-               self%outcome = no_contact_set
-               return
-            end if
+            call self%improve(force, change)
             call self%step_along(change, force)
             do n = 1, system%contact%count
                if (system%contact%list(n)%force < 0.0_wp) system%contact%list(n)%force = 0.0_wp
@@ -140,11 +135,10 @@ contains
    !> Collective: the change of the displacements that solves the linear problem with contact: of the convex
    !> energy of the linearised step, whose points press where their gaps would close. Forces of the points
    !> become those of the linear problem.
-   subroutine improve(self, force, change, there)
+   subroutine improve(self, force, change)
       class(equilibrium_t), intent(inout) :: self
       real(wp), intent(in) :: force(:) !< without contact, N
       real(wp), intent(out) :: change(:)
-      logical, intent(out) :: there
       real(wp), dimension(size(change)) :: direction, right, stiff, moved
       real(wp), dimension(self%system%contact%count) :: ahead, along, pressing
       real(wp) :: aim, length
@@ -162,7 +156,6 @@ contains
          if (system%dot(self%left, self%left) > 0.0_wp .and. .not. touches) &
             aim = max(rough*sqrt(system%dot(self%left, self%left)), tiny(aim))
          symmetric = .true.
-         there = .true.
          do guess = 1, most_guesses
             do n = 1, points
                pressing(n) = 0.0_wp
@@ -195,7 +188,6 @@ contains
             ahead = ahead + length*along
             list(:points)%pressed = list(:points)%gap + ahead < 0.0_wp
          end do
-         there = same .or. self%unsolved >= most_unsolved ! the caller sees these
          do n = 1, points
             list(n)%force = max(0.0_wp, -(list(n)%gap + ahead(n))/list(n)%yielding)
          end do
@@ -314,9 +306,12 @@ contains
    subroutine say(self, residual, gap)
       class(equilibrium_t), intent(inout) :: self
       real(wp), intent(in) :: residual, gap !< N; cells
-      self%log = self%log//'newton     '//to_text(self%newton)//': residual '// &
-                 to_text(residual/max(self%system%scale, tiny(1.0_wp)), 3)//', gaps off by '//to_text(gap, 3)// &
-                 ' cells, '//to_text(self%solves)//' solves, '//to_text(self%products)//' products'//new_line('a')
+      real(wp) :: share
+      share = merge(1.0_wp, 0.0_wp, residual > 0.0_wp) ! before there is any stress
+      if (self%system%scale > 0.0_wp) share = residual/self%system%scale
+      self%log = self%log//'newton     '//to_text(self%newton)//': residual '//to_text(share, 3)// &
+                 ', gaps off by '//to_text(gap, 3)//' cells, '//to_text(self%solves)//' solves, '// &
+                 to_text(self%products)//' products'//new_line('a')
    end subroutine say
 
 end module m_equilibrium

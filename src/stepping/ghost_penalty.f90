@@ -29,7 +29,7 @@ module m_ghost_penalty
 
    integer, parameter :: reached = 1, sum_of_young = 2, coarse = 3, edge = 1 !< places of a node meanwhile
    real(wp), parameter :: hair = 1.0e-7_wp    !< cells: what reaches less far into a cell is not in it
-   real(wp), parameter :: one_a_cell = 0.9_wp !< edge of a particle, in cells, from which its cell has no other
+   real(wp), parameter :: one_a_cell = 0.9_wp !< edge of a particle, in cells, that fills its cell alone
 
 contains
 
@@ -41,11 +41,12 @@ contains
       real(wp), intent(inout) :: tile(node_values, 0:tile_last, 0:tile_last, 0:tile_last)
       real(wp) :: corner(3), r(3, 3), place(3), young
       integer :: at(3), c, m, p, seen(3, 8)
-      associate (block => level%blocks(b), column => level%blocks(b)%particles%column, x => level%layout%position)
+      associate (block => level%blocks(b), column => level%blocks(b)%particles%column, &
+                 x => level%layout%position)
          do p = 1, block%particles%count
             m = materials%of_body(block%particles%body(p))
-            young = 0.5_wp/materials%slots(m)%law%complementary_energy([1.0_wp, 0.0_wp, 0.0_wp, 0.0_wp, 0.0_wp, &
-                                                                        0.0_wp])
+            young = 0.5_wp/materials%slots(m)%law%complementary_energy( &
+                    [1.0_wp, 0.0_wp, 0.0_wp, 0.0_wp, 0.0_wp, 0.0_wp])
             r = half_edges(column(p, :), level%layout)*level%grid%per_cell
             r = r*min(1.0_wp, 0.5_wp/maxval(sum(abs(r), dim=2)))*(1.0_wp - hair)
             place = (column(p, x:x + 2) - block%origin)*level%grid%per_cell
@@ -193,9 +194,11 @@ contains
             s = factor*self%stiffness(n)*(motion(v_x:v_z, i + o(1), j + o(2), k + o(3), b) &
                                           - 2.0_wp*motion(v_x:v_z, i, j, k, b) &
                                           + motion(v_x:v_z, i - o(1), j - o(2), k - o(3), b))
-            tiles(f_x:f_z, i + o(1), j + o(2), k + o(3), b) = tiles(f_x:f_z, i + o(1), j + o(2), k + o(3), b) + s
+            tiles(f_x:f_z, i + o(1), j + o(2), k + o(3), b) = s &
+               + tiles(f_x:f_z, i + o(1), j + o(2), k + o(3), b)
             tiles(f_x:f_z, i, j, k, b) = tiles(f_x:f_z, i, j, k, b) - 2.0_wp*s
-            tiles(f_x:f_z, i - o(1), j - o(2), k - o(3), b) = tiles(f_x:f_z, i - o(1), j - o(2), k - o(3), b) + s
+            tiles(f_x:f_z, i - o(1), j - o(2), k - o(3), b) = s &
+               + tiles(f_x:f_z, i - o(1), j - o(2), k - o(3), b)
          end associate
       end do
    end subroutine add_forces
@@ -210,9 +213,11 @@ contains
          o(self%at(1, n)) = 1
          associate (i => self%at(2, n), j => self%at(3, n), k => self%at(4, n), b => self%at(5, n), &
                     s => self%stiffness(n))
-            tiles(f_x:f_z, i + o(1), j + o(2), k + o(3), b) = tiles(f_x:f_z, i + o(1), j + o(2), k + o(3), b) + s
+            tiles(f_x:f_z, i + o(1), j + o(2), k + o(3), b) = s &
+               + tiles(f_x:f_z, i + o(1), j + o(2), k + o(3), b)
             tiles(f_x:f_z, i, j, k, b) = tiles(f_x:f_z, i, j, k, b) + 4.0_wp*s
-            tiles(f_x:f_z, i - o(1), j - o(2), k - o(3), b) = tiles(f_x:f_z, i - o(1), j - o(2), k - o(3), b) + s
+            tiles(f_x:f_z, i - o(1), j - o(2), k - o(3), b) = s &
+               + tiles(f_x:f_z, i - o(1), j - o(2), k - o(3), b)
          end associate
       end do
    end subroutine add_diagonal

@@ -20,7 +20,7 @@ module m_quasi_static
    use m_cells_stage, only: cells_block
    use m_advance, only: migrate
    use m_trial_state, only: relaxation, part_of_gradient
-   use m_equilibrium, only: equilibrium_t, found, turned, no_contact_set, too_far
+   use m_equilibrium, only: equilibrium_t, found, turned, too_far
    use m_static_loads, only: find_contact, book_contact
    use m_static_times, only: next_stop
    implicit none
@@ -186,7 +186,8 @@ contains
          self%halved = self%halved + 1
          self%told = self%told//'quasi      step '//to_text(model%step + 1)//' of '//si(now, 's')// &
                      ' has no equilibrium after '//to_text(self%equilibrium%newton)// &
-                     ' Newton iterations ('//reason(self%equilibrium%outcome)//'); it is halved'//new_line('a')
+                     ' Newton iterations ('//reason(self%equilibrium%outcome)//'); it is halved'// &
+                     new_line('a')
          if (0.5_wp*now < self%smallest) then
             call self%complain(model, error)
             call model%timers%on_level(0)
@@ -206,7 +207,6 @@ contains
       select case (outcome)
       case (too_far); text = 'a particle would move too far'
       case (turned); text = 'a particle is strained too far'
-      case (no_contact_set); text = 'no set of pressed points stays'
       case default; text = 'no convergence'
       end select
    end function reason
@@ -328,8 +328,8 @@ contains
          if (worst >= model%communicator%maximum(worst) .and. p > 0) then
             text = particle_text(model, 1, b, p)//': no equilibrium with steps down to '// &
                    si(self%smallest, 's')//', '//reason(it%outcome)
-            call fail(error, exit_numerical, text//'; try a smaller step, slower loads, smaller cells, or '// &
-                      'boundaries and tools that hold the body')
+            call fail(error, exit_numerical, text//'; try a smaller step, slower loads, smaller cells, '// &
+                      'or boundaries and tools that hold the body')
          end if
       end associate
       call model%communicator%agree(error)
@@ -343,7 +343,8 @@ contains
          associate (particles => model%levels(1)%blocks(b)%particles, x => model%levels(1)%layout%position)
             found_one = 0
             if (particles%count == 0) return
-            found_one = minloc([(sum((particles%column(q, x:x + 2) - place)**2), q=1, particles%count)], dim=1)
+            found_one = minloc([(sum((particles%column(q, x:x + 2) - place)**2), q=1, particles%count)], &
+                               dim=1)
          end associate
       end function nearest
    end subroutine complain

@@ -72,8 +72,8 @@ contains
       end associate
    end subroutine book_contact
 
-   !> Pressures of the points into the columns of their particles; and gaps: those that are pressed touch, whatever
-   !> they yield, and no 0 says so.
+   !> Pressures of the points into the columns of their particles; and gaps: those that are pressed touch,
+   !> whatever they yield, and no 0 says so.
    subroutine keep_pressures(contact, model)
       type(static_contact_t), intent(in) :: contact
       type(model_t), intent(inout) :: model

@@ -5,6 +5,7 @@ module m_static_system
    use m_kinds, only: wp
    use m_timers
    use m_node_values, only: mass_, v_x, a_x, a_z, f_x
+   use m_level, only: level_t
    use m_boundary, only: fold_symmetry, apply_boundary, motion_parity
    use m_node_exchange, only: sum_tiles
    use m_migration, only: frame_of
@@ -33,6 +34,7 @@ module m_static_system
       real(wp), allocatable :: load(:)               !< (unknowns): of effects at the step's end, N
       real(wp), allocatable :: diagonal(:)           !< (unknowns): of the stiffness, N/m
       real(wp), allocatable :: work(:, :)            !< (particles of the largest block, 27)
+      real(wp), allocatable :: product(:, :)         !< (the same, 9)
       real(wp) :: time_step = 0.0_wp                 !< s
       integer :: parts = 1                           !< as of trial_block_t
       real(wp) :: ramp = 0.0_wp                      !< over which loads come on from time 0, s
@@ -82,9 +84,9 @@ contains
             largest = max(largest, level%blocks(b)%particles%count)
          end do
          if (allocated(self%work)) then
-            if (size(self%work, 1) < largest) deallocate (self%work)
+            if (size(self%work, 1) < largest) deallocate (self%work, self%product)
          end if
-         if (.not. allocated(self%work)) allocate (self%work(largest, 27))
+         if (.not. allocated(self%work)) allocate (self%work(largest, 27), self%product(largest, 9))
          if (allocated(self%forces)) then
             if (size(self%forces, 5) /= size(level%nodes, 5)) deallocate (self%forces)
          end if
@@ -217,13 +219,13 @@ contains
          do b = 1, size(level%blocks)
             associate (block => level%blocks(b), trial => self%trial(b), n => level%blocks(b)%particles%count)
                if (n == 0) cycle
-               call g2p(block%cells, level%nodes(:, :, :, :, b), level%layout, frame_of(level, block), &
-                        motion_t(0.0_wp, 1.0_wp, level%layout%position), block%particles%column, trial%gradient)
+               call take_gradients(level, b, trial%gradient)
                call trial%update(block%particles, model%materials, level%layout, self%time_step, verdict, b)
                call p2g_stress(block%cells, block%particles%column, level%layout, frame_of(level, block), &
                                trial%force, self%forces(:, :, :, :, b))
                do c = 1, 9
-                  squares = squares + sum(trial%force(:n, c)**2/block%particles%column(:n, level%layout%volume))
+                  squares = squares + sum(trial%force(:n, c)**2 &
+                                          /block%particles%column(:n, level%layout%volume))
                end do
             end associate
          end do
@@ -279,11 +281,10 @@ contains
             associate (block => level%blocks(b), trial => self%trial(b), &
                        count => level%blocks(b)%particles%count)
                if (count == 0) cycle
-               call g2p(block%cells, level%nodes(:, :, :, :, b), level%layout, frame_of(level, block), &
-                        motion_t(0.0_wp, 1.0_wp, level%layout%position), block%particles%column, level%gradient)
-               call trial%multiply(count, level%gradient, self%work)
+               call take_gradients(level, b, self%work)
+               call trial%multiply(count, self%work, self%product)
                call p2g_stress(block%cells, block%particles%column, level%layout, frame_of(level, block), &
-                               self%work, self%forces(:, :, :, :, b))
+                               self%product, self%forces(:, :, :, :, b))
             end associate
          end do
          call self%ghost%add_forces(level%nodes, 1.0_wp, self%forces)
@@ -319,6 +320,18 @@ contains
       call self%unknowns%gather(f_x, self%forces, force)
    end subroutine contact_forces
 
+   !> Gradients of the displacements of the nodes at the particles of a block, which stay where they are.
+   pure subroutine take_gradients(level, b, gradient, longest)
+      type(level_t), intent(inout) :: level
+      integer, intent(in) :: b
+      real(wp), intent(inout), contiguous :: gradient(:, :) !< (:, 9)
+      type(fastest_t), intent(inout), optional :: longest   !< component of a particle's way, m
+      associate (block => level%blocks(b))
+         call g2p(block%cells, level%nodes(:, :, :, :, b), level%layout, frame_of(level, block), &
+                  motion_t(0.0_wp, 1.0_wp, level%layout%position), block%particles%column, gradient, longest)
+      end associate
+   end subroutine take_gradients
+
    !> Collective: largest component of the gradients of displacements, of all particles.
    real(wp) function steepest(self, z)
       class(static_system_t), intent(inout) :: self
@@ -330,9 +343,8 @@ contains
          do b = 1, size(level%blocks)
             associate (block => level%blocks(b), n => level%blocks(b)%particles%count)
                if (n == 0) cycle
-               call g2p(block%cells, level%nodes(:, :, :, :, b), level%layout, frame_of(level, block), &
-                        motion_t(0.0_wp, 1.0_wp, level%layout%position), block%particles%column, level%gradient)
-               steepest = max(steepest, maxval(abs(level%gradient(:n, :))))
+               call take_gradients(level, b, self%work)
+               steepest = max(steepest, maxval(abs(self%work(:n, :9))))
             end associate
          end do
          steepest = model%communicator%maximum(steepest)
@@ -350,9 +362,7 @@ contains
             associate (block => level%blocks(b))
                if (block%particles%count == 0) cycle
                longest = fastest_t(0.0_wp)
-               call g2p(block%cells, level%nodes(:, :, :, :, b), level%layout, frame_of(level, block), &
-                        motion_t(0.0_wp, 1.0_wp, level%layout%position), block%particles%column, level%gradient, &
-                        longest)
+               call take_gradients(level, b, self%work, longest)
                farthest = max(farthest, longest%speed)
             end associate
          end do

@@ -73,8 +73,8 @@ contains
          do while (first <= run)
             last = min(first + lanes - 1, run)
             n = last - first + 1
-            call stress_of(self%parts, particles, materials, layout, time_step, first, n, self%gradient(first:last, :), &
-                           self%force(first:last, :), determinant)
+            call stress_of(self%parts, particles, materials, layout, time_step, first, n, &
+                           self%gradient(first:last, :), self%force(first:last, :), determinant)
             verdict%largest = max(verdict%largest, maxval(abs(self%gradient(first:last, :))))
             if (.not. all(abs(self%force(first:last, :)) <= huge(1.0_wp))) verdict%finite = .false.
             if (.not. minval(determinant(:n)) >= verdict%smallest) then
@@ -115,8 +115,8 @@ contains
       end do
    end subroutine linearise
 
-   !> By how much the stress of particles that stand still would change in a time, and how large it is: sums of
-   !> squares over components and volumes, Pa2 m3.
+   !> By how much the stress of particles that stand still would change in a time, and how large it is: sums
+   !> of squares over components and volumes, Pa2 m3.
    function relaxation(particles, materials, layout, time_step) result(sizes)
       type(particle_store_t), intent(in) :: particles
       type(materials_t), intent(in) :: materials
@@ -139,7 +139,8 @@ contains
             associate (column => particles%column(first:last, :))
                do c = 1, 9
                   sizes(1) = sizes(1) + sum((force(:n, c) + column(:, layout%volume) &
-                                             *column(:, layout%stress + at(c) - 1))**2/column(:, layout%volume))
+                                             *column(:, layout%stress + at(c) - 1))**2 &
+                                            /column(:, layout%volume))
                   sizes(2) = sizes(2) + sum(column(:, layout%volume)*column(:, layout%stress + at(c) - 1)**2)
                end do
             end associate
@@ -150,7 +151,8 @@ contains
 
    !> Minus V P of `count` particles of one body from `first` on: P = sigma cof F, F = I + A. The law gets a
    !> copy of their columns.
-   subroutine stress_of(parts, particles, materials, layout, time_step, first, count, gradient, force, determinant)
+   subroutine stress_of(parts, particles, materials, layout, time_step, first, count, gradient, force, &
+                        determinant)
       integer, intent(in) :: parts
       type(particle_store_t), intent(in) :: particles
       type(materials_t), intent(in) :: materials
@@ -196,7 +198,8 @@ contains
          inverse(:, 2) = cross(f(:, 3), f(:, 1))
          inverse(:, 3) = cross(f(:, 1), f(:, 2))
          determinant = dot_product(f(:, 1), inverse(:, 1))
-         rate(p, :) = reshape(matmul(reshape(a(p, :), [3, 3]), transpose(inverse)), [9])/(determinant*time_step)
+         rate(p, :) = reshape(matmul(reshape(a(p, :), [3, 3]), transpose(inverse)), [9]) &
+                       /(determinant*time_step)
       end do
    end subroutine part_of_gradient
 
@@ -207,7 +210,8 @@ contains
       real(wp), intent(out) :: force(n, 9), determinant(*)
       real(wp) :: f11, f21, f31, f12, f22, f32, f13, f23, f33, c11, c21, c31, c12, c22, c32, c13, c23, c33
       integer :: p
-      !$omp simd private(f11, f21, f31, f12, f22, f32, f13, f23, f33, c11, c21, c31, c12, c22, c32, c13, c23, c33)
+      !$omp simd private(f11, f21, f31, f12, f22, f32, f13, f23, f33, c11, c21, c31, c12, c22, c32, c13, &
+      !$omp& c23, c33)
       do p = 1, n
          f11 = 1.0_wp + a(p, 1); f21 = a(p, 2); f31 = a(p, 3)
          f12 = a(p, 4); f22 = 1.0_wp + a(p, 5); f32 = a(p, 6)
