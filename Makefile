@@ -81,7 +81,7 @@ library_objects := $(patsubst src/%,$(build)/obj/src/%.o,$(basename $(filter-out
 program := $(if $(filter $(main),$(sources)),$(build)/gimp3d)
 
 # Goals that compile nothing need no list of what depends on what.
-plain_goals := help clean distclean deps needed venv demo test check test-all bench fuzz effects plans plots hardness hard map study api uninstall report gallery paraview benchmarks error_bar pole_figure vumat
+plain_goals := help clean distclean deps needed venv demo test check test-all bench fuzz effects plans plots hardness hard map study api uninstall report gallery paraview benchmarks error_bar pole_figure solve vumat
 ifneq ($(filter-out $(plain_goals),$(or $(MAKECMDGOALS),gimp3d)),)
 include $(build)/depends.mk
 stale_modules := $(filter-out $(modules:%=$(build)/mod/%.mod),$(wildcard $(build)/mod/*.mod))
@@ -240,7 +240,7 @@ uninstall:
 
 # ---- use ------------------------------------------------------------------------------------------------------------------------
 
-.PHONY: demo test check test-all bench fuzz effects plans plots hardness hard map study api report gallery paraview benchmarks error_bar pole_figure vumat
+.PHONY: demo test check test-all bench fuzz effects plans plots hardness hard map study api report gallery paraview benchmarks error_bar pole_figure solve vumat
 
 mpi := . test/harness/mpi.sh;
 jobs = $(if $(filter -j% --jobserver%,$(MAKEFLAGS)),,-j$(shell nproc 2>/dev/null || echo 1))
@@ -363,6 +363,15 @@ study:
 	$(look)
 	@$(MAKE) --no-print-directory $(jobs) tests TESTS=study
 	@$(mpi) $(python) post/study.py --build $(build) $(QUANTITY:%=--quantity %) $(BUDGET:%=--budget %) $(STUDY_OPTIONS) $(SCENE)
+
+## solve       SCENE=input/hertz.nml QUANTITY=load ERROR=1 BUDGET=600: the cheapest settings that have an error (%), their time and
+##             memory first, the run, and the error that was reached (doc/user/accuracy_cost.md); SOLVE_OPTIONS
+solve:
+	@[ -n "$(SCENE)" ] && [ -n "$(ERROR)" ] || { echo "Say which scene and error: make solve SCENE=input/hertz.nml QUANTITY=load ERROR=1"; exit 2; }
+	$(look)
+	@$(MAKE) --no-print-directory $(jobs)
+	@$(mpi) $(python) post/solve.py --error $(ERROR) $(QUANTITY:%=--quantity %) $(BUDGET:%=--budget %) \
+	   $(if $(filter file,$(origin RANKS)),,--ranks $(RANKS)) $(SOLVE_OPTIONS) $(SCENE)
 
 ## report      RUN=directory: one page about a run, complete in itself: RUN/report.html (doc/user/report.md); REPORT_OPTIONS
 report:

@@ -1,7 +1,7 @@
 """A rigid frictionless indenter on layers: exact loads of small, axisymmetric contacts.
 
 An elastic film of thickness 1 is bonded to an elastic half-space, to a rigid base, or to an elastic layer that is itself bonded to a
-rigid base. Hankel transforms of the bonded layers, and Abel's of the contact, leave a Fredholm equation of the second kind for one
+rigid base; or it slides on them without friction and stays on them. Hankel transforms of the bonded layers, and Abel's of the contact, leave a Fredholm equation of the second kind for one
 function on the radius of the contact (Lebedev & Ufliand, PMM 22 (1958) 320; Dhaliwal, Int. J. Engng Sci. 8 (1970) 273), which
 Gauss's rule solves. Small strains; the surface moves along the axis only where it touches.
 
@@ -41,29 +41,31 @@ def _physical(rows, x, poisson, shear):
     )
 
 
-def compliance(x, poisson, ratio=0.0, base_poisson=0.3, base_height=math.inf):
+def compliance(x, poisson, ratio=0.0, base_poisson=0.3, base_height=math.inf, slides=False):
     """How much further the surface gives way under a pressure of wave number x (over the film's thickness) than that of a half-space
     of the film's material: 1 without layers. `ratio` is plane modulus of film over base (0: a rigid base), `base_height` the base's
-    thickness, below which all is rigid."""
+    thickness, below which all is rigid. A film that `slides` bears no shear below; it does not lift off."""
+    x = max(x, 1e-9)  # of smaller ones the columns are the same but for rounding
     shear = 0.5 * (1 - poisson)  # plane modulus 1
     top = _physical(_film(0.0, x, 1.0), x, poisson, shear)
     foot = _physical(_film(1.0, x, 1.0), x, poisson, shear)
     if ratio == 0:
-        matrix = np.array([top[0], top[1], foot[2], foot[3]])
+        matrix = np.array([top[0], top[1], foot[1] if slides else foot[2], foot[3]])
     else:
         base_shear = 0.5 * (1 - base_poisson) / ratio
         if math.isinf(base_height):
             rows = np.array([[1, 0], [-x, 1], [x * x, -2 * x], [-(x**3), 3 * x * x]], dtype=float)
-            under = _physical(rows, x, base_poisson, base_shear)
-            matrix = np.zeros((6, 6))
-            matrix[0, :4], matrix[1, :4] = top[0], top[1]
-            matrix[2:, :4], matrix[2:, 4:] = foot, -under
+            head, floor = _physical(rows, x, base_poisson, base_shear), np.empty((4, 2))
         else:
             head = _physical(_film(0.0, x, base_height), x, base_poisson, base_shear)
             floor = _physical(_film(base_height, x, base_height), x, base_poisson, base_shear)
-            matrix = np.zeros((8, 8))
-            matrix[0, :4], matrix[1, :4] = top[0], top[1]
-            matrix[2:6, :4], matrix[2:6, 4:] = foot, -head
+        size = 4 + head.shape[1]
+        matrix = np.zeros((size, size))
+        matrix[0, :4], matrix[1, :4] = top[0], top[1]
+        matrix[2:6, :4], matrix[2:6, 4:] = foot, -head
+        if slides:  # no shear on either side, in place of equal shear and equal motion along the interface
+            matrix[3, 4:], matrix[4, :4], matrix[4, 4:] = 0, 0, head[1]
+        if size == 8:
             matrix[6, 4:], matrix[7, 4:] = floor[2], floor[3]
     right = np.zeros(len(matrix))
     right[0] = -1.0
@@ -77,14 +79,14 @@ def compliance(x, poisson, ratio=0.0, base_poisson=0.3, base_height=math.inf):
 class Layers:
     """A film on its base, pressed by punches, spheres and cones."""
 
-    def __init__(self, poisson, ratio=0.0, base_poisson=0.3, base_height=math.inf, points=240, reach=40.0):
+    def __init__(self, poisson, ratio=0.0, base_poisson=0.3, base_height=math.inf, points=240, reach=40.0, slides=False):
         nodes, weights = np.polynomial.legendre.leggauss(points)
         # crowded near 0, and more so for a deep base, whose wave numbers are small
         power = 2 if math.isinf(base_height) else 4
         half = (nodes + 1) / 2
         self.x = reach * half**power
         self.weights = weights / 2 * reach * power * half ** (power - 1)
-        self.lost = np.array([1 - compliance(x, poisson, ratio, base_poisson, base_height) for x in self.x])
+        self.lost = np.array([1 - compliance(x, poisson, ratio, base_poisson, base_height, slides) for x in self.x])
 
     def press(self, radius, shape, points=48):
         """Load and depth of a contact of this radius (units of the film: thickness 1, plane modulus 1). A flat punch has depth 1. The

@@ -2,7 +2,6 @@
 module m_closing_summary
    use m_kinds, only: wp, i8
    use m_errors, only: error_t, fail
-   use m_communicator, only: communicator_t
    use m_text, only: to_text, si, duration
    use m_timers, only: phase_contact
    use m_scene, only: scene_t, domain_fixed, domain_corners, boundary_free, update_usf
@@ -45,7 +44,7 @@ module m_closing_summary
 contains
 
    !> Collective: the closing summary and cost.dat.
-   subroutine summarise(console, scene, model, balance, course, expectation, guarded, ranged, error)
+   subroutine summarise(console, scene, model, balance, course, expectation, guarded, ranged, stepped, error)
       type(console_t), intent(inout) :: console
       type(scene_t), intent(in) :: scene
       type(model_t), intent(inout) :: model
@@ -53,6 +52,7 @@ contains
       type(course_t), intent(in) :: course
       type(expectation_t), intent(in) :: expectation
       character(len=*), intent(in) :: guarded !< what the guard says of the run
+      character(len=*), intent(in) :: stepped !< how steps went; empty: as always
       character(len=*), intent(in) :: ranged  !< where domains left their range; empty: nowhere
       type(error_t), intent(inout) :: error
       type(cost_t) :: cost
@@ -76,6 +76,7 @@ contains
       call say_effects(facts, model, balance)
       call say_contact(facts, console, model, balance, course)
       if (.not. error%happened()) call say_stress_error(facts, model)
+      if (stepped /= '') call facts%say(stepped)
       call facts%say(guarded)
       if (ranged /= '') call facts%say(ranged)
       cost%timers = model%timers
@@ -377,8 +378,8 @@ contains
       if (.not. error%energy > 0.0_wp) return
       text = 'stress: estimated error '//to_text(100.0_wp*error%share(), 3)//' % of its energy norm, sqrt('// &
              si(error%squares, 'J')//' of '//si(error%energy, 'J')//')'
-      if (error%left_out > 0.0_wp) &
-         text = text//', without the '//si(error%left_out, 'J')//' beside edges of levels'
+      if (error%beside > 0.0_wp) &
+         text = text//', '//si(error%beside, 'J')//' of that beside edges of levels'
       call facts%say(text)
       call facts%say('stress: largest estimated error '//si(error%largest, 'Pa')//' of '// &
                      si(error%stress, 'Pa')//', particle '//to_text(error%id)//' at ('// &
@@ -387,7 +388,7 @@ contains
       call facts%note('stress_error_share', to_text(error%share()))
       call facts%note('stress_error_energy_J', to_text(error%squares))
       call facts%note('strain_energy_J', to_text(error%energy))
-      call facts%note('strain_energy_left_out_J', to_text(error%left_out))
+      call facts%note('stress_error_energy_beside_edges_J', to_text(error%beside))
       call facts%note('largest_stress_error_Pa', to_text(error%largest))
       call facts%note('largest_stress_Pa', to_text(error%stress))
       call facts%note('largest_stress_error_particle', to_text(error%id))

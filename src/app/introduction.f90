@@ -136,7 +136,9 @@ contains
    subroutine introduce_choices(console, scene)
       type(console_t), intent(inout) :: console
       type(scene_t), intent(in) :: scene
-      if (scene%chose_domain) call console%line( &
+      if (scene%chose_domain .and. scene%quasi_static%present) call console%line( &
+         "chosen     domain='stretch', for the law is made for large strains")
+      if (scene%chose_domain .and. .not. scene%quasi_static%present) call console%line( &
          "chosen     domain='corners', for the law is made for large strains; 1.5 to 3 times the time of 'fixed'")
       if (.not. allocated(scene%brought)) return
       if (scene%brought /= '') &

@@ -15,7 +15,8 @@ module m_simulation
    use m_speed_bounds, only: bound_speeds
    use m_integrator, only: integrator_t
    use m_advance, only: explicit_t
-   use m_time_step, only: next_time_step, longest_step, check_time_step
+   use m_changing, only: changing_t
+   use m_time_step, only: longest_step, check_time_step
    use m_guard, only: guard_t
    use m_domain_range, only: domain_range_t
    use m_energy, only: balance_t, sums_t, measure
@@ -28,6 +29,7 @@ module m_simulation
    use m_console, only: console_t
    use m_introduction, only: introduce
    use m_plan, only: print_plan
+   use m_static_plan, only: print_static_plan
    use m_expectation, only: expectation_t
    use m_closing_summary, only: summarise, course_t
    implicit none
@@ -92,7 +94,12 @@ contains
          call bound_speeds(self%model)
       end if
       if (self%error%happened()) return
-      allocate (explicit_t :: self%integrator)
+      if (self%scene%quasi_static%present) then
+         allocate (changing_t :: self%integrator)
+      else
+         allocate (explicit_t :: self%integrator)
+      end if
+      call self%integrator%start(self%scene, self%model)
       call self%range%start(self%scene)
       self%course%particles = self%communicator%sum_count(self%model%particle_count())
       sums = measure(self%model)
@@ -100,25 +107,11 @@ contains
       ! later, particles may be faster
       if (.not. before%happened) call check_time_step(self%scene, self%model, self%error)
       if (self%error%happened()) return
-      if (self%scene%plans) then
-         call introduce(self%console, self%scene, self%catalogue, self%model, self%course%particles)
-         call self%guard%start(self%scene%guard, self%model, longest_step(self%scene, self%model, &
-               self%model%time))
-         call self%console%line('guard      '//self%guard%sentence(self%model))
-         call self%balance%begin(self%model)
-         call self%guard%save(self%model, self%balance, written=.true.)
-         call print_plan(self%console, self%scene, self%model, self%guard%kept_bytes(self%model), self%error)
-         return
-      end if
+      if (self%scene%plans) call make_plan(self)
+      if (self%scene%plans) return
       if (.not. before%happened) then
-         self%facts%particles = self%course%particles
-         call self%balance%begin(self%model)
-         if (self%scene%output%present) &
-            call self%lock%take(self%communicator, self%scene%output%directory, self%error)
+         call begin_records(self)
          if (self%error%happened()) return
-         call self%recorder%start(self%scene, self%model, self%error)
-         if (self%error%happened()) return
-         self%facts%probes = self%recorder%probe_ids()
       end if
       if (self%scene%output%present .and. .not. before%ended) &
          call self%console%open_log(self%communicator, self%scene%output%directory//'/run.log', self%error, &
@@ -126,8 +119,7 @@ contains
       if (self%error%happened()) return ! what an older run left to go on from is still there
       if (.not. before%ended) &
          call self%keeper%start(self%scene, self%model, self%console%elapsed(), before%newest_here())
-      call self%guard%start(self%scene%guard, self%model, longest_step(self%scene, self%model, &
-            self%model%time))
+      call start_guard(self)
       if (before%happened) call self%guard%remember(self%facts%guard)
       call introduce(self%console, self%scene, self%catalogue, self%model, self%course%particles)
       call self%console%line('guard      '//self%guard%sentence(self%model))
@@ -137,6 +129,40 @@ contains
       call save(self, written=.true.)
       call self%expectation%start(self%model, self%console%elapsed())
    end subroutine initialise
+
+   !> Collective: what is written of a new run, from its first state on.
+   subroutine begin_records(self)
+      class(simulation_t), intent(inout) :: self
+      self%facts%particles = self%course%particles
+      call self%balance%begin(self%model)
+      if (self%scene%output%present) &
+         call self%lock%take(self%communicator, self%scene%output%directory, self%error)
+      if (self%error%happened()) return
+      call self%recorder%start(self%scene, self%model, self%error)
+      if (self%error%happened()) return
+      self%facts%probes = self%recorder%probe_ids()
+   end subroutine begin_records
+
+   subroutine start_guard(self)
+      class(simulation_t), intent(inout) :: self
+      call self%guard%start(self%scene%guard, self%model, longest_step(self%scene, self%model, &
+            self%model%time))
+   end subroutine start_guard
+
+   !> Collective: say what the run would be, in place of the run.
+   subroutine make_plan(self)
+      class(simulation_t), intent(inout) :: self
+      call introduce(self%console, self%scene, self%catalogue, self%model, self%course%particles)
+      call start_guard(self)
+      call self%console%line('guard      '//self%guard%sentence(self%model))
+      call self%balance%begin(self%model)
+      call self%guard%save(self%model, self%balance, written=.true.)
+      if (self%scene%quasi_static%present) then
+         call print_static_plan(self%console, self%scene, self%model, self%integrator, self%error)
+      else
+         call print_plan(self%console, self%scene, self%model, self%guard%kept_bytes(self%model), self%error)
+      end if
+   end subroutine make_plan
 
    !> True when the scene has ended or the run cannot go on.
    pure logical function done(self)
@@ -150,11 +176,12 @@ contains
       class(simulation_t), intent(inout) :: self
       real(wp) :: time_step
       logical :: written
-      time_step = next_time_step(self%scene, self%model, self%guard%share())
+      time_step = self%integrator%next_step(self%scene, self%model, self%guard%share())
       self%model%requested_action = self%keeper%request()
       if (self%lock%is_lost()) self%model%requested_action = asks_end_lost
       self%model%wants_sums = self%recorder%history_is_due(self%model%time + time_step)
       call self%integrator%step(self%model, time_step, self%error)
+      call self%console%lines(self%integrator%news())
       self%course%steps = self%course%steps + 1
       if (self%model%requested_action == asks_end_lost) call self%leave_directory()
       written = self%recorder%snapshot_is_due(self%model%time) .or. self%keeper%is_due(self%model)
@@ -220,7 +247,8 @@ contains
          return
       end if
       if (self%error%status /= exit_numerical) return
-      call self%guard%give_up(self%model, self%balance, self%error, stands)
+      stands = self%integrator%keeps_state()
+      if (.not. stands) call self%guard%give_up(self%model, self%balance, self%error, stands)
       if (.not. stands .or. .not. self%scene%output%present) return
       call self%recorder%record_snapshot(self%model, closing, now=.true.)
       self%facts%guard = self%guard%facts()
@@ -270,13 +298,15 @@ contains
       call self%communicator%agree(self%error)
       if (self%course%steps > 0) &
          call summarise(self%console, self%scene, self%model, self%balance, self%course, self%expectation, &
-                        self%guard%summary(), self%range%said, self%error)
+                        self%guard%summary(), self%range%said, self%integrator%summary(), self%error)
       if (.not. self%error%happened() .and. self%course%stop_reason /= '') &
          call fail(self%error, exit_stopped, self%course%stop_reason)
       status = self%error%status
       call self%console%finish()
       call self%lock%release()
+      if (allocated(self%integrator)) call self%integrator%release()
       call self%model%release()
+      if (allocated(self%integrator)) call self%integrator%finish()
    end function finalise
 
 end module m_simulation

@@ -16,7 +16,9 @@ module m_scene
    integer, parameter, public :: update_usl = 1, update_usf = 2, update_musl = 3
    integer, parameter, public :: domain_by_law = 0, domain_fixed = 1, domain_stretch = 2, domain_corners = 3
    integer, parameter, public :: fill_by_shape = 0, fill_whole = 1, fill_share = 2
-   integer, parameter, public :: criterion_none = 0, criterion_stress = 1, criterion_strain = 2
+   integer, parameter, public :: level_box = 1, level_sphere = 2
+   integer, parameter, public :: criterion_none = 0, criterion_stress = 1, criterion_strain = 2, &
+                                 criterion_error = 3
    real(wp), parameter, public :: largest_friction = 10.0_wp !< coefficient, of tools and between bodies
    character(len=*), parameter, public :: rest_group = 'rest' !< the contact group of bodies that name none
    integer, parameter, public :: start_apart = 1, start_as_is = 2
@@ -111,14 +113,22 @@ module m_scene
       real(wp) :: friction = 0.0_wp
    end type tool_spec_t
 
-   !> &level: a box of cells half the size of those around it. The first lies in the background grid, each
-   !> other in the one before.
+   !> &level: a box or a sphere of cells half the size of those of a level before it. Several that refine one
+   !> level are parts of the region of the next.
    type, public :: level_spec_t
+      integer :: of = 1 !< number of the level that it refines, the grid is 1
+      integer :: shape = level_box
       real(wp) :: lower(3) = 0.0_wp      !< m; where the box moves, at the start
       real(wp) :: upper(3) = 0.0_wp      !< m
+      real(wp) :: center(3) = 0.0_wp     !< of a sphere, m; the same
+      real(wp) :: radius = 0.0_wp        !< of a sphere, m
+      real(wp) :: inner_radius = 0.0_wp  !< of a shell: coarser cells inside it, m; 0: a ball
       integer :: follow = 0 !< what the box moves with, by its number in scene_t%leaders; 0: nothing
-      integer :: criterion = criterion_none !< places the box by the gradient of von Mises stress or of strain
-      integer :: max_cells = 1000000     !< with a criterion: of the level's own cells, in its box
+      integer :: criterion = criterion_none !< places the box by the gradient of von Mises stress or of strain, or
+                                            !< cells by the estimated error of the stress
+      integer :: max_cells = 1000000     !< with a criterion: of the level's own cells, in its region
+      real(wp) :: tolerance = 0.05_wp !< with criterion_error: of the stress, relative to the largest
+      logical :: has_box = .true. !< else, with criterion_error, it begins around the tools' tips
    end type level_spec_t
 
    !> &probe
@@ -148,6 +158,22 @@ module m_scene
       integer :: start = start_apart     !< what becomes of an overlap at the start
       real(wp) :: press_fit = 0.0_wp     !< time over which it is pressed out, s
    end type body_contact_spec_t
+
+   !> &quasi_static: equilibrium after each step, without inertia.
+   type, public :: quasi_static_spec_t
+      logical :: present = .false.       !< no &quasi_static group: the explicit scheme
+      real(wp) :: step = 0.0_wp          !< the first, s
+      real(wp) :: max_step = 0.0_wp      !< none is longer, s; 0: as long as accuracy lets it
+      real(wp) :: from = 0.0_wp          !< time at which it begins, s: before it the scheme is explicit
+      real(wp) :: to = huge(1.0_wp)      !< and ends, s; not said: never
+      real(wp) :: ramp = 0.0_wp          !< over which the loads of effects come on from the start, s
+      real(wp) :: tolerance = 1.0e-6_wp  !< residual, relative to the forces that are in balance
+      real(wp) :: creep_limit = 0.1_wp   !< of all stress, by which it may relax at rest in a step
+      real(wp) :: stabilisation = 1.0_wp/30.0_wp !< of the ghost penalty, in Young's modulus; 0: none
+      logical :: iterations = .false.    !< every Newton iteration is told
+   contains
+      procedure :: holds_at
+   end type quasi_static_spec_t
 
    !> &guard
    type, public :: guard_spec_t
@@ -199,6 +225,7 @@ module m_scene
       character(len=name_length), allocatable :: contact_groups(:) !< names, by number; one where all bodies
                                                                    !< are bonded
       type(body_contact_spec_t), allocatable :: body_contacts(:) !< as they are given
+      type(quasi_static_spec_t) :: quasi_static
       type(guard_spec_t) :: guard
       type(output_spec_t) :: output
       type(checkpoint_spec_t) :: checkpoint
@@ -219,6 +246,7 @@ module m_scene
       procedure :: place
       procedure :: fields
       procedure :: leaders
+      procedure :: depth
       procedure :: group_label
       procedure :: contact_of
    end type scene_t
@@ -257,6 +285,15 @@ contains
       end do
    end function place
 
+   !> True where a step that begins at a time (s) is quasi-static.
+   pure logical function holds_at(self, time)
+      class(quasi_static_spec_t), intent(in) :: self
+      real(wp), intent(in) :: time
+      real(wp) :: hair
+      hair = 1.0e-9_wp*abs(time)
+      holds_at = self%present .and. time >= self%from - hair .and. time < self%to - hair
+   end function holds_at
+
    !> Number of the velocity fields: one for each contact group.
    pure integer function fields(self)
       class(scene_t), intent(in) :: self
@@ -272,6 +309,14 @@ contains
       label = trim(self%contact_groups(number))
       if (label == '') label = rest_group
    end function group_label
+
+   !> Number of levels, the grid among them.
+   pure integer function depth(self)
+      class(scene_t), intent(in) :: self
+      depth = 1
+      if (.not. allocated(self%levels)) return
+      if (size(self%levels) > 0) depth = 1 + maxval(self%levels%of)
+   end function depth
 
    !> Names of what levels may follow: the tools, then the contact groups.
    pure function leaders(self) result(names)

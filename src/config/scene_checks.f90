@@ -9,6 +9,7 @@ module m_scene_checks
    use m_scene
    use m_scene_level_checks, only: check_levels
    use m_scene_motion, only: check_motions
+   use m_scene_static, only: check_quasi_static
    use m_shape, only: shape_t
    use m_overlap, only: overlap, deepest
    implicit none
@@ -44,6 +45,7 @@ contains
       call check_motions(text, scene, error)
       if (error%happened()) return
       call check_groups(text, scene, error)
+      call check_quasi_static(text, scene, error)
       call check_overlaps(text, scene, error)
       call check_probes(text, scene, error)
    end subroutine check_scene
@@ -242,7 +244,7 @@ contains
       spec = scene%contact_of(scene%bodies(one)%field, scene%bodies(other)%field)
       if (spec%start /= start_as_is) return
       per_cell = max(scene%bodies(one)%particles_per_cell, scene%bodies(other)%particles_per_cell)
-      allowed = scene%grid%cell_size/2**size(scene%levels)/nint(per_cell**(1.0_wp/3.0_wp))*(1.0_wp + whole)
+      allowed = scene%grid%cell_size/2**(scene%depth() - 1)/nint(per_cell**(1.0_wp/3.0_wp))*(1.0_wp + whole)
    end function overlap_allowed
 
    !> The same for a sentence.

@@ -4,19 +4,17 @@
 module m_scene_groups
    use m_kinds, only: wp
    use m_constants, only: exit_input
-   use m_vectors, only: cross
    use m_errors, only: error_t, fail
    use m_group_reader, only: group_reader_t, name_length
    use m_contact_groups, only: number_groups, describe_body_contact
    use m_namelist_text, only: namelist_text_t
-   use m_offer, only: catalogue_t, offer_t, offer_slot_t, offered, offered_names
+   use m_offer, only: catalogue_t, offer_t, offer_slot_t, offered_names
    use m_text, only: to_text
    use m_scene
-   use m_scene_motion, only: read_tool_motion, describe_motion, find_motion
+   use m_scene_level, only: describe_level
+   use m_scene_bodies, only: describe_material, describe_body, describe_cut, describe_tool, describe_nth_motion
+   use m_scene_static, only: describe_quasi_static, brings_in_statics
    use m_scene_words
-   use m_shape, only: shape_t
-   use m_shape_variables, only: make_unit
-   use m_shapes, only: known_shapes
    use m_value_range, only: above, at_least, any_value
    use m_words, only: advice, joined, lower_case
    implicit none
@@ -24,9 +22,6 @@ module m_scene_groups
    public :: read_groups, describe_group, known_variables
 
    integer, parameter :: longest_title = 200, longest_path = 1000
-   real(wp), parameter :: largest_penetration_factor = 0.5_wp
-   integer, parameter :: fewest_cells = 10**3 !< of a box that a criterion places: four cells along each axis,
-                                              !< five beside a side
    integer, parameter :: most_retries = 20 ! a millionth of the time step
    real(wp), parameter :: default_every_wall = 600.0_wp !< s
 
@@ -51,6 +46,7 @@ contains
       allocate (material_names(size(scene%materials)))
       scene%output%present = text%count_groups('output') > 0
       scene%checkpoint%present = text%count_groups('checkpoint') > 0
+      scene%quasi_static%present = text%count_groups('quasi_static') > 0
       scene%has_motions = text%count_groups('motion') > 0
       scene%time%domain = domain_by_law ! until it is said
       do kind = 1, size(group_words)
@@ -79,7 +75,8 @@ contains
       do m = 1, size(scene%materials)
          if (scene%materials(m)%law%for_large_strains()) scene%chose_domain = .true.
       end do
-      if (scene%chose_domain) scene%time%domain = domain_corners
+      if (scene%chose_domain) scene%time%domain = merge(domain_stretch, domain_corners, &
+                                                        scene%quasi_static%present)
    end subroutine choose_domain
 
    !> True when a law brings an effect: that of a body with more than one particle a cell, for one alone does
@@ -109,6 +106,8 @@ contains
       n = 0
       brought = [(is_brought(scene, offers(e)%it%name) .and. text%count_groups(offers(e)%it%name) == 0, e=1, &
                   size(offers))]
+      if (scene%quasi_static%present) &
+         brought = brought .and. [(brings_in_statics(offers(e)%it%name), e=1, size(offers))]
       scene%brought = joined(pack(offered_names(offers), brought))
       allocate (effects(sum([(text%count_groups(offers(e)%it%name), e=1, size(offers))]) + count(brought)))
       do e = 1, size(offers)
@@ -239,22 +238,9 @@ contains
       character(len=*), intent(in) :: material_names(:)
       type(catalogue_t), intent(in) :: catalogue
       type(scene_t), intent(inout) :: scene
-      integer :: mode
       select case (kind)
       case ('scene')
-         if (.not. allocated(scene%title)) scene%title = 'untitled'
-         call group%get_text('title', scene%title, longest_title)
-         call group%get('end_time', scene%end_time, above(0.0_wp, 's'), required=.true.)
-         if (.not. group%is_writing()) then ! case.nml is that of a run
-            mode = merge(2, 1, scene%plans)
-            call group%get_choice('mode', mode, mode_words)
-            scene%plans = mode == 2
-         end if
-         if (.not. allocated(scene%restart)) scene%restart = ''
-         ! case.nml is the whole run's
-         if (.not. group%is_writing()) call group%get_text('restart', scene%restart, longest_path)
-         if (scene%plans .and. scene%restart /= '') &
-            call group%refuse('mode', 'a plan is made of a whole run, not of one that goes on; allowed without restart')
+         call describe_scene(group, scene)
       case ('grid')
          call describe_grid(group, scene%grid)
       case ('time')
@@ -274,7 +260,8 @@ contains
       case ('motion')
          call describe_nth_motion(group, number, scene%tools)
       case ('level')
-         call describe_level(group, scene%leaders(), scene%levels(number))
+         if (number > 1 .and. group%is_reading()) scene%levels(number)%of = scene%levels(number - 1)%of + 1
+         call describe_level(group, scene, scene%levels(number))
       case ('probe')
          if (.not. allocated(scene%probes(number)%name)) scene%probes(number)%name = 'probe'//to_text(number)
          call group%get_name('name', scene%probes(number)%name)
@@ -283,6 +270,8 @@ contains
          call group%get('tolerance', scene%contact%tolerance, above(0.0_wp, '', at_most=hopeless_residual))
          call group%get('max_iterations', scene%contact%max_iterations, least=1)
          call group%get('compliance', scene%contact%compliance, above(0.0_wp, '', at_most=1.0_wp))
+      case ('quasi_static')
+         call describe_quasi_static(group, scene%quasi_static)
       case ('guard')
          call describe_guard(group, scene%guard)
       case ('output')
@@ -294,6 +283,25 @@ contains
                               'a &checkpoint needs an &output: checkpoints are written into its directory')
       end select
    end subroutine describe_group
+
+   subroutine describe_scene(group, scene)
+      type(group_reader_t), intent(inout) :: group
+      type(scene_t), intent(inout) :: scene
+      integer :: mode
+      if (.not. allocated(scene%title)) scene%title = 'untitled'
+      call group%get_text('title', scene%title, longest_title)
+      call group%get('end_time', scene%end_time, above(0.0_wp, 's'), required=.true.)
+      if (.not. group%is_writing()) then ! case.nml is that of a run
+         mode = merge(2, 1, scene%plans)
+         call group%get_choice('mode', mode, mode_words)
+         scene%plans = mode == 2
+      end if
+      if (.not. allocated(scene%restart)) scene%restart = ''
+      ! case.nml is the whole run's
+      if (.not. group%is_writing()) call group%get_text('restart', scene%restart, longest_path)
+      if (scene%plans .and. scene%restart /= '') &
+         call group%refuse('mode', 'a plan is made of a whole run, not of one that goes on; allowed without restart')
+   end subroutine describe_scene
 
    subroutine describe_grid(group, grid)
       type(group_reader_t), intent(inout) :: group
@@ -328,198 +336,6 @@ contains
       call group%get('flip_fraction', time%flip_fraction, at_least(0.0_wp, '', at_most=1.0_wp), used=flip)
       if (.not. flip) time%flip_fraction = 0.0_wp
    end subroutine describe_time
-
-   !> What all materials have, then what the law has.
-   subroutine describe_material(group, models, material)
-      type(group_reader_t), intent(inout) :: group
-      type(offer_slot_t), intent(in) :: models(:)
-      type(material_spec_t), intent(inout) :: material
-      integer :: model
-      if (.not. allocated(material%name)) material%name = ''
-      call group%get_name('name', material%name, required=.true.)
-      model = 0
-      if (allocated(material%law)) model = offered(models, material%law%name)
-      call group%get_choice('model', model, offered_names(models), required=.true.)
-      call group%get('density', material%density, above(0.0_wp, 'kg/m3'), required=.true.)
-      if (model > 0) then
-         if (.not. allocated(material%law)) allocate (material%law, source=models(model)%it)
-         call material%law%variables(group)
-      end if
-      call know_others(group, models, model)
-   end subroutine describe_material
-
-   !> Variables of the offers that were not chosen are known, but may not be used.
-   subroutine know_others(group, offers, chosen)
-      type(group_reader_t), intent(inout) :: group
-      type(offer_slot_t), intent(in) :: offers(:)
-      integer, intent(in) :: chosen !< 0: an unknown one, which is the fault then, not what comes with it
-      class(offer_t), allocatable :: other
-      integer :: n
-      do n = 1, size(offers)
-         if (n == chosen) cycle
-         allocate (other, source=offers(n)%it)
-         call group%others(set_aside=chosen > 0)
-         call other%variables(group)
-         call group%others(set_aside=.false.)
-         deallocate (other)
-      end do
-   end subroutine know_others
-
-   subroutine describe_body(group, material_names, materials, body)
-      type(group_reader_t), intent(inout) :: group
-      character(len=*), intent(in) :: material_names(:)
-      type(material_spec_t), intent(in) :: materials(:)
-      type(body_spec_t), intent(inout) :: body
-      type(offer_slot_t), allocatable :: bodies(:), tools(:)
-      integer :: choice
-      call known_shapes(bodies, tools)
-      call group%get_name('name', body%name)
-      call group%get_choice('material', body%material, material_names, required=.true.)
-      call describe_orientation(group, materials, body)
-      call choose_shape(group, bodies, body%shape, choice)
-      if (choice > 0) call body%shape%variables(group)
-      call know_others(group, bodies, choice)
-      call group%get_option('particles_per_cell', body%particles_per_cell, [1, 8, 27])
-      call group%get('velocity', body%velocity, any_value('m/s'))
-      call group%get('angular_velocity', body%angular_velocity, any_value('rad/s'))
-      call group%get('stress', body%stress, any_value('Pa'))
-      if (body%fill > 0 .or. .not. group%is_writing()) call group%get_choice('fill', body%fill, fill_words)
-      if (.not. allocated(body%contact_group)) body%contact_group = ''
-      if (body%contact_group /= '' .or. .not. group%is_writing()) &
-         call group%get_name('contact_group', body%contact_group)
-      if (lower_case(body%contact_group) == rest_group) &
-         call group%refuse('contact_group', 'must not be '//rest_group//', the group of bodies that name none')
-   end subroutine describe_body
-
-   !> `orientation` of a body whose material has axes.
-   subroutine describe_orientation(group, materials, body)
-      type(group_reader_t), intent(inout) :: group
-      type(material_spec_t), intent(in) :: materials(:)
-      type(body_spec_t), intent(inout) :: body
-      real(wp), parameter :: square = 1.0e-4_wp
-      real(wp) :: axes(3, 3), off(3, 3)
-      logical :: has_axes
-      integer :: k
-      has_axes = body%material == 0 ! an unknown material is the fault then, not what comes with it
-      if (body%material > 0) then
-         if (allocated(materials(body%material)%law)) has_axes = materials(body%material)%law%is_oriented()
-      end if
-      call group%get_list('orientation', body%orientation, any_value(''), used=has_axes)
-      if (.not. allocated(body%orientation)) then
-         if (has_axes .and. body%material > 0) body%orientation = [0.0_wp, 0.0_wp, 0.0_wp]
-      else if (size(body%orientation) == 9) then
-         axes = reshape(body%orientation, [3, 3])
-         off = matmul(transpose(axes), axes)
-         do k = 1, 3
-            off(k, k) = off(k, k) - 1.0_wp
-         end do
-         if (maxval(abs(off)) > square &
-             .or. .not. dot_product(cross(axes(:, 1), axes(:, 2)), axes(:, 3)) > 0.0_wp) &
-            call group%refuse('orientation', 'nine numbers must be three axes, of length 1, '// &
-                              'at right angles (within 1e-4) and right-handed')
-      else if (size(body%orientation) /= 3) then
-         call group%refuse('orientation', 'must be three angles in degrees, '// &
-                           'or the nine components of three axes')
-      end if
-   end subroutine describe_orientation
-
-   !> A shape that is taken away from a body.
-   subroutine describe_cut(group, bodies, cut)
-      type(group_reader_t), intent(inout) :: group
-      type(body_spec_t), intent(in) :: bodies(:)
-      type(cut_spec_t), intent(inout) :: cut
-      type(offer_slot_t), allocatable :: shapes(:), tools(:)
-      character(len=name_length) :: body_names(size(bodies))
-      integer :: choice, i
-      do i = 1, size(bodies)
-         body_names(i) = bodies(i)%name
-      end do
-      call known_shapes(shapes, tools)
-      call group%get_choice('body', cut%body, body_names, required=.true.)
-      call choose_shape(group, shapes, cut%shape, choice)
-      if (choice > 0) call cut%shape%variables(group)
-      call know_others(group, shapes, choice)
-   end subroutine describe_cut
-
-   subroutine describe_tool(group, may_stand, tool)
-      type(group_reader_t), intent(inout) :: group
-      logical, intent(in) :: may_stand !< it need not move by itself
-      type(tool_spec_t), intent(inout) :: tool
-      type(offer_slot_t), allocatable :: bodies(:), tools(:)
-      integer :: choice
-      call known_shapes(bodies, tools)
-      call group%get_name('name', tool%name)
-      call choose_shape(group, tools, tool%shape, choice)
-      call group%get('tip', tool%tip, any_value('m'), required=.true.)
-      call group%get('axis', tool%axis, any_value(''))
-      call make_unit(group, tool%axis)
-      if (choice > 0) then
-         tool%shape%axis = tool%axis
-         call tool%shape%variables(group)
-      end if
-      call know_others(group, tools, choice)
-      call read_tool_motion(group, tool, may_stand)
-      call group%get('penetration_factor', tool%penetration_factor, &
-                     at_least(0.0_wp, '', at_most=largest_penetration_factor))
-      call group%get('friction', tool%friction, at_least(0.0_wp, '', at_most=largest_friction))
-   end subroutine describe_tool
-
-   !> The number-th &motion: one that is read goes to its tool.
-   subroutine describe_nth_motion(group, number, tools)
-      type(group_reader_t), intent(inout) :: group
-      integer, intent(in) :: number
-      type(tool_spec_t), intent(inout) :: tools(:)
-      type(motion_spec_t) :: motion
-      integer :: tool
-      tool = 0
-      if (group%is_writing()) call find_motion(tools, number, motion, tool)
-      motion%number = number
-      call describe_motion(group, tools, motion, tool)
-      if (group%is_writing() .or. tool == 0) return
-      if (.not. allocated(tools(tool)%motions)) allocate (tools(tool)%motions(0))
-      tools(tool)%motions = [tools(tool)%motions, motion]
-   end subroutine describe_nth_motion
-
-   !> Which of the shapes it is; 0: an unknown one.
-   subroutine choose_shape(group, shapes, shape, choice)
-      type(group_reader_t), intent(inout) :: group
-      type(offer_slot_t), intent(in) :: shapes(:)
-      class(shape_t), allocatable, intent(inout) :: shape
-      integer, intent(out) :: choice
-      integer :: s
-      choice = 0
-      if (allocated(shape)) choice = findloc([(same_type_as(shapes(s)%it, shape), s=1, size(shapes))], &
-                                             .true., dim=1)
-      call group%get_choice('shape', choice, offered_names(shapes), required=.true.)
-      if (choice == 0 .or. allocated(shape)) return
-      select type (known => shapes(choice)%it)
-      class is (shape_t)
-         allocate (shape, source=known)
-      end select
-   end subroutine choose_shape
-
-   !> The box of a level and what moves it, if anything does.
-   subroutine describe_level(group, leaders, level)
-      type(group_reader_t), intent(inout) :: group
-      character(len=*), intent(in) :: leaders(:)
-      type(level_spec_t), intent(inout) :: level
-      integer :: choice
-      call group%get('lower', level%lower, any_value('m'), required=.true.)
-      call group%get('upper', level%upper, any_value('m'), required=.true.)
-      if (group%is_given('follow') .and. size(leaders) == 0) &
-         call group%refuse('follow', 'the scene has no &tool to follow, and no contact groups')
-      if (level%follow > 0 .or. .not. group%is_writing()) &
-         call group%get_choice('follow', level%follow, leaders)
-      choice = level%criterion + 1
-      call group%get_choice('criterion', choice, criterion_words)
-      level%criterion = max(choice, 1) - 1
-      if (level%follow > 0 .and. level%criterion /= criterion_none) &
-         call group%refuse('criterion', 'not together with follow; a level moves by one or the other')
-      if (level%criterion == criterion_none .and. group%is_writing()) return
-      call group%get('max_cells', level%max_cells, least=fewest_cells)
-      if (level%criterion == criterion_none .and. group%is_given('max_cells')) &
-         call group%refuse('max_cells', 'only with criterion=''stress'' or ''strain''')
-   end subroutine describe_level
 
    subroutine describe_guard(group, guard)
       type(group_reader_t), intent(inout) :: group

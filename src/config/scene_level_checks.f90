@@ -7,7 +7,7 @@ module m_scene_level_checks
    use m_namelist_text, only: namelist_text_t
    use m_number_text, only: reals_text
    use m_scene
-   use m_scene_words, only: stress_update_words
+   use m_scene_words, only: stress_update_words, criterion_words
    use m_text, only: exact_text, to_text
    implicit none
    private
@@ -33,6 +33,7 @@ module m_scene_level_checks
       real(wp) :: cell                           !< the cells that it refines, m
       real(wp) :: grid_size(3)
       real(wp) :: parent_lower(3), parent_upper(3)
+      logical :: alone = .true. !< it is the grid or one box
       real(wp) :: lower(3), upper(3)
    contains
       procedure :: metres
@@ -53,23 +54,92 @@ contains
          call fail(error, exit_input, text%place('time', 1, 'stress_update')//': must be '// &
                    trim(stress_update_words(update_usl))//' with the &level on '//text%line_of('level', 1)// &
                    ', for levels exchange with their nodes once a step')
+      do l = 1, size(scene%levels)
+         call check_parent(text, scene, l, error)
+         if (error%happened()) return
+         call set_nest(text, scene, scene%levels(l)%of, nest)
+         if (.not. scene%levels(l)%has_box .and. scene%levels(l)%shape == level_box) then
+            nest%lower = nest%parent_lower ! it begins around the tools
+         else if (scene%levels(l)%shape == level_box) then
+            call check_box(text, scene%levels(l), l, nest, error)
+         else
+            call check_sphere(text, scene%levels(l), l, nest, error)
+         end if
+         call check_motion(text, scene, l, error)
+         if (error%happened()) return
+      end do
+   end subroutine check_levels
+
+   !> A level refines one that there is. One that a criterion places has no other parts.
+   subroutine check_parent(text, scene, l, error)
+      type(namelist_text_t), intent(in) :: text
+      type(scene_t), intent(in) :: scene
+      integer, intent(in) :: l
+      type(error_t), intent(inout) :: error
+      integer :: other, there
+      associate (levels => scene%levels)
+         there = 1
+         if (l > 1) there = 1 + maxval(levels(:l - 1)%of)
+         if (levels(l)%of > there) then
+            call fail(error, exit_input, text%place('level', l, 'of')//': there is no level '// &
+                      to_text(levels(l)%of)//' before it; allowed: 1 to '//to_text(there))
+            return
+         end if
+         if (levels(l)%criterion == criterion_none) return
+         if (levels(l)%shape /= level_box) call fail(error, exit_input, text%place('level', l, 'criterion')// &
+                                                     ": must be none with shape='sphere'; a criterion places a box")
+         do other = 1, size(levels)
+            if (other == l .or. levels(other)%of /= levels(l)%of) cycle
+            call fail(error, exit_input, text%place('level', l, 'criterion')// &
+                      ': must be none, for the level on '//text%line_of('level', other)//' refines level '// &
+                      to_text(levels(l)%of)//' too; a criterion places a box alone')
+            return
+         end do
+      end associate
+   end subroutine check_parent
+
+   !> What the parts of the next level after `of` lie in: the grid, or a box of level `of`. Where that is not
+   !> one box, the model looks at the cells themselves, and only the grid counts here.
+   subroutine set_nest(text, scene, of, nest)
+      type(namelist_text_t), intent(in) :: text
+      type(scene_t), intent(in) :: scene
+      integer, intent(in) :: of
+      type(nest_t), intent(out) :: nest
+      integer :: parent
       nest%origin = scene%grid%lower
-      nest%cell = scene%grid%cell_size
-      nest%grid_size = real(scene%grid%cells, wp)
+      nest%cell = scene%grid%cell_size/2**(of - 1)
+      nest%grid_size = real(scene%grid%cells, wp)*2**(of - 1)
       nest%parent = 'the grid'
       nest%parent_lower = 0.0_wp
       nest%parent_upper = nest%grid_size
-      do l = 1, size(scene%levels)
-         call check_box(text, scene%levels(l), l, nest, error)
-         call check_motion(text, scene, l, error)
-         if (error%happened()) return
-         nest%parent = 'the level on '//text%line_of('level', l)
-         nest%cell = 0.5_wp*nest%cell
-         nest%grid_size = 2.0_wp*nest%grid_size
-         nest%parent_lower = 2.0_wp*nest%lower
-         nest%parent_upper = 2.0_wp*nest%upper
-      end do
-   end subroutine check_levels
+      nest%alone = of == 1
+      if (count(scene%levels%of == of - 1) /= 1) return
+      parent = findloc(scene%levels%of, of - 1, dim=1)
+      associate (box => scene%levels(parent))
+         if (box%shape /= level_box .or. .not. box%has_box) return
+         nest%alone = .true.
+         nest%parent = 'the level on '//text%line_of('level', parent)
+         nest%parent_lower = anint((box%lower - nest%origin)/nest%cell)
+         nest%parent_upper = anint((box%upper - nest%origin)/nest%cell)
+      end associate
+   end subroutine set_nest
+
+   !> A sphere has room for cells, and some of it is in the grid.
+   subroutine check_sphere(text, level, l, nest, error)
+      type(namelist_text_t), intent(in) :: text
+      type(level_spec_t), intent(in) :: level
+      integer, intent(in) :: l
+      type(nest_t), intent(in) :: nest
+      type(error_t), intent(inout) :: error
+      real(wp) :: center(3)
+      if (level%radius < 0.5_wp*least_width*nest%cell) &
+         call fail(error, exit_input, text%place('level', l, 'radius')//': allowed: at least '// &
+                   to_text(0.5_wp*least_width)//' cells of what it refines, '// &
+                   to_text(0.5_wp*least_width*nest%cell, 6)//' m')
+      center = (level%center - nest%origin)/nest%cell
+      if (any(center < 0.0_wp) .or. any(center > nest%grid_size)) &
+         call fail(error, exit_input, text%place('level', l, 'center')//': lies outside the grid')
+   end subroutine check_sphere
 
    !> Not too many levels, and blocks that can be numbered.
    subroutine check_number(text, scene, error)
@@ -78,18 +148,21 @@ contains
       type(error_t), intent(inout) :: error
       real(wp) :: blocks
       character(len=:), allocatable :: edge
-      integer :: l
+      integer :: depth, l
       edge = to_text(block_size)
-      if (size(scene%levels) > most_levels) then
-         call fail(error, exit_input, text%line_of('level', most_levels + 1)//', &level: there are '// &
-                   to_text(size(scene%levels))//' levels; allowed: at most '//to_text(most_levels))
+      depth = maxval(scene%levels%of)
+      if (depth > most_levels) then
+         call fail(error, exit_input, text%line_of('level', findloc(scene%levels%of > most_levels, .true., &
+                   dim=1))//', &level: there are '//to_text(depth)//' levels; allowed: at most '// &
+                   to_text(most_levels))
          return
       end if
       do l = 1, size(scene%levels)
-         blocks = product(real(scene%grid%cells, wp)*2.0_wp**l/block_size + 1.0_wp)
+         depth = scene%levels(l)%of
+         blocks = product(real(scene%grid%cells, wp)*2.0_wp**depth/block_size + 1.0_wp)
          if (blocks < most_blocks) cycle
          call fail(error, exit_input, text%line_of('level', l)//', &level: its cells, '// &
-                   to_text(scene%grid%cell_size/2.0_wp**l, 6)//' m, would fill the grid with '// &
+                   to_text(scene%grid%cell_size/2.0_wp**depth, 6)//' m, would fill the grid with '// &
                    to_text(blocks, 3)//' blocks of '//edge//' x '//edge//' x '//edge//'; allowed: below '// &
                    exact_text(most_blocks))
          return
@@ -126,6 +199,7 @@ contains
       call move_to_nodes(text%place('level', l, 'lower'), nest, nest%lower, error)
       call move_to_nodes(text%place('level', l, 'upper'), nest, nest%upper, error)
       call check_width(text%place('level', l, 'upper'), nest, error)
+      if (.not. nest%alone) return
       call check_gaps(text%place('level', l, 'lower'), nest, nest%lower, nest%parent_lower, 1, error)
       call check_gaps(text%place('level', l, 'upper'), nest, nest%upper, nest%parent_upper, -1, error)
    end subroutine check_box
@@ -215,34 +289,50 @@ contains
       if (nint(count) == 1) text = to_text(count)//' cell'
    end function cells
 
-   !> A level moves in the way of its parent, so that the gap between them does not close.
+   !> A level moves in the way of its parent, so that the gap between them does not close: if that follows
+   !> anything, with something that a part of it follows.
    subroutine check_motion(text, scene, l, error)
       type(namelist_text_t), intent(in) :: text
       type(scene_t), intent(in) :: scene
       integer, intent(in) :: l
       type(error_t), intent(inout) :: error
       character(len=name_length), allocatable :: leaders(:)
-      integer :: first
+      integer :: parent
       leaders = scene%leaders()
-      associate (level => scene%levels(l))
-         first = findloc(scene%levels(:l)%follow > 0, .true., dim=1)
-         if (first > 0 .and. level%follow > 0) then
-            if (level%follow /= scene%levels(first)%follow) &
-               call fail(error, exit_input, text%place('level', l, 'follow')//': must be '// &
-                         trim(leaders(scene%levels(first)%follow))//', which the level on '// &
-                         text%line_of('level', first)//' follows; levels follow one tool or group')
-         end if
-         if (l == 1) return
-         associate (parent => scene%levels(l - 1))
-            if (parent%follow > 0 .and. level%follow == 0) &
+      associate (level => scene%levels(l), above => scene%levels%of == scene%levels(l)%of - 1)
+         parent = findloc(above .and. scene%levels%follow > 0, .true., dim=1)
+         if (parent > 0) then
+            if (level%follow == 0) then
                call fail(error, exit_input, text%place('level', l, 'follow')//': missing; must be '// &
-                         trim(leaders(parent%follow))//', which the level around it on '// &
-                         text%line_of('level', l - 1)//' follows')
-            if (parent%criterion /= criterion_none .and. level%criterion == criterion_none) &
-               call fail(error, exit_input, text%place('level', l, 'criterion')// &
-                         ': must be stress or strain, for the level '//'around it on '// &
-                         text%line_of('level', l - 1)//' is placed by a criterion')
-         end associate
+                         trim(leaders(scene%levels(parent)%follow))//', which the level around it on '// &
+                         text%line_of('level', parent)//' follows')
+            else if (.not. any(above .and. scene%levels%follow == level%follow)) then
+               call fail(error, exit_input, text%place('level', l, 'follow')//': must be '// &
+                         trim(leaders(scene%levels(parent)%follow))//', which the level on '// &
+                         text%line_of('level', parent)//' follows; levels follow one tool or group')
+            end if
+         end if
+         parent = findloc(above .and. scene%levels%criterion == criterion_error, .true., dim=1)
+         if (parent > 0 .and. level%criterion /= criterion_error) then
+            call fail(error, exit_input, text%place('level', l, 'criterion')// &
+                      ': must be error, for the level around it on '//text%line_of('level', parent)// &
+                      ' is placed by the error')
+            return
+         end if
+         if (level%criterion == criterion_error .and. scene%fields() > 1) &
+            call fail(error, exit_input, text%place('level', l, 'criterion')// &
+                      ': must not be error with contact groups, whose contact it does not look for')
+         parent = findloc(above .and. scene%levels%criterion /= criterion_none, .true., dim=1)
+         if (parent > 0 .and. level%criterion == criterion_error) then
+            if (scene%levels(parent)%criterion /= criterion_error .or. scene%levels(parent)%follow > 0) &
+               call fail(error, exit_input, text%place('level', l, 'criterion')//': must be '// &
+                         trim(criterion_words(scene%levels(parent)%criterion + 1))// &
+                         ', as that of the level around it on '//text%line_of('level', parent))
+         end if
+         if (parent > 0 .and. level%criterion == criterion_none) &
+            call fail(error, exit_input, text%place('level', l, 'criterion')// &
+                      ': must be stress or strain, for the level '//'around it on '// &
+                      text%line_of('level', parent)//' is placed by a criterion')
       end associate
    end subroutine check_motion
 

@@ -119,12 +119,19 @@ contains
       type(namelist_text_t), intent(in) :: parsed
       type(scene_t), intent(inout) :: scene
       integer :: i
-      allocate (scene%places(3 + size(scene%bodies)))
+      allocate (scene%places(3 + size(scene%bodies) + size(scene%levels)))
       call note(scene%places(1), 'scene', 'end_time', 1, 'end_time')
       call note(scene%places(2), 'grid', 'cell_size', 1, 'cell_size')
       call note(scene%places(3), 'time', 'time_step', 1, 'time_step')
       do i = 1, size(scene%bodies)
          call note(scene%places(3 + i), 'body', 'shape', i, 'body')
+      end do
+      do i = 1, size(scene%levels)
+         associate (place => scene%places(3 + size(scene%bodies) + i))
+            place%variable = 'level'
+            place%number = i
+            place%text = parsed%line_of('level', i)//', &level'
+         end associate
       end do
    contains
       subroutine note(place, group, variable, number, name)

@@ -15,8 +15,9 @@ module m_scene_words
    character(len=*), parameter, public :: transfer_words(2) = [character(len=6) :: 'affine', 'plain']
    character(len=*), parameter, public :: domain_words(3) = [character(len=7) :: 'fixed', 'stretch', &
                                           'corners']
-   character(len=*), parameter, public :: criterion_words(3) = [character(len=6) :: 'none', 'stress', &
-                                          'strain']
+   character(len=*), parameter, public :: level_shape_words(2) = [character(len=6) :: 'box', 'sphere']
+   character(len=*), parameter, public :: criterion_words(4) = [character(len=6) :: 'none', 'stress', &
+                                                                 'strain', 'error']
    character(len=*), parameter, public :: start_words(2) = [character(len=5) :: 'apart', 'as_is']
    character(len=*), parameter, public :: fill_words(2) = [character(len=5) :: 'whole', 'share']
    character(len=*), parameter, public :: format_words(3) = [character(len=7) :: 'hdf5', 'tecplot', 'none']
@@ -26,14 +27,14 @@ module m_scene_words
    !> Groups that are no effects, and for each whether it must be there and whether it may be repeated. A
    !> level names a tool, a motion too, a body a material, a contact of bodies their groups: these stand before
    !> them.
-   character(len=*), parameter, public :: group_words(15) = [character(len=12) :: 'scene', 'grid', 'time', &
+   character(len=*), parameter, public :: group_words(16) = [character(len=12) :: 'scene', 'grid', 'time', &
                                                              'material', 'body', 'cut', 'body_contact', &
                                                              'tool', 'motion', 'level', 'probe', 'contact', &
-                                                             'guard', 'output', 'checkpoint']
-   logical, parameter, public :: group_required(15) = [.true., .true., .false., .true., .true., .false., &
+                                                             'quasi_static', 'guard', 'output', 'checkpoint']
+   logical, parameter, public :: group_required(16) = [.true., .true., .false., .true., .true., .false., &
                                                        .false., .false., .false., .false., .false., .false., &
-                                                       .false., .false., .false.]
-   logical, parameter, public :: group_repeats(15) = [.false., .false., .false., .true., .true., .true., &
+                                                       .false., .false., .false., .false.]
+   logical, parameter, public :: group_repeats(16) = [.false., .false., .false., .true., .true., .true., &
                                                       .true., .true., .true., .true., .true., .false., &
-                                                      .false., .false., .false.]
+                                                      .false., .false., .false., .false.]
 end module m_scene_words

@@ -76,6 +76,7 @@ contains
          count = 0
          if (allocated(scene%body_contacts)) count = size(scene%body_contacts)
       case ('probe'); count = size(scene%probes)
+      case ('quasi_static'); count = merge(1, 0, scene%quasi_static%present)
       case ('output'); count = merge(1, 0, scene%output%present)
       case ('checkpoint'); count = merge(1, 0, scene%checkpoint%present)
       case default; count = 1

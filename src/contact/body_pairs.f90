@@ -11,13 +11,14 @@ module m_body_pairs
    use m_level, only: level_t
    use m_materials, only: materials_t
    use m_stencil, only: bin_place
-   use m_surface_elements, only: surface_elements_t, surface_columns_t, find_columns
+   use m_surface_elements, only: surface_elements_t, surface_columns_t, find_columns, share_at
    use m_partner_surface, only: meeting_t, find_meetings, reach_of
    use m_partner_nodes, only: wanted_nodes_t
    use m_partner_point, only: place_partner, want_nodes, take_mass, mean_velocity, cap
    use m_pair_law, only: range_of, overlap_left, find_adhesion
    use m_pair_reactions, only: pair_state_t, pair_of, press_element, add_reaction, add_up_pairs
-   use m_contact_point, only: candidate_t, partner_t, no_candidate, set_face, point_velocity, margin
+   use m_contact_point, only: candidate_t, partner_t, no_candidate, set_face, spread_inward, &
+                              point_velocity, margin
    use m_contact_rows, only: masses_of, places_of
    use m_contact_complaints, only: allowed_text
    use m_candidates, only: candidates_t, carry_on
@@ -252,6 +253,7 @@ contains
       type(partner_t), intent(inout) :: partner
       type(candidates_t), intent(inout) :: candidates
       type(candidate_t) :: c
+      real(wp) :: share
       logical :: held(2)
       c = no_candidate
       associate (element => self%elements%list(meeting%element), &
@@ -276,6 +278,11 @@ contains
          call set_face(c, level%grid, block%place, bin_place(int(block%cells%bin(c%particle))), &
                        level%layout%domain > 0, (element%point - block%origin)*level%grid%per_cell, &
                        span*level%grid%per_cell)
+         share = share_at(norm2(element%face - element%centre), norm2(element%point - element%centre))
+         call spread_inward(c%face, c%reflection, level%grid, block%place, &
+                            bin_place(int(block%cells%bin(c%particle))), level%layout%domain > 0, &
+                            (element%centre - block%origin)*level%grid%per_cell, &
+                            span*level%grid%per_cell, share)
          call take_mass(self%wanted, first_wanted, partner)
          call cap(c%face, masses_of(level, c, places_of(level, c)), element%mass, held(1))
          call cap(partner%face, partner%mass, meeting%mass, held(2))
@@ -285,8 +292,9 @@ contains
          call self%set_adhesion(level, self%specs(pair), partner%element, c)
          if (c%gap + time_step*(c%speed - dot_product(c%normal, c%opposite)) > margin*element%edge &
              .and. .not. (c%carried .or. c%pull > 0.0_wp)) return
-         c%from = block%particles%column(c%particle, level%layout%position:level%layout%position + 2)
-         c%arm = element%point - c%from
+         c%from = element%centre
+         c%arm = share*(element%point - element%centre)
+         partner%point = c%from + c%arm
          c%force = last(1)*c%area
          c%friction = self%specs(pair)%friction
          c%last_tangential_force = last(2:4)*c%area

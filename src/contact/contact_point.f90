@@ -8,11 +8,11 @@ module m_contact_point
    use m_level, only: level_t
    use m_tool, only: tool_t
    use m_grid_level, only: grid_level_t
-   use m_face_weights, only: face_weights_t, weigh
+   use m_face_weights, only: face_weights_t, weigh, mix
    implicit none
    private
-   public :: candidate_t, no_candidate, partner_t, drift_of, set_face, place_face, point_velocity, &
-             tool_velocity, place_of, overlap_rate, margin
+   public :: candidate_t, no_candidate, partner_t, drift_of, set_face, place_face, spread_inward, &
+             point_velocity, tool_velocity, place_of, overlap_rate, margin
 
    !> A particle that would end the step inside a tool or another body, or within a margin of it.
    type :: candidate_t
@@ -119,6 +119,30 @@ contains
       end do
       call weigh(face, node, folded, halves, turns)
    end subroutine place_face
+
+   !> A share of a force stays at its point, the rest goes to the particle's centre, so that its middle is the
+   !> face of the material (theory.md, eq. element-share). Not where one of them is folded back at a symmetry
+   !> plane.
+   pure subroutine spread_inward(face, reflection, grid, block, node, turns, centre, span, share)
+      type(face_weights_t), intent(inout) :: face
+      real(wp), intent(in) :: reflection(3)
+      type(grid_level_t), intent(in) :: grid
+      integer, intent(in) :: block(3), node(3) !< as in place_face
+      logical, intent(in) :: turns
+      real(wp), intent(in) :: centre(3)  !< in cells from the block's first node
+      real(wp), intent(in) :: span(3, 3)
+      real(wp), intent(inout) :: share   !< becomes 1 where all stays
+      type(face_weights_t) :: inner
+      real(wp) :: turned(3)
+      if (.not. share < 1.0_wp) return
+      turned = reflection
+      if (all(turned > 0.0_wp)) call place_face(inner, turned, grid, block, node, turns, centre, span)
+      if (any(turned < 0.0_wp)) then
+         share = 1.0_wp
+      else
+         call mix(face, share, inner, node)
+      end if
+   end subroutine spread_inward
 
    !> Velocity (m/s) that a contact point gets from the solved nodes, as the tool sees it.
    pure function point_velocity(level, c) result(velocity)

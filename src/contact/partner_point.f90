@@ -9,7 +9,7 @@ module m_partner_point
    use m_surface_elements, only: surface_elements_t
    use m_partner_surface, only: meeting_t
    use m_partner_nodes, only: wanted_nodes_t
-   use m_contact_point, only: partner_t, place_face
+   use m_contact_point, only: partner_t, place_face, spread_inward
    implicit none
    private
    public :: place_partner, want_nodes, take_mass, mean_velocity, cap
@@ -21,20 +21,30 @@ module m_partner_point
 contains
 
    !> Nodes and weights of the other body of a meeting: in the mean over the same face as on the element's
-   !> body, on the other side of the gap.
+   !> body, on the other side of the gap, and spread inward as its own elements' forces are.
    pure subroutine place_partner(elements, level, meeting, partner)
       type(surface_elements_t), intent(in) :: elements
       type(level_t), intent(in) :: level
       type(meeting_t), intent(in) :: meeting
       type(partner_t), intent(out) :: partner
-      real(wp) :: place(3)
+      real(wp) :: place(3), centre(3), span(3, 3), share
+      integer :: k, node(3)
       partner%field = meeting%field
       partner%element = elements%element(meeting%element)
-      partner%point = elements%list(meeting%element)%point
-      place = (meeting%point - level%grid%lower)*level%grid%per_cell
-      call place_face(partner%face, partner%reflection, level%grid, [0, 0, 0], nint(place), &
-                      level%layout%domain > 0, place, &
-                      elements%span(:, :, meeting%element)*level%grid%per_cell)
+      associate (grid => level%grid, turns => level%layout%domain > 0)
+         place = (meeting%point - grid%lower)*grid%per_cell
+         centre = (meeting%centre - grid%lower)*grid%per_cell
+         span = elements%span(:, :, meeting%element)*grid%per_cell
+         do k = 1, 3 ! how far the element's own domain reaches along the normal is nothing to the other body
+            span(:, k) = span(:, k) - dot_product(meeting%normal, span(:, k))*meeting%normal
+         end do
+         share = meeting%share
+         if (any(abs(place - nint(centre)) > 1.0_wp)) share = 1.0_wp ! nothing of a force is out of reach
+         node = merge(nint(centre), nint(place), share < 1.0_wp)
+         call place_face(partner%face, partner%reflection, grid, [0, 0, 0], node, turns, place, span)
+         call spread_inward(partner%face, partner%reflection, grid, [0, 0, 0], node, turns, centre, span, &
+                            share)
+      end associate
    end subroutine place_partner
 
    !> Ask for the values of a partner's nodes; a node outside a symmetry plane is its mirror image inside.

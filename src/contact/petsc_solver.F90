@@ -1,5 +1,5 @@
 !> Bound-constrained quadratic problems on PETSc: minimise 1/2 x'Mx - b'x over x >= 0, M given by its product.
-!> The only module that includes PETSc. An error inside PETSc aborts all ranks with PETSc's own words. Guesses which unknowns are
+!> An error inside PETSc aborts all ranks with PETSc's own words. Guesses which unknowns are
 !> free come first, with PETSc's conjugate gradients for those; where they run in a circle, TAO's gradient projection with conjugate
 !> gradients (Moré and Toraldo 1991) goes on. That is asked for the change from the start value: what the objective falls by is
 !> then no difference of large numbers, whose rounding would send its line searches to and fro where the start is good.
@@ -9,6 +9,7 @@ module m_petsc_solver
    use petsctao
    use m_kinds, only: wp, i8
    use m_petsc_operator, only: petsc_operator_t
+   use m_petsc_session, only: begin_petsc, end_petsc
    implicit none
    private
    public :: petsc_solver_t
@@ -25,7 +26,6 @@ module m_petsc_solver
       Tao :: tao
       KSP :: ksp
    contains
-      procedure, private :: initialise
       procedure, public :: fit
       procedure, private :: dismiss
       procedure, public :: solve
@@ -46,19 +46,6 @@ module m_petsc_solver
 
 contains
 
-   !> Collective: initialise PETSc, once.
-   subroutine initialise(self, comm)
-      class(petsc_solver_t), intent(inout) :: self
-      integer, intent(in) :: comm !< the handle of their communicator
-      PetscErrorCode :: ierr
-      PetscBool :: there
-      PetscCallA(PetscInitialized(there, ierr))
-      if (there) return
-      PETSC_COMM_WORLD = comm
-      PetscCallA(PetscInitialize(PETSC_NULL_CHARACTER, ierr))
-      self%started = .true.
-   end subroutine initialise
-
    !> Collective: objects for `unknowns` on this rank.
    subroutine fit(self, comm, unknowns)
       class(petsc_solver_t), intent(inout) :: self
@@ -67,7 +54,7 @@ contains
       PetscErrorCode :: ierr
       PetscInt :: n
       PC :: preconditioner
-      call self%initialise(comm)
+      call begin_petsc(comm, self%started)
       call self%dismiss()
       n = unknowns
       PetscCallA(VecCreateMPI(comm, n, PETSC_DETERMINE, self%change, ierr))
@@ -331,12 +318,8 @@ contains
    !> Collective: free everything; PETSc is finalised if this solver had started it.
    subroutine release(self)
       class(petsc_solver_t), intent(inout) :: self
-      PetscErrorCode :: ierr
       call self%dismiss()
-      if (self%started) then
-         PetscCallA(PetscFinalize(ierr))
-      end if
-      self%started = .false.
+      call end_petsc(self%started)
    end subroutine release
 
 end module m_petsc_solver

@@ -16,7 +16,7 @@ module m_surface_elements
    use m_surface, only: most_elements, area_name, arm_name
    implicit none
    private
-   public :: element_t, surface_elements_t, surface_columns_t, find_columns
+   public :: element_t, surface_elements_t, surface_columns_t, find_columns, share_at
 
    !> One element: numbers alone, for they are sent as they stand.
    type :: element_t
@@ -24,6 +24,7 @@ module m_surface_elements
       real(wp) :: field = 0.0_wp       !< velocity field of its body
       real(wp) :: face(3) = 0.0_wp     !< middle of the material's surface, m
       real(wp) :: point(3) = 0.0_wp    !< where forces act: the face of the particle's domain, m
+      real(wp) :: centre(3) = 0.0_wp   !< of the particle, m
       real(wp) :: normal(3) = 0.0_wp   !< outward
       real(wp) :: area = 0.0_wp        !< m2
       real(wp) :: edge = 0.0_wp        !< of the particle, m
@@ -33,6 +34,8 @@ module m_surface_elements
 
    integer, parameter :: element_reals = storage_size(element_t())/storage_size(1.0_wp)
    integer, parameter :: tag = 6
+   real(wp), parameter :: flat_enough = 0.003_wp !< of a force that a flattened particle may have beyond its
+                                                 !< face: where strains are small, a cell's nodes are enough
 
    !> Columns of the elements that a particle carries.
    type :: surface_columns_t
@@ -148,6 +151,7 @@ contains
          it%normal = column(p, at%area(e):at%area(e) + 2)/it%area
          associate (x => column(p, layout%position:layout%position + 2), &
                     arm => column(p, at%arm(e):at%arm(e) + 2))
+            it%centre = x
             it%face = x + arm
             to_face = norm2(arm)
             along = arm/to_face
@@ -172,6 +176,14 @@ contains
          column(p, at%friction(e):at%friction(e) + 2) = 0.0_wp
       end associate
    end subroutine add
+
+   !> How much of an element's force acts at its point, so that with the rest at the particle's centre its
+   !> middle is the face, by the distances (m) of face and point from the centre.
+   pure real(wp) function share_at(to_face, to_point) result(share)
+      real(wp), intent(in) :: to_face, to_point
+      share = 1.0_wp
+      if (to_face < to_point) share = min(1.0_wp, max(0.0_wp, to_face/to_point) + flat_enough)
+   end function share_at
 
    !> Room for so many elements.
    subroutine make_room(self, wanted)
@@ -286,6 +298,7 @@ contains
                   image = self%list(e)
                   image%face(axis) = 2.0_wp*plane - image%face(axis)
                   image%point(axis) = 2.0_wp*plane - image%point(axis)
+                  image%centre(axis) = 2.0_wp*plane - image%centre(axis)
                   image%normal(axis) = -image%normal(axis)
                   image%velocity(axis) = -image%velocity(axis)
                end associate

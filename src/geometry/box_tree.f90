@@ -3,8 +3,8 @@
 !> away than the nearest triangle yet is not looked into.
 module m_box_tree
    use m_kinds, only: wp
-   use m_triangles, only: triangles_t
    use m_vectors, only: cross
+   use m_triangles, only: triangles_t
    implicit none
    private
    public :: box_tree_t, foot_t

@@ -9,7 +9,7 @@ module m_file_shape
    use m_filesystem, only: read_file, is_directory, system_reason
    use m_group_reader, only: group_reader_t
    use m_text, only: to_text
-   use m_value_range, only: any_value, above, at_least
+   use m_value_range, only: any_value, above
    use m_shape, only: shape_t
    use m_triangles, only: triangles_t, weld
    use m_surface_text, only: read_triangles, read_heights, is_heights

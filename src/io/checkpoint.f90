@@ -6,16 +6,14 @@
 module m_checkpoint
    use, intrinsic :: iso_c_binding, only: c_loc
    use mpi_f08
-   use m_kinds, only: wp, i4, i8
+   use m_kinds, only: wp, i8
    use m_constants, only: exit_files, program_version
    use m_errors, only: error_t, fail
    use m_communicator, only: communicator_t
    use m_checksum, only: text_checksum
    use m_part_file, only: part_name
-   use m_text, only: to_text
    use m_scene, only: scene_t
    use m_scene_writer, only: scene_as_namelist, physics_as_namelist
-   use m_field_table, only: field_t
    use m_model, only: model_t
    use m_restore, only: block_table_t, table_width, bounds_width, take_blocks, restore_blocks, check_particles
    use m_energy, only: balance_t, sums_t
@@ -24,8 +22,9 @@ module m_checkpoint
    use m_motion_store, only: describe_motions
    use m_pair_store, only: describe_pairs
    use m_state_store, only: store_t, some_rows
-   use m_hdf5_file, only: hdf5_file_t, rows_of_real, rows_of_long, rows_of_byte
+   use m_hdf5_file, only: hdf5_file_t, rows_of_byte
    use m_hdf5_reader, only: hdf5_reader_t
+   use m_checkpoint_particles, only: put_bounds, put_particles, get_particles, own_columns
    use m_checkpoint_file, only: checkpoint_name, checkpoint_format, seal_checkpoint, seal_length, &
                                 find_checkpoint
    implicit none
@@ -53,7 +52,7 @@ module m_checkpoint
 
    integer(i8), parameter :: longest_case = 2_i8**28  !< bytes
    integer(i8), parameter :: most_unknowns = 2_i8**24 !< of the contact solver of a rank
-   integer, parameter :: sums = 12, own_columns = 3 !< of a particle besides its fields: id, body, bin
+   integer, parameter :: sums = 12
 
 contains
 
@@ -216,6 +215,11 @@ contains
       model%bounds%wave_speed = clock(2)
       model%bounds%particle_speed = clock(3)
       model%lost = clock(4)
+      if (model%has_statics) then
+         clock(:1) = model%static_step
+         call store%reals('/state/static_step', clock(:1), error)
+         model%static_step = clock(1)
+      end if
       call describe_balance(store, balance, error)
       call describe_guard(store, model, facts, error)
       allocate (works(3, size(model%levels)))
@@ -360,17 +364,6 @@ contains
       end function plain
    end subroutine describe_balance
 
-   !> Each rank the bounds of its own blocks.
-   subroutine put_bounds(file, blocks, error)
-      type(hdf5_file_t), intent(in) :: file
-      type(block_table_t), intent(in), target :: blocks
-      type(error_t), intent(inout) :: error
-      real(wp), allocatable, target :: values(:, :)
-      values = blocks%bounds(:, blocks%first:blocks%first + blocks%own - 1)
-      call file%put_rows('/blocks/bounds', rows_of_real, [int(bounds_width, i8), size(blocks%table, 2, i8)], &
-                         some_rows(int(blocks%first - 1, i8), blocks%own), c_loc(values), error)
-   end subroutine put_bounds
-
    subroutine put_scene(file, communicator, text, error)
       type(hdf5_file_t), intent(in) :: file
       type(communicator_t), intent(in) :: communicator
@@ -381,155 +374,6 @@ contains
       call file%put_rows('/case', rows_of_byte, [1_i8, len(text, i8)], &
                          some_rows(0_i8, merge(len(text), 0, communicator%is_root())), c_loc(letters), error)
    end subroutine put_scene
-
-   !> Collective: a table for each field, and one for id, body and bin; each rank one stretch of rows.
-   subroutine put_particles(file, model, blocks, error)
-      type(hdf5_file_t), intent(in) :: file
-      type(model_t), intent(in) :: model
-      type(block_table_t), intent(in) :: blocks
-      type(error_t), intent(inout) :: error
-      type(file_layout_t) :: where_to
-      real(wp), allocatable, target :: values(:, :)
-      integer(i8), allocatable, target :: own(:, :)
-      integer :: b, f, l, n, done
-      n = int(model%particle_count())
-      where_to = some_rows(0_i8, n)
-      if (n > 0) where_to%offset = blocks%table(5, blocks%first)
-      allocate (own(own_columns, n))
-      done = 0
-      do l = 1, size(model%levels)
-         do b = 1, size(model%levels(l)%blocks)
-            associate (block => model%levels(l)%blocks(b), m => model%levels(l)%blocks(b)%particles%count)
-               own(1, done + 1:done + m) = block%particles%id(:m)
-               own(2, done + 1:done + m) = block%particles%body(:m)
-               own(3, done + 1:done + m) = block%cells%bin(:m)
-               done = done + m
-            end associate
-         end do
-      end do
-      call file%put_rows('/particles/own', rows_of_long, [int(own_columns, i8), blocks%particles], where_to, &
-                         c_loc(own), error)
-      do f = 1, size(model%levels(1)%table%fields)
-         associate (field => model%levels(1)%table%fields(f))
-            if (allocated(values)) deallocate (values)
-            allocate (values(field%components, n))
-            call pack_field(model, field, values)
-            call file%put_rows('/particles/'//field%name, rows_of_real, &
-                               [int(field%components, i8), blocks%particles], where_to, c_loc(values), error)
-            call file%put_text('/particles/'//field%name, 'unit', field%unit, error)
-         end associate
-      end do
-   end subroutine put_particles
-
-   !> The columns of a field of this rank's particles, as rows.
-   subroutine pack_field(model, field, values)
-      type(model_t), intent(in) :: model
-      type(field_t), intent(in) :: field
-      real(wp), intent(out) :: values(:, :)
-      integer :: b, c, done, l, p
-      done = 0
-      do l = 1, size(model%levels)
-         do b = 1, size(model%levels(l)%blocks)
-            associate (particles => model%levels(l)%blocks(b)%particles)
-               do c = 1, field%components
-                  do p = 1, particles%count
-                     values(c, done + p) = particles%column(p, field%first + c - 1)
-                  end do
-               end do
-               done = done + particles%count
-            end associate
-         end do
-      end do
-   end subroutine pack_field
-
-   !> Collective: the particles of this rank's blocks, wherever they stand in the file, in their order.
-   subroutine get_particles(file, model, blocks, error)
-      type(hdf5_reader_t), intent(in) :: file
-      type(model_t), intent(inout) :: model
-      type(block_table_t), intent(in) :: blocks
-      type(error_t), intent(inout) :: error
-      type(file_layout_t) :: where_from
-      real(wp), allocatable, target :: values(:, :)
-      integer(i8), allocatable, target :: own(:, :)
-      integer, allocatable :: level(:), number(:)
-      integer :: c, done, f, n, p
-      call list_own(model, blocks, level, number, where_from)
-      n = sum(where_from%count)
-      allocate (own(own_columns, n))
-      call file%get_rows('/particles/own', rows_of_long, [int(own_columns, i8), blocks%particles], &
-                         where_from, c_loc(own), error)
-      if (error%happened()) return
-      done = 0
-      do n = 1, size(level)
-         associate (block => model%levels(level(n))%blocks(number(n)))
-            block%particles%body(:block%particles%count) = int(max(-1_i8, &
-               min(own(2, done + 1:done + block%particles%count), 2_i8**30)), i4)
-            do p = 1, block%particles%count
-               block%particles%id(p) = own(1, done + p)
-               block%cells%bin(p) = int(max(-1_i8, min(own(3, done + p), 2_i8**30)), i4)
-            end do
-            done = done + block%particles%count
-         end associate
-      end do
-      do f = 1, size(model%levels(1)%table%fields)
-         associate (field => model%levels(1)%table%fields(f))
-            if (allocated(values)) deallocate (values)
-            allocate (values(field%components, sum(where_from%count)))
-            call file%get_rows('/particles/'//field%name, rows_of_real, [int(field%components, i8), &
-                               blocks%particles], where_from, &
-                               c_loc(values), error)
-            if (error%happened()) return
-            done = 0
-            do n = 1, size(level)
-               associate (particles => model%levels(level(n))%blocks(number(n))%particles)
-                  do c = 1, field%components
-                     do p = 1, particles%count
-                        particles%column(p, field%first + c - 1) = values(c, done + p)
-                     end do
-                  end do
-                  done = done + particles%count
-               end associate
-            end do
-         end associate
-      end do
-   end subroutine get_particles
-
-   !> This rank's blocks in the order of the file, and the rows of their particles.
-   subroutine list_own(model, blocks, level, number, where_from)
-      type(model_t), intent(in) :: model
-      type(block_table_t), intent(in) :: blocks
-      integer, allocatable, intent(out) :: level(:), number(:)
-      type(file_layout_t), intent(out) :: where_from
-      integer :: index, l, m, n, rows, runs
-      m = 0
-      do l = 1, size(model%levels)
-         m = m + size(model%levels(l)%blocks)
-      end do
-      allocate (level(m), number(m), where_from%offset(m), where_from%count(m))
-      m = 0
-      runs = 0
-      do n = 1, size(blocks%table, 2)
-         l = int(blocks%table(1, n))
-         index = int(blocks%table(2, n))
-         if (model%levels(l)%owner(index) /= model%communicator%rank) cycle
-         m = m + 1
-         level(m) = l
-         number(m) = model%levels(l)%slot(index)
-         rows = int(blocks%table(3, n))
-         if (rows == 0) cycle
-         if (runs > 0) then
-            if (where_from%offset(runs) + where_from%count(runs) == blocks%table(5, n)) then
-               where_from%count(runs) = where_from%count(runs) + rows
-               cycle
-            end if
-         end if
-         runs = runs + 1
-         where_from%offset(runs) = blocks%table(5, n)
-         where_from%count(runs) = rows
-      end do
-      where_from%offset = where_from%offset(:runs)
-      where_from%count = where_from%count(:runs)
-   end subroutine list_own
 
    !> All rows of a table, for every rank.
    pure type(file_layout_t) function all_rows(rows) result(layout)

@@ -34,6 +34,7 @@ module m_console
       procedure :: start
       procedure :: open_log
       procedure :: line
+      procedure :: lines
       procedure :: progress
       procedure :: summary
       procedure :: elapsed
@@ -98,6 +99,20 @@ contains
          self%earlier = [self%earlier, line_t(text)]
       end if
    end subroutine line
+
+   !> Several lines, each ended by new_line.
+   subroutine lines(self, text)
+      class(console_t), intent(inout) :: self
+      character(len=*), intent(in) :: text
+      integer :: first, length
+      first = 1
+      do while (first <= len(text))
+         length = index(text(first:), new_line('a'))
+         if (length == 0) length = len(text) - first + 2
+         call self%line(text(first:first + length - 2))
+         first = first + length
+      end do
+   end subroutine lines
 
    !> Called every step; says where the run is, at most once a second. The energy balance error is relative (a
    !> pure number).

@@ -75,6 +75,7 @@ contains
       type(model_t), intent(in) :: model
       type(error_t), intent(inout) :: error
       type(resumption_t), intent(in), optional :: resumption
+      integer, allocatable :: step !< to which the indices are kept; none: they begin anew
       integer :: n
       logical :: ok
       self%writes = scene%output%present
@@ -118,17 +119,11 @@ contains
                        pair_header(self%title, scene%group_label(groups(1)), scene%group_label(groups(2))))
          end associate
       end do
-      ok = .false.
-      if (present(resumption)) ok = resumption%in_place
-      if (ok) then
-         call self%particles_index%start(model%communicator, self%directory, 'particles', error, &
-                                         int(model%step), series=.true.)
-         call self%levels_index%start(model%communicator, self%directory, 'levels', error, int(model%step))
-      else
-         call self%particles_index%start(model%communicator, self%directory, 'particles', error, &
-                                         series=.true.)
-         call self%levels_index%start(model%communicator, self%directory, 'levels', error)
+      if (present(resumption)) then
+         if (resumption%in_place) step = int(model%step)
       end if
+      call self%particles_index%start(model%communicator, self%directory, 'particles', error, step, series=.true.)
+      call self%levels_index%start(model%communicator, self%directory, 'levels', error, step)
    contains
       subroutine begin(history, name, header)
          type(history_t), intent(inout) :: history

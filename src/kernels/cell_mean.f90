@@ -1,6 +1,6 @@
 !> Means over the cells of the grid: what the particles of a block give to the cells, and what they take from
 !> the sums over blocks (theory.md, eq. anti-locking). A cell stands in a tile at the place of its lowest
-!> node: so the sums of nodes are those of cells.
+!> node, or at an edge of levels where `standing` says: so the sums of nodes are those of cells.
 module m_cell_mean
    use m_kinds, only: wp, i4
    use m_constants, only: block_size
@@ -20,7 +20,7 @@ contains
 
    !> The sums over a block's particles of volume, volume times tr L and volume times pressure, on its own
    !> tile.
-   pure subroutine give_to_cells(count, bin, column, layout, frame, gradient, tile)
+   pure subroutine give_to_cells(count, bin, column, layout, frame, gradient, tile, standing)
       integer, intent(in) :: count
       integer(i4), intent(in), contiguous :: bin(:)
       real(wp), intent(in), contiguous :: column(:, :)
@@ -28,6 +28,7 @@ contains
       type(frame_t), intent(in) :: frame
       real(wp), intent(in), contiguous :: gradient(:, :) !< (:, 9), 1/s
       real(wp), intent(out) :: tile(values, 0:places - 1)
+      integer(i4), intent(in), optional :: standing(0:places - 1) !< as in a cell_list_t
       integer :: place(chunk), first, last, p, s
       tile = 0.0_wp
       s = layout%stress
@@ -35,7 +36,7 @@ contains
          last = min(first + chunk - 1, count)
          call find_cells(bin(first:last), column(first:last, layout%position), &
                          column(first:last, layout%position + 1), &
-                         column(first:last, layout%position + 2), frame, place)
+                         column(first:last, layout%position + 2), frame, place, standing)
          do p = first, last
             associate (volume => column(p, layout%volume), cell => tile(:, place(p - first + 1)))
                cell(1) = cell(1) + volume
@@ -48,7 +49,7 @@ contains
 
    !> tr L of each particle becomes the mean of its cell. The pressure stays: how far it lies below the mean
    !> goes into the field `pressure_shift`.
-   pure subroutine take_means(count, bin, layout, frame, tile, column, gradient)
+   pure subroutine take_means(count, bin, layout, frame, tile, column, gradient, standing)
       integer, intent(in) :: count
       integer(i4), intent(in), contiguous :: bin(:)
       type(layout_t), intent(in) :: layout
@@ -56,6 +57,7 @@ contains
       real(wp), intent(in) :: tile(values, 0:places - 1) !< sums over all blocks
       real(wp), intent(inout), contiguous :: column(:, :)
       real(wp), intent(inout), contiguous :: gradient(:, :) !< (:, 9), 1/s
+      integer(i4), intent(in), optional :: standing(0:places - 1) !< as in a cell_list_t
       real(wp) :: rate(chunk), mean(chunk)
       integer :: place(chunk), first, last, p, s
       s = layout%stress
@@ -63,7 +65,7 @@ contains
          last = min(first + chunk - 1, count)
          call find_cells(bin(first:last), column(first:last, layout%position), &
                          column(first:last, layout%position + 1), &
-                         column(first:last, layout%position + 2), frame, place)
+                         column(first:last, layout%position + 2), frame, place, standing)
          do p = 1, last - first + 1
             rate(p) = tile(2, place(p))/tile(1, place(p))
             mean(p) = tile(3, place(p))/tile(1, place(p))
@@ -93,11 +95,12 @@ contains
    end subroutine set_trace
 
    !> Where the cells of a few particles stand in the tile.
-   pure subroutine find_cells(bin, x, y, z, frame, place)
+   pure subroutine find_cells(bin, x, y, z, frame, place, standing)
       integer(i4), intent(in), contiguous :: bin(:)
       real(wp), intent(in), contiguous :: x(:), y(:), z(:)
       type(frame_t), intent(in) :: frame
       integer, intent(out), contiguous :: place(:)
+      integer(i4), intent(in), optional :: standing(0:places - 1)
       integer :: p
       !$omp simd
       do p = 1, size(bin)
@@ -105,7 +108,35 @@ contains
                                (y(p) - frame%origin(2))*frame%per_cell, &
                                (z(p) - frame%origin(3))*frame%per_cell)
       end do
+      if (.not. present(standing)) return
+      do p = 1, size(bin)
+         if (standing(place(p)) < 0) place(p) = nearest_cell(bin(p) - 1, ([x(p), y(p), z(p)] &
+               - frame%origin)*frame%per_cell, standing, place(p))
+         if (standing(place(p)) >= 0) place(p) = standing(place(p))
+      end do
    end subroutine find_cells
+
+   !> Of the eight cells around the node of a particle's bin, the nearest in which its level has particles; its
+   !> own where there is none.
+   pure integer function nearest_cell(bin, x, standing, own) result(place)
+      integer(i4), intent(in) :: bin !< from 0
+      real(wp), intent(in) :: x(3)   !< place in cells, from the block's first node
+      integer(i4), intent(in) :: standing(0:places - 1)
+      integer, intent(in) :: own     !< place of the cell that it is in
+      real(wp) :: off(3), least
+      integer :: node(3), side(3), n, tried
+      node = [iand(bin, block_size - 1), iand(bin/block_size, block_size - 1), bin/block_size**2]
+      place = own
+      least = huge(1.0_wp)
+      do n = 0, 7
+         side = [ibits(n, 0, 1), ibits(n, 1, 1), ibits(n, 2, 1)]
+         tried = node(1) + side(1) + width*(node(2) + side(2) + width*(node(3) + side(3)))
+         off = merge(0.0_wp, x - node, (x >= node) .eqv. (side == 1))
+         if (standing(tried) < 0 .or. .not. sum(off**2) < least) cycle
+         least = sum(off**2)
+         place = tried
+      end do
+   end function nearest_cell
 
    !> One of the eight cells around the node of the particle's bin. A bin from before the step's motion will
    !> do: a particle that has just left it is in one of them all the same.

@@ -7,7 +7,7 @@ module m_face_weights
    use m_stencil, only: hat_weights, gimp_weights
    implicit none
    private
-   public :: face_weights_t, find_face, fit_share, cube_span, weigh_point, weigh_face, weigh, flattening
+   public :: face_weights_t, find_face, fit_share, cube_span, weigh_point, weigh_face, weigh, mix, flattening
 
    real(wp), parameter :: small_domain = 0.3_wp !< half edges up to here, in cells: the middle of the face
                                                 !< stands for it
@@ -182,6 +182,42 @@ contains
          call add_product(weights, 1.0_wp, hat)
       end if
    end subroutine weigh_face
+
+   !> The weights of two places of a particle of the bin around `node`: a share of the first, the rest of the
+   !> second.
+   pure subroutine mix(weights, share, second, node)
+      type(face_weights_t), intent(inout) :: weights !< of the first; then of both
+      real(wp), intent(in) :: share
+      type(face_weights_t), intent(in) :: second
+      integer, intent(in) :: node(3) !< in the block, from 0
+      type(face_weights_t) :: both
+      if (all(weights%corner == second%corner) .and. weights%last == second%last) then
+         weights%weight = share*weights%weight + (1.0_wp - share)*second%weight
+         return
+      end if
+      both%corner = node - 1
+      both%last = 2
+      call add_weights(both, share, weights)
+      call add_weights(both, 1.0_wp - share, second)
+      weights = both
+   end subroutine mix
+
+   !> Add a share of other weights, whose nodes are among those that are there.
+   pure subroutine add_weights(weights, share, other)
+      type(face_weights_t), intent(inout) :: weights
+      real(wp), intent(in) :: share
+      type(face_weights_t), intent(in) :: other
+      integer :: at(3), j, k, n
+      n = other%last
+      at = other%corner - weights%corner
+      do k = 0, n
+         do j = 0, n
+            associate (row => weights%weight(at(1):at(1) + n, at(2) + j, at(3) + k))
+               row = row + share*other%weight(0:n, j, k)
+            end associate
+         end do
+      end do
+   end subroutine add_weights
 
    !> Means of the hat functions of the nodes at -1, 0, +1 over an interval around a place; all in cells.
    pure function mean_hat(place, half) result(hat)

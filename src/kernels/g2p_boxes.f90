@@ -165,7 +165,7 @@ contains
       integer, intent(in) :: m, i, j, k
       real(wp), intent(in) :: tile(node_values, 0:block_size + 1, 0:block_size + 1, 0:block_size + 1)
       type(taken_t), intent(inout) :: taken
-      real(wp), dimension(half) :: velocity, slope_x, slope_y, slope_z, acceleration
+      real(wp), dimension(half) :: velocity, slope_x, slope_y, slope_z
       real(wp) :: even, odd, plane, plane_x, plane_y, value, x, y, z
       integer :: b, c, q
       !$omp simd private(even, odd, plane, plane_x, plane_y, value, x, y, z)
@@ -200,6 +200,23 @@ contains
          slope_y(q) = y
          slope_z(q) = z
       end do
+      do q = 1, 3
+         taken%motion(m, q) = velocity(1 + q)
+         taken%gradient(m, q) = slope_x(1 + q)
+         taken%gradient(m, 3 + q) = slope_y(1 + q)
+         taken%gradient(m, 6 + q) = slope_z(1 + q)
+      end do
+      call take_acceleration(stencil, m, i, j, k, tile, taken)
+   end subroutine take_one
+
+   !> As take_one, of the node values' second half: the acceleration.
+   pure subroutine take_acceleration(stencil, m, i, j, k, tile, taken)
+      type(stencil_t), intent(in) :: stencil
+      integer, intent(in) :: m, i, j, k
+      real(wp), intent(in) :: tile(node_values, 0:block_size + 1, 0:block_size + 1, 0:block_size + 1)
+      type(taken_t), intent(inout) :: taken
+      real(wp) :: acceleration(half), even, plane, value
+      integer :: b, c, q
       !$omp simd private(even, plane, value)
       do q = 1, half
          value = 0.0_wp
@@ -217,13 +234,9 @@ contains
          acceleration(q) = value
       end do
       do q = 1, 3
-         taken%motion(m, q) = velocity(1 + q)
          taken%motion(m, 3 + q) = acceleration(q)
-         taken%gradient(m, q) = slope_x(1 + q)
-         taken%gradient(m, 3 + q) = slope_y(1 + q)
-         taken%gradient(m, 6 + q) = slope_z(1 + q)
       end do
-   end subroutine take_one
+   end subroutine take_acceleration
 
    !> New positions, velocities and velocity gradients of a chunk; where particles were chosen, one by one.
    pure subroutine move(stencil, taken, layout, motion, column, gradient)

@@ -25,7 +25,7 @@ contains
       logical, intent(out) :: moved                        !< some particle is in another bin than before
       real(wp), intent(out) :: lowest(3), highest(3)       !< m
       real(wp) :: x, y, z, low_x, low_y, low_z, high_x, high_y, high_z
-      integer :: changes, first, last, outside, p
+      integer :: changes, outside, p
       integer(i4) :: i, j, k, below, now
       changes = 0
       outside = 0
@@ -61,14 +61,22 @@ contains
       highest = [high_x, high_y, high_z]
       moved = changes > 0
       emigrant_count = outside
-      if (outside == 0) return
-      if (size(emigrants) < outside) then
+      if (outside > 0) call list_emigrants(count, bin, outside, emigrants)
+   end subroutine locate_particles
+
+   !> The particles that are in none of the block's bins, `wanted` of them, in memory order.
+   pure subroutine list_emigrants(count, bin, wanted, emigrants)
+      integer, intent(in) :: count, wanted
+      integer(i4), intent(in), contiguous :: bin(:)
+      integer(i4), allocatable, intent(inout) :: emigrants(:)
+      integer :: first, last, outside, p
+      if (size(emigrants) < wanted) then
          deallocate (emigrants)
-         allocate (emigrants(2*outside))
+         allocate (emigrants(2*wanted))
       end if
       outside = 0
       first = 1
-      do while (outside < emigrant_count)
+      do while (outside < wanted)
          last = min(first + stretch - 1, count)
          if (zeros(bin(first:last)) > 0) then
             do p = first, last
@@ -79,7 +87,7 @@ contains
          end if
          first = last + 1
       end do
-   end subroutine locate_particles
+   end subroutine list_emigrants
 
    !> How many are 0.
    pure integer function zeros(bin)

@@ -8,7 +8,7 @@ module m_p2g_boxes
    use m_stencil, only: stencil_t, frame_t, batch, chunk, set_stencil
    implicit none
    private
-   public :: p2g_boxes, add_body_force, load_t, half, clear, set_load
+   public :: p2g_boxes, add_body_force, add_force, load_t, half, clear, set_load
 
    integer, parameter :: half = 4 !< of them, those that go with the weight, and those that go with its
                                   !< slopes: a register each

@@ -12,7 +12,7 @@ module m_p2g_corners
    use m_p2g_boxes, only: load_t, half, set_load
    implicit none
    private
-   public :: p2g_corners, add_corners_body_force
+   public :: p2g_corners, add_corners_body_force, add_corners_load
 
 
 contains
@@ -34,13 +34,13 @@ contains
          do m = 1, corners%list%count
             p = 1 + mod(m - 1, batch)
             if (p == 1) call set_corner_weights(weights, corners, m, frame%per_cell)
-            call add(load, weights, m, p, corners%place(:, m), tile)
+            call add_corners_load(load, weights, m, p, corners%place(:, m), tile)
          end do
       end do
    end subroutine p2g_corners
 
    !> Add particle m of the chunk, p of the batch, to the nodes from `place` in the tile on.
-   pure subroutine add(load, weights, m, p, place, tile)
+   pure subroutine add_corners_load(load, weights, m, p, place, tile)
       type(load_t), intent(in) :: load
       type(corner_weights_t), intent(in) :: weights
       integer, intent(in) :: m, p, place(3)
@@ -71,7 +71,7 @@ contains
             end do
          end do
       end do
-   end subroutine add
+   end subroutine add_corners_load
 
    !> Add m S b to the force of a block's node tile; as add_body_force.
    pure subroutine add_corners_body_force(cells, column, layout, frame, acceleration, tile)

@@ -4,7 +4,6 @@
 !> surface that is half a cell away.
 module m_stress_recovery
    use m_kinds, only: wp
-   use m_constants, only: block_size
    use m_vectors, only: cross
    use m_node_values, only: node_values, tile_last
    use m_field_table, only: layout_t

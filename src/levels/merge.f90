@@ -123,6 +123,10 @@ contains
          reach = values(9, at%half_size) + distance*level%grid%cell
          if (finer%region%overlaps(values(9, at%position:at%position + 2) - reach, &
                                    values(9, at%position:at%position + 2) + reach)) return
+         if (allocated(finer%layer)) then ! nor may it go back at once
+            if (finer%layer%overlaps(values(9, at%position:at%position + 2), &
+                                     values(9, at%position:at%position + 2))) return
+         end if
          lost = lost + energy(1, 8) - energy(9, 9)
          call block%reserve(block%particles%count + 1, level%table%columns)
          call block%particles%append(values(9, :), parent_id(block%particles%id(eight(1)), generation), body)

@@ -6,6 +6,7 @@ module m_placing
    use m_communicator, only: communicator_t
    use m_grid_level, only: grid_level_t
    use m_region, only: region_t, make_region
+   use m_region_parts, only: smallest_gap
    use m_level, only: level_t
    use m_material, only: material_t
    use m_materials, only: materials_t
@@ -15,7 +16,6 @@ module m_placing
    public :: judge_region, smallest_width
 
    integer, parameter :: smallest_width = 4 !< of a region, in cells of the coarser level
-   integer, parameter :: smallest_gap = 2   !< between an edge and the coarser level's, in its cells
    integer, parameter :: margin = 1 !< around the cells that a criterion chooses, in cells of the coarser
                                     !< level
    integer, parameter :: classes = 48       !< of changes, each smaller by a factor

@@ -9,6 +9,7 @@ module m_transfer
    use m_field_table, only: layout_t, shares_t
    use m_level, only: level_t
    use m_block, only: block_t
+   use m_membership, only: lives_on, may_live_on
    use m_migration, only: migration_t, take_out
    use m_walls, only: keep_inside
    use m_split, only: split_in_eight, must_split, extents, longest_half_edge, id_bits, most_generations
@@ -32,7 +33,7 @@ contains
          coarse%blocks(b)%emigrant_count = 0
          if (coarse%blocks(b)%particles%count == 0) cycle
          associate (block => coarse%blocks(b))
-            if (fine%region%overlaps(block%lowest - coarse%grid%cell, block%highest + coarse%grid%cell)) &
+            if (may_live_on(fine, block%lowest - coarse%grid%cell, block%highest + coarse%grid%cell)) &
                call list_changes(fine, block, on_fine=.false.)
             changes = changes + block%emigrant_count
          end associate
@@ -56,7 +57,7 @@ contains
       type(block_t), intent(inout) :: block
       logical, intent(in) :: on_fine !< the block is one of the finer level
       integer(i4) :: found(block%particles%count)
-      real(wp) :: x(3), e(3), margin
+      real(wp) :: x(3), e(3), half, margin
       integer :: n, p
       logical :: changes
       n = 0
@@ -67,13 +68,14 @@ contains
             x = column(p, at%position:at%position + 2)
             if (at%domain > 0 .or. at%half_sizes) then
                e = extents(column(p, :), at)
+               half = longest_half_edge(column(p, :), at)
             else
                e = column(p, at%half_size)
+               half = column(p, at%half_size)
             end if
-            changes = fine%region%overlaps(x - e - margin, x + e + margin) .neqv. on_fine
+            changes = lives_on(fine, x, e, half, margin) .neqv. on_fine
             if (on_fine .and. .not. changes) &
-               changes = must_split(fine%grid, fine%region, fine%number, nint(column(p, at%refinement)), x, &
-                                    longest_half_edge(column(p, :), at))
+               changes = must_split(fine%grid, fine%region, fine%number, nint(column(p, at%refinement)), x, half)
             if (.not. changes) cycle
             n = n + 1
             found(n) = p
@@ -157,7 +159,7 @@ contains
       real(wp), intent(in) :: values(:), margin
       associate (x => values(level%layout%position:level%layout%position + 2), &
                  e => extents(values, level%layout))
-         lives_in = level%region%overlaps(x - e - margin, x + e + margin)
+         lives_in = lives_on(level, x, e, longest_half_edge(values, level%layout), margin)
       end associate
    end function lives_in
 

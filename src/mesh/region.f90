@@ -32,6 +32,7 @@ module m_region
       procedure :: any_outer
       procedure :: clear_of_edge
       procedure :: holds_box
+      procedure :: has_all, has_some
       procedure :: clip
       procedure :: same_as
       procedure :: shifted
@@ -161,6 +162,29 @@ contains
       call cells_near(self, low, high, width, first, last)
       holds_box = all_of(self, first, last)
    end function holds_box
+
+   !> True when all cells of the level above from first to last along each axis belong to the region. A cell
+   !> beyond a side of the grid is as the one on that side.
+   pure logical function has_all(self, first, last)
+      class(region_t), intent(in) :: self
+      integer, intent(in) :: first(3), last(3)
+      integer :: a(3), z(3)
+      a = in_grid(self, first)
+      z = in_grid(self, last)
+      has_all = all(2*a >= self%low .and. 2*(z + 1) <= self%high)
+      if (has_all .and. allocated(self%below)) has_all = all_of(self, a, z)
+   end function has_all
+
+   !> True when some of these cells do.
+   pure logical function has_some(self, first, last)
+      class(region_t), intent(in) :: self
+      integer, intent(in) :: first(3), last(3)
+      integer :: a(3), z(3)
+      a = in_grid(self, first)
+      z = in_grid(self, last)
+      has_some = all(2*(z + 1) > self%low .and. 2*a < self%high)
+      if (has_some .and. allocated(self%below)) has_some = count_of(self, a, z) > 0
+   end function has_some
 
    !> Cut a box to what is less than `margin` away from the box around the region.
    pure subroutine clip(self, margin, low, high)

@@ -8,7 +8,7 @@ module m_group_reader
    use m_constants, only: exit_input
    use m_errors, only: error_t, fail
    use m_namelist_group, only: group_t
-   use m_namelist_lines, only: text_line, words_line, reals_line, integer_line, logical_line
+   use m_namelist_lines, only: reals_line, integer_line, logical_line
    use m_number_text, only: read_real, read_integer, number_good, number_infinite, number_size
    use m_text, only: to_text
    use m_value_range, only: range_t
@@ -58,6 +58,53 @@ module m_group_reader
       procedure, private :: number
       procedure, private :: word_index
    end type group_reader_t
+
+   interface
+      !> One of a few whole numbers.
+      module subroutine get_option(self, name, value, options)
+         class(group_reader_t), intent(inout) :: self
+         character(len=*), intent(in) :: name
+         integer, intent(inout) :: value
+         integer, intent(in) :: options(:)
+      end subroutine get_option
+      !> A text of 1 to `longest` characters.
+      module subroutine get_text(self, name, value, longest, required)
+         class(group_reader_t), intent(inout) :: self
+         character(len=*), intent(in) :: name
+         character(len=:), allocatable, intent(inout) :: value
+         integer, intent(in) :: longest
+         logical, intent(in), optional :: required
+      end subroutine get_text
+      !> A name, fit to be part of a file name; `value` comes in as the default.
+      module subroutine get_name(self, name, value, required)
+         class(group_reader_t), intent(inout) :: self
+         character(len=*), intent(in) :: name
+         character(len=:), allocatable, intent(inout) :: value
+         logical, intent(in), optional :: required
+      end subroutine get_name
+      !> As get_choice, for as many words as `values` holds.
+      module subroutine get_choices(self, name, values, words, required)
+         class(group_reader_t), intent(inout) :: self
+         character(len=*), intent(in) :: name
+         integer, intent(inout) :: values(:)
+         character(len=*), intent(in) :: words(:)
+         logical, intent(in), optional :: required
+      end subroutine get_choices
+      !> Index of the i-th value among the words; 0 and refused when it is none of them.
+      module integer function word_index(self, found, i, words, expected)
+         class(group_reader_t), intent(inout) :: self
+         integer, intent(in) :: found, i
+         character(len=*), intent(in) :: words(:)
+         character(len=*), intent(in) :: expected
+      end function word_index
+      !> As get_choices, for 1 to as many words as there are, each once.
+      module subroutine get_set(self, name, chosen, words)
+         class(group_reader_t), intent(inout) :: self
+         character(len=*), intent(in) :: name
+         logical, intent(inout) :: chosen(:)
+         character(len=*), intent(in) :: words(:)
+      end subroutine get_set
+   end interface
 
 contains
 
@@ -343,81 +390,6 @@ contains
       end if
    end subroutine get_logical
 
-   !> One of a few whole numbers.
-   subroutine get_option(self, name, value, options)
-      class(group_reader_t), intent(inout) :: self
-      character(len=*), intent(in) :: name
-      integer, intent(inout) :: value
-      integer, intent(in) :: options(:)
-      character(len=:), allocatable :: expected
-      integer :: found, new, i
-      logical :: good
-      expected = 'must be one of '//to_text(options(1))
-      do i = 2, size(options)
-         expected = expected//', '//to_text(options(i))
-      end do
-      found = self%look_up(name, expected)
-      if (self%writes()) self%lines = self%lines//integer_line(name, value)
-      call self%check_count(found, 1, expected, good)
-      if (.not. good) return
-      call read_integer(self%group%entries(found)%value_text(1), new, good)
-      if (.not. good .or. self%group%entries(found)%values(1)%quoted .or. .not. any(options == new)) then
-         call self%refuse(name, expected)
-      else
-         value = new
-      end if
-   end subroutine get_option
-
-   !> A text of 1 to `longest` characters.
-   subroutine get_text(self, name, value, longest, required)
-      class(group_reader_t), intent(inout) :: self
-      character(len=*), intent(in) :: name
-      character(len=:), allocatable, intent(inout) :: value
-      integer, intent(in) :: longest
-      logical, intent(in), optional :: required
-      character(len=:), allocatable :: expected, text
-      integer :: found
-      logical :: good
-      expected = 'must be a text in quotes, of 1 to '//to_text(longest)//' characters'
-      found = self%look_up(name, expected, required)
-      if (self%writes()) self%lines = self%lines//text_line(name, value)
-      call self%check_count(found, 1, expected, good)
-      if (.not. good) return
-      text = trim(self%group%entries(found)%value_text(1))
-      good = self%group%entries(found)%values(1)%quoted .and. len(text) > 0 .and. characters(text) <= longest
-      if (good) value = text
-      if (.not. good) call self%refuse(name, expected)
-   end subroutine get_text
-
-   !> Characters of a text in UTF-8: bytes that do not go on with one.
-   pure integer function characters(text)
-      character(len=*), intent(in) :: text
-      integer :: i
-      characters = count([(ichar(text(i:i)) < 128 .or. ichar(text(i:i)) >= 192, i=1, len(text))])
-   end function characters
-
-   !> A name, fit to be part of a file name; `value` comes in as the default.
-   subroutine get_name(self, name, value, required)
-      class(group_reader_t), intent(inout) :: self
-      character(len=*), intent(in) :: name
-      character(len=:), allocatable, intent(inout) :: value
-      logical, intent(in), optional :: required
-      character(len=*), parameter :: allowed = 'abcdefghijklmnopqrstuvwxyz0123456789_-'
-      character(len=:), allocatable :: expected, text
-      integer :: found
-      logical :: good
-      expected = 'must be in quotes, of 1 to '//to_text(name_length)//' letters, digits, _ or -'
-      found = self%look_up(name, expected, required)
-      if (self%writes()) self%lines = self%lines//text_line(name, value)
-      call self%check_count(found, 1, expected, good)
-      if (.not. good) return
-      text = self%group%entries(found)%value_text(1)
-      good = self%group%entries(found)%values(1)%quoted .and. len(text) > 0 .and. len(text) <= name_length &
-             .and. verify(lower_case(text), allowed) == 0
-      if (good) value = text
-      if (.not. good) call self%refuse(name, expected)
-   end subroutine get_name
-
    !> One of the words: its index. Stays as it is when not given, 0 when the word is unknown.
    subroutine get_choice(self, name, value, words, required)
       class(group_reader_t), intent(inout) :: self
@@ -430,73 +402,5 @@ contains
       call self%get_choices(name, values, words, required)
       value = values(1)
    end subroutine get_choice
-
-   !> As get_choice, for as many words as `values` holds.
-   subroutine get_choices(self, name, values, words, required)
-      class(group_reader_t), intent(inout) :: self
-      character(len=*), intent(in) :: name
-      integer, intent(inout) :: values(:)
-      character(len=*), intent(in) :: words(:)
-      logical, intent(in), optional :: required
-      character(len=:), allocatable :: expected
-      integer :: found, i
-      logical :: good
-      expected = 'must be in quotes, one of '//joined(words)
-      if (size(values) > 1) expected = 'must be '//to_text(size(values))//' words in quotes, each one of '// &
-                                       joined(words)
-      found = self%look_up(name, expected, required)
-      if (self%writes()) then
-         self%lines = self%lines//words_line(name, words(values))
-         return
-      end if
-      if (found == 0 .and. present(required)) then
-         if (required) values = 0
-      end if
-      call self%check_count(found, size(values), expected, good)
-      if (found > 0) self%choice = name//'='//self%group%entries(found)%shown
-      if (found > 0 .and. .not. good) values = 0
-      if (.not. good) return
-      do i = 1, size(values)
-         values(i) = self%word_index(found, i, words, expected)
-      end do
-   end subroutine get_choices
-
-   !> Index of the i-th value among the words; 0 and refused when it is none of them.
-   integer function word_index(self, found, i, words, expected)
-      class(group_reader_t), intent(inout) :: self
-      integer, intent(in) :: found, i
-      character(len=*), intent(in) :: words(:)
-      character(len=*), intent(in) :: expected
-      character(len=:), allocatable :: word
-      associate (entry => self%group%entries(found))
-         word = lower_case(entry%value_text(i))
-         do word_index = size(words), 1, -1
-            if (word == lower_case(trim(words(word_index))) .and. entry%values(i)%quoted) return
-         end do
-         if (entry%values(i)%quoted) call self%refuse(entry%name, 'unknown '//entry%name//advice(word, words))
-         call self%refuse(entry%name, expected)
-      end associate
-   end function word_index
-
-   !> As get_choices, for 1 to as many words as there are, each once.
-   subroutine get_set(self, name, chosen, words)
-      class(group_reader_t), intent(inout) :: self
-      character(len=*), intent(in) :: name
-      logical, intent(inout) :: chosen(:)
-      character(len=*), intent(in) :: words(:)
-      character(len=:), allocatable :: expected
-      integer :: found, i, k
-      expected = 'must be words in quotes, each one of '//joined(words)
-      found = self%look_up(name, expected)
-      if (self%writes()) self%lines = self%lines//words_line(name, pack(words, chosen))
-      if (found == 0) return
-      chosen = .false.
-      do i = 1, size(self%group%entries(found)%values)
-         k = self%word_index(found, i, words, expected)
-         if (k == 0) return
-         if (chosen(k)) call self%refuse(name, expected//'; '//trim(words(k))//' given twice')
-         chosen(k) = .true.
-      end do
-   end subroutine get_set
 
 end module m_group_reader

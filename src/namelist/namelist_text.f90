@@ -9,6 +9,7 @@ module m_namelist_text
    use m_errors, only: error_t, fail
    use m_number_text, only: read_integer
    use m_text, only: to_text
+   use m_namelist_cursor, only: cursor_t, is_name, is_plain, quotes, word_ends
    use m_namelist_group, only: group_t, entry_t, value_t, abbreviated
    use m_words, only: lower_case
    implicit none
@@ -17,11 +18,8 @@ module m_namelist_text
    integer, parameter :: most_entries = 1000    !< variables in a group
    integer, parameter :: most_repeats = 1000000 !< of a value; a variable with repeats has no more, or than
                                                 !< its text has characters
-   character(len=*), parameter :: quotes = '''"'
    character(len=*), parameter :: brackets = '()%'
    character(len=*), parameter :: index_sentence = ': an index is not allowed; give all values at once, as name=value,value,value'
-   character(len=*), parameter :: blanks = ' '//achar(9)//achar(10)//achar(13)
-   character(len=*), parameter :: word_ends = blanks//quotes//',=/!&'
 
    !> All groups of a text, in its order.
    type, public :: namelist_text_t
@@ -33,17 +31,6 @@ module m_namelist_text
       procedure :: place
       procedure :: line_of
    end type namelist_text_t
-
-   !> Where the parsing stands.
-   type :: cursor_t
-      character(len=:), allocatable :: text
-      integer :: at = 1
-      integer :: line = 1
-   contains
-      procedure :: next
-      procedure :: skip
-      procedure :: read_word
-   end type cursor_t
 
 contains
 
@@ -135,7 +122,7 @@ contains
       group%name = ''
       allocate (group%entries(0))
       if (cursor%next() /= '&') then
-         word = text_to_line_end(cursor)
+         word = cursor%text_to_line_end()
          call fail(error, exit_input, 'line '//to_text(cursor%line)//': text outside a group: '// &
                    abbreviated(word)//'; allowed: comments behind !')
          return
@@ -268,7 +255,7 @@ contains
          case ('=')
             call fail(error, exit_input, start//': unexpected =')
          case default
-            if (name_follows(cursor)) exit
+            if (cursor%name_follows()) exit
             call parse_value(cursor, values, count, origin, start, new%shown, error)
             wanted = .false.
          end select
@@ -354,90 +341,6 @@ contains
       end do
       call fail(error, exit_input, start//': quote not closed on line '//to_text(cursor%line))
    end subroutine read_quoted
-
-   !> Whether the word at the cursor is the name of the next variable: an = comes behind it.
-   logical function name_follows(cursor)
-      type(cursor_t), intent(inout) :: cursor !< as it was on return
-      integer :: at, length, line
-      name_follows = .false.
-      length = scan(cursor%text(cursor%at:), word_ends) - 1
-      if (length <= 0) return
-      at = cursor%at
-      line = cursor%line
-      cursor%at = at + length
-      call cursor%skip()
-      name_follows = cursor%next() == '='
-      cursor%at = at
-      cursor%line = line
-   end function name_follows
-
-   !> Whether all characters are ASCII.
-   pure logical function is_plain(word)
-      character(len=*), intent(in) :: word
-      integer :: i
-      is_plain = all([(ichar(word(i:i)) < 128, i=1, len(word))])
-   end function is_plain
-
-   !> Letters, digits and _, beginning with a letter.
-   pure logical function is_name(word)
-      character(len=*), intent(in) :: word
-      is_name = .false.
-      if (len(word) == 0 .or. len(word) > 64) return
-      is_name = verify(word, 'abcdefghijklmnopqrstuvwxyz0123456789_') == 0 &
-                .and. verify(word(1:1), '0123456789_') == 1
-   end function is_name
-
-   function text_to_line_end(cursor) result(text)
-      type(cursor_t), intent(in) :: cursor
-      character(len=:), allocatable :: text
-      integer :: length
-      length = scan(cursor%text(cursor%at:), achar(10)//achar(13)) - 1
-      if (length < 0) length = len(cursor%text) - cursor%at + 1
-      text = trim(cursor%text(cursor%at:cursor%at + length - 1))
-   end function text_to_line_end
-
-   !> The character at the cursor; none at the end.
-   pure function next(self)
-      class(cursor_t), intent(in) :: self
-      character(len=:), allocatable :: next
-      next = ''
-      if (self%at <= len(self%text)) next = self%text(self%at:self%at)
-   end function next
-
-   !> Step over blanks, line ends and comments.
-   subroutine skip(self)
-      class(cursor_t), intent(inout) :: self
-      do while (self%at <= len(self%text))
-         select case (self%text(self%at:self%at))
-         case (achar(10))
-            self%line = self%line + 1
-         case (' ', achar(9), achar(13))
-            continue
-         case ('!')
-            do while (self%at < len(self%text))
-               if (self%text(self%at + 1:self%at + 1) == achar(10)) exit
-               self%at = self%at + 1
-            end do
-         case default
-            return
-         end select
-         self%at = self%at + 1
-      end do
-   end subroutine skip
-
-   !> What stands at the cursor up to a blank or sign; may be empty.
-   subroutine read_word(self, word)
-      class(cursor_t), intent(inout) :: self
-      character(len=:), allocatable, intent(out) :: word
-      integer :: length
-      length = 0
-      if (self%at <= len(self%text)) then
-         length = scan(self%text(self%at:), word_ends) - 1
-         if (length < 0) length = len(self%text) - self%at + 1
-      end if
-      word = self%text(self%at:self%at + length - 1)
-      self%at = self%at + length
-   end subroutine read_word
 
    pure integer function count_groups(self, name) result(count)
       class(namelist_text_t), intent(in) :: self

@@ -1,12 +1,13 @@
 !> Filling bodies with particles: a cubic lattice of particles, those whose centre lies in the shape.
 module m_body
    use m_kinds, only: wp, i4, i8
-   use m_constants, only: block_size, pi
+   use m_constants, only: block_size
    use m_scene, only: body_spec_t, fill_share
    use m_grid_level, only: grid_level_t
    use m_level, only: level_t
    use m_block, only: block_t
    use m_split, only: must_split, octant_of, child_id
+   use m_membership, only: lives_on, may_live_on
    use m_cut_cell, only: part_t, may_reach, find_part, cells_of_particle, most_cells
    implicit none
    private
@@ -105,8 +106,7 @@ contains
       integer, intent(in) :: place(3)
       real(wp) :: origin(3)
       origin = level%grid%block_origin(place)
-      may_hold = level%region%overlaps(origin - 3.0_wp*level%grid%cell, origin &
-                                       + (block_size + 2)*level%grid%cell)
+      may_hold = may_live_on(level, origin - 3.0_wp*level%grid%cell, origin + (block_size + 2)*level%grid%cell)
    end function may_hold
 
    !> The particles of a body that live in the block of level l at a place: the places of the lattice of the
@@ -151,7 +151,7 @@ contains
       integer :: octant
       logical :: goes_on
       goes_on = now < size(levels)
-      if (goes_on) goes_on = levels(now + 1)%region%overlaps(birth%x - birth%half, birth%x + birth%half)
+      if (goes_on) goes_on = lives_on(levels(now + 1), birth%x, spread(birth%half, 1, 3), birth%half, 0.0_wp)
       if (.not. goes_on) then
          if (now /= l) return
          part = birth

@@ -28,6 +28,9 @@ module m_cell_list
       integer :: occupied = 0              !< bins that have particles
       integer :: run_breaks = 0 !< runs of particles of one bin beyond one for each bin, and twice the places
                                 !< where the next one is of a lower bin: 0 where particles are in order
+      integer(i4), allocatable :: standing(:) !< at an edge of levels, where means over cells are taken: where
+                                              !< the cell of the grid at each place of a tile stands in the
+                                              !< tile of sums (levels/joined_cells.f90)
    contains
       procedure :: reserve
       procedure :: link

@@ -20,6 +20,8 @@ module m_level
       integer :: number = 1                  !< 1 is the coarsest
       type(grid_level_t) :: grid
       type(region_t) :: region               !< that it refines; the coarsest level's is everything
+      type(region_t), allocatable :: layer   !< where means over cells are taken: that region and the cells of
+                                             !< the level above around it (membership.f90)
       type(field_table_t) :: table
       type(layout_t) :: layout
       integer, allocatable :: owner(:) !< (blocks, by number): rank that owns it, -1 where there is none; the

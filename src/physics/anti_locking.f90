@@ -65,7 +65,8 @@ contains
       type(frame_t), intent(in) :: frame
       real(wp), intent(in), contiguous :: sums(:, 0:, 0:, 0:)
       real(wp), intent(inout), contiguous :: gradient(:, :)
-      call take_means(particles%count, cells%bin, layout, frame, sums, particles%column, gradient)
+      call take_means(particles%count, cells%bin, layout, frame, sums, particles%column, gradient, &
+                      cells%standing)
    end subroutine on_cells
 
 end module m_anti_locking

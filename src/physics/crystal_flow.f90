@@ -88,7 +88,7 @@ contains
       type(slip_t), intent(inout) :: one
       real(wp), intent(out) :: flown(3, 3) !< inverse of the plastic deformation gradient of the step
       real(wp), dimension(most_systems) :: resistance, harder
-      real(wp) :: c(3, 3), now(8), change(8), target(5), reach, wrong, before, smallest, share
+      real(wp) :: c(3, 3), now(8), change(8), target(5), reach, wrong, before, smallest
       type(rates_t) :: rates
       logical :: guarded
       integer :: n
@@ -96,10 +96,8 @@ contains
       now = mandel(constants, c)
       flown = unit()
       one%found = fastest(width, constants%schmid, now, one%resistance) <= threshold
-      if (one%found) then
-         stress = now
-         return
-      end if
+      if (one%found) stress = now
+      if (one%found) return
       if (is_first) stress = mandel(constants, matmul(one%stretch, one%stretch))
       reach = max(threshold, fastest(width, constants%schmid, stress, one%resistance), &
                   (strain_of(one%increment)/(time_step*constants%reference_rate))**constants%sensitivity)
@@ -135,19 +133,31 @@ contains
          if (.not. wrong <= huge(wrong)) exit
          guarded = wrong > near*smallest .or. (wrong > falls*before .and. .not. guarded)
          if (guarded) target = now(:5) + rates%together(:5)/constants%compliance
-         change(6:) = now(6:) - stress(6:)
-         call newton_step(constants%compliance, rates%squares, constants%compliance*(stress(:5) - now(:5)) &
-                          + follow_slip(constants%systems, width, constants%by_system, &
-                                        1.0_wp/constants%sensitivity, rates, resistance, harder, change(6:)), &
-                          change(:5))
-         share = 1.0_wp
-         if (guarded) share = step_share(width, constants%schmid, stress, change, &
-                                         max(reach, rates%fastest)*growth**constants%sensitivity, harder)
-         stress = stress + share*change
-         resistance(:width) = harder(:width)
+         call take_newton_step(constants, width, guarded, reach, now, harder, rates, stress, resistance)
       end do
       one%found = .false.
    end subroutine solve
+
+   !> Stress and resistances, one Newton step on; where it is guarded, as far as rates may grow by it.
+   pure subroutine take_newton_step(constants, width, guarded, reach, now, harder, rates, stress, resistance)
+      type(crystal_constants_t), intent(in) :: constants
+      integer, intent(in) :: width
+      logical, intent(in) :: guarded
+      real(wp), intent(in) :: reach, now(8), harder(most_systems)
+      type(rates_t), intent(in) :: rates
+      real(wp), intent(inout) :: stress(8), resistance(most_systems)
+      real(wp) :: change(8), share
+      change(6:) = now(6:) - stress(6:)
+      call newton_step(constants%compliance, rates%squares, constants%compliance*(stress(:5) - now(:5)) &
+                       + follow_slip(constants%systems, width, constants%by_system, &
+                                     1.0_wp/constants%sensitivity, rates, resistance, harder, change(6:)), &
+                       change(:5))
+      share = 1.0_wp
+      if (guarded) share = step_share(width, constants%schmid, stress, change, &
+                                      max(reach, rates%fastest)*growth**constants%sensitivity, harder)
+      stress = stress + share*change
+      resistance(:width) = harder(:width)
+   end subroutine take_newton_step
 
    !> What grown resistances and a change of the skew part of the stress do to the slip, to first order, in the
    !> five deviators.

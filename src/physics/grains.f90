@@ -1,13 +1,13 @@
-!> A polycrystal: each particle in a box takes the orientation of the nearest seed (Voronoi's cells). The lattice
-!> of particles goes through the boundaries of grains, so that there is no seam (theory.md, eq. grains). It acts
-!> at the start only.
+!> A polycrystal: each particle in a box takes the orientation of the nearest seed (Voronoi's cells), or of the
+!> voxel that it is in. The lattice of particles goes through the boundaries of grains, so that there is no seam
+!> (theory.md, eq. grains). It acts at the start only.
 module m_grains
-   use m_kinds, only: wp, i8
+   use m_kinds, only: wp, i4, i8
    use m_constants, only: exit_input, pi
    use m_errors, only: error_t, fail
    use m_communicator, only: communicator_t
    use m_field_table, only: field_table_t, layout_t
-   use m_filesystem, only: read_file
+   use m_grain_file, only: grain_file_t
    use m_grid_level, only: grid_level_t
    use m_group_reader, only: group_reader_t
    use m_level, only: level_t
@@ -20,7 +20,7 @@ module m_grains
    private
    public :: grains_t
 
-   integer, parameter :: longest_path = 1000, longest_file = 64*1024*1024 !< characters, bytes
+   integer, parameter :: longest_path = 1000 !< characters
    integer(i8), parameter :: prime = 2147483647_i8 !< 2^31 - 1
 
    type, extends(effect_t) :: grains_t
@@ -29,6 +29,8 @@ module m_grains
       integer :: seed = 1                              !< of chance
       real(wp), allocatable :: positions(:)    !< of the seeds, m: x y z of each
       real(wp), allocatable :: orientations(:) !< Euler angles phi1 Phi phi2 of each, degrees
+      integer(i4), allocatable :: voxels(:, :, :) !< number of the grain, x fastest, all over the box; 0: none
+      character(len=:), allocatable :: file, checksum !< of the voxels
       integer :: grain = 0                     !< column of the number of the grain
    contains
       procedure :: variables
@@ -36,33 +38,36 @@ module m_grains
       procedure :: hooks
       procedure :: initialise
       procedure :: verify
-      procedure, private :: read_grains
+      procedure, private :: take_file
+      procedure, private :: grain_at
       procedure, private :: draw
    end type grains_t
 
 contains
 
-   !> What is read from a file is written as lists, so that case.nml needs no file.
+   !> What is read from a file is written as lists, so that case.nml needs no file; but voxels are not.
    subroutine variables(self, group)
       class(grains_t), intent(inout) :: self
       type(group_reader_t), intent(inout) :: group
-      character(len=:), allocatable :: file
       integer :: grains
-      file = ''
+      if (.not. allocated(self%file)) self%file = ''
+      if (.not. allocated(self%checksum)) self%checksum = ''
       call group%get('lower', self%lower, any_value('m'), required=.true.)
       call group%get('upper', self%upper, any_value('m'), required=.true.)
       if (any(self%upper <= self%lower)) call group%refuse('upper', 'must be above lower in every direction')
-      if (.not. group%is_writing()) call group%get_text('file', file, longest_path)
-      call group%get_list('positions', self%positions, any_value('m'))
-      call group%get_list('orientations', self%orientations, any_value('degrees'))
-      if (file /= '' .and. (group%is_given('positions') .or. group%is_given('orientations'))) then
-         call group%refuse('file', 'not together with positions or orientations, which the file gives')
-      else if (file /= '') then
-         call self%read_grains(group, file)
+      if (self%file /= '' .or. .not. group%is_writing()) then
+         call group%get_text('file', self%file, longest_path)
+         call group%get_text('checksum', self%checksum, longest_path)
       end if
-      grains = 0
-      if (allocated(self%orientations)) grains = size(self%orientations)/3
-      if (allocated(self%positions)) grains = max(grains, size(self%positions)/3)
+      if (self%file == '' .or. .not. group%is_writing()) then
+         call group%get_list('positions', self%positions, any_value('m'))
+         call group%get_list('orientations', self%orientations, any_value('degrees'))
+      end if
+      if (self%file /= '' .and. (group%is_given('positions') .or. group%is_given('orientations'))) then
+         call group%refuse('file', 'not together with positions or orientations, which the file gives')
+      else if (self%file /= '' .and. group%is_reading()) then
+         call self%take_file(group)
+      end if
       if (mod(size_of(self%orientations), 3) /= 0) &
          call group%refuse('orientations', 'must be three angles a grain')
       if (mod(size_of(self%positions), 3) /= 0) call group%refuse('positions', 'must be three numbers a grain')
@@ -70,6 +75,7 @@ contains
          if (size(self%positions) /= size(self%orientations)) &
             call group%refuse('orientations', 'must be as many as positions')
       end if
+      grains = max(size_of(self%orientations), size_of(self%positions))/3
       call group%get('count', self%count, least=1, required=grains == 0)
       if (grains > 0 .and. self%count == 0) self%count = grains
       if (grains > 0 .and. self%count /= grains) &
@@ -77,93 +83,35 @@ contains
       call group%get('seed', self%seed, least=0)
    end subroutine variables
 
+   !> What the file says; its name is kept where it has voxels alone.
+   subroutine take_file(self, group)
+      class(grains_t), intent(inout) :: self
+      type(group_reader_t), intent(inout) :: group
+      type(grain_file_t) :: found
+      character(len=:), allocatable :: fault
+      call found%read(self%file, fault)
+      if (fault == '' .and. self%checksum /= '' .and. self%checksum /= found%checksum) &
+         fault = 'has been changed: its checksum is '//found%checksum//', the scene was made with '//self%checksum
+      if (fault /= '') then
+         call group%refuse('file', fault)
+         return
+      end if
+      call move_alloc(found%orientations, self%orientations)
+      if (allocated(found%positions)) call move_alloc(found%positions, self%positions)
+      self%checksum = found%checksum
+      if (allocated(found%voxels)) then
+         call move_alloc(found%voxels, self%voxels)
+      else
+         self%file = ''
+         self%checksum = ''
+      end if
+   end subroutine take_file
+
    pure integer function size_of(list)
       real(wp), allocatable, intent(in) :: list(:)
       size_of = 0
       if (allocated(list)) size_of = size(list)
    end function size_of
-
-   !> Lines `phi1 Phi phi2` or `x y z phi1 Phi phi2`, a grain each; what follows # or ! is not read.
-   subroutine read_grains(self, group, file)
-      class(grains_t), intent(inout) :: self
-      type(group_reader_t), intent(inout) :: group
-      character(len=*), intent(in) :: file
-      character(len=:), allocatable :: text, line
-      real(wp), allocatable :: rows(:), row(:)
-      integer :: at, end, number, width
-      logical :: ok
-      call read_file(file, longest_file, text, ok)
-      if (.not. ok) then
-         call group%refuse('file', 'cannot be read; allowed: a text file of lines phi1 Phi phi2 or '// &
-                           'x y z phi1 Phi phi2')
-         return
-      end if
-      allocate (rows(0))
-      width = 0
-      at = 1
-      number = 0
-      do while (at <= len(text))
-         number = number + 1
-         end = index(text(at:), new_line('a'))
-         if (end == 0) end = len(text) - at + 2
-         line = text(at:at + end - 2)
-         at = at + end
-         call read_row(line, row, ok)
-         if (ok .and. size(row) == 0) cycle
-         if (width == 0) width = size(row)
-         if (.not. ok .or. size(row) /= width .or. .not. any(width == [3, 6])) then
-            call group%refuse('file', 'line '//to_text(number)//' of it must be 3 angles, or 3 coordinates and '// &
-                              '3 angles, as in all its lines')
-            return
-         end if
-         rows = [rows, row]
-      end do
-      if (size(rows) == 0) then
-         call group%refuse('file', 'has no grains; allowed: a line each')
-         return
-      end if
-      associate (table => reshape(rows, [width, size(rows)/width]))
-         self%orientations = reshape(table(width - 2:, :), [3*size(table, 2)])
-         if (width == 6) self%positions = reshape(table(:3, :), [3*size(table, 2)])
-      end associate
-   end subroutine read_grains
-
-   !> The numbers of a line, none where it is empty.
-   subroutine read_row(line, row, ok)
-      character(len=*), intent(in) :: line
-      real(wp), allocatable, intent(out) :: row(:)
-      logical, intent(out) :: ok
-      real(wp) :: values(7)
-      character(len=:), allocatable :: content
-      integer :: n, status, words, i
-      logical :: inside
-      content = line
-      i = scan(content, '#!')
-      if (i > 0) content = content(:i - 1)
-      do i = 1, len(content)
-         if (ichar(content(i:i)) < 32 .or. content(i:i) == ',') content(i:i) = ' '
-      end do
-      words = 0
-      inside = .false.
-      do i = 1, len(content)
-         if (content(i:i) /= ' ' .and. .not. inside) words = words + 1
-         inside = content(i:i) /= ' '
-      end do
-      n = min(words, size(values))
-      ok = only_numbers(content)
-      status = 0
-      if (ok .and. n > 0) read (content, *, iostat=status) values(:n)
-      ok = ok .and. status == 0
-      if (ok) ok = all(abs(values(:n)) <= huge(1.0_wp))
-      row = values(:n)
-   end subroutine read_row
-
-   !> Only what numbers are made of: a list-directed READ takes more.
-   pure logical function only_numbers(text)
-      character(len=*), intent(in) :: text
-      integer :: i
-      only_numbers = all([(index(' 0123456789+-.eEdD', text(i:i)) > 0, i=1, len(text))])
-   end function only_numbers
 
    !> The number of the grain, 0 outside the box.
    subroutine declare(self, table)
@@ -187,7 +135,7 @@ contains
       integer(i8) :: state
       integer :: i
       state = stirred(int(self%seed, i8))
-      if (.not. allocated(self%positions)) then
+      if (.not. (allocated(self%positions) .or. allocated(self%voxels))) then
          allocate (self%positions(3*self%count))
          do i = 1, 3*self%count
             associate (axis => 1 + mod(i - 1, 3))
@@ -222,34 +170,51 @@ contains
       end do
    end function stirred
 
-   !> Number and orientation of the nearest seed, of two as near that with the lower number.
+   !> Number and orientation of the grain that each particle is in.
    subroutine initialise(self, particles, table, layout, grid)
       class(grains_t), intent(in) :: self
       type(particle_store_t), intent(inout) :: particles
       type(field_table_t), intent(in) :: table
       type(layout_t), intent(in) :: layout
       type(grid_level_t), intent(in) :: grid
-      real(wp) :: x(3), q(4), nearest, distance
-      integer :: first, g, p, found
+      real(wp) :: x(3), q(4)
+      integer :: first, found, p
       if (layout%orientation == 0) return
       first = table%column('first_orientation')
       do p = 1, particles%count
          x = particles%column(p, layout%position:layout%position + 2)
          if (any(x < self%lower .or. x > self%upper)) cycle
-         nearest = huge(nearest)
-         found = 0
-         do g = 1, self%count
-            distance = sum((x - self%positions(3*g - 2:3*g))**2)
-            if (distance >= nearest) cycle
-            nearest = distance
-            found = g
-         end do
+         found = self%grain_at(x)
+         if (found == 0) cycle
          q = from_euler(pi/180.0_wp*self%orientations(3*found - 2:3*found))
          particles%column(p, layout%orientation:layout%orientation + 3) = q
          if (first > 0) particles%column(p, first:first + 3) = q
          particles%column(p, self%grain) = found
       end do
    end subroutine initialise
+
+   !> Number of the grain at a place in the box (m): of the voxel, or of the nearest seed, of two as near that with
+   !> the lower number.
+   pure integer function grain_at(self, x) result(found)
+      class(grains_t), intent(in) :: self
+      real(wp), intent(in) :: x(3)
+      real(wp) :: nearest, distance
+      integer :: at(3), g
+      if (allocated(self%voxels)) then
+         at = 1 + int((x - self%lower)/(self%upper - self%lower)*shape(self%voxels))
+         at = min(at, shape(self%voxels))
+         found = self%voxels(at(1), at(2), at(3))
+         return
+      end if
+      nearest = huge(nearest)
+      found = 0
+      do g = 1, self%count
+         distance = sum((x - self%positions(3*g - 2:3*g))**2)
+         if (distance >= nearest) cycle
+         nearest = distance
+         found = g
+      end do
+   end function grain_at
 
    !> Some material must have axes that grains can turn.
    subroutine verify(self, communicator, levels, tools, error)

@@ -36,6 +36,8 @@ module m_pressure
       real(wp) :: lower(3) = 0.0_wp, upper(3) = 0.0_wp !< of the patch, m: equal along one axis; or of the box
       real(wp), allocatable :: times(:)  !< s, rising
       real(wp), allocatable :: values(:) !< Pa
+      logical :: whole_faces = .false. !< forces go to nodes by the mean over faces of small domains too (eq.
+                                       !< face-mean): without inertia nothing evens out what a point would do
       integer :: area = 0 !< first column of the particle's share of the patch, an outward vector, m2
       integer :: arm = 0  !< first column of the way from the particle's centre to the middle of its share, m
    contains
@@ -216,7 +218,7 @@ contains
             force = -now*column(p, self%area:self%area + 2)
             if (.not. any(abs(force) > 0.0_wp)) cycle
             call fit_share(fitted_edges(column(p, :), layout, grid%cell), column(p, self%arm:self%arm + 2), &
-                           force, grid%cell, turns, .not. (turns .or. layout%half_sizes), middle, span)
+                           force, grid%cell, turns .or. self%whole_faces, .not. (turns .or. layout%half_sizes), middle, span)
             place = (column(p, layout%position:layout%position + 2) + middle - block%origin)*grid%per_cell
             where (abs(place - nint(place)) < hair) place = nint(place)
             call weigh(face, bin_place(int(block%cells%bin(p))), place, span*grid%per_cell, turns)

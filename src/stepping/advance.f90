@@ -20,15 +20,24 @@ module m_advance
                          cells
    implicit none
    private
-   public :: explicit_t, advance
+   public :: explicit_t, advance, migrate
 
    !> The explicit step: momentum on the nodes, leapfrog in time.
    type, extends(integrator_t) :: explicit_t
    contains
-      procedure, nopass :: step => advance
+      procedure :: step => step_explicit
    end type explicit_t
 
 contains
+
+   !> Collective: as `advance`.
+   subroutine step_explicit(self, model, time_step, error)
+      class(explicit_t), intent(inout) :: self
+      type(model_t), intent(inout) :: model
+      real(wp), intent(in) :: time_step
+      type(error_t), intent(inout) :: error
+      call advance(model, time_step, error)
+   end subroutine step_explicit
 
    !> Collective: advance the model by one step of its coarsest level.
    subroutine advance(model, time_step, error)

@@ -41,9 +41,11 @@ module m_effect_step
                                          !< fold, J
       real(wp) :: ahead_work = 0.0_wp !< of that, in the half step by which positions are ahead of velocities,
                                       !< at the last fold, J
+      logical :: leads = .true. !< positions are ahead of velocities by half a step
       logical :: follows_particles = .false. !< all external work is known by the particles' motion too
       integer, allocatable, private :: kind(:) !< of the work of each effect
       real(wp), allocatable, private :: push(:, :, :, :, :, :) !< (3, 0:9, 0:9, 0:9, kinds, own blocks), N
+      real(wp), allocatable, private :: earlier_push(:, :, :, :, :, :) !< the same at another time of the step
       real(wp), allocatable, private :: mass(:, :, :, :) !< each block's own share of that of its nodes, where
                                                          !< effects change nodes: (0:9, 0:9, 0:9, own blocks),
                                                          !< kg
@@ -60,6 +62,9 @@ module m_effect_step
       procedure :: keep_masses
       procedure :: change_nodes
       procedure :: measure
+      procedure :: scale_push
+      procedure :: keep_push
+      procedure :: mean_push
       procedure :: is_loaded
       procedure :: mark
       procedure :: follow
@@ -232,6 +237,26 @@ contains
       end do
    end subroutine measure
 
+   !> Only a share of the push of all effects counts.
+   subroutine scale_push(self, share)
+      class(effect_step_t), intent(inout) :: self
+      real(wp), intent(in) :: share
+      if (allocated(self%push)) self%push = share*self%push
+   end subroutine scale_push
+
+   !> Keep the push as it stands: that of the step's beginning, where both ends of a step are known.
+   subroutine keep_push(self)
+      class(effect_step_t), intent(inout) :: self
+      if (allocated(self%push)) self%earlier_push = self%push
+   end subroutine keep_push
+
+   !> The push becomes the mean of the one that was kept and of itself, of which the work is measured.
+   subroutine mean_push(self)
+      class(effect_step_t), intent(inout) :: self
+      if (.not. (allocated(self%push) .and. allocated(self%earlier_push))) return
+      self%push = 0.5_wp*(self%push + self%earlier_push)
+   end subroutine mean_push
+
    !> True where effects push points of a block's particles in this step.
    pure logical function is_loaded(self, b)
       class(effect_step_t), intent(in) :: self
@@ -289,7 +314,7 @@ contains
             end associate
          end do
          self%own_work(block%index) = self%own_work(block%index) + work(1)
-         self%ahead(block%index) = work(2)
+         if (self%leads) self%ahead(block%index) = work(2)
       end associate
    end subroutine follow
 

@@ -3,7 +3,6 @@ module m_energy
    use mpi_f08
    use m_kinds, only: wp
    use m_block, only: sum_count
-   use m_decomposition, only: blocks_before
    use m_inner_motion, only: inner_motion
    use m_effect_step, only: kinds_booked
    use m_model, only: model_t
@@ -111,6 +110,7 @@ contains
          call inner_motion(particles%column, 1, particles%count, at, kinetic, angular)
          sums(2) = sums(2) + kinetic
          sums(8:10) = sums(8:10) + angular
+         if (.not. model%has_inertia) sums([2, 5, 6, 7, 8, 9, 10]) = 0.0_wp
          first = 1
          do while (first <= particles%count)
             last = particles%run_end(first)

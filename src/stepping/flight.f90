@@ -5,6 +5,7 @@ module m_flight
    use mpi_f08
    use m_kinds, only: wp
    use m_scene, only: scene_t
+   use m_membership, only: may_live_on, clip_to_home
    use m_decomposition, only: all_owners
    use m_model, only: model_t, add_parents
    implicit none
@@ -151,14 +152,14 @@ contains
       high = low + (flyer%high - flyer%low)
       home = 1
       do l = 1, size(model%levels)
-         if (.not. model%levels(l)%region%overlaps(low, high)) exit
+         if (.not. may_live_on(model%levels(l), low, high)) exit
          if (model%levels(l)%region%holds(0.5_wp*(low + high))) home = l
          if (l < size(model%levels)) then
             if (model%levels(l + 1)%region%holds_box(low, high, 2.0_wp*model%levels(l + 1)%grid%cell)) cycle
          end if
          low_there = low
          high_there = high
-         call model%levels(l)%region%clip(0.0_wp, low_there, high_there)
+         call clip_to_home(model%levels(l), 0.0_wp, low_there, high_there)
          call model%mark_around(l, flyer%field, low_there, high_there, entered)
       end do
       particles = flyer%particles*8.0_wp**(home - flyer%level)

@@ -96,7 +96,7 @@ contains
          if (size(model%effect_step(l)%on_cells) == 0) return
          call give_to_cells(n, block%cells%bin, block%particles%column, level%layout, &
                             frame_of(level, block), level%gradient, &
-                            level%nodes(:, :, :, :, b))
+                            level%nodes(:, :, :, :, b), block%cells%standing)
          kept = level%layout%kept_gradient
          if (kept > 0) block%particles%column(:n, kept:kept + 8) = level%gradient(:n, :)
       end associate

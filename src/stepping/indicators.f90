@@ -11,14 +11,13 @@ module m_indicators
    public :: stress_error_t, estimate_stress_error
 
    real(wp), parameter :: edge_width = 2.0_wp !< cells from an edge between levels within which particles are
-                                              !< left out
+                                              !< beside it
 
    !> The estimate, over all ranks.
    type :: stress_error_t
       real(wp) :: energy = 0.0_wp !< half the sum of V sigma : C^-1 : sigma of the particles it is about, J
       real(wp) :: squares = 0.0_wp    !< the same of what the recovered stress differs by, J
-      real(wp) :: left_out = 0.0_wp !< energy of particles next to edges between levels, J: in neither of the
-                                    !< two
+      real(wp) :: beside = 0.0_wp     !< of these, what particles next to edges between levels have, J
       real(wp) :: largest = 0.0_wp !< largest difference: of the stress as the energy weighs it, as a pull
                                    !< along one axis, Pa
       real(wp) :: stress = 0.0_wp     !< largest stress, weighed in the same way, Pa
@@ -52,7 +51,7 @@ contains
             call compare(model, l, b, recovered(b)%of, error)
          end do
       end do
-      sums = [error%energy, error%squares, error%left_out]
+      sums = [error%energy, error%squares, error%beside]
       largest = [error%largest, error%stress]
       call MPI_Allreduce(MPI_IN_PLACE, sums, 3, MPI_DOUBLE_PRECISION, MPI_SUM, model%communicator%comm)
       call MPI_Allreduce(MPI_IN_PLACE, largest, 2, MPI_DOUBLE_PRECISION, MPI_MAX, model%communicator%comm)
@@ -80,11 +79,9 @@ contains
                        volume => block%particles%column(p, at%volume), column => block%particles%column)
                own = column(p, at%stress:at%stress + 5)
                energy = law%energy_of_stress(column(p, :), at, own)
-               if (next_to_edge(model, l, column(p, at%position:at%position + 2))) then
-                  error%left_out = error%left_out + volume*energy
-                  cycle
-               end if
                difference = law%energy_of_stress(column(p, :), at, recovered(:, p) - own)
+               if (next_to_edge(model, l, column(p, at%position:at%position + 2))) &
+                  error%beside = error%beside + volume*difference
                error%energy = error%energy + volume*energy
                error%squares = error%squares + volume*difference
                error%stress = max(error%stress, as_pull(law, energy))
@@ -105,7 +102,7 @@ contains
       as_pull = sqrt(energy/law%complementary_energy([1.0_wp, 0.0_wp, 0.0_wp, 0.0_wp, 0.0_wp, 0.0_wp]))
    end function as_pull
 
-   !> True near an edge between levels, where the nodes of a level hear of one side only.
+   !> True near an edge between levels.
    pure logical function next_to_edge(model, l, place) result(near)
       type(model_t), intent(in) :: model
       integer, intent(in) :: l

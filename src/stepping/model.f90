@@ -5,27 +5,22 @@ module m_model
    use m_kinds, only: wp, i8
    use m_constants, only: exit_input
    use m_errors, only: error_t, fail
-   use m_text, only: to_text, si
-   use m_machine, only: free_memory
-   use m_node_values, only: node_values, tile_last
-   use m_field_table, only: bytes_per_column
+   use m_text, only: to_text
    use m_communicator, only: communicator_t
-   use m_timers, only: timers_t, phase_balance
+   use m_timers, only: timers_t
    use m_scene, only: scene_t, time_spec_t, level_spec_t, update_usl, update_musl, domain_fixed, &
                       domain_stretch, domain_corners
    use m_grid_level, only: make_grid_level
    use m_level, only: level_t
    use m_surface, only: make_surface
-   use m_body, only: fill_block, count_in_block, expected_count
-   use m_placement, only: work_t, work_of, order_work, choose_owners
-   use m_decomposition, only: set_owners, all_owners, settle_blocks, blocks_before
-   use m_region, only: region_t, make_region
+   use m_decomposition, only: settle_blocks, blocks_before
+   use m_region, only: region_t
    use m_composite, only: composite_t
+   use m_membership, only: set_layers, may_live_on, clip_to_home
+   use m_joined_cells, only: join_cells
    use m_edge, only: has_constrained
    use m_node_exchange, only: node_exchange_t
-   use m_block, only: block_t
-   use m_locate, only: bin_of
-   use m_migration, only: migration_t, frame_of
+   use m_migration, only: migration_t
    use m_split, only: id_bits, stuff_t
    use m_materials, only: materials_t, make_materials
    use m_effect, only: effect_slot_t
@@ -59,8 +54,8 @@ module m_model
       integer :: levels_row = 0                       !< of the timers, where there are several levels
       type(bounds_t) :: bounds
       real(wp) :: unseen = 1.0_wp !< what the step leaves of the velocity that nodes do not see
-      type(level_spec_t), allocatable :: level_specs(:) !< what the scene says of levels 2 and on
-      type(region_t), allocatable :: first_regions(:)   !< of all levels, at the start
+      type(level_spec_t), allocatable :: level_specs(:) !< what the scene says of the parts of levels 2 and on
+      type(region_t), allocatable :: first_parts(:)     !< the regions of these, at the start
       real(wp), allocatable :: first_centres(:, :)      !< (3, fields): of mass, at the start, m; where a level
                                                         !< follows a contact group
       integer(i8) :: moves = 0                        !< times that boxes of levels have moved
@@ -68,6 +63,9 @@ module m_model
       real(wp) :: last_step = 0.0_wp                  !< of the coarsest level, s
       integer(i8) :: step = 0
       integer :: requested_action = 0 !< what this rank asks of the run; after a step the largest of all ranks
+      logical :: has_inertia = .true. !< else velocities are displacements over steps, and bear no energy
+      logical :: has_statics = .false. !< at some times there is no inertia
+      real(wp) :: static_step = 0.0_wp !< of quasi-static steps, the next one, s; 0: not known yet
       logical :: wants_sums = .false. !< histories will ask for the sums over all particles after the next
                                       !< step
       integer(i8) :: particle_steps = 0               !< particle updates on this rank so far
@@ -83,6 +81,7 @@ module m_model
    contains
       procedure :: build
       procedure :: connect
+      procedure :: place_layers
       procedure :: create_blocks
       procedure :: prepare_blocks
       procedure :: mark_around
@@ -99,10 +98,24 @@ module m_model
       procedure :: release
    end type model_t
 
+   real(wp), parameter :: first_radius = 4.0_wp !< of the ball around a tool's tip in which a level begins that the
+                                                !< error places, in the cells that it refines
    real(wp), parameter :: largest_move = 0.45_wp !< way of a particle in a step of the coarsest level, in its
                                                  !< cells: above safety
 
    interface
+      !> The grids of all levels and the regions that they refine.
+      module subroutine make_levels(self, scene)
+         class(model_t), intent(inout) :: self
+         type(scene_t), intent(in) :: scene
+      end subroutine make_levels
+      !> The regions of all levels keep their distance from the edges of those that they refine. (Of single boxes
+      !> the reader has said so.)
+      module subroutine check_nests(self, scene, error)
+         class(model_t), intent(in) :: self
+         type(scene_t), intent(in) :: scene
+         type(error_t), intent(inout) :: error
+      end subroutine check_nests
       !> Collective: the blocks that the bodies need, each on its rank, and the particles in them.
       module subroutine populate(self, scene, error)
          class(model_t), intent(inout) :: self
@@ -155,6 +168,8 @@ contains
       integer :: e, l
       self%communicator = communicator
       self%method = scene%time
+      self%has_statics = scene%quasi_static%present
+      self%has_inertia = .not. scene%quasi_static%holds_at(0.0_wp)
       self%materials = make_materials(scene)
       associate (materials => self%materials)
          self%stuff = [(stuff_t(materials%slots(materials%of_body(e))%law%density, &
@@ -169,6 +184,8 @@ contains
       end if
       if (.not. allocated(self%effects)) call make_effects(scene, self%effects)
       call make_levels(self, scene)
+      call check_nests(self, scene, error)
+      if (error%happened()) return
       if (scene%fields() > 1) call add_effect(self%effects, make_surface(scene))
       call self%timers%start(size(self%levels))
       if (size(self%levels) > 1) self%levels_row = self%timers%row_of('levels')
@@ -178,9 +195,10 @@ contains
       do l = 1, size(self%levels)
          call self%effect_step(l)%build(self%effects, self%levels(l)%grid%block_count(), self%timers)
       end do
+      call self%place_layers()
       call self%contact%build(scene)
       self%contact%strains_apart = self%method%stress_update /= update_usl
-      self%contact%followed = self%contact%active() .and. (self%method%affine &
+      self%contact%followed = self%contact%active() .and. .not. self%has_statics .and. (self%method%affine &
                                                            .or. self%method%stress_update == update_usl)
       allocate (self%lost_in_merging(blocks_before(self%levels, size(self%levels) + 1)), source=0.0_wp)
       call declare_fields(self)
@@ -205,33 +223,6 @@ contains
       has_levels = .false.
       if (allocated(scene%levels)) has_levels = size(scene%levels) > 0
    end function has_levels
-
-   !> The grids of all levels and the regions that they refine.
-   subroutine make_levels(self, scene)
-      class(model_t), intent(inout) :: self
-      type(scene_t), intent(in) :: scene
-      integer :: l, n
-      n = 1
-      if (has_levels(scene)) n = 1 + size(scene%levels)
-      if (n > 1) self%level_specs = scene%levels
-      allocate (self%levels(n), self%effect_step(n), self%exchange(n), self%migration(n), &
-                self%composite(n + 1))
-      allocate (self%level_steps(n), source=0_i8)
-      do l = 1, n
-         self%levels(l)%number = l
-         self%levels(l)%grid = make_grid_level(scene%grid, l)
-         self%levels(l)%grid%fields = scene%fields()
-         self%levels(l)%field_of_body = scene%bodies%field
-         self%levels(l)%region = make_region(self%levels(l)%grid, [0, 0, 0], self%levels(l)%grid%cells)
-         if (l == 1) cycle
-         associate (grid => self%levels(l)%grid, spec => scene%levels(l - 1))
-            self%levels(l)%region = make_region(grid, 2*nint(0.5_wp*(spec%lower &
-                  - grid%lower)*grid%per_cell), &
-                                                2*nint(0.5_wp*(spec%upper - grid%lower)*grid%per_cell))
-         end associate
-      end do
-      self%first_regions = self%levels%region
-   end subroutine make_levels
 
    !> The fields that every scene has, and those that materials, effects and choices of the method ask for.
    subroutine declare_fields(self)
@@ -327,8 +318,15 @@ contains
       end do
       do l = 2, size(self%levels)
          call self%composite(l)%build(self%communicator, self%levels(l - 1), self%levels(l))
+         if (allocated(self%levels(l)%layer)) call join_cells(self%levels(l))
       end do
    end subroutine connect
+
+   !> When regions have been set: the layers around them, where means over cells are taken.
+   subroutine place_layers(self)
+      class(model_t), intent(inout) :: self
+      call set_layers(self%levels, size(self%effect_step(1)%on_cells) > 0)
+   end subroutine place_layers
 
    !> Steps that each level takes in one of the coarsest.
    pure function steps_of_levels(self) result(steps)

@@ -1,5 +1,8 @@
 !> Which blocks there are and which rank owns them: new ones, and placing them anew.
 submodule (m_model) m_model_blocks
+   use m_timers, only: phase_balance
+   use m_placement, only: work_t, work_of, order_work, choose_owners
+   use m_decomposition, only: set_owners, all_owners
    implicit none
 
 contains
@@ -42,11 +45,11 @@ contains
       call mark_box(l, low, high)
       associate (level => self%levels(l))
          if (l < size(self%levels)) then
-            associate (finer => self%levels(l + 1)%region)
-               if (finer%overlaps(low - level%grid%cell, high + level%grid%cell)) then
+            associate (finer => self%levels(l + 1))
+               if (may_live_on(finer, low - level%grid%cell, high + level%grid%cell)) then
                   low_there = low
                   high_there = high
-                  call finer%clip(level%grid%cell, low_there, high_there)
+                  call clip_to_home(finer, level%grid%cell, low_there, high_there)
                   call mark_box(l + 1, low_there, high_there)
                end if
             end associate

@@ -1,6 +1,16 @@
 !> The blocks that the bodies of a scene need, and the particles in them.
 submodule (m_model) m_model_filling
    use m_number_text, only: reals_text
+   use m_text, only: si
+   use m_machine, only: free_memory
+   use m_node_values, only: node_values, tile_last
+   use m_field_table, only: bytes_per_column
+   use m_body, only: fill_block, count_in_block, expected_count
+   use m_placement, only: work_of, choose_owners
+   use m_decomposition, only: set_owners
+   use m_block, only: block_t
+   use m_locate, only: bin_of
+   use m_migration, only: frame_of
    implicit none
 
 contains

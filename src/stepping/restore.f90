@@ -95,6 +95,7 @@ contains
       call check_table(model, ranks, blocks, error)
       call restore_regions(model, regions, error)
       if (error%happened()) return
+      call model%place_layers()
       allocate (counts(blocks_before(model%levels, size(model%levels) + 1)), source=-1)
       allocate (owner(size(counts)), source=-1)
       do n = 1, size(blocks%table, 2)

@@ -195,6 +195,7 @@ contains
             end do
          end associate
       end do
+      call model%place_layers()
       call set_owners(model%levels, self%owner)
       call model%connect()
       model%lost_in_merging = self%lost_in_merging

@@ -66,6 +66,8 @@ contains
       time_step = longest_step(scene, model, model%time)
       if (present(share)) time_step = share*time_step
       remaining = scene%end_time - model%time
+      if (scene%quasi_static%present .and. model%time < scene%quasi_static%from) &
+         remaining = min(remaining, scene%quasi_static%from - model%time)
       time_step = remaining/max(1_i8, ceiling(remaining/time_step - 1.0e-6_wp, i8))
    end function next_time_step
 
@@ -77,6 +79,7 @@ contains
       real(wp) :: speed
       integer :: t
       time_step = scene%time%time_step
+      if (scene%quasi_static%holds_at(time)) time_step = scene%quasi_static%step
       if (time_step > 0.0_wp) return
       speed = model%bounds%particle_speed
       do t = 1, size(model%contact%tools)

@@ -72,8 +72,9 @@ def judged(name, narrow=0.05, **kind):
     share, width, off = cylinder(name, **kind)
     check(f"{name}: load over the weight, off 1", share - 1, 1e-4)
     check(f"{name}: half-width over Hertz's, off 1", width - 1, narrow)
-    # an interface a fifth of a cell over a node plane: the difference of two layers of a cell is a mode that nodes do not see
-    check(f"{name}: stress of layers 2 to 4 off Hertz's, in p0", np.array(off[1:]), 0.05 if kind.get("offset") != 0.2 else 0.12)
+    # an interface that crosses a node plane: the difference of two layers of a cell is a mode that nodes do not see
+    bound = 0.07 if 0.1 <= kind.get("offset", 0.41) <= 0.25 else 0.05
+    check(f"{name}: stress of layers 2 to 4 off Hertz's, in p0", np.array(off[1:]), bound)
 
 
 CASES = {
@@ -82,8 +83,8 @@ CASES = {
     "one_field": lambda: require("control: in one field the layers are off by more than 0.2 p0", max(cylinder("one_field", half=1.5, radius=12.0, steps=1600, groups=False)[2][1:]) > 0.2),
     "cylinder_long": lambda: [judged(f"cylinder_{domain}_{offset}", domain=domain, offset=offset)
                               for domain, offset in (("fixed", 0.0), ("fixed", 0.1), ("fixed", 0.2), ("fixed", 0.6),
-                                                           ("fixed", 0.87), ("corners", 0.1), ("corners", 0.41),
-                                                           ("corners", 0.87))],
+                                                           ("fixed", 0.87), ("corners", 0.1), ("corners", 0.2),
+                                                           ("corners", 0.41), ("corners", 0.87))],
 }
 if __name__ == "__main__":
     main(CASES)

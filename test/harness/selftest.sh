@@ -55,6 +55,17 @@ must_fail 'a failing test beside others' '1 passed, 1 failed' driver
 nowhere() { OMPI_MCA_orte_tmpdir_base=$PWD/nowhere driver; }
 must_fail 'a test that ends without a result' '1 of 2 tests ended without a result' nowhere
 rm driver/test/unit/failing.sh
+cat >driver/test/unit/launcher.sh <<'END'
+echo '[vm:1] [ 4] mpirun(+0x13b9)[0x55d23a0c43b9]'
+echo '[vm:1] [ 5] /lib/x86_64-linux-gnu/libc.so.6(+0x2724a)[0x7f82ef84a24a]'
+[ -f crashed_before ] || { touch crashed_before; exit 139; }
+END
+must_pass 'a test in which the launcher crashed once' driver
+grep -q 'again unit/launcher: mpirun itself crashed' out.log || fail 'nothing says that the launcher crashed'
+rm driver/crashed_before
+sed -i 's/^echo .*mpirun.*/&\necho "[vm:2] [ 3] gimp3d(main+0x2f)[0x55]"/' driver/test/unit/launcher.sh
+must_fail 'a test in which the program crashed once' '1 passed, 1 failed' driver
+rm driver/crashed_before driver/test/unit/launcher.sh
 printf '#test: limit 1\nsleep 30\n' >driver/test/unit/hanging.sh
 must_fail 'a hanging test' 'stopped at its limit' driver
 rm driver/test/unit/hanging.sh

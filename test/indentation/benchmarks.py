@@ -22,7 +22,7 @@ import half_space
 import indentation
 import oliver_pharr
 from benchmark_scenes import Motion, plane_modulus, poisson, power_law, young
-from layered import Layers, base_compliance, stiffening
+from layered import Layers, base_compliance, compliance, stiffening
 from study_scene import Scene
 
 faults = []
@@ -78,6 +78,21 @@ check(
     "a deep base is a half-space, a shallow one is not",
     near(stiffening(Layers(poisson, 2.0, poisson, 1e4), 0.5, "flat"), 0.7562, 3e-4)
     and stiffening(Layers(poisson, 2.0, poisson, 9.0), 0.5, "flat") > 1.05 * 0.7562,
+)
+# one that slides: a plate on a half-space where waves are long (plane modulus 1: t^3 / 12), its own half-space where they are short
+worst = max(
+    abs(compliance(x, poisson, ratio, slides=True) / (0.5 * x / (x**4 / 12 + 0.5 * x / ratio)) - 1)
+    for x, ratio in ((0.02, 10.0), (0.05, 10.0), (0.02, 1e3), (0.03, 2.0))
+)
+check(f"a film that slides is a plate under long waves: {worst:.1e}", worst < 0.02)
+check("and a half-space under short ones", near(compliance(20.0, poisson, 10.0, slides=True), 1.0, 1e-9))
+check(
+    "a deep base under a film that slides is a half-space",
+    near(compliance(0.5, poisson, 10.0, 0.3, 100.0, slides=True), compliance(0.5, poisson, 10.0, slides=True), 1e-9),
+)
+check(
+    "a film that slides is softer than one that is bonded",
+    stiffening(Layers(poisson, 10.0, slides=True), 0.5, "flat") < 0.95 * stiffening(cases.layers_of(10.0), 0.5, "flat"),
 )
 give = base_compliance(poisson)
 check("what a base takes off the depth, beside a small punch", near(1 - 1 / stiffening(layers, 0.02, "flat"), give * 2 * 0.02, 1e-2))

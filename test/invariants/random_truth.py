@@ -28,7 +28,7 @@ from random_scenes import faults_on_disk
 from run_data import History, Unreadable
 from scenes import CELL, EDGE, Scene
 
-LIMIT = 60*(5 if os.environ.get("BUILD") == "debug" else 1)  # s
+LIMIT = 60*(5 if os.environ.get("BUILD") == "debug" else 1)*float(os.environ.get("SLOWER", 1))  # s
 
 # Bars, as shares of the largest energy or work of the run unless something else is said
 GAIN = 0.05        # energy from nothing

@@ -4,7 +4,7 @@
 usage: bench.py WORK GIMP3D TOOLS [--repeats N] [--only TABLE ...] [--build TEXT] [--before GIMP3D] [--coarrays FOLDER]
 
 TOOLS is the folder of the programs probe, barrier, ranks, halo and laws. TABLE is one of block, contact, compliance, pairs, growth, large, levels, model,
-checkpoint, guard, laws, halo (all when none is named).
+checkpoint, guard, laws, taichi, halo (all when none is named).
 block    an elastic block of 32 x 32 x 32 cells in motion: moved along (ordered), deforming as it hits a wall (impact) or tumbling
          (disordered), 1 and 8 particles a cell, affine and plain transfer, 1 and 2 ranks
 contact  E2 and E3, over the run and over the last tenth of their depth
@@ -18,6 +18,7 @@ model    what 1 to 512 ranks would give: the program's own placement and message
 guard    what the guard costs: its row of cost.dat, and runs with copies and looks 20 times as often and without them, in turn; with
          --before, a program built before there was a guard, runs of that in turn too: they tell what the looks in every step cost
 laws     material laws by themselves: nanoseconds a particle (laws.f90)
+taichi   neo_hookean beside a bare MLS-MPM step in taichi, where that is installed (taichi_mpm.py)
 halo     an exchange of ghost nodes by MPI and, where FOLDER has a program halo built with coarrays, by these: bytes, messages,
          time (halo.f90)
 checkpoint  what one costs, beside a plain write of as many bytes
@@ -32,6 +33,7 @@ import platform
 import re
 import statistics
 import subprocess
+import sys
 import time
 
 ROOT = pathlib.Path(__file__).resolve().parents[2]
@@ -398,6 +400,27 @@ def table_laws(bench):
         row([name, f'{below:.1f}', f'{below/elastic:.1f}', f'{beyond:.1f}', f'{energy:.1f}'])
 
 
+def table_taichi(bench):
+    """The block in free flight and tumbling with a law of large strains, beside a bare MLS-MPM step in taichi (taichi_mpm.py), in turn on
+    one core. TAICHI_PYTHON names a Python that has taichi; without it the one that runs this. Ratios within a round."""
+    python = os.environ.get('TAICHI_PYTHON', sys.executable)
+    if subprocess.run([python, '-c', 'import taichi'], capture_output=True).returncode:
+        print(f'left out: taichi, for {python} has no taichi (pip install taichi; TAICHI_PYTHON names another Python)')
+        return
+    cells, steps = 30, 120
+    pairs = []
+    for _ in range(bench.repeats):
+        scene = block_scene(cells, 8, 'disordered', 'affine', steps, bench.out()).replace("model='elastic'", "model='neo_hookean'") \
+            .replace("transfer='affine'", "transfer='affine', domain='fixed'")
+        said = subprocess.run([python, ROOT/'test/performance/taichi_mpm.py', str(cells), str(steps)], capture_output=True, text=True,
+                              check=True).stdout
+        pairs.append((stepping(bench.run(1, scene)), float(re.search(r'([\d.]+) ns an update', said)[1])))
+    head(['program', 'update [ns]', 'million updates/s and core', 'over gimp3d, median of rounds'])
+    ours, theirs = (statistics.median(column) for column in zip(*pairs))
+    row(['gimp3d, neo_hookean', f'{ours:.0f}', f'{1e3/ours:.2f}', '1'])
+    row(['taichi, MLS-MPM, the same law', f'{theirs:.0f}', f'{1e3/theirs:.2f}', f'{statistics.median(b/a for a, b in pairs):.2f}'])
+
+
 def table_guard(bench):
     """Runs one after the other, so that a machine that others use too slows all; medians of their ratios. A copy in 200 steps is too
     little to be seen so: it is made 20 times as often, and what the runs take longer, with all that copies push out of the caches, is
@@ -462,7 +485,7 @@ def main():
     bench.coarrays = args.coarrays and args.coarrays.resolve()/'halo'
     begun = time.time()
     tables = {'block': table_block, 'contact': table_contact, 'compliance': table_compliance, 'pairs': table_pairs,
-              'growth': table_growth, 'large': table_large, 'model': table_model, 'levels': table_levels, 'guard': table_guard, 'laws': table_laws,
+              'growth': table_growth, 'large': table_large, 'model': table_model, 'levels': table_levels, 'guard': table_guard, 'laws': table_laws, 'taichi': table_taichi,
               'crystals': table_crystals, 'checkpoint': table_checkpoint, 'halo': table_halo}
     for name in args.only or tables:
         tables[name](bench)

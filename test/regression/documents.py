@@ -85,5 +85,48 @@ for path in sources:
         if floors.index(there) < floors.index(here):
             say(path, f"uses {name} of {there}, which is further up than {here} (doc/developer/design.md, Floors)")
 
+MODULE_LINES, PROCEDURE_LINES = 450, 60
+opening = re.compile(r"^\s*(?:(?:pure|elemental|recursive|impure|module|logical|integer|real|type|character|complex)"
+                     r"(?:\([^)]*\))?\s+)*(?:function|subroutine)\s+(\w+)|^\s*module procedure\s+(\w+)\s*$")
+
+
+def procedures(lines):
+    """Name and lines of each procedure with a body, the procedures that it contains left out."""
+    inside = []
+    for line in lines:
+        code = line.split("!")[0]
+        if re.match(r"\s*end (function|subroutine|procedure)", code):
+            name, length = inside.pop()
+            yield name, length + 1
+        elif found := opening.match(code):
+            inside.append((found[1] or found[2], 1))
+        elif inside:
+            inside[-1] = inside[-1][0], inside[-1][1] + 1
+
+
+def names_used(code):
+    """What the `only` lists of a source's code name."""
+    for names in re.findall(r"(?mi)^\s*use\b[^:\n]*(?:::\s*\w+\s*)?,\s*only\s*:(.*)$", code):
+        yield from (name.split("=>")[0].strip() for name in names.split(",") if "(" not in name)
+
+
+codes = {}
+for path in sources:
+    lines = path.read_text().splitlines()
+    if len(lines) > MODULE_LINES:
+        say(path, f"{len(lines)} lines, more than {MODULE_LINES}")
+    for name, length in procedures(lines):
+        if length > PROCEDURE_LINES:
+            say(path, f"{name} has {length} lines, more than {PROCEDURE_LINES}")
+    bare = "\n".join(re.sub(r"'[^']*'|\"[^\"]*\"", "''", line).split("!")[0] for line in lines)
+    codes[path] = re.sub(r"&\s*\n\s*&?", "", bare)
+for path, code in codes.items():
+    parent = re.search(r"^module (\w+)", code, re.M)
+    parts = [other for other in codes.values() if parent and f"submodule ({parent[1]})" in other]
+    body = re.sub(r"(?mi)^\s*use\b.*$", "", "\n".join([code] + parts))
+    for name in names_used(code):
+        if not re.search(rf"(?i)(?:\b|_){re.escape(name)}\b", body):
+            say(path, f"imports {name} and does not use it")
+
 print("\n".join(wrong) if wrong else f"   {len(pages)} pages, {len(tags)} equations, {len(module_of)} modules")
 sys.exit(bool(wrong))

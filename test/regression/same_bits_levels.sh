@@ -11,10 +11,12 @@ try() { # try NAME SED-SCRIPT [MORE GROUPS]
       run_scene $n scene.nml || { cat run_$n.log; fail "$1 on $n ranks"; }
    done
 }
-try plain "s/safety=0.35/safety=0.35, transfer='plain', flip_fraction=0.99/"
+# a level of two parts, a box and a shell
+try plain "s/safety=0.35/safety=0.35, transfer='plain', flip_fraction=0.99/; s:^&level lower=0.9.*:&\n&level of=1, shape='sphere', center=3.6,1.2,1.2, radius=0.7, inner_radius=0.25 /:"
 try lockstep "s/safety=0.35/safety=0.35, subcycle=.false./; s/end_time=0.2/end_time=0.1/"
-# a level that a criterion moves over and off stressed material
-try moving "s/upper=2.1,1.8,1.6 /upper=2.1,1.8,1.6, criterion='stress', max_cells=3000 /; /lower=1.2,1.1/d; s/end_time=0.2/end_time=0.12/"
+# a level that a criterion moves over and off stressed material, with means over cells that are joined at its edges
+try moving "s/upper=2.1,1.8,1.6 /upper=2.1,1.8,1.6, criterion='stress', max_cells=3000 /; /lower=1.2,1.1/d; s/end_time=0.2/end_time=0.12/" \
+   "&anti_locking /"
 try corners "s/domain='fixed'/domain='corners'/; s/end_time=0.2/end_time=0.1/" \
    "&gravity acceleration=0.5,-1,-2 / &damping kind='local', coefficient=0.1 / &anti_locking /"
 PYTHONPATH=$scenes "$PYTHON" - <<'END'

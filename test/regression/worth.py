@@ -58,9 +58,10 @@ def judge(name, closed):
     need(0 < number["largest_stress_error_Pa"] < 2 * number["largest_stress_Pa"], f"{name}: largest estimate")
     place = [float(value) for value in facts["largest_stress_error_at_m"].split()]
     need(0.3 < min(place[:2]) and max(place[:2]) < 1.3, f"{name}: place {place}")
-    need((number["strain_energy_left_out_J"] > 0) == (name == "levels"), f"{name}: left out {number['strain_energy_left_out_J']}")
+    beside = number["stress_error_energy_beside_edges_J"]
+    need((beside > 0) == (name == "levels") and beside <= number["stress_error_energy_J"], f"{name}: beside edges {beside}")
     norm, energy = strain_energies(name)
-    need(abs((number["strain_energy_J"] + number["strain_energy_left_out_J"]) / norm - 1) < 1e-3,
+    need(abs(number["strain_energy_J"] / norm - 1) < 1e-3,
          f"{name}: energy norm of the stress {number['strain_energy_J']} and {norm}")
     need(abs(rows[-1, 2] / energy - 1) < 1e-5, f"{name}: strain energy {rows[-1, 2]} and {energy}")
     need(number["memory_B"] > 1e7 and "memory: " in said, f"{name}: memory")

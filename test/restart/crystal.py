@@ -1,4 +1,5 @@
 """A polycrystal on several numbers of ranks, stopped and taken up again, and against one crystal."""
+import h5py
 from restarts import *
 from run_data import History
 
@@ -87,4 +88,40 @@ Path("grains.txt").unlink()
 again = (Path("by_file") / "case.nml").read_text().replace("'by_file'", "'by_case'")
 run(1, again)
 same("grains of a file, and of the case.nml of that run", "by_file", "by_case")
+
+# a file of HDF5: seeds as in a list; voxels, where grains are what they say, on any number of ranks and after a restart
+BOX = "&grains lower=0.5,0.5,0.5, upper=0.7,0.8,0.8"
+rng = np.random.default_rng(5)
+seeds, angles = rng.uniform([0.5, 0.5, 0.5], [0.7, 0.8, 0.8], (6, 3)), rng.uniform(0, 180, (6, 3))
+listed = lambda values: ",".join(repr(float(x)) for x in values.ravel())
+with h5py.File("seeds.h5", "w") as file:
+    file["positions"], file["orientations"] = seeds, angles
+run(1, text("as_list", grains=f"{BOX}, positions={listed(seeds)}, orientations={listed(angles)} /", end=END / 20))
+run(1, text("as_hdf5", grains=f"{BOX}, file='seeds.h5' /", end=END / 20))
+same("grains of a list and of HDF5", "as_list", "as_hdf5")
+counts = np.array([4, 6, 7]) # along x, y, z
+voxels = rng.integers(0, 7, counts[::-1])
+with h5py.File("voxels.h5", "w") as file:
+    file["grain"], file["orientations"] = voxels.astype("u2"), angles
+for ranks in (1, 2):
+    run(ranks, text(f"voxels_{ranks}", "every_steps=9", grains=f"{BOX}, file='voxels.h5' /", end=END / 20))
+same("voxels on 2 ranks", "voxels_1", "voxels_2")
+start = everything(sorted(Path("voxels_1").glob("particles_*.h5"))[0])
+place, grain = start["VTKHDF/Points"], start[field + "grain"].ravel().astype(int)
+inside = np.all((place > [0.5, 0.5, 0.5]) & (place < [0.7, 0.8, 0.8]), axis=1) & (start[field + "body"].ravel() == 1)
+at = np.minimum(((place[inside] - 0.5)/np.array([0.2, 0.3, 0.3])*counts).astype(int), counts - 1)
+require(f"{inside.sum()} particles have the grain of their voxel", inside.sum() > 50
+        and np.array_equal(grain[inside], voxels[at[:, 2], at[:, 1], at[:, 0]]) and not grain[~inside].any())
+with h5py.File("voxels.h5", "a") as file:
+    file["orientations"][0, 0] += 1
+refused = said(run(1, restart="voxels_1", expect=2))
+require(f"a file that has been changed is refused: {refused}", "voxels.h5" in refused and "has been changed" in refused)
+for name, fault in (("none", "no dataset 'orientations'"), ("wide", "of another form"), ("beyond", "holds grains 0 to 9; allowed: 0, and 1 to")):
+    with h5py.File(f"{name}.h5", "w") as file:
+        if name != "none":
+            file["orientations"] = angles[:, :2] if name == "wide" else angles
+        if name == "beyond":
+            file["grain"] = np.pad(np.full((1, 1, 1), 9), ((0, 1), (0, 0), (0, 0)))
+    refused = said(run(1, text("bad", grains=f"{BOX}, file='{name}.h5' /"), expect=2))
+    require(f"refused: {refused}", fault in refused and "line " in refused)
 finish()

@@ -4,7 +4,7 @@ program face_weights
    use m_kinds, only: wp
    use m_communicator, only: communicator_t
    use m_stencil, only: gimp_weights
-   use m_face_weights, only: face_weights_t, find_face, fit_share, cube_span, weigh_point, weigh_face
+   use m_face_weights, only: face_weights_t, find_face, fit_share, cube_span, weigh_point, weigh_face, mix
    use m_assertions, only: assertions_t
    use m_chance, only: chance_t, keep_worst, say
    use m_plain_weight, only: plain_weight
@@ -14,14 +14,14 @@ program face_weights
    type(communicator_t) :: comm
    type(assertions_t) :: test
    type(chance_t) :: chance
-   type(face_weights_t) :: weights
+   type(face_weights_t) :: weights, second
    real(wp) :: off_box, off_corners, off_point, off_unity, off_place, outside, beyond, r(3, 3), span(3, 3), place(3), normal(3)
-   real(wp) :: distance, half, off_span
+   real(wp) :: distance, half, off_span, off_mix
    integer :: axis, k, n
    call comm%start()
    call test%start(comm, 'face_weights')
    off_box = 0.0_wp; off_corners = 0.0_wp; off_point = 0.0_wp; off_unity = 0.0_wp; off_place = 0.0_wp
-   outside = 0.0_wp; beyond = 0.0_wp; off_span = 0.0_wp
+   outside = 0.0_wp; beyond = 0.0_wp; off_span = 0.0_wp; off_mix = 0.0_wp
    do n = 1, tries
       call any_normal()
       r = 0.0_wp
@@ -37,6 +37,7 @@ program face_weights
       call keep_worst(outside, mass_less(of_domain))
       call weigh_point(weights, node, node + place)
       call plain_sums(off_point, of_point)
+      call mix_in(chance%between(0.0_wp, 1.0_wp), chance%several(3, -1.0_wp, 1.0_wp))
       ! edges that turn, which the bin's nodes just hold
       r = reshape(chance%several(9, -1.0_wp, 1.0_wp), [3, 3])
       do k = 1, 3
@@ -57,6 +58,7 @@ program face_weights
    call say('weighted mean of the nodes (cells)', off_place)
    call test%check_close(off_box, 0.0_wp, 1.0e-11_wp, 'weights are means of the hat functions over a box') ! which may be narrow
    call test%check_close([off_corners, off_point, off_unity, off_place], spread(0.0_wp, 1, 4), 1.0e-13_wp, 'and over corners')
+   call test%check_close(off_mix, 0.0_wp, 1.0e-13_wp, 'two places: sum and middle are those of their shares')
    call test%check(beyond <= 1.0e-12_wp, 'no face reaches beyond its domain')
    call test%check_close(off_span, 0.0_wp, 1.0e-12_wp*cell, 'and each spans what it should')
    call test%check(outside <= 1.0e-14_wp, 'no node has weight that the domain gives no mass')
@@ -66,6 +68,27 @@ program face_weights
    call test%finish()
 
 contains
+
+   !> A share of the weights of `place`, the rest at another one: their sum and their middle.
+   subroutine mix_in(share, other)
+      real(wp), intent(in) :: share, other(3)
+      type(face_weights_t) :: both
+      real(wp) :: middle(3)
+      integer :: i, j, k
+      both = weights
+      call weigh_point(second, node, node + other)
+      call mix(both, share, second, node)
+      middle = 0.0_wp
+      do k = 0, both%last
+         do j = 0, both%last
+            do i = 0, both%last
+               middle = middle + both%weight(i, j, k)*(both%corner + [i, j, k] - node)
+            end do
+         end do
+      end do
+      call keep_worst(off_mix, maxval(abs(middle - share*place - (1.0_wp - share)*other)))
+      call keep_worst(off_mix, abs(sum(both%weight(:both%last, :both%last, :both%last)) - 1.0_wp))
+   end subroutine mix_in
 
    !> The span by Cramer's rule: along each edge what is left of the way to the domain's end, as far as the domain is large or its
    !> edges turn; its corners.

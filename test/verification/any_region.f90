@@ -1,5 +1,6 @@
 !> Levels whose region is no box, an L and a ball of cells: what must be exact is. Constant velocity and
-!> constant stress through their edges, mass and momentum of a block that spins and flies through them.
+!> constant stress through their edges, mass and momentum of a block that spins and flies through them; also
+!> with means over cells, which are joined at the edges.
 !test: ranks 1 2
 !test: long
 !test: limit 120
@@ -12,6 +13,7 @@ program any_region
    use m_model, only: model_t
    use m_move_regions, only: settle_particles
    use m_energy, only: sums_t, measure
+   use m_anti_locking, only: anti_locking_t
    use m_assertions, only: assertions_t
    use m_chance, only: keep_worst
    use m_nested
@@ -22,6 +24,7 @@ program any_region
    type(assertions_t) :: test
    type(manner_t) :: manners(3)
    character(len=4), parameter :: forms(2) = ['L   ', 'ball']
+   logical :: locks_not = .false. !< with anti-locking
    integer :: f, i
    call comm%start()
    call test%start(comm, 'any_region')
@@ -32,10 +35,28 @@ program any_region
          call in_flight(trim(forms(f)), manners(i), even, 'straight on')
          call in_flight(trim(forms(f)), manners(i), spinning, 'spinning')
       end do
+      locks_not = .true.
+      call at_rest(trim(forms(f)), manner_t())
+      call in_flight(trim(forms(f)), manner_t(), even, 'straight on')
+      call in_flight(trim(forms(f)), manner_t(), spinning, 'spinning')
+      locks_not = .false.
    end do
    call test%finish()
 
 contains
+
+   !> The model of a scene.
+   subroutine make(model, scene, error)
+      type(model_t), intent(inout) :: model
+      type(scene_t), intent(in) :: scene
+      type(error_t), intent(inout) :: error
+      if (locks_not) then
+         allocate (model%effects(1))
+         allocate (model%effects(1)%effect, source=anti_locking_t())
+      end if
+      call model%build(comm, scene, error)
+      call test%check(allocated(model%levels(2)%layer) .eqv. locks_not, 'a layer where means are taken')
+   end subroutine make
 
    !> Give level 2, whose region is a box, another one within that box.
    subroutine reform(model, form, error)
@@ -108,7 +129,7 @@ contains
       scene%grid%boundary = boundary_symmetry
       call add_box(scene, [0.0_wp, 0.0_wp, 0.0_wp], [8.0_wp, 8.0_wp, 8.0_wp], 8)
       call add_level(scene, [2, 2, 0], [8, 8, 6])
-      call model%build(comm, scene, error)
+      call make(model, scene, error)
       call reform(model, form, error)
       call set_motion(model, still)
       call run_steps(model, 10, manner%step_of(0.4_wp), error)
@@ -140,7 +161,7 @@ contains
       scene = empty_scene([18, 14, 10], manner)
       call add_box(scene, [2.5_wp, 3.5_wp, 3.5_wp], [5.5_wp, 6.5_wp, 6.5_wp], 8)
       call add_level(scene, [6, 4, 2], [14, 12, 8])
-      call model%build(comm, scene, error)
+      call make(model, scene, error)
       call reform(model, form, error)
       call set_motion(model, state)
       start = measure(model)

@@ -134,6 +134,7 @@ contains
       type(scene_t), intent(inout) :: scene
       integer, intent(in) :: lower(3), upper(3)
       type(level_spec_t) :: level
+      level%of = size(scene%levels) + 1
       level%lower = scene%grid%lower + cell*lower
       level%upper = scene%grid%lower + cell*upper
       scene%levels = [scene%levels, level]

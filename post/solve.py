@@ -1,0 +1,381 @@
+#!/usr/bin/env python3
+"""Ask for an accuracy: what it takes is printed before anything long begins, and what was reached behind it.
+
+   solve.py [options] SCENE          make solve SCENE=input/hertz.nml QUANTITY=load ERROR=1 BUDGET=600
+
+1. Three cheap runs on coarse grids, one at another speed, one with another time step: the parts of the error and their orders.
+2. The cheapest settings (cell, speed, time step; with the levels of the scene, or of the study's file beside it) that are predicted to
+   meet ERROR (per cent, rms over the window of the quantity, of its largest value), with their predicted time and memory. Where they do
+   not fit into BUDGET (seconds of the clock), what it buys instead is said, and nothing long is run.
+3. The run, and the error that it has, from all grids together, with its uncertainty. Where that misses the target, the next finer
+   settings are tried, as long as the budget lasts.
+
+Under out/solve/NAME: chosen.nml (the scene that was chosen, with its outputs), answer.json (error, error_uncertainty, seconds,
+predicted_seconds, ...). Runs stay and are not run again. Exit status 0: the target is met; 1: it is not, and why is said; 2: the scene or
+what was asked cannot be used.
+
+The speed is changed only where it is no part of the problem: tools and pressures are prescribed, bodies are at rest at the start,
+and no material depends on the rate. The answer is then that of infinitely slow loading. The body is as large as the scene says.
+"""
+import argparse
+import json
+import math
+import os
+import re
+import subprocess
+import sys
+import time
+from pathlib import Path
+from typing import NamedTuple
+
+if sys.version_info < (3, 11):
+    sys.exit("solve.py needs Python 3.11 or later")
+
+import study_quantity as quantities
+from run_data import Unreadable
+from solve_model import Choice, Errors, MARGIN, Price, Sample, choose
+from study import Study
+from study_report import write_text
+from study_runs import Rejected
+from study_scene import BadSetting, Scene, scene_of
+
+FACTORS = [4, 3, 2, 4/3, 1, 2/3, 0.5, 1/3, 0.25] # of the scene's cell
+SPEEDS = [4.0, 2.0, 1.0, 0.5, 0.25, 0.125]
+STEPS = [1.0, 0.5]
+PILOT = 0.05       # of the budget: a grid that is tried for less is a pilot
+SEARCH = 0.2       # of the budget: the same while the grids show no order; three are made in any case
+ROUNDS = 3
+RATE_FREE = {"elastic", "neo_hookean", "j2", "cubic", "orthotropic", "drucker_prager"}
+
+
+class Unusable(Exception):
+    """Settings that the program does not take, or that end in a numerical fault; the text says why."""
+
+
+class Missed(Exception):
+    """The target is not to be had; the text says what is."""
+
+
+class Planned:
+    """What `mode='plan'` says of settings; `fault`: the program's own sentence where it does not take them."""
+
+    def __init__(self, study, settings):
+        scene = study.run(settings).make_scene()
+        scene.set("scene", "mode", "plan")
+        done = subprocess.run([*study.launch, "-n", str(study.ranks), str(study.program)], input=scene.text, cwd=study.directory,
+                              capture_output=True, text=True)
+        self.fault = "" if done.returncode == 0 else (done.stderr.strip().splitlines() or ["no sentence"])[-1]
+        if self.fault:
+            return
+        work = re.search(r"^(\d+) particle-steps on", done.stdout, re.M)
+        steps = re.search(r"^steps +(\d+) of the coarsest", done.stdout, re.M)
+        memory = re.search(r"^memory +(\S+) (\S?)B on all", done.stdout, re.M)
+        self.updates, self.steps = float(work[1]), float(steps[1])
+        rows = dict(re.findall(r"^(all|output) +\S+ +(\S+)", done.stdout, re.M))
+        self.seconds = study.ranks * (float(rows["all"]) - float(rows.get("output", 0.0)))
+        self.megabytes = float(memory[1]) * {"": 1e-6, "k": 1e-3, "M": 1.0, "G": 1e3}[memory[2]]
+
+
+class Key(NamedTuple):
+    """Settings of a run. The grid is named by its finest cell: so the same factor with more levels has a coarser first grid."""
+    factor: float      # of the scene's finest cell
+    levels: int
+    speed: float = 1.0 # of all that is prescribed
+    step: float = 1.0  # of the scene's time step
+
+    @property
+    def is_plain(self):
+        return self.speed == 1.0 and self.step == 1.0
+
+
+class Solve:
+    """The scene, and the runs made so far."""
+
+    def __init__(self, study, options):
+        self.study, self.options, self.quantity = study, options, study.quantity
+        self.base = dict(study.setting.base)
+        case = scene_of(study.text, self.base, study.setting).values()
+        self.cell = case["grid"][0]["cell_size"][0]
+        self.own = len(case.get("level", []))                              # levels of the scene
+        self.most = self.own + len(study.setting.level_boxes)
+        self.speeds = speed_is_free(case)
+        self.started = time.monotonic()
+        self.done = {}       # Key: run
+        self.refused = set() # (factor, levels) that the program does not take
+        self.planned = {}    # levels: (Key, Planned), for what has no run yet
+        self.confirmed = {}  # Key: core-seconds, MB, by a plan of it
+        self.slower = None   # a run's time over its plan's
+
+    def left(self):
+        return self.options.budget - (time.monotonic() - self.started)
+
+    def finest(self, key):
+        """Cell of the finest level, m."""
+        return key.factor * self.cell / 2**self.own
+
+    def settings(self, key):
+        found = {"cell": float(f"{self.finest(key) * 2**key.levels:.12g}")}
+        if self.most > 0:
+            found["levels"] = key.levels
+        if key.speed != 1.0:
+            found["speed"] = key.speed
+        if key.step != 1.0:
+            found["safety"] = key.step * self.base.get("safety", 0.35)
+        return found
+
+    def run(self, key):
+        """The run of settings, made if it is not there."""
+        run = self.study.run(self.settings(key))
+        if not run.done:
+            run.go()
+        if not run.good:
+            self.refused.add(key[:2])
+            raise Unusable(f"{run.said or 'as the scene is'}: {run.record['fault']}")
+        self.done[key] = run
+        return run
+
+    def fit(self):
+        """The model of the errors, from all runs."""
+        curves = {key: quantities.curve_of(run, self.quantity) for key, run in self.done.items()}
+        x = quantities.places(self.quantity, curves.values())
+        samples = {key: Sample(self.finest(key), key.speed, key.step, quantities.at(self.quantity, curve, x))
+                   for key, curve in curves.items()}
+        pairs = {what: (samples[self.middle], samples[other]) if other in samples else None
+                 for what, other in (("speeds", self.middle._replace(speed=2.0)), ("steps", self.middle._replace(step=0.5)))}
+        ladder = {}
+        for key in sorted(samples, key=lambda key: (key.speed, key.step)): # one a cell: the slowest
+            ladder.setdefault(key.factor, samples[key])
+        return Errors(list(ladder.values()), **pairs)
+
+    def pilots(self):
+        """From coarse to fine, three grids at least, and on while the target is not met in space and the next is cheap. Where the program does not take a grid with all
+        levels of the scene, one of as fine cells with fewer. And a run each at another speed and time step on the last but one."""
+        faults, last = [], None
+        for factor in FACTORS:
+            begun = time.monotonic()
+            if len(self.done) >= 3:
+                errors = self.of_grids()
+                open_still = bool(errors.notes) or errors.trust > max(self.options.error, errors.total(self.finest(min(self.done))))
+                share = SEARCH if open_still else PILOT
+                met = not open_still and errors.total(self.finest(min(self.done))) < MARGIN * self.options.error
+                if met or last[1] * (last[0] / factor)**4 > share * self.options.budget:
+                    break
+            for levels in range(self.own, -1, -1):
+                try:
+                    run = self.run(Key(factor, levels))
+                    last = factor, max(time.monotonic() - begun, run.seconds / self.study.ranks)
+                    break
+                except Unusable as fault:
+                    faults.append(str(fault))
+        if len(self.done) < 3:
+            raise BadSetting("fewer than three cells of " + ", ".join(f"{f:.3g}" for f in FACTORS) + " times the scene's can be used: "
+                             + "; ".join(faults))
+        self.middle = sorted(self.done)[1]
+        if self.speeds:
+            self.run(self.middle._replace(speed=2.0))
+        self.run(self.middle._replace(step=0.5))
+
+    def of_grids(self):
+        """The error in space, from the grids alone that were run so far."""
+        curves = {key: quantities.curve_of(run, self.quantity) for key, run in self.done.items()}
+        x = quantities.places(self.quantity, curves.values())
+        return Errors([Sample(self.finest(key), 1.0, 1.0, quantities.at(self.quantity, curve, x)) for key, curve in curves.items()])
+
+    def work(self, key):
+        """Steps, particle-steps, MB of settings: of the run that was made, else scaled from the nearest of as many levels, or from a plan
+        of the scene's first grid with so many."""
+        if key in self.done:
+            near = key
+        else:
+            alike = [one for one in self.done if one.levels == key.levels]
+            near = min(alike, key=lambda one: (one.factor, abs(math.log(one.speed * one.step))), default=None)
+        if near:
+            run = self.done[near]
+            steps, updates, megabytes = run.record["steps"], updates_of(run), run.record["megabytes"]
+        else:
+            near, plan = self.plan_of(key.levels)
+            if plan.fault:
+                return None
+            steps, updates, megabytes = plan.steps, plan.updates, plan.megabytes
+        finer, longer = near.factor / key.factor, near.speed * near.step / (key.speed * key.step)
+        return steps * finer * longer, updates * finer**4 * longer, megabytes * finer**3
+
+    def plan_of(self, levels):
+        if levels not in self.planned:
+            key = Key(2.0**(self.own - levels), levels)
+            self.planned[levels] = key, Planned(self.study, self.settings(key))
+        return self.planned[levels]
+
+    def choices(self, errors):
+        """All settings with what is predicted of them."""
+        price = Price(sorted(((*self.work(key)[:2], run.seconds) for key, run in self.done.items()), key=lambda row: row[1]))
+        found = []
+        grids = {(factor, levels) for factor in FACTORS for levels in range(self.own, self.most + 1)} | {key[:2] for key in self.done}
+        for factor, levels in sorted(grids - self.refused, reverse=True):
+            for speed in SPEEDS if self.speeds else [1.0]:
+                for step in STEPS:
+                    key = Key(factor, levels, speed, step)
+                    work = self.work(key)
+                    if work:
+                        seconds, megabytes = self.confirmed.get(key, (price.of(*work[:2]), work[2]))
+                        found.append(Choice(self.settings(key), key, errors.total(self.finest(key), speed, step), seconds, megabytes))
+        return found
+
+    def confirm(self, key):
+        """Time and memory of settings by their own plan, the time by what a run took that was planned too; or that the program does not
+        take them."""
+        plan = Planned(self.study, self.settings(key))
+        if plan.fault:
+            self.refused.add(key[:2])
+            return
+        if self.slower is None:
+            finest = min(one for one in self.done if one.is_plain)
+            self.slower = self.done[finest].seconds / Planned(self.study, self.settings(finest)).seconds
+        self.confirmed[key] = self.slower * plan.seconds, plan.megabytes
+
+
+def updates_of(run):
+    """Particle-steps of a run, from its log."""
+    return float(re.search(r"^(\d+) particle-steps on", (run.directory / "log").read_text(), re.M)[1])
+
+
+def speed_is_free(case):
+    """Whether the answer that is looked for is that of slow loading: what is prescribed moves, and nothing else knows the time."""
+    prescribed = any("speeds" in one for group in ("tool", "motion") for one in case.get(group, [])) or "pressure" in case
+    moving = any(any(body.get(name, [0])) for body in case.get("body", []) for name in ("velocity", "angular_velocity"))
+    models = {material.get("model", [""])[0] for material in case.get("material", [])}
+    return prescribed and not moving and models <= RATE_FREE and "gravity" not in case and "damping" not in case
+
+
+def sentence_of(parts):
+    total = sum(parts.values())
+    return "; ".join(f"{name} {value:.2g} % ({100 * value / total:.0f} % of it)" if total else name for name, value in parts.items())
+
+
+def write_answer(solve, folder, choice, record):
+    write_text(folder / "answer.json", json.dumps(record, indent=1) + "\n")
+    scene = Scene(scene_of(solve.study.text, {**solve.base, **choice.settings}, solve.study.setting).text)
+    for which, _ in enumerate(scene.groups("output")):
+        scene.set("output", "directory", f"out/solve/{solve.study.scene.stem}/run", which)
+    write_text(folder / "chosen.nml", scene.text)
+
+
+def record_of(solve, errors, choice, run, predicted):
+    parts = errors.parts(solve.finest(choice.key), choice.key.speed, choice.key.step)
+    return {"scene": str(solve.study.scene), "quantity": solve.quantity.name, "target": solve.options.error,
+            "error": sum(parts.values()), "error_uncertainty": errors.uncertainty(solve.finest(choice.key), choice.key.speed, choice.key.step),
+            "parts": parts, "order": errors.order, "settings": choice.settings, "finest_cell": solve.finest(choice.key), "ranks": solve.study.ranks,
+            "predicted_error": choice.error, "seconds": run.seconds / solve.study.ranks, "predicted_seconds": predicted,
+            "megabytes": run.record.get("megabytes"), "predicted_megabytes": choice.megabytes,
+            "met": sum(parts.values()) <= solve.options.error}
+
+
+def say(text):
+    print(text, flush=True)
+
+
+def introduce(solve, errors):
+    study = solve.study
+    grids = ", ".join(f"{solve.finest(key):.4g}" for key in sorted(solve.done, reverse=True) if key.is_plain)
+    say(f"{study.setting.title}: {solve.quantity.name}, error asked for {solve.options.error:g} % (rms over "
+        f"{100 * solve.quantity.window[0]:.0f} to {100 * solve.quantity.window[1]:.0f} % of the way, of the largest value)")
+    say(f"pilots     finest cells {grids} m; order {errors.order:.2f} in the cell; the limit is known to {errors.trust:.2g} %")
+    for note in errors.notes:
+        say(f"note       {note}")
+    finest = min(solve.finest(key) for key in solve.done)
+    say(f"parts      at the finest of them: {sentence_of(errors.parts(finest))}")
+    if not solve.speeds:
+        say("speed      is part of the problem here: it stays as it is")
+
+
+def pick(solve, errors):
+    """The cheapest settings that are predicted to meet the target and that the program takes."""
+    while True:
+        choices = solve.choices(errors)
+        cheapest, best = choose(choices, solve.options.error, solve.study.ranks * max(solve.left(), 0.0))
+        if cheapest and cheapest.seconds <= solve.study.ranks * solve.left():
+            if cheapest.key in solve.confirmed or cheapest.key in solve.done:
+                return cheapest
+            solve.confirm(cheapest.key)
+        else:
+            raise Missed(refusal(solve, cheapest, best, min(choice.error for choice in choices)))
+
+
+def solve_scene(study, options):
+    solve = Solve(study, options)
+    solve.pilots()
+    errors = solve.fit()
+    introduce(solve, errors)
+    for attempt in range(ROUNDS):
+        choice = pick(solve, errors)
+        predicted = choice.seconds / study.ranks
+        say(f"chosen     {choice.said}: error {choice.error:.2g} %, {predicted:.3g} s on {study.ranks} rank(s), "
+            f"{choice.megabytes:.3g} MB predicted (aimed at {100 * MARGIN:.0f} % of what was asked for)")
+        run = solve.run(choice.key)
+        errors = solve.fit()
+        record = record_of(solve, errors, choice, run, predicted)
+        write_answer(solve, study.directory, choice, record)
+        say(f"reached    error {record['error']:.2g} +- {record['error_uncertainty']:.2g} %: {sentence_of(record['parts'])}; "
+            f"{record['seconds']:.3g} s")
+        if record["met"]:
+            say(f"the target is met: {study.directory / 'answer.json'}, {study.directory / 'chosen.nml'}")
+            return
+        say("the target is missed: once more, with all runs so far")
+    raise Missed(f"the target of {options.error:g} % was not reached in {ROUNDS} rounds: {record['error']:.2g} +- "
+                 f"{record['error_uncertainty']:.2g} % was ({study.directory / 'answer.json'})")
+
+
+def refusal(solve, cheapest, best, least):
+    """What the target would take, and what the budget buys."""
+    said = f"an error of {solve.options.error:g} % "
+    if cheapest is None:
+        said += f"is not to be had with the cells and speeds that are tried (the best is {least:.2g} %)"
+    else:
+        said += (f"would take {cheapest.seconds / solve.study.ranks:.3g} s and {cheapest.megabytes:.3g} MB ({cheapest.said}); the budget has "
+                 f"{max(solve.left(), 0):.3g} s left")
+    if best is not None:
+        said += f"; within it {best.error:.2g} % is to be had, in {best.seconds / solve.study.ranks:.3g} s ({best.said})"
+    return said
+
+
+def arguments():
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser.add_argument("scene", type=Path)
+    parser.add_argument("--quantity", default="", help="one of the study's file beside the scene; without it load or energy")
+    parser.add_argument("--error", type=float, required=True, help="asked for, per cent")
+    parser.add_argument("--budget", type=float, default=600.0, help="seconds of the clock for all runs (600)")
+    parser.add_argument("--ranks", type=int, default=1, help="of each run (1)")
+    parser.add_argument("--setting", type=Path, help="another file than NAME.toml or studies/NAME.toml beside the scene")
+    parser.add_argument("--out", type=Path, help="out/solve/NAME when not given")
+    parser.add_argument("--program", type=Path, default=Path("gimp3d"))
+    parser.add_argument("--launch", default=os.environ.get("MPIRUN", "mpirun"), help="what starts runs; -n RANKS PROGRAM follows")
+    return parser.parse_args()
+
+
+def main():
+    options = arguments()
+    options.build = Path("build/opt")
+    options.out = options.out or Path("out/solve") / options.scene.stem
+    try:
+        if not options.scene.is_file():
+            raise Unreadable(f"{options.scene}: no such scene")
+        if not (options.error > 0 and math.isfinite(options.error)):
+            raise BadSetting("ERROR must be above 0, in per cent")
+        if not options.budget > 0 or options.ranks < 1:
+            raise BadSetting("BUDGET must be above 0 seconds, RANKS at least 1")
+        study = Study(options)
+        if study.setting.program:
+            raise BadSetting(f"{options.scene} is a scene of another program, which has no mode='plan'")
+        study.setting.lenient = True
+        solve_scene(study, options)
+    except Missed as reason:
+        print(f"solve: {reason}", file=sys.stderr)
+        return 1
+    except (BadSetting, Rejected, Unreadable) as error:
+        print(f"solve: {error}", file=sys.stderr)
+        return 2
+    return 0
+
+
+if __name__ == "__main__":
+    sys.exit(main())

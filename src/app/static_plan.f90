@@ -1,0 +1,74 @@
+!> mode='plan' of a scene with quasi-static steps: its first steps are taken and timed, and the others counted
+!> by how tools, pressures and max_step let them go on. Nothing is written but to the console.
+module m_static_plan
+   use m_kinds, only: wp
+   use m_text, only: to_text, si, duration
+   use m_timers, only: wall_time
+   use m_scene, only: scene_t
+   use m_model, only: model_t
+   use m_forecast, only: model_bytes
+   use m_integrator, only: integrator_t
+   use m_console, only: console_t
+   use m_errors, only: error_t
+   implicit none
+   private
+   public :: print_static_plan
+
+   integer, parameter :: timed = 2            !< steps
+   integer, parameter :: most_steps = 100000  !< counted
+   real(wp), parameter :: growth = 1.5_wp
+   real(wp), parameter :: tangent_reals = 99.0_wp !< a particle: its gradient, stress and tangent
+
+contains
+
+   !> Collective: measure, and say. The model is spent afterwards. A scene whose first steps have no
+   !> equilibrium has no plan.
+   subroutine print_static_plan(console, scene, model, integrator, error)
+      type(console_t), intent(inout) :: console
+      type(scene_t), intent(in) :: scene
+      type(model_t), intent(inout) :: model
+      class(integrator_t), intent(inout) :: integrator
+      type(error_t), intent(inout) :: error
+      real(wp) :: bytes(2), began, seconds, first, particles
+      integer :: n, steps
+      first = console%elapsed()
+      bytes = model_bytes(model)
+      particles = model%communicator%sum_real(real(model%particle_count(), wp))
+      seconds = 0.0_wp
+      do n = 1, timed
+         if (model%time >= scene%end_time) exit
+         began = wall_time()
+         call integrator%step(model, integrator%next_step(scene, model, 1.0_wp), error)
+         call console%lines(integrator%news())
+         if (error%happened()) then
+            error%message = 'no plan can be made, for the first steps of the scene fail: '//error%message
+            return
+         end if
+         seconds = model%communicator%maximum(wall_time() - began)
+      end do
+      steps = min(timed, int(model%step)) + steps_to_come(scene, model, integrator)
+      call console%line('')
+      call console%line('plan       by '//to_text(min(timed, int(model%step)))//' steps taken on '// &
+                        to_text(model%communicator%ranks)//' rank(s); '//integrator%summary())
+      call console%line('steps      about '//to_text(steps)//', more where one has no equilibrium or material creeps')
+      call console%line('time       about '//duration(steps*seconds + first)//': '//to_text(seconds, 3)// &
+                        ' s a step as at the beginning, and the more the more points are pressed')
+      call console%line('memory     '//si(sum(bytes) + 8.0_wp*tangent_reals*particles, 'B')//' on all ranks together: '// &
+                        'particles '//si(bytes(1), 'B')//', node tiles '//si(bytes(2), 'B')//', tangents '// &
+                        si(8.0_wp*tangent_reals*particles, 'B'))
+      call console%line('planned: '//scene%title//'; nothing was run and nothing written')
+   end subroutine print_static_plan
+
+   !> Collective: how many steps there are to the end, each longer than the one before as far as it may be.
+   integer function steps_to_come(scene, model, integrator) result(steps)
+      type(scene_t), intent(in) :: scene
+      type(model_t), intent(inout) :: model
+      class(integrator_t), intent(inout) :: integrator
+      do steps = 0, most_steps
+         if (model%time >= scene%end_time) return
+         model%time = model%time + integrator%next_step(scene, model, 1.0_wp)
+         model%static_step = growth*model%static_step
+      end do
+   end function steps_to_come
+
+end module m_static_plan

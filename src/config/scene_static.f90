@@ -1,0 +1,99 @@
+!> &quasi_static: its variables, and what a scene with it may hold.
+module m_scene_static
+   use m_kinds, only: wp
+   use m_constants, only: exit_input
+   use m_errors, only: error_t, fail
+   use m_group_reader, only: group_reader_t
+   use m_namelist_text, only: namelist_text_t
+   use m_scene, only: scene_t, quasi_static_spec_t, update_usl
+   use m_value_range, only: above, at_least
+   use m_words, only: joined
+   implicit none
+   private
+   public :: describe_quasi_static, check_quasi_static, brings_in_statics
+
+   !> Laws whose update from the beginning of a step holds for any step, and effects that are forces alone.
+   character(len=*), parameter :: laws(5) = [character(len=11) :: 'elastic', 'neo_hookean', 'j2', 'norton', &
+                                             'maxwell']
+   character(len=*), parameter :: effects(2) = [character(len=8) :: 'gravity', 'pressure']
+   real(wp), parameter :: largest_tolerance = 1.0e-2_wp
+
+contains
+
+   subroutine describe_quasi_static(group, spec)
+      type(group_reader_t), intent(inout) :: group
+      type(quasi_static_spec_t), intent(inout) :: spec
+      call group%get('step', spec%step, above(0.0_wp, 's'), required=.true.)
+      call group%get('max_step', spec%max_step, at_least(0.0_wp, 's'))
+      call group%get('from', spec%from, at_least(0.0_wp, 's'))
+      if (group%is_given('to') .or. spec%to < huge(1.0_wp) .or. .not. group%is_writing()) &
+         call group%get('to', spec%to, above(0.0_wp, 's'))
+      if (spec%to <= spec%from) call group%refuse('to', 'must be above from')
+      call group%get('ramp', spec%ramp, at_least(0.0_wp, 's'))
+      call group%get('tolerance', spec%tolerance, above(0.0_wp, '', at_most=largest_tolerance))
+      call group%get('creep_limit', spec%creep_limit, above(0.0_wp, '', at_most=0.5_wp))
+      call group%get('stabilisation', spec%stabilisation, at_least(0.0_wp, '', at_most=1.0_wp))
+      call group%get('iterations', spec%iterations)
+      if (spec%max_step > 0.0_wp .and. spec%max_step < spec%step) &
+         call group%refuse('max_step', 'must not be below step; 0 for no limit')
+   end subroutine describe_quasi_static
+
+   !> True of an effect that laws bring where a scene does not say, also where there is no inertia.
+   pure logical function brings_in_statics(name)
+      character(len=*), intent(in) :: name
+      brings_in_statics = any(effects == name)
+   end function brings_in_statics
+
+   !> What quasi-static steps do not cover is refused.
+   subroutine check_quasi_static(text, scene, error)
+      type(namelist_text_t), intent(in) :: text
+      type(scene_t), intent(in) :: scene
+      type(error_t), intent(inout) :: error
+      integer :: i
+      if (.not. scene%quasi_static%present) return
+      do i = 1, size(scene%materials)
+         if (.not. any(laws == scene%materials(i)%law%name)) &
+            call fail(error, exit_input, text%place('material', i, 'model')//': not with &quasi_static, '// &
+                      'whose laws are '//joined(laws)//'; take one of these, or the explicit scheme')
+      end do
+      do i = 1, size(scene%effects)
+         if (.not. any(effects == scene%effects(i)%it%name)) &
+            call fail(error, exit_input, scene%effects(i)%it%group_text()//': not with &quasi_static, '// &
+                      'whose effects are '//joined(effects)//'; leave it out, or take the explicit scheme')
+      end do
+      do i = 1, size(scene%tools)
+         if (scene%tools(i)%friction > 0.0_wp) &
+            call fail(error, exit_input, text%place('tool', i, 'friction')//': not with &quasi_static, '// &
+                      'whose tools are smooth; take friction=0, or the explicit scheme')
+         if (is_pushed(scene, i)) &
+            call fail(error, exit_input, text%line_of('tool', i)//', &tool: a tool that loads push, '// &
+                      'not with &quasi_static; take speeds, or the explicit scheme')
+      end do
+      if (size(scene%levels) > 0) &
+         call fail(error, exit_input, text%line_of('level', 1)//', &level: not with &quasi_static, '// &
+                   'which has one level; take a smaller cell_size, or the explicit scheme')
+      if (scene%fields() > 1) &
+         call fail(error, exit_input, text%line_of('quasi_static', 1)//', &quasi_static: not with more than '// &
+                   'one contact_group; leave contact_group out, so that bodies are bonded where they touch, '// &
+                   'or take the explicit scheme')
+      if (scene%time%stress_update /= update_usl) &
+         call fail(error, exit_input, text%place('time', 1, 'stress_update')//': with &quasi_static only '// &
+                   '''usl'' is allowed')
+      if (scene%time%time_step > 0.0_wp) &
+         call fail(error, exit_input, text%place('time', 1, 'time_step')//': not with &quasi_static, whose '// &
+                   'own step counts; leave it out')
+   end subroutine check_quasi_static
+
+   !> True when loads move a tool.
+   pure logical function is_pushed(scene, i)
+      type(scene_t), intent(in) :: scene
+      integer, intent(in) :: i
+      integer :: k
+      is_pushed = allocated(scene%tools(i)%loads)
+      if (.not. allocated(scene%tools(i)%motions)) return
+      do k = 1, size(scene%tools(i)%motions)
+         is_pushed = is_pushed .or. allocated(scene%tools(i)%motions(k)%loads)
+      end do
+   end function is_pushed
+
+end module m_scene_static

@@ -1,0 +1,119 @@
+!> Variables of a group whose values are words: texts, names, choices; and whole numbers of a few.
+submodule (m_group_reader) m_group_words
+   use m_namelist_lines, only: text_line, words_line
+   implicit none
+
+contains
+
+   module procedure get_option
+      character(len=:), allocatable :: expected
+      integer :: found, new, i
+      logical :: good
+      expected = 'must be one of '//to_text(options(1))
+      do i = 2, size(options)
+         expected = expected//', '//to_text(options(i))
+      end do
+      found = self%look_up(name, expected)
+      if (self%writes()) self%lines = self%lines//integer_line(name, value)
+      call self%check_count(found, 1, expected, good)
+      if (.not. good) return
+      call read_integer(self%group%entries(found)%value_text(1), new, good)
+      if (.not. good .or. self%group%entries(found)%values(1)%quoted .or. .not. any(options == new)) then
+         call self%refuse(name, expected)
+      else
+         value = new
+      end if
+   end procedure get_option
+
+   module procedure get_text
+      character(len=:), allocatable :: expected, text
+      integer :: found
+      logical :: good
+      expected = 'must be a text in quotes, of 1 to '//to_text(longest)//' characters'
+      found = self%look_up(name, expected, required)
+      if (self%writes()) self%lines = self%lines//text_line(name, value)
+      call self%check_count(found, 1, expected, good)
+      if (.not. good) return
+      text = trim(self%group%entries(found)%value_text(1))
+      good = self%group%entries(found)%values(1)%quoted .and. len(text) > 0 .and. characters(text) <= longest
+      if (good) value = text
+      if (.not. good) call self%refuse(name, expected)
+   end procedure get_text
+
+   !> Characters of a text in UTF-8: bytes that do not go on with one.
+   pure integer function characters(text)
+      character(len=*), intent(in) :: text
+      integer :: i
+      characters = count([(ichar(text(i:i)) < 128 .or. ichar(text(i:i)) >= 192, i=1, len(text))])
+   end function characters
+
+   module procedure get_name
+      character(len=*), parameter :: allowed = 'abcdefghijklmnopqrstuvwxyz0123456789_-'
+      character(len=:), allocatable :: expected, text
+      integer :: found
+      logical :: good
+      expected = 'must be in quotes, of 1 to '//to_text(name_length)//' letters, digits, _ or -'
+      found = self%look_up(name, expected, required)
+      if (self%writes()) self%lines = self%lines//text_line(name, value)
+      call self%check_count(found, 1, expected, good)
+      if (.not. good) return
+      text = self%group%entries(found)%value_text(1)
+      good = self%group%entries(found)%values(1)%quoted .and. len(text) > 0 .and. len(text) <= name_length &
+             .and. verify(lower_case(text), allowed) == 0
+      if (good) value = text
+      if (.not. good) call self%refuse(name, expected)
+   end procedure get_name
+
+   module procedure get_choices
+      character(len=:), allocatable :: expected
+      integer :: found, i
+      logical :: good
+      expected = 'must be in quotes, one of '//joined(words)
+      if (size(values) > 1) expected = 'must be '//to_text(size(values))//' words in quotes, each one of '// &
+                                       joined(words)
+      found = self%look_up(name, expected, required)
+      if (self%writes()) then
+         self%lines = self%lines//words_line(name, words(values))
+         return
+      end if
+      if (found == 0 .and. present(required)) then
+         if (required) values = 0
+      end if
+      call self%check_count(found, size(values), expected, good)
+      if (found > 0) self%choice = name//'='//self%group%entries(found)%shown
+      if (found > 0 .and. .not. good) values = 0
+      if (.not. good) return
+      do i = 1, size(values)
+         values(i) = self%word_index(found, i, words, expected)
+      end do
+   end procedure get_choices
+
+   module procedure word_index
+      character(len=:), allocatable :: word
+      associate (entry => self%group%entries(found))
+         word = lower_case(entry%value_text(i))
+         do word_index = size(words), 1, -1
+            if (word == lower_case(trim(words(word_index))) .and. entry%values(i)%quoted) return
+         end do
+         if (entry%values(i)%quoted) call self%refuse(entry%name, 'unknown '//entry%name//advice(word, words))
+         call self%refuse(entry%name, expected)
+      end associate
+   end procedure word_index
+
+   module procedure get_set
+      character(len=:), allocatable :: expected
+      integer :: found, i, k
+      expected = 'must be words in quotes, each one of '//joined(words)
+      found = self%look_up(name, expected)
+      if (self%writes()) self%lines = self%lines//words_line(name, pack(words, chosen))
+      if (found == 0) return
+      chosen = .false.
+      do i = 1, size(self%group%entries(found)%values)
+         k = self%word_index(found, i, words, expected)
+         if (k == 0) return
+         if (chosen(k)) call self%refuse(name, expected//'; '//trim(words(k))//' given twice')
+         chosen(k) = .true.
+      end do
+   end procedure get_set
+
+end submodule m_group_words

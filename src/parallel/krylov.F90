@@ -1,0 +1,184 @@
+!> Linear systems that are known by their product alone, on PETSc: conjugate gradients, or a method for
+!> matrices that are not symmetric, with the diagonal as preconditioner. An error inside PETSc aborts all
+!> ranks with PETSc's own words. Options of PETSc with the prefix -quasi_static_ change solver and
+!> preconditioner.
+module m_krylov
+#include <petsc/finclude/petscksp.h>
+#undef MPI_Comm
+   use petscksp
+   use m_kinds, only: wp
+   use m_petsc_session, only: begin_petsc, end_petsc
+   implicit none
+   private
+   public :: krylov_t
+
+   !> What the solver needs of a system.
+   type, abstract, public :: krylov_operator_t
+   contains
+      procedure(product_interface), deferred :: multiply
+   end type krylov_operator_t
+
+   abstract interface
+      !> Collective: to = K from, of this rank's unknowns.
+      subroutine product_interface(self, from, to)
+         import :: krylov_operator_t, wp
+         class(krylov_operator_t), intent(inout) :: self
+         real(wp), intent(in), contiguous :: from(:)
+         real(wp), intent(out), contiguous :: to(:)
+      end subroutine product_interface
+   end interface
+
+   !> Solver objects for so many unknowns, kept while the number fits.
+   type :: krylov_t
+      private
+      logical :: started = .false.     !< this solver has begun PETSc
+      integer :: unknowns = -1         !< on this rank
+      integer :: comm = 0
+      Vec :: right_side, solution
+      Mat :: shell
+      KSP :: symmetric, general
+   contains
+      procedure, public :: fit
+      procedure, public :: size => size_of
+      procedure, public :: solve
+      procedure, public :: dismiss
+      procedure, public :: finish
+   end type krylov_t
+
+   integer, parameter :: most_products = 4000 !< in one solve by conjugate gradients
+   integer, parameter :: most_general = 600   !< by the method for matrices that are not symmetric
+   integer, parameter :: restart = 60         !< of the method for matrices that are not symmetric
+
+   !> What PETSc's callbacks work on during a solve.
+   class(krylov_operator_t), pointer :: current_operator => null()
+   real(wp), pointer :: current_diagonal(:) => null()
+
+contains
+
+   !> Collective: objects for `unknowns` on this rank; those that are there are kept where all ranks' fit.
+   subroutine fit(self, comm, unknowns, fits)
+      class(krylov_t), intent(inout) :: self
+      integer, intent(in) :: comm     !< the handle of the ranks' communicator
+      integer, intent(in) :: unknowns !< on this rank; may be 0
+      logical, intent(in) :: fits     !< on all ranks the number is that of the last call
+      PetscErrorCode :: ierr
+      PetscInt :: n
+      if (fits .and. self%unknowns == unknowns) return
+      call begin_petsc(comm, self%started)
+      call self%dismiss()
+      n = unknowns
+      PetscCallA(VecCreateMPI(comm, n, PETSC_DETERMINE, self%right_side, ierr))
+      PetscCallA(VecDuplicate(self%right_side, self%solution, ierr))
+      PetscCallA(MatCreateShell(comm, n, n, PETSC_DETERMINE, PETSC_DETERMINE, 0, self%shell, ierr))
+      PetscCallA(MatShellSetOperation(self%shell, MATOP_MULT, multiply, ierr))
+      PetscCallA(MatShellSetOperation(self%shell, MATOP_GET_DIAGONAL, get_diagonal, ierr))
+      call make(self%symmetric, KSPCG)
+      call make(self%general, KSPFGMRES)
+      PetscCallA(KSPGMRESSetRestart(self%general, restart, ierr))
+      PetscCallA(KSPSetFromOptions(self%symmetric, ierr))
+      PetscCallA(KSPSetFromOptions(self%general, ierr))
+      self%unknowns = unknowns
+   contains
+      subroutine make(solver, method)
+         KSP :: solver
+         character(len=*), intent(in) :: method
+         PC :: preconditioner
+         PetscCallA(KSPCreate(comm, solver, ierr))
+         PetscCallA(KSPSetOptionsPrefix(solver, 'quasi_static_', ierr))
+         PetscCallA(KSPSetType(solver, method, ierr))
+         PetscCallA(KSPSetNormType(solver, KSP_NORM_UNPRECONDITIONED, ierr))
+         PetscCallA(KSPGetPC(solver, preconditioner, ierr))
+         PetscCallA(PCSetType(preconditioner, PCJACOBI, ierr))
+         PetscCallA(KSPSetOperators(solver, self%shell, self%shell, ierr))
+      end subroutine make
+   end subroutine fit
+
+   !> Unknowns on this rank that it is made for; -1: none.
+   pure integer function size_of(self)
+      class(krylov_t), intent(in) :: self
+      size_of = self%unknowns
+   end function size_of
+
+   !> Collective: x with |b - K x| <= residual, from 0, by conjugate gradients where K is symmetric; what they
+   !> have come to where they meet a direction of negative stiffness first.
+   subroutine solve(self, operator, diagonal, b, x, residual, symmetric, products, solved)
+      class(krylov_t), intent(inout) :: self
+      class(krylov_operator_t), intent(inout), target :: operator
+      real(wp), intent(in), target, contiguous :: diagonal(:) !< of K, above 0
+      real(wp), intent(in) :: b(:)
+      real(wp), intent(out) :: x(:)
+      real(wp), intent(in) :: residual
+      logical, intent(in) :: symmetric
+      integer, intent(out) :: products
+      logical, intent(out) :: solved
+      PetscErrorCode :: ierr
+      PetscScalar, pointer :: values(:)
+      PetscInt :: its, most
+      KSPConvergedReason :: reason
+      KSP :: solver
+      current_operator => operator
+      current_diagonal => diagonal
+      PetscCallA(VecGetArrayF90(self%right_side, values, ierr))
+      values = b
+      PetscCallA(VecRestoreArrayF90(self%right_side, values, ierr))
+      PetscCallA(VecSet(self%solution, 0.0_wp, ierr))
+      solver = self%general
+      most = most_general
+      if (symmetric) solver = self%symmetric
+      if (symmetric) most = most_products
+      PetscCallA(KSPSetOperators(solver, self%shell, self%shell, ierr))
+      PetscCallA(KSPSetTolerances(solver, 1.0e-30_wp, residual, PETSC_DEFAULT_REAL, most, ierr))
+      PetscCallA(KSPSolve(solver, self%right_side, self%solution, ierr))
+      PetscCallA(KSPGetConvergedReason(solver, reason, ierr))
+      PetscCallA(KSPGetIterationNumber(solver, its, ierr))
+      products = its
+      solved = reason > 0
+      PetscCallA(VecGetArrayReadF90(self%solution, values, ierr))
+      x = values
+      PetscCallA(VecRestoreArrayReadF90(self%solution, values, ierr))
+      nullify (current_operator, current_diagonal)
+   end subroutine solve
+
+   !> PETSc's product with the matrix.
+   subroutine multiply(matrix, x, y, ierr)
+      Mat :: matrix
+      Vec :: x, y
+      PetscErrorCode :: ierr
+      PetscScalar, pointer :: from(:), to(:)
+      PetscCallA(VecGetArrayReadF90(x, from, ierr))
+      PetscCallA(VecGetArrayF90(y, to, ierr))
+      call current_operator%multiply(from, to)
+      PetscCallA(VecRestoreArrayReadF90(x, from, ierr))
+      PetscCallA(VecRestoreArrayF90(y, to, ierr))
+   end subroutine multiply
+
+   subroutine get_diagonal(matrix, d, ierr)
+      Mat :: matrix
+      Vec :: d
+      PetscErrorCode :: ierr
+      PetscScalar, pointer :: values(:)
+      PetscCallA(VecGetArrayF90(d, values, ierr))
+      values = current_diagonal
+      PetscCallA(VecRestoreArrayF90(d, values, ierr))
+   end subroutine get_diagonal
+
+   !> Collective: free the objects.
+   subroutine dismiss(self)
+      class(krylov_t), intent(inout) :: self
+      PetscErrorCode :: ierr
+      if (self%unknowns < 0) return
+      PetscCallA(KSPDestroy(self%symmetric, ierr))
+      PetscCallA(KSPDestroy(self%general, ierr))
+      PetscCallA(MatDestroy(self%shell, ierr))
+      PetscCallA(VecDestroy(self%right_side, ierr))
+      PetscCallA(VecDestroy(self%solution, ierr))
+      self%unknowns = -1
+   end subroutine dismiss
+
+   !> Collective: end PETSc if this solver began it; after all others have freed what they have of it.
+   subroutine finish(self)
+      class(krylov_t), intent(inout) :: self
+      call end_petsc(self%started)
+   end subroutine finish
+
+end module m_krylov

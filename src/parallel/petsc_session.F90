@@ -1,0 +1,35 @@
+!> PETSc is begun once, by whoever needs it first, and ended by that one.
+module m_petsc_session
+#include <petsc/finclude/petscsys.h>
+#undef MPI_Comm
+   use petscsys
+   implicit none
+   private
+   public :: begin_petsc, end_petsc
+
+contains
+
+   !> Collective: begin PETSc where nobody has; `began` says whether this call did.
+   subroutine begin_petsc(comm, began)
+      integer, intent(in) :: comm !< the handle of the ranks' communicator
+      logical, intent(inout) :: began !< stays true where it is
+      PetscErrorCode :: ierr
+      PetscBool :: there
+      PetscCallA(PetscInitialized(there, ierr))
+      if (there) return
+      PETSC_COMM_WORLD = comm
+      PetscCallA(PetscInitialize(PETSC_NULL_CHARACTER, ierr))
+      began = .true.
+   end subroutine begin_petsc
+
+   !> Collective: end PETSc if this caller began it.
+   subroutine end_petsc(began)
+      logical, intent(inout) :: began
+      PetscErrorCode :: ierr
+      if (began) then
+         PetscCallA(PetscFinalize(ierr))
+      end if
+      began = .false.
+   end subroutine end_petsc
+
+end module m_petsc_session

@@ -1,0 +1,112 @@
+!> Explicit steps that become quasi-static at a time of the scene, and quasi-static ones that become explicit.
+module m_changing
+   use m_kinds, only: wp
+   use m_errors, only: error_t
+   use m_text, only: si
+   use m_scene, only: scene_t, quasi_static_spec_t
+   use m_model, only: model_t
+   use m_integrator, only: integrator_t
+   use m_advance, only: advance
+   use m_time_step, only: next_time_step
+   use m_speed_bounds, only: bound_speeds
+   use m_quasi_static, only: quasi_static_t
+   implicit none
+   private
+   public :: changing_t
+
+   type, extends(integrator_t) :: changing_t
+      private
+      type(quasi_static_spec_t) :: spec
+      type(quasi_static_t) :: statics
+      logical :: holds = .false. !< steps are quasi-static now
+      character(len=:), allocatable :: told
+   contains
+      procedure :: start
+      procedure :: next_step
+      procedure :: step
+      procedure :: keeps_state
+      procedure :: news
+      procedure :: summary
+      procedure :: release
+      procedure :: finish
+   end type changing_t
+
+contains
+
+   !> Collective: when the model stands as the run begins.
+   subroutine start(self, scene, model)
+      class(changing_t), intent(inout) :: self
+      type(scene_t), intent(in) :: scene
+      type(model_t), intent(inout) :: model
+      self%spec = scene%quasi_static
+      self%told = ''
+      call self%statics%start(scene, model)
+      self%holds = self%spec%holds_at(model%time)
+   end subroutine start
+
+   !> Collective: the step (s) that is to be taken now; first the change, where its time has come.
+   real(wp) function next_step(self, scene, model, share) result(time_step)
+      class(changing_t), intent(inout) :: self
+      type(scene_t), intent(in) :: scene
+      type(model_t), intent(in) :: model
+      real(wp), intent(in) :: share
+      if (self%spec%holds_at(model%time)) then
+         time_step = self%statics%next_step(scene, model, share)
+      else
+         time_step = next_time_step(scene, model, share)
+      end if
+   end function next_step
+
+   !> Collective: one step of either kind.
+   subroutine step(self, model, time_step, error)
+      class(changing_t), intent(inout) :: self
+      type(model_t), intent(inout) :: model
+      real(wp), intent(in) :: time_step
+      type(error_t), intent(inout) :: error
+      if (self%spec%holds_at(model%time) .neqv. self%holds) then
+         self%holds = .not. self%holds
+         call self%statics%change(model, self%holds)
+         self%told = self%told//'steps      from time '//si(model%time, 's')//' on they are '// &
+                     trim(merge('quasi-static', 'explicit    ', self%holds))//new_line('a')
+      end if
+      if (self%holds) then
+         call self%statics%step(model, time_step, error)
+      else
+         call advance(model, time_step, error)
+      end if
+      if (.not. self%holds .or. self%spec%holds_at(model%time)) return
+      call self%statics%change(model, .false.) ! the next step is explicit: at rest, and as long as waves let it
+      self%holds = .false.
+      self%told = self%told//'steps      from time '//si(model%time, 's')//' on they are explicit'//new_line('a')
+      call bound_speeds(model)
+   end subroutine step
+
+   pure logical function keeps_state(self)
+      class(changing_t), intent(in) :: self
+      keeps_state = self%holds .and. self%statics%keeps_state()
+   end function keeps_state
+
+   function news(self) result(text)
+      class(changing_t), intent(inout) :: self
+      character(len=:), allocatable :: text
+      text = self%told//self%statics%news()
+      self%told = ''
+   end function news
+
+   function summary(self) result(text)
+      class(changing_t), intent(in) :: self
+      character(len=:), allocatable :: text
+      text = self%statics%summary()
+   end function summary
+
+   subroutine release(self)
+      class(changing_t), intent(inout) :: self
+      call self%statics%release()
+   end subroutine release
+
+   subroutine finish(self)
+      class(changing_t), intent(inout) :: self
+      call self%statics%finish()
+   end subroutine finish
+
+end module m_changing

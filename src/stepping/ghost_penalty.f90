@@ -1,0 +1,220 @@
+!> Ghost penalty: jumps of the displacement's slope across faces of cells at a body's surface are penalised,
+!> so that nodes that hardly any particle holds are held by their neighbours (theory.md, eq. ghost; Burman
+!> 2010; Coombs 2022).
+module m_ghost_penalty
+   use m_kinds, only: wp
+   use m_node_values, only: node_values, tile_last, v_x, v_z, f_x, f_z
+   use m_scene, only: boundary_free
+   use m_level, only: level_t
+   use m_materials, only: materials_t
+   use m_split, only: half_edges
+   use m_static_nodes, only: is_own_node, tile_node
+   implicit none
+   private
+   public :: ghost_penalty_t, mark_cells
+
+   !> Second differences: of the node at(2:4, n) in the tile of own block at(5, n), along axis at(1, n).
+   type :: ghost_penalty_t
+      integer :: count = 0
+      integer, allocatable :: at(:, :)
+      real(wp), allocatable :: stiffness(:)      !< N/m
+      logical, allocatable :: filled(:, :, :, :) !< cells, by their lowest node in the tiles of own blocks
+      real(wp), allocatable :: young(:, :, :, :) !< of them, mean of what reaches into them, Pa
+   contains
+      procedure :: find_edges
+      procedure :: find_faces
+      procedure :: add_forces
+      procedure :: add_diagonal
+   end type ghost_penalty_t
+
+   integer, parameter :: reached = 1, sum_of_young = 2, coarse = 3, edge = 1 !< places of a node meanwhile
+   real(wp), parameter :: hair = 1.0e-7_wp    !< cells: what reaches less far into a cell is not in it
+   real(wp), parameter :: one_a_cell = 0.9_wp !< edge of a particle, in cells, from which its cell has no other
+
+contains
+
+   !> First: what a block's particles reach, cell by cell, into its empty tile. Sums over tiles follow.
+   subroutine mark_cells(level, materials, b, tile)
+      type(level_t), intent(in) :: level
+      type(materials_t), intent(in) :: materials
+      integer, intent(in) :: b
+      real(wp), intent(inout) :: tile(node_values, 0:tile_last, 0:tile_last, 0:tile_last)
+      real(wp) :: corner(3), r(3, 3), place(3), young
+      integer :: at(3), c, m, p, seen(3, 8)
+      associate (block => level%blocks(b), column => level%blocks(b)%particles%column, x => level%layout%position)
+         do p = 1, block%particles%count
+            m = materials%of_body(block%particles%body(p))
+            young = 0.5_wp/materials%slots(m)%law%complementary_energy([1.0_wp, 0.0_wp, 0.0_wp, 0.0_wp, 0.0_wp, &
+                                                                        0.0_wp])
+            r = half_edges(column(p, :), level%layout)*level%grid%per_cell
+            r = r*min(1.0_wp, 0.5_wp/maxval(sum(abs(r), dim=2)))*(1.0_wp - hair)
+            place = (column(p, x:x + 2) - block%origin)*level%grid%per_cell
+            do c = 0, 7
+               corner = place + matmul(r, real(2*[ibits(c, 0, 1), ibits(c, 1, 1), ibits(c, 2, 1)] - 1, wp))
+               at = min(max(floor(corner) + 1, 0), tile_last)
+               seen(:, c + 1) = at
+               if (any(all(seen(:, :c) == spread(at, 2, c), dim=1))) cycle
+               associate (node => tile(:, at(1), at(2), at(3)))
+                  node(reached) = node(reached) + 1.0_wp
+                  node(sum_of_young) = node(sum_of_young) + young
+                  if (2.0_wp*maxval(norm2(r, dim=1)) > one_a_cell) node(coarse) = node(coarse) + 1.0_wp
+               end associate
+            end do
+         end do
+      end associate
+   end subroutine mark_cells
+
+   !> Then: cells at the surface, or with no more than one particle, each told by one block, in place of what
+   !> the tiles hold. Sums over tiles follow.
+   subroutine find_edges(self, level, tiles)
+      class(ghost_penalty_t), intent(inout) :: self
+      type(level_t), intent(in) :: level
+      real(wp), intent(inout), contiguous :: tiles(:, 0:, 0:, 0:, :)
+      integer :: axis, b, i, j, k, side, next(3)
+      logical :: bare
+      associate (n => size(level%blocks))
+         if (allocated(self%filled)) deallocate (self%filled, self%young)
+         allocate (self%filled(0:tile_last, 0:tile_last, 0:tile_last, n), &
+                   self%young(0:tile_last, 0:tile_last, 0:tile_last, n))
+         self%filled = tiles(reached, :, :, :, :n) > 0.5_wp
+         self%young = tiles(sum_of_young, :, :, :, :n)/max(tiles(reached, :, :, :, :n), 1.0_wp)
+      end associate
+      do b = 1, size(level%blocks)
+         do k = 0, tile_last
+            do j = 0, tile_last
+               do i = 0, tile_last
+                  bare = .false.
+                  if (self%filled(i, j, k, b)) bare = is_own_node(level, b, [i, j, k])
+                  if (bare .and. .not. tiles(coarse, i, j, k, b) > 0.5_wp) then
+                     bare = .false.
+                     do axis = 1, 3
+                        do side = -1, 1, 2
+                           next = [i, j, k]
+                           next(axis) = next(axis) + side
+                           if (is_behind_side(level, b, next, axis)) cycle
+                           if (any(next < 0 .or. next > tile_last)) then
+                              bare = .true.
+                           else
+                              bare = bare .or. .not. self%filled(next(1), next(2), next(3), b)
+                           end if
+                        end do
+                     end do
+                  end if
+                  tiles(:, i, j, k, b) = 0.0_wp
+                  if (bare) tiles(edge, i, j, k, b) = 1.0_wp
+               end do
+            end do
+         end do
+      end do
+   end subroutine find_edges
+
+   !> True of a cell beyond a side of the grid that is not free: what is there is no surface.
+   pure logical function is_behind_side(level, b, cell, axis) result(behind)
+      type(level_t), intent(in) :: level
+      integer, intent(in) :: b, cell(3), axis
+      integer :: node(3)
+      node = tile_node(level, b, cell)
+      behind = node(axis) < 0 .and. level%grid%boundary(1, axis) /= boundary_free
+      behind = behind .or. (node(axis) >= level%grid%cells(axis) .and. level%grid%boundary(2, axis) &
+         /= boundary_free)
+   end function is_behind_side
+
+   !> Last: the faces between filled cells of which one is at the surface, node by node; `share` of Young's
+   !> modulus times a third of the cell is their stiffness, a quarter of each face to a node.
+   subroutine find_faces(self, level, tiles, share)
+      class(ghost_penalty_t), intent(inout) :: self
+      type(level_t), intent(in) :: level
+      real(wp), intent(in), contiguous :: tiles(:, 0:, 0:, 0:, :)
+      real(wp), intent(in) :: share
+      real(wp) :: total
+      integer :: axis, b, i, j, k, n, pass
+      do pass = 1, 2
+         n = 0
+         do b = 1, size(level%blocks)
+            do k = 0, tile_last
+               do j = 0, tile_last
+                  do i = 0, tile_last
+                     do axis = 1, 3
+                        if (.not. is_own_node(level, b, [i, j, k], axis)) cycle
+                        total = faces_at(self, tiles(edge, :, :, :, b), b, [i, j, k], axis)
+                        if (.not. total > 0.0_wp) cycle
+                        n = n + 1
+                        if (pass == 1) cycle
+                        self%at(:, n) = [axis, i, j, k, b]
+                        self%stiffness(n) = share*level%grid%cell/12.0_wp*total
+                     end do
+                  end do
+               end do
+            end do
+         end do
+         if (pass == 2) exit
+         self%count = n
+         if (allocated(self%at)) deallocate (self%at, self%stiffness)
+         allocate (self%at(5, n), self%stiffness(n))
+      end do
+   end subroutine find_faces
+
+   !> Sum of Young's modulus over the faces across an axis that a node belongs to and that count, Pa.
+   pure real(wp) function faces_at(self, edges, b, node, axis) result(total)
+      class(ghost_penalty_t), intent(in) :: self
+      real(wp), intent(in) :: edges(0:, 0:, 0:)
+      integer, intent(in) :: b, node(3), axis
+      integer :: first(3), second(3), u, v
+      total = 0.0_wp
+      do v = -1, 0
+         do u = -1, 0
+            second = node
+            second(mod(axis, 3) + 1) = second(mod(axis, 3) + 1) + u
+            second(mod(axis + 1, 3) + 1) = second(mod(axis + 1, 3) + 1) + v
+            first = second
+            first(axis) = first(axis) - 1
+            if (any(first < 0)) cycle
+            associate (a => first, z => second)
+               if (.not. (self%filled(a(1), a(2), a(3), b) .and. self%filled(z(1), z(2), z(3), b))) cycle
+               if (.not. max(edges(a(1), a(2), a(3)), edges(z(1), z(2), z(3))) > 0.5_wp) cycle
+               total = total + 0.5_wp*(self%young(a(1), a(2), a(3), b) + self%young(z(1), z(2), z(3), b))
+            end associate
+         end do
+      end do
+   end function faces_at
+
+   !> Add a multiple of the penalty's forces under the displacements of `motion` to the forces of `tiles`.
+   pure subroutine add_forces(self, motion, factor, tiles)
+      class(ghost_penalty_t), intent(in) :: self
+      real(wp), intent(in), contiguous :: motion(:, 0:, 0:, 0:, :) !< displacements in v_x to v_z, m
+      real(wp), intent(in) :: factor
+      real(wp), intent(inout), contiguous :: tiles(:, 0:, 0:, 0:, :)
+      real(wp) :: s(3)
+      integer :: n, o(3)
+      do n = 1, self%count
+         o = 0
+         o(self%at(1, n)) = 1
+         associate (i => self%at(2, n), j => self%at(3, n), k => self%at(4, n), b => self%at(5, n))
+            s = factor*self%stiffness(n)*(motion(v_x:v_z, i + o(1), j + o(2), k + o(3), b) &
+                                          - 2.0_wp*motion(v_x:v_z, i, j, k, b) &
+                                          + motion(v_x:v_z, i - o(1), j - o(2), k - o(3), b))
+            tiles(f_x:f_z, i + o(1), j + o(2), k + o(3), b) = tiles(f_x:f_z, i + o(1), j + o(2), k + o(3), b) + s
+            tiles(f_x:f_z, i, j, k, b) = tiles(f_x:f_z, i, j, k, b) - 2.0_wp*s
+            tiles(f_x:f_z, i - o(1), j - o(2), k - o(3), b) = tiles(f_x:f_z, i - o(1), j - o(2), k - o(3), b) + s
+         end associate
+      end do
+   end subroutine add_forces
+
+   !> Add the penalty's part of the diagonal.
+   pure subroutine add_diagonal(self, tiles)
+      class(ghost_penalty_t), intent(in) :: self
+      real(wp), intent(inout), contiguous :: tiles(:, 0:, 0:, 0:, :)
+      integer :: n, o(3)
+      do n = 1, self%count
+         o = 0
+         o(self%at(1, n)) = 1
+         associate (i => self%at(2, n), j => self%at(3, n), k => self%at(4, n), b => self%at(5, n), &
+                    s => self%stiffness(n))
+            tiles(f_x:f_z, i + o(1), j + o(2), k + o(3), b) = tiles(f_x:f_z, i + o(1), j + o(2), k + o(3), b) + s
+            tiles(f_x:f_z, i, j, k, b) = tiles(f_x:f_z, i, j, k, b) + 4.0_wp*s
+            tiles(f_x:f_z, i - o(1), j - o(2), k - o(3), b) = tiles(f_x:f_z, i - o(1), j - o(2), k - o(3), b) + s
+         end associate
+      end do
+   end subroutine add_diagonal
+
+end module m_ghost_penalty

@@ -1,0 +1,384 @@
+!> Quasi-static steps: the model goes from one equilibrium to the next, however long that takes (theory.md,
+!> Quasi-static steps). Particles change only when a step has its equilibrium.
+module m_quasi_static
+   use m_kinds, only: wp, i8
+   use m_constants, only: exit_numerical
+   use m_errors, only: error_t, fail
+   use m_text, only: to_text, si
+   use m_timers
+   use m_node_values, only: v_x, v_z
+   use m_scene, only: scene_t, quasi_static_spec_t
+   use m_g2p_boxes, only: motion_t
+   use m_pressure, only: pressure_t
+   use m_maxwell, only: maxwell_t
+   use m_norton, only: norton_t
+   use m_model, only: model_t, bounds_t
+   use m_integrator, only: integrator_t
+   use m_complaints, only: particle_text, most_cells_a_step
+   use m_g2p_stage, only: g2p_block, follow_loads
+   use m_stress_stage, only: stress_block
+   use m_cells_stage, only: cells_block
+   use m_advance, only: migrate
+   use m_trial_state, only: relaxation, part_of_gradient
+   use m_equilibrium, only: equilibrium_t, found, turned, no_contact_set, too_far
+   use m_static_loads, only: find_contact, book_contact
+   use m_static_times, only: next_stop
+   implicit none
+   private
+   public :: quasi_static_t
+
+   type, extends(integrator_t) :: quasi_static_t
+      private
+      type(quasi_static_spec_t) :: spec
+      type(equilibrium_t) :: equilibrium
+      real(wp) :: smallest = 0.0_wp      !< step, s
+      real(wp) :: compliance = 0.01_wp   !< of contact points
+      logical :: ahead = .true.          !< explicit steps work ahead
+      logical :: creeps = .false.        !< some material goes on by itself
+      real(wp) :: way = 0.0_wp           !< largest component of a particle's in the last step, m
+      logical :: failed_before = .false. !< the last step was halved
+      character(len=:), allocatable :: told
+      integer(i8) :: steps = 0, newton = 0, solves = 0, products = 0, halved = 0
+   contains
+      procedure :: start
+      procedure :: next_step
+      procedure :: step
+      procedure :: keeps_state
+      procedure :: news
+      procedure :: summary
+      procedure :: release
+      procedure :: change
+      procedure :: finish
+      procedure, private :: attempt
+      procedure, private :: commit
+      procedure, private :: choose_next
+      procedure, private :: complain
+   end type quasi_static_t
+
+   real(wp), parameter :: most_cells = 0.98_wp*most_cells_a_step !< that a node moves in a step
+   real(wp), parameter :: wished_cells = 0.4_wp     !< and what the next one aims at
+   real(wp), parameter :: growth = 1.5_wp, least_growth = 0.1_wp
+   integer, parameter :: parts_of_creep = 4    !< in which laws that creep take a step
+   integer, parameter :: easy = 5              !< Newton iterations up to which the next step is longer
+   real(wp), parameter :: smallest_share = 1.0e-3_wp !< of the first step
+   real(wp), parameter :: reach = 1.0_wp       !< cells: no point comes to a tool from further away in a step
+
+contains
+
+   !> Collective: what the scene says, when the model stands.
+   subroutine start(self, scene, model)
+      class(quasi_static_t), intent(inout) :: self
+      type(scene_t), intent(in) :: scene
+      type(model_t), intent(inout) :: model
+      integer :: m
+      self%spec = scene%quasi_static
+      self%compliance = scene%contact%compliance
+      self%smallest = smallest_share*self%spec%step
+      if (.not. model%static_step > 0.0_wp) model%static_step = self%spec%step
+      self%equilibrium%wants_log = self%spec%iterations
+      self%told = ''
+      self%creeps = .false.
+      do m = 1, size(model%materials%slots)
+         select type (law => model%materials%slots(m)%law)
+         type is (maxwell_t)
+            self%creeps = .true.
+         type is (norton_t)
+            self%creeps = .true.
+            self%equilibrium%system%parts = parts_of_creep
+         end select
+      end do
+      self%equilibrium%system%ramp = self%spec%ramp
+      if (self%spec%ramp > 0.0_wp) model%effect_step%follows_particles = .false. ! they do not know of it
+      self%ahead = model%works_ahead
+      model%has_inertia = .not. scene%quasi_static%holds_at(model%time)
+      call self%change(model, scene%quasi_static%holds_at(model%time))
+   end subroutine start
+
+   !> Steps are quasi-static from here on, or explicit. Particles begin at rest where they get inertia.
+   subroutine change(self, model, holds)
+      class(quasi_static_t), intent(in) :: self
+      type(model_t), intent(inout) :: model
+      logical, intent(in) :: holds
+      integer :: b, e
+      do e = 1, size(model%effects)
+         select type (effect => model%effects(e)%effect)
+         type is (pressure_t)
+            effect%whole_faces = holds
+         end select
+      end do
+      model%effect_step%leads = .not. holds
+      model%works_ahead = self%ahead .and. .not. holds
+      associate (level => model%levels(1), at => model%levels(1)%layout)
+         do b = 1, size(level%blocks)
+            level%blocks(b)%deposited = 0
+            level%blocks(b)%deposit_of = -1
+            if (holds .or. model%has_inertia .or. level%blocks(b)%particles%count == 0) cycle
+            associate (particles => level%blocks(b)%particles)
+               particles%column(:particles%count, at%velocity:at%velocity + 2) = 0.0_wp
+               if (at%gradient > 0) particles%column(:particles%count, at%gradient:at%gradient + 8) = 0.0_wp
+               call particles%changed()
+            end associate
+         end do
+         level%sums_wait = .false.
+      end associate
+      model%has_inertia = .not. holds
+   end subroutine change
+
+   !> Collective: the step (s) that is to be taken now: as the last ones let it, and so that times at which
+   !> something begins or ends, or is to be written, are met.
+   real(wp) function next_step(self, scene, model, share) result(time_step)
+      class(quasi_static_t), intent(inout) :: self
+      type(scene_t), intent(in) :: scene
+      type(model_t), intent(in) :: model
+      real(wp), intent(in) :: share
+      real(wp) :: speed, remaining
+      integer :: t
+      time_step = share*model%static_step
+      if (self%spec%max_step > 0.0_wp) time_step = min(time_step, self%spec%max_step)
+      remaining = next_stop(scene, model) - model%time
+      time_step = min(time_step, remaining)
+      if (self%creeps) time_step = time_step*creep_share(model, time_step, self%spec%creep_limit)
+      do t = 1, size(model%contact%tools)
+         speed = model%contact%tools(t)%fastest(model%time, model%time + time_step)
+         if (speed*time_step > most_cells*model%levels(1)%grid%cell) &
+            time_step = most_cells*model%levels(1)%grid%cell/speed
+      end do
+      time_step = remaining/max(1_i8, ceiling(min(remaining/time_step - 1.0e-6_wp, 1.0e15_wp), i8))
+   end function next_step
+
+   !> Collective: the share of a step in which stress relaxes by no more than is allowed.
+   real(wp) function creep_share(model, time_step, most) result(share)
+      type(model_t), intent(in) :: model
+      real(wp), intent(in) :: time_step !< s
+      real(wp), intent(in) :: most      !< change of stress, of all of it
+      real(wp) :: sizes(2), of_block(2)
+      integer :: b, try
+      share = 1.0_wp
+      do try = 1, 60
+         sizes = 0.0_wp
+         do b = 1, size(model%levels(1)%blocks)
+            of_block = relaxation(model%levels(1)%blocks(b)%particles, model%materials, &
+                                  model%levels(1)%layout, share*time_step)
+            sizes = sizes + of_block
+         end do
+         sizes = [sqrt(model%communicator%sum_real(sizes(1))), sqrt(model%communicator%sum_real(sizes(2)))]
+         if (.not. sizes(1) > most*sizes(2)) return
+         share = share*max(least_growth, 0.95_wp*most*sizes(2)/sizes(1))
+      end do
+   end function creep_share
+
+   !> Collective: one step, of the given length or, where that has no equilibrium, as much shorter as it has
+   !> to be.
+   subroutine step(self, model, time_step, error)
+      class(quasi_static_t), intent(inout) :: self
+      type(model_t), intent(inout) :: model
+      real(wp), intent(in) :: time_step
+      type(error_t), intent(inout) :: error
+      real(wp) :: now
+      logical :: done
+      now = time_step
+      self%failed_before = .false.
+      call model%timers%on_level(1)
+      do
+         call self%attempt(model, now, done)
+         if (done) exit
+         self%failed_before = .true.
+         self%halved = self%halved + 1
+         self%told = self%told//'quasi      step '//to_text(model%step + 1)//' of '//si(now, 's')// &
+                     ' has no equilibrium after '//to_text(self%equilibrium%newton)// &
+                     ' Newton iterations ('//reason(self%equilibrium%outcome)//'); it is halved'//new_line('a')
+         if (0.5_wp*now < self%smallest) then
+            call self%complain(model, error)
+            call model%timers%on_level(0)
+            return
+         end if
+         now = 0.5_wp*now
+      end do
+      call self%commit(model, now, error)
+      call model%timers%on_level(0)
+      call self%choose_next(model, now)
+   end subroutine step
+
+   !> Why a step has no equilibrium.
+   pure function reason(outcome) result(text)
+      integer, intent(in) :: outcome
+      character(len=:), allocatable :: text
+      select case (outcome)
+      case (too_far); text = 'a particle would move too far'
+      case (turned); text = 'a particle is strained too far'
+      case (no_contact_set); text = 'no set of pressed points stays'
+      case default; text = 'no convergence'
+      end select
+   end function reason
+
+   !> Collective: look for the equilibrium at the end of a step.
+   subroutine attempt(self, model, time_step, done)
+      class(quasi_static_t), intent(inout) :: self
+      type(model_t), intent(inout), target :: model
+      real(wp), intent(in) :: time_step !< s
+      logical, intent(out) :: done
+      call self%equilibrium%system%begin(model, model%time, time_step, self%spec%stabilisation)
+      call find_contact(self%equilibrium%system%contact, model, time_step, &
+                        reach*model%levels(1)%grid%cell, self%compliance)
+      call self%equilibrium%solve(self%spec%tolerance)
+      self%told = self%told//self%equilibrium%log
+      self%newton = self%newton + self%equilibrium%newton
+      self%solves = self%solves + self%equilibrium%solves
+      self%products = self%products + self%equilibrium%products
+      done = self%equilibrium%outcome == found
+      call self%equilibrium%system%set_motion(self%equilibrium%z)
+      self%way = self%equilibrium%system%farthest()
+      if (self%equilibrium%outcome == found .and. self%way > most_cells_a_step*model%levels(1)%grid%cell) &
+         self%equilibrium%outcome = too_far
+      done = self%equilibrium%outcome == found
+   end subroutine attempt
+
+   !> Collective: the particles follow the displacements, and tools stand where they are at the step's end.
+   subroutine commit(self, model, time_step, error)
+      class(quasi_static_t), intent(inout) :: self
+      type(model_t), intent(inout) :: model
+      real(wp), intent(in) :: time_step !< s
+      type(error_t), intent(inout) :: error
+      type(motion_t) :: motion
+      integer :: b
+      model%bounds = bounds_t()
+      model%last_step = 0.0_wp ! places and velocities are of one time
+      associate (level => model%levels(1))
+         motion = motion_t(time_step, 0.0_wp, level%layout%position)
+         call book_contact(self%equilibrium%system%contact, model, time_step)
+         do b = 1, size(level%blocks)
+            level%nodes(v_x:v_z, :, :, :, b) = level%nodes(v_x:v_z, :, :, :, b)/time_step
+            call level%blocks(b)%count_disorder()
+            if (model%effect_step(1)%acts_on_nodes) call model%effect_step(1)%measure(level, b, time_step)
+            if (level%blocks(b)%particles%count > 0) then
+               call g2p_block(model, 1, b, motion, model%time, error)
+               call stress_in_parts(model, b, self%equilibrium%system%parts, time_step, error)
+               call follow_loads(model, 1, b, motion, model%time)
+            end if
+            call cells_block(model, 1, b, error)
+            level%blocks(b)%deposited = 0
+         end do
+         level%sums_wait = .false.
+      end associate
+      call migrate(model, 1, error)
+      if (error%happened()) return
+      model%time = model%time + time_step
+      model%step = model%step + 1
+      self%steps = self%steps + 1
+   end subroutine commit
+
+   !> Stress, volumes and domains of a block, in as many parts as the laws were asked in.
+   subroutine stress_in_parts(model, b, parts, time_step, error)
+      type(model_t), intent(inout) :: model
+      integer, intent(in) :: b, parts
+      real(wp), intent(in) :: time_step !< the whole, s
+      type(error_t), intent(inout) :: error
+      real(wp), allocatable :: whole(:, :)
+      integer :: k, n
+      n = model%levels(1)%blocks(b)%particles%count
+      if (parts > 1) whole = time_step*model%levels(1)%gradient(:n, :)
+      do k = 1, parts
+         if (k > 1) call part_of_gradient(n, whole, k, parts, time_step, model%levels(1)%gradient)
+         call stress_block(model, 1, b, time_step/parts, error)
+      end do
+      if (parts > 1) model%levels(1)%gradient(:n, :) = whole/time_step
+   end subroutine stress_in_parts
+
+   !> The next step: longer where this one was easy, but not so long that particles move too far. One that was
+   !> cut short to meet a time, or for creep, does not shorten those that follow.
+   subroutine choose_next(self, model, time_step)
+      class(quasi_static_t), intent(in) :: self
+      type(model_t), intent(inout) :: model
+      real(wp), intent(in) :: time_step !< that was taken, s
+      real(wp) :: factor, wished
+      factor = 1.0_wp
+      if (.not. self%failed_before .and. self%equilibrium%newton <= easy) factor = growth
+      if (self%way > 0.0_wp) factor = min(factor, wished_cells*model%levels(1)%grid%cell/self%way)
+      wished = max(factor, least_growth)*time_step
+      if (.not. self%failed_before .and. factor >= 1.0_wp) wished = max(wished, model%static_step)
+      if (self%spec%max_step > 0.0_wp) wished = min(wished, self%spec%max_step)
+      model%static_step = wished
+   end subroutine choose_next
+
+   !> Collective: why there is no equilibrium, and where.
+   subroutine complain(self, model, error)
+      class(quasi_static_t), intent(in) :: self
+      type(model_t), intent(in) :: model
+      type(error_t), intent(inout) :: error
+      character(len=:), allocatable :: text
+      real(wp) :: worst
+      integer :: b, n, p
+      associate (it => self%equilibrium, level => model%levels(1))
+         if (it%outcome == turned) then
+            worst = -it%verdict%smallest
+            b = it%verdict%block
+            p = it%verdict%particle
+         else
+            worst = maxval([-1.0_wp, abs(it%left)])
+            b = 0
+            p = 0
+            if (size(it%left) > 0) then
+               n = maxloc(abs(it%left), dim=1)
+               associate (at => it%system%unknowns%at(:, n))
+                  b = at(5)
+                  p = nearest(level%blocks(b)%origin + (at(2:4) - 1)*level%grid%cell)
+               end associate
+            end if
+         end if
+         if (worst >= model%communicator%maximum(worst) .and. p > 0) then
+            text = particle_text(model, 1, b, p)//': no equilibrium with steps down to '// &
+                   si(self%smallest, 's')//', '//reason(it%outcome)
+            call fail(error, exit_numerical, text//'; try a smaller step, slower loads, smaller cells, or '// &
+                      'boundaries and tools that hold the body')
+         end if
+      end associate
+      call model%communicator%agree(error)
+      if (.not. error%happened()) call fail(error, exit_numerical, 'step '//to_text(model%step + 1)// &
+         ': no equilibrium with steps down to '//si(self%smallest, 's'))
+   contains
+      !> Particle of block b nearest to a place; 0: it has none.
+      pure integer function nearest(place) result(found_one)
+         real(wp), intent(in) :: place(3)
+         integer :: q
+         associate (particles => model%levels(1)%blocks(b)%particles, x => model%levels(1)%layout%position)
+            found_one = 0
+            if (particles%count == 0) return
+            found_one = minloc([(sum((particles%column(q, x:x + 2) - place)**2), q=1, particles%count)], dim=1)
+         end associate
+      end function nearest
+   end subroutine complain
+
+   pure logical function keeps_state(self)
+      class(quasi_static_t), intent(in) :: self
+      keeps_state = self%equilibrium%outcome /= found
+   end function keeps_state
+
+   function news(self) result(text)
+      class(quasi_static_t), intent(inout) :: self
+      character(len=:), allocatable :: text
+      text = self%told
+      self%told = ''
+   end function news
+
+   function summary(self) result(text)
+      class(quasi_static_t), intent(in) :: self
+      character(len=:), allocatable :: text
+      associate (steps => real(max(1_i8, self%steps), wp))
+         text = 'quasi-static: '//to_text(self%steps)//' steps, '//to_text(self%newton/steps, 3)// &
+                ' Newton iterations, '//to_text(self%solves/steps, 3)//' linear solves and '// &
+                to_text(self%products/steps, 4)//' products a step; '//to_text(self%halved)//' times halved'
+      end associate
+   end function summary
+
+   subroutine release(self)
+      class(quasi_static_t), intent(inout) :: self
+      call self%equilibrium%krylov%dismiss()
+   end subroutine release
+
+   !> Collective: end PETSc, if this began it and nobody else has anything of it any more.
+   subroutine finish(self)
+      class(quasi_static_t), intent(inout) :: self
+      call self%equilibrium%krylov%finish()
+   end subroutine finish
+
+end module m_quasi_static

@@ -1,0 +1,125 @@
+!> The unknowns of an equilibrium: displacements of the nodes of one level that are free, each on one rank,
+!> and their way into the node tiles and back.
+module m_static_nodes
+   use m_kinds, only: wp
+   use m_constants, only: block_size
+   use m_node_values, only: tile_last, mass_
+   use m_block, only: directions
+   use m_level, only: level_t
+   use m_boundary, only: held_components, inside
+   implicit none
+   private
+   public :: static_nodes_t, is_own_node, tile_node
+
+   !> Unknown n is component at(1, n) of the node at(2:4, n) of the tile of own block at(5, n).
+   type :: static_nodes_t
+      integer :: count = 0
+      integer, allocatable :: at(:, :)
+   contains
+      procedure :: number
+      procedure :: scatter
+      procedure :: gather
+   end type static_nodes_t
+
+contains
+
+   !> Number the free components of all nodes that have mass: `nodes` of the level hold the sums of P2G.
+   subroutine number(self, level)
+      class(static_nodes_t), intent(inout) :: self
+      type(level_t), intent(in) :: level
+      integer :: pass, b, i, j, k, axis, n, node(3)
+      logical :: held(3)
+      do pass = 1, 2
+         n = 0
+         do b = 1, size(level%blocks)
+            do k = 0, tile_last
+               do j = 0, tile_last
+                  do i = 0, tile_last
+                     if (.not. level%nodes(mass_, i, j, k, b) > 0.0_wp) cycle
+                     if (.not. is_own_node(level, b, [i, j, k])) cycle
+                     node = tile_node(level, b, [i, j, k])
+                     if (any([(inside(level%grid, axis, node(axis)) /= node(axis), axis=1, 3)])) cycle
+                     held = held_components(level%grid, node)
+                     do axis = 1, 3
+                        if (held(axis)) cycle
+                        n = n + 1
+                        if (pass == 2) self%at(:, n) = [axis, i, j, k, b]
+                     end do
+                  end do
+               end do
+            end do
+         end do
+         if (pass == 2) return
+         self%count = n
+         if (allocated(self%at)) deallocate (self%at)
+         allocate (self%at(5, n))
+      end do
+   end subroutine number
+
+   !> Place in the grid of a node of a block's tile.
+   pure function tile_node(level, b, at) result(node)
+      type(level_t), intent(in) :: level
+      integer, intent(in) :: b, at(3)
+      integer :: node(3)
+      node = block_size*level%blocks(b)%place + at - 1
+   end function tile_node
+
+   !> True where a block answers for a node of its tile: it is its own or, where the block of that does not
+   !> exist, the block is the lowest of those whose tiles hold it. With an axis: of those that hold the nodes
+   !> next to it along that axis too.
+   pure logical function is_own_node(level, b, at, axis) result(own)
+      type(level_t), intent(in) :: level
+      integer, intent(in) :: b, at(3)
+      integer, intent(in), optional :: axis
+      integer :: d, home(3), other(3)
+      own = all(at >= 1 .and. at <= block_size)
+      if (own) return
+      if (present(axis)) then
+         if (at(axis) < 1 .or. at(axis) > block_size) return
+      end if
+      associate (block => level%blocks(b))
+         home = block%place + merge(1, 0, at > block_size) - merge(1, 0, at < 1)
+         if (level%owner_at(home, block%field) >= 0) return
+         do d = 1, 27
+            other = at - block_size*directions(:, d)
+            if (any(other < 0 .or. other > tile_last)) cycle
+            if (present(axis)) then
+               if (directions(axis, d) /= 0) cycle
+            end if
+            if (level%owner_at(block%place + directions(:, d), block%field) < 0) cycle
+            if (level%grid%block_index(block%place + directions(:, d), block%field) < block%index) return
+         end do
+      end associate
+      own = .true.
+   end function is_own_node
+
+   !> Values of the unknowns into own tiles, in places first to first + 2 of their nodes; the tiles of other
+   !> blocks get them by the sum over tiles.
+   pure subroutine scatter(self, values, first, tiles)
+      class(static_nodes_t), intent(in) :: self
+      real(wp), intent(in) :: values(:)
+      integer, intent(in) :: first
+      real(wp), intent(inout), contiguous :: tiles(:, 0:, 0:, 0:, :)
+      integer :: n
+      do n = 1, self%count
+         associate (at => self%at(:, n))
+            tiles(first + at(1) - 1, at(2), at(3), at(4), at(5)) = values(n)
+         end associate
+      end do
+   end subroutine scatter
+
+   !> The way back.
+   pure subroutine gather(self, first, tiles, values)
+      class(static_nodes_t), intent(in) :: self
+      integer, intent(in) :: first
+      real(wp), intent(in), contiguous :: tiles(:, 0:, 0:, 0:, :)
+      real(wp), intent(out) :: values(:)
+      integer :: n
+      do n = 1, self%count
+         associate (at => self%at(:, n))
+            values(n) = tiles(first + at(1) - 1, at(2), at(3), at(4), at(5))
+         end associate
+      end do
+   end subroutine gather
+
+end module m_static_nodes

@@ -1,0 +1,397 @@
+!> The forces of a quasi-static step under a trial displacement, and the stiffness that belongs to them, on
+!> the P2G, G2P and sums over blocks and ranks of the explicit step (theory.md, eqs static-residual,
+!> static-tangent).
+module m_static_system
+   use m_kinds, only: wp
+   use m_timers
+   use m_node_values, only: mass_, v_x, a_x, a_z, f_x
+   use m_boundary, only: fold_symmetry, apply_boundary, motion_parity
+   use m_node_exchange, only: sum_tiles
+   use m_migration, only: frame_of
+   use m_p2g_boxes, only: clear
+   use m_g2p_boxes, only: motion_t, fastest_t
+   use m_particle_transfer, only: p2g, g2p
+   use m_static_transfer, only: p2g_stress, p2g_diagonal
+   use m_krylov, only: krylov_operator_t
+   use m_static_contact, only: static_contact_t
+   use m_model, only: model_t
+   use m_static_nodes, only: static_nodes_t
+   use m_trial_state, only: trial_block_t, verdict_t
+   use m_ghost_penalty, only: ghost_penalty_t, mark_cells
+   implicit none
+   private
+   public :: static_system_t
+
+   !> `model%levels(1)%nodes` hold the displacements that were set last, in the places of velocities.
+   type, extends(krylov_operator_t) :: static_system_t
+      type(model_t), pointer :: model => null()
+      type(static_nodes_t) :: unknowns
+      type(trial_block_t), allocatable :: trial(:) !< (own blocks)
+      type(ghost_penalty_t) :: ghost
+      type(static_contact_t) :: contact
+      real(wp), allocatable :: forces(:, :, :, :, :) !< tiles as the level's
+      real(wp), allocatable :: load(:)               !< (unknowns): of effects at the step's end, N
+      real(wp), allocatable :: diagonal(:)           !< (unknowns): of the stiffness, N/m
+      real(wp), allocatable :: work(:, :)            !< (particles of the largest block, 27)
+      real(wp) :: time_step = 0.0_wp                 !< s
+      integer :: parts = 1                           !< as of trial_block_t
+      real(wp) :: ramp = 0.0_wp                      !< over which loads come on from time 0, s
+      real(wp) :: scale = 0.0_wp !< size of the forces that are in balance, N
+      logical :: presses = .false.                   !< products take pressed points along
+      integer :: product_row = 0, residual_row = 0   !< of the timers
+   contains
+      procedure :: begin
+      procedure :: hold_loads
+      procedure :: make_ghost
+      procedure :: set_motion
+      procedure :: evaluate
+      procedure :: linearise
+      procedure :: multiply
+      procedure :: contact_forces
+      procedure :: dot
+      procedure :: steepest
+      procedure :: farthest
+      procedure, private :: clear_forces
+      procedure, private :: sum_forces
+   end type static_system_t
+
+   real(wp), parameter :: even(8, 3) = 1.0_wp !< what a mirror image does to a diagonal
+
+contains
+
+   !> Collective: the unknowns and what stays as it is in a step: loads of its end, ghost penalty. Contact is
+   !> found by the caller.
+   subroutine begin(self, model, time, time_step, stabilisation)
+      class(static_system_t), intent(inout) :: self
+      type(model_t), intent(inout), target :: model
+      real(wp), intent(in) :: time, time_step, stabilisation
+      integer :: b, largest
+      self%model => model
+      self%time_step = time_step
+      self%product_row = model%timers%row_of('static products')
+      self%residual_row = model%timers%row_of('static forces')
+      associate (level => model%levels(1))
+         if (allocated(self%trial)) then
+            if (size(self%trial) /= size(level%blocks)) deallocate (self%trial)
+         end if
+         if (.not. allocated(self%trial)) allocate (self%trial(size(level%blocks)))
+         largest = 1
+         do b = 1, size(level%blocks)
+            self%trial(b)%parts = self%parts
+            call self%trial(b)%fit(level%blocks(b)%particles%count, tangents=.true.)
+            largest = max(largest, level%blocks(b)%particles%count)
+         end do
+         if (allocated(self%work)) then
+            if (size(self%work, 1) < largest) deallocate (self%work)
+         end if
+         if (.not. allocated(self%work)) allocate (self%work(largest, 27))
+         if (allocated(self%forces)) then
+            if (size(self%forces, 5) /= size(level%nodes, 5)) deallocate (self%forces)
+         end if
+         if (.not. allocated(self%forces)) allocate (self%forces, mold=level%nodes)
+         self%forces = 0.0_wp
+      end associate
+      if (any(model%effect_step%adds_forces) .or. time < self%ramp) then
+         call self%hold_loads(time)
+         call model%effect_step(1)%keep_push()
+         call self%hold_loads(time + time_step, number=.true.)
+         call model%effect_step(1)%mean_push()
+      else
+         call self%hold_loads(time + time_step, number=.true.)
+      end if
+      if (stabilisation > 0.0_wp) call self%make_ghost(stabilisation)
+   end subroutine begin
+
+   !> Collective: masses of the nodes, and the forces of effects at a time.
+   subroutine hold_loads(self, time, number)
+      class(static_system_t), intent(inout) :: self
+      real(wp), intent(in) :: time
+      logical, intent(in), optional :: number !< number the unknowns, and keep the loads
+      real(wp), allocatable :: more(:)
+      integer :: b, c
+      call self%model%timers%enter(phase_p2g)
+      if (.not. allocated(self%load)) allocate (self%load(0))
+      associate (model => self%model, level => self%model%levels(1))
+         do b = 1, size(level%blocks)
+            call level%update_extents(b, whole=.true.)
+            call clear(level%nodes(:, :, :, :, b))
+            call p2g(level%blocks(b)%cells, level%blocks(b)%particles%column, level%layout, &
+                     frame_of(level, level%blocks(b)), level%nodes(:, :, :, :, b))
+            level%nodes(v_x:a_z, :, :, :, b) = 0.0_wp
+            if (model%effect_step(1)%acts_on_nodes) &
+               call model%effect_step(1)%add_body_forces(model%effects, level, b, time, model%timers)
+            call fold_symmetry(level%grid, level%blocks(b)%place, level%nodes(:, :, :, :, b), motion_parity)
+         end do
+         call model%effect_step(1)%keep_masses(level)
+         call model%timers%enter(phase_exchange)
+         call model%exchange(1)%start(level%nodes)
+         call model%exchange(1)%wait(level%nodes)
+         call sum_tiles(level%blocks, level%interior_first, level%nodes)
+         if (present(number)) then
+            call self%unknowns%number(level)
+            call fit(self%load)
+            call fit(self%diagonal)
+            call self%unknowns%gather(f_x, level%nodes, self%load)
+         end if
+         if (size(model%effect_step(1)%on_nodes) > 0) call add_by_nodes(present(number))
+         if (.not. time < self%ramp) return
+         call model%effect_step(1)%scale_push(max(0.0_wp, time/self%ramp))
+         self%load = max(0.0_wp, time/self%ramp)*self%load
+      end associate
+   contains
+      !> Those that act on nodes as accelerations.
+      subroutine add_by_nodes(wanted)
+         logical, intent(in) :: wanted
+         associate (model => self%model, level => self%model%levels(1))
+            do b = 1, size(level%blocks)
+               level%nodes(v_x:a_z, :, :, :, b) = 0.0_wp
+               call model%effect_step(1)%change_nodes(model%effects, level, b, time, 0.0_wp, &
+                                                      model%composite(1)%constrained(b), model%timers)
+               do c = a_x, a_z
+                  level%nodes(c, :, :, :, b) = level%nodes(c, :, :, :, b)*level%nodes(mass_, :, :, :, b)
+               end do
+            end do
+            if (.not. wanted) return
+            allocate (more(self%unknowns%count))
+            call self%unknowns%gather(a_x, level%nodes, more)
+            self%load = self%load + more
+         end associate
+      end subroutine add_by_nodes
+
+      subroutine fit(values)
+         real(wp), allocatable, intent(inout) :: values(:)
+         if (allocated(values)) deallocate (values)
+         allocate (values(self%unknowns%count), source=0.0_wp)
+      end subroutine fit
+   end subroutine hold_loads
+
+   !> Collective: the faces that the ghost penalty acts on.
+   subroutine make_ghost(self, share)
+      class(static_system_t), intent(inout) :: self
+      real(wp), intent(in) :: share !< of Young's modulus
+      integer :: b
+      call self%model%timers%enter(self%residual_row)
+      associate (model => self%model, level => self%model%levels(1))
+         self%forces(:, :, :, :, :size(level%blocks)) = 0.0_wp
+         do b = 1, size(level%blocks)
+            call mark_cells(level, model%materials, b, self%forces(:, :, :, :, b))
+         end do
+         call self%sum_forces()
+         call self%ghost%find_edges(level, self%forces)
+         call self%sum_forces()
+         call self%ghost%find_faces(level, self%forces, share)
+      end associate
+   end subroutine make_ghost
+
+   !> Collective: displacements of the unknowns onto all nodes, held and mirrored ones too.
+   subroutine set_motion(self, z)
+      class(static_system_t), intent(inout) :: self
+      real(wp), intent(in) :: z(:) !< m
+      integer :: b
+      associate (model => self%model, level => self%model%levels(1))
+         level%nodes(:, :, :, :, :size(level%blocks)) = 0.0_wp
+         call self%unknowns%scatter(z, v_x, level%nodes)
+         call model%exchange(1)%start(level%nodes)
+         call model%exchange(1)%wait(level%nodes)
+         call sum_tiles(level%blocks, level%interior_first, level%nodes)
+         do b = 1, size(level%blocks)
+            call apply_boundary(level%grid, level%blocks(b)%place, level%nodes(:, :, :, :, b))
+         end do
+      end associate
+   end subroutine set_motion
+
+   !> Collective: the forces on the unknowns under displacements, without contact, N; gaps of the points; the
+   !> size of the forces.
+   subroutine evaluate(self, z, force, verdict)
+      class(static_system_t), intent(inout) :: self
+      real(wp), intent(in) :: z(:)
+      real(wp), intent(out) :: force(:)
+      type(verdict_t), intent(out) :: verdict !< of this rank
+      integer :: b, c
+      real(wp) :: squares
+      call self%model%timers%enter(self%residual_row)
+      call self%set_motion(z)
+      call self%clear_forces()
+      squares = 0.0_wp
+      associate (model => self%model, level => self%model%levels(1))
+         do b = 1, size(level%blocks)
+            associate (block => level%blocks(b), trial => self%trial(b), n => level%blocks(b)%particles%count)
+               if (n == 0) cycle
+               call g2p(block%cells, level%nodes(:, :, :, :, b), level%layout, frame_of(level, block), &
+                        motion_t(0.0_wp, 1.0_wp, level%layout%position), block%particles%column, trial%gradient)
+               call trial%update(block%particles, model%materials, level%layout, self%time_step, verdict, b)
+               call p2g_stress(block%cells, block%particles%column, level%layout, frame_of(level, block), &
+                               trial%force, self%forces(:, :, :, :, b))
+               do c = 1, 9
+                  squares = squares + sum(trial%force(:n, c)**2/block%particles%column(:n, level%layout%volume))
+               end do
+            end associate
+         end do
+         call self%ghost%add_forces(level%nodes, -1.0_wp, self%forces)
+         call self%contact%move(level%nodes)
+         call fold_all(self, motion_parity)
+         call self%sum_forces()
+         call self%unknowns%gather(f_x, self%forces, force)
+         force = force + self%load
+         self%scale = 2.0_wp*sqrt(level%grid%cell*model%communicator%sum_real(squares))
+      end associate
+   end subroutine evaluate
+
+   !> Collective: tangents and diagonal about the displacements that were evaluated last.
+   subroutine linearise(self)
+      class(static_system_t), intent(inout) :: self
+      integer :: b
+      call self%model%timers%enter(self%residual_row)
+      call self%clear_forces()
+      associate (model => self%model, level => self%model%levels(1))
+         do b = 1, size(level%blocks)
+            associate (block => level%blocks(b), trial => self%trial(b), n => level%blocks(b)%particles%count)
+               if (n == 0) cycle
+               call trial%linearise(block%particles, model%materials, level%layout, self%time_step)
+               call trial%diagonal(n, self%work)
+               call p2g_diagonal(block%cells, block%particles%column, level%layout, frame_of(level, block), &
+                                 self%work, self%forces(:, :, :, :, b))
+            end associate
+         end do
+         call self%ghost%add_diagonal(self%forces)
+         call self%contact%add_diagonal(self%forces)
+         call self%contact%curve(level%nodes, level%grid%cell)
+         call fold_all(self, even)
+         call self%sum_forces()
+         call self%unknowns%gather(f_x, self%forces, self%diagonal)
+         where (.not. self%diagonal > 0.0_wp) self%diagonal = 1.0_wp
+      end associate
+   end subroutine linearise
+
+   !> Collective: to = K from, with the stiffness of pressed points where `presses`; the nodes hold `from`
+   !> afterwards.
+   subroutine multiply(self, from, to)
+      class(static_system_t), intent(inout) :: self
+      real(wp), intent(in), contiguous :: from(:)
+      real(wp), intent(out), contiguous :: to(:)
+      real(wp) :: u(3), f(3)
+      integer :: b, n
+      call self%model%timers%enter(self%product_row)
+      call self%set_motion(from)
+      call self%clear_forces()
+      associate (model => self%model, level => self%model%levels(1))
+         do b = 1, size(level%blocks)
+            associate (block => level%blocks(b), trial => self%trial(b), &
+                       count => level%blocks(b)%particles%count)
+               if (count == 0) cycle
+               call g2p(block%cells, level%nodes(:, :, :, :, b), level%layout, frame_of(level, block), &
+                        motion_t(0.0_wp, 1.0_wp, level%layout%position), block%particles%column, level%gradient)
+               call trial%multiply(count, level%gradient, self%work)
+               call p2g_stress(block%cells, block%particles%column, level%layout, frame_of(level, block), &
+                               self%work, self%forces(:, :, :, :, b))
+            end associate
+         end do
+         call self%ghost%add_forces(level%nodes, 1.0_wp, self%forces)
+         do n = 1, self%contact%count
+            associate (it => self%contact%list(n))
+               if (.not. ((self%presses .and. it%pressed) .or. it%force > 0.0_wp)) cycle
+               u = self%contact%way(n, level%nodes)
+               f = 0.0_wp
+               if (it%force > 0.0_wp) f = -it%force*matmul(it%turning, u)
+               if (self%presses .and. it%pressed) f = f + dot_product(it%normal, u)/it%yielding*it%normal
+               call self%contact%add_force_at(n, f, self%forces)
+            end associate
+         end do
+         call fold_all(self, motion_parity)
+         call self%sum_forces()
+         call self%unknowns%gather(f_x, self%forces, to)
+      end associate
+   end subroutine multiply
+
+   !> Collective: what forces of the points, along their normals, do to the unknowns, N.
+   subroutine contact_forces(self, pressing, force)
+      class(static_system_t), intent(inout) :: self
+      real(wp), intent(in) :: pressing(:) !< (points), N
+      real(wp), intent(out) :: force(:)
+      integer :: n
+      call self%clear_forces()
+      do n = 1, self%contact%count
+         if (abs(pressing(n)) > 0.0_wp) &
+            call self%contact%add_force_at(n, pressing(n)*self%contact%list(n)%normal, self%forces)
+      end do
+      call fold_all(self, motion_parity)
+      call self%sum_forces()
+      call self%unknowns%gather(f_x, self%forces, force)
+   end subroutine contact_forces
+
+   !> Collective: largest component of the gradients of displacements, of all particles.
+   real(wp) function steepest(self, z)
+      class(static_system_t), intent(inout) :: self
+      real(wp), intent(in) :: z(:) !< m
+      integer :: b
+      call self%set_motion(z)
+      steepest = 0.0_wp
+      associate (model => self%model, level => self%model%levels(1))
+         do b = 1, size(level%blocks)
+            associate (block => level%blocks(b), n => level%blocks(b)%particles%count)
+               if (n == 0) cycle
+               call g2p(block%cells, level%nodes(:, :, :, :, b), level%layout, frame_of(level, block), &
+                        motion_t(0.0_wp, 1.0_wp, level%layout%position), block%particles%column, level%gradient)
+               steepest = max(steepest, maxval(abs(level%gradient(:n, :))))
+            end associate
+         end do
+         steepest = model%communicator%maximum(steepest)
+      end associate
+   end function steepest
+
+   !> Collective: largest component of the way of a particle, m; the nodes hold the displacements.
+   real(wp) function farthest(self)
+      class(static_system_t), intent(inout) :: self
+      type(fastest_t) :: longest
+      integer :: b
+      farthest = 0.0_wp
+      associate (model => self%model, level => self%model%levels(1))
+         do b = 1, size(level%blocks)
+            associate (block => level%blocks(b))
+               if (block%particles%count == 0) cycle
+               longest = fastest_t(0.0_wp)
+               call g2p(block%cells, level%nodes(:, :, :, :, b), level%layout, frame_of(level, block), &
+                        motion_t(0.0_wp, 1.0_wp, level%layout%position), block%particles%column, level%gradient, &
+                        longest)
+               farthest = max(farthest, longest%speed)
+            end associate
+         end do
+         farthest = model%communicator%maximum(farthest)
+      end associate
+   end function farthest
+
+   !> Collective: product of two vectors of unknowns.
+   real(wp) function dot(self, a, b)
+      class(static_system_t), intent(in) :: self
+      real(wp), intent(in) :: a(:), b(:)
+      dot = self%model%communicator%sum_real(dot_product(a, b))
+   end function dot
+
+   subroutine clear_forces(self)
+      class(static_system_t), intent(inout) :: self
+      self%forces(:, :, :, :, :size(self%model%levels(1)%blocks)) = 0.0_wp
+   end subroutine clear_forces
+
+   !> What stands outside symmetry planes goes to its mirror nodes, in all own tiles.
+   subroutine fold_all(self, parity)
+      type(static_system_t), intent(inout) :: self
+      real(wp), intent(in) :: parity(:, :)
+      integer :: b
+      associate (level => self%model%levels(1))
+         do b = 1, size(level%blocks)
+            call fold_symmetry(level%grid, level%blocks(b)%place, self%forces(:, :, :, :, b), parity)
+         end do
+      end associate
+   end subroutine fold_all
+
+   !> Collective: sums over blocks and ranks.
+   subroutine sum_forces(self)
+      class(static_system_t), intent(inout) :: self
+      associate (model => self%model, level => self%model%levels(1))
+         call model%exchange(1)%start(self%forces)
+         call model%exchange(1)%wait(self%forces)
+         call sum_tiles(level%blocks, level%interior_first, self%forces)
+      end associate
+   end subroutine sum_forces
+
+end module m_static_system

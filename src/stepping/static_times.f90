@@ -1,0 +1,48 @@
+!> Times that quasi-static steps have to meet: where tools or pressures change their way, where something is
+!> to be written, and the end.
+module m_static_times
+   use m_kinds, only: wp
+   use m_scene, only: scene_t
+   use m_pressure, only: pressure_t
+   use m_model, only: model_t
+   implicit none
+   private
+   public :: next_stop
+
+   real(wp), parameter :: hair = 1.0e-9_wp !< of the end time: no time so near is still to come
+
+contains
+
+   !> The next of these times, s.
+   real(wp) function next_stop(scene, model) result(stop_at)
+      type(scene_t), intent(in) :: scene
+      type(model_t), intent(in) :: model
+      integer :: i, k
+      stop_at = scene%end_time
+      if (scene%output%present .and. scene%output%every > 0.0_wp) &
+         call take([scene%output%every*(floor(model%time/scene%output%every + hair) + 1)])
+      call take([scene%quasi_static%ramp, scene%quasi_static%from, scene%quasi_static%to])
+      do i = 1, size(scene%tools)
+         if (allocated(scene%tools(i)%times)) call take(scene%tools(i)%times)
+         if (.not. allocated(scene%tools(i)%motions)) cycle
+         do k = 1, size(scene%tools(i)%motions)
+            call take(scene%tools(i)%motions(k)%times)
+         end do
+      end do
+      do i = 1, size(scene%effects)
+         select type (effect => scene%effects(i)%it)
+         type is (pressure_t)
+            call take(effect%times)
+         end select
+      end do
+   contains
+      subroutine take(times)
+         real(wp), intent(in) :: times(:)
+         integer :: n
+         do n = 1, size(times)
+            if (times(n) > model%time + hair*scene%end_time) stop_at = min(stop_at, times(n))
+         end do
+      end subroutine take
+   end function next_stop
+
+end module m_static_times

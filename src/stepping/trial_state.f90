@@ -1,0 +1,270 @@
+!> Particles under a trial displacement: they stay as they are; the gradient of the displacement, the stress
+!> that their law makes of it from the beginning of the step, and the tangent stand beside them (theory.md,
+!> eq. static-residual).
+module m_trial_state
+   use m_kinds, only: wp
+   use m_vectors, only: cross
+   use m_field_table, only: layout_t
+   use m_particle_store, only: particle_store_t
+   use m_materials, only: materials_t
+   implicit none
+   private
+   public :: trial_block_t, verdict_t, relaxation, part_of_gradient
+
+   integer, parameter :: lanes = 64 !< particles at once: their columns stay in the nearest cache
+   real(wp), parameter :: difference = 1.0e-7_wp !< of a component of the gradient
+
+   !> Of one block's particles.
+   type :: trial_block_t
+      integer :: parts = 1 !< in which the laws take a step: material that creeps goes backward in time
+      real(wp), allocatable :: gradient(:, :) !< (:, 9): A = du/dX, component ij at 3 (j-1) + i
+      real(wp), allocatable :: force(:, :)    !< (:, 9): minus volume times the first Piola-Kirchhoff stress
+                                              !< with respect to the beginning of the step, N m
+      real(wp), allocatable :: tangent(:, :) !< (:, 81): its derivative, d ij/d kl at 9 (kl-1) + ij, other
+                                             !< sign, J
+   contains
+      procedure :: fit
+      procedure :: update
+      procedure :: linearise
+      procedure :: multiply
+      procedure :: diagonal
+   end type trial_block_t
+
+   !> What a trial state says of itself; of one rank.
+   type :: verdict_t
+      real(wp) :: smallest = huge(1.0_wp)  !< determinant of I + A
+      real(wp) :: largest = 0.0_wp         !< component of A, size
+      integer :: block = 0, particle = 0   !< of the smallest determinant
+      logical :: finite = .true.           !< all stresses are numbers
+   end type verdict_t
+
+contains
+
+   !> Room for so many particles; `tangents`: for their tangents too.
+   subroutine fit(self, count, tangents)
+      class(trial_block_t), intent(inout) :: self
+      integer, intent(in) :: count
+      logical, intent(in) :: tangents
+      if (allocated(self%gradient)) then
+         if (size(self%gradient, 1) < count) deallocate (self%gradient, self%force)
+      end if
+      if (.not. allocated(self%gradient)) allocate (self%gradient(count, 9), self%force(count, 9))
+      if (.not. tangents) return
+      if (allocated(self%tangent)) then
+         if (size(self%tangent, 1) < count) deallocate (self%tangent)
+      end if
+      if (.not. allocated(self%tangent)) allocate (self%tangent(size(self%gradient, 1), 81))
+   end subroutine fit
+
+   !> The stress of all particles for the gradient as it stands.
+   subroutine update(self, particles, materials, layout, time_step, verdict, b)
+      class(trial_block_t), intent(inout) :: self
+      type(particle_store_t), intent(in) :: particles
+      type(materials_t), intent(in) :: materials
+      type(layout_t), intent(in) :: layout
+      real(wp), intent(in) :: time_step !< s
+      type(verdict_t), intent(inout) :: verdict
+      integer, intent(in) :: b !< number of the block, for the verdict
+      real(wp) :: determinant(lanes)
+      integer :: first, last, n, run
+      first = 1
+      do while (first <= particles%count)
+         run = particles%run_end(first)
+         do while (first <= run)
+            last = min(first + lanes - 1, run)
+            n = last - first + 1
+            call stress_of(self%parts, particles, materials, layout, time_step, first, n, self%gradient(first:last, :), &
+                           self%force(first:last, :), determinant)
+            verdict%largest = max(verdict%largest, maxval(abs(self%gradient(first:last, :))))
+            if (.not. all(abs(self%force(first:last, :)) <= huge(1.0_wp))) verdict%finite = .false.
+            if (.not. minval(determinant(:n)) >= verdict%smallest) then
+               verdict%smallest = minval(determinant(:n))
+               verdict%block = b
+               verdict%particle = first - 1 + minloc(determinant(:n), dim=1)
+            end if
+            first = last + 1
+         end do
+      end do
+   end subroutine update
+
+   !> The tangents about the gradient as it stands, by differences.
+   subroutine linearise(self, particles, materials, layout, time_step)
+      class(trial_block_t), intent(inout) :: self
+      type(particle_store_t), intent(in) :: particles
+      type(materials_t), intent(in) :: materials
+      type(layout_t), intent(in) :: layout
+      real(wp), intent(in) :: time_step !< s
+      real(wp) :: near(lanes, 9), force(lanes, 9), determinant(lanes), span
+      integer :: first, last, kl, n, run
+      first = 1
+      do while (first <= particles%count)
+         run = particles%run_end(first)
+         do while (first <= run)
+            last = min(first + lanes - 1, run)
+            n = last - first + 1
+            do kl = 1, 9
+               near(:n, :) = self%gradient(first:last, :)
+               near(:n, kl) = near(:n, kl) + difference
+               span = difference
+               call stress_of(self%parts, particles, materials, layout, time_step, first, n, near(:n, :), &
+                              force(:n, :), determinant)
+               self%tangent(first:last, 9*kl - 8:9*kl) = (self%force(first:last, :) - force(:n, :))/span
+            end do
+            first = last + 1
+         end do
+      end do
+   end subroutine linearise
+
+   !> By how much the stress of particles that stand still would change in a time, and how large it is: sums of
+   !> squares over components and volumes, Pa2 m3.
+   function relaxation(particles, materials, layout, time_step) result(sizes)
+      type(particle_store_t), intent(in) :: particles
+      type(materials_t), intent(in) :: materials
+      type(layout_t), intent(in) :: layout
+      real(wp), intent(in) :: time_step !< s
+      real(wp) :: sizes(2)
+      real(wp) :: still(lanes, 9), force(lanes, 9), determinant(lanes)
+      integer, parameter :: at(9) = [1, 6, 5, 6, 2, 4, 5, 4, 3]
+      integer :: c, first, last, n, run
+      sizes = 0.0_wp
+      still = 0.0_wp
+      first = 1
+      do while (first <= particles%count)
+         run = particles%run_end(first)
+         do while (first <= run)
+            last = min(first + lanes - 1, run)
+            n = last - first + 1
+            call stress_of(1, particles, materials, layout, time_step, first, n, still(:n, :), &
+                           force(:n, :), determinant)
+            associate (column => particles%column(first:last, :))
+               do c = 1, 9
+                  sizes(1) = sizes(1) + sum((force(:n, c) + column(:, layout%volume) &
+                                             *column(:, layout%stress + at(c) - 1))**2/column(:, layout%volume))
+                  sizes(2) = sizes(2) + sum(column(:, layout%volume)*column(:, layout%stress + at(c) - 1)**2)
+               end do
+            end associate
+            first = last + 1
+         end do
+      end do
+   end function relaxation
+
+   !> Minus V P of `count` particles of one body from `first` on: P = sigma cof F, F = I + A. The law gets a
+   !> copy of their columns.
+   subroutine stress_of(parts, particles, materials, layout, time_step, first, count, gradient, force, determinant)
+      integer, intent(in) :: parts
+      type(particle_store_t), intent(in) :: particles
+      type(materials_t), intent(in) :: materials
+      type(layout_t), intent(in) :: layout
+      real(wp), intent(in) :: time_step
+      integer, intent(in) :: first, count
+      real(wp), intent(in) :: gradient(:, :) !< (count, 9)
+      real(wp), intent(out) :: force(:, :)   !< (count, 9)
+      real(wp), intent(out) :: determinant(:)
+      real(wp) :: column(count, size(particles%column, 2)), rate(count, 9)
+      integer :: k
+      column = particles%column(first:first + count - 1, :)
+      associate (law => materials%slots(materials%of_body(particles%body(first)))%law)
+         do k = 1, parts
+            call part_of_gradient(count, gradient, k, parts, time_step, rate)
+            call law%update(column, layout, rate, time_step/parts, 1, count)
+         end do
+      end associate
+      call pull_back(count, gradient, particles%column(first:first + count - 1, layout%volume), &
+                     column(:, layout%stress:layout%stress + 5), force, determinant)
+   end subroutine stress_of
+
+   !> Velocity gradient of the k-th of so many equal parts of a step, at the part's beginning, of a
+   !> displacement that grows evenly: A (I + (k-1)/parts A)^-1 over the step, 1/s.
+   pure subroutine part_of_gradient(n, a, k, parts, time_step, rate)
+      integer, intent(in) :: n, k, parts
+      real(wp), intent(in) :: a(:, :)      !< (n or more, 9)
+      real(wp), intent(in) :: time_step    !< s
+      real(wp), intent(inout) :: rate(:, :) !< (n or more, 9)
+      real(wp) :: f(3, 3), inverse(3, 3), s, determinant
+      integer :: i, p
+      if (k == 1) then
+         rate(:n, :) = a(:n, :)/time_step
+         return
+      end if
+      s = (k - 1.0_wp)/parts
+      do p = 1, n
+         f = s*reshape(a(p, :), [3, 3])
+         do i = 1, 3
+            f(i, i) = f(i, i) + 1.0_wp
+         end do
+         inverse(:, 1) = cross(f(:, 2), f(:, 3))
+         inverse(:, 2) = cross(f(:, 3), f(:, 1))
+         inverse(:, 3) = cross(f(:, 1), f(:, 2))
+         determinant = dot_product(f(:, 1), inverse(:, 1))
+         rate(p, :) = reshape(matmul(reshape(a(p, :), [3, 3]), transpose(inverse)), [9])/(determinant*time_step)
+      end do
+   end subroutine part_of_gradient
+
+   !> force = - V sigma cof(I + A).
+   pure subroutine pull_back(n, a, volume, s, force, determinant)
+      integer, intent(in) :: n
+      real(wp), intent(in) :: a(n, 9), volume(n), s(n, 6)
+      real(wp), intent(out) :: force(n, 9), determinant(*)
+      real(wp) :: f11, f21, f31, f12, f22, f32, f13, f23, f33, c11, c21, c31, c12, c22, c32, c13, c23, c33
+      integer :: p
+      !$omp simd private(f11, f21, f31, f12, f22, f32, f13, f23, f33, c11, c21, c31, c12, c22, c32, c13, c23, c33)
+      do p = 1, n
+         f11 = 1.0_wp + a(p, 1); f21 = a(p, 2); f31 = a(p, 3)
+         f12 = a(p, 4); f22 = 1.0_wp + a(p, 5); f32 = a(p, 6)
+         f13 = a(p, 7); f23 = a(p, 8); f33 = 1.0_wp + a(p, 9)
+         c11 = f22*f33 - f23*f32; c12 = f23*f31 - f21*f33; c13 = f21*f32 - f22*f31
+         c21 = f13*f32 - f12*f33; c22 = f11*f33 - f13*f31; c23 = f12*f31 - f11*f32
+         c31 = f12*f23 - f13*f22; c32 = f13*f21 - f11*f23; c33 = f11*f22 - f12*f21
+         determinant(p) = f11*c11 + f12*c12 + f13*c13
+         force(p, 1) = -volume(p)*(s(p, 1)*c11 + s(p, 6)*c21 + s(p, 5)*c31)
+         force(p, 2) = -volume(p)*(s(p, 6)*c11 + s(p, 2)*c21 + s(p, 4)*c31)
+         force(p, 3) = -volume(p)*(s(p, 5)*c11 + s(p, 4)*c21 + s(p, 3)*c31)
+         force(p, 4) = -volume(p)*(s(p, 1)*c12 + s(p, 6)*c22 + s(p, 5)*c32)
+         force(p, 5) = -volume(p)*(s(p, 6)*c12 + s(p, 2)*c22 + s(p, 4)*c32)
+         force(p, 6) = -volume(p)*(s(p, 5)*c12 + s(p, 4)*c22 + s(p, 3)*c32)
+         force(p, 7) = -volume(p)*(s(p, 1)*c13 + s(p, 6)*c23 + s(p, 5)*c33)
+         force(p, 8) = -volume(p)*(s(p, 6)*c13 + s(p, 2)*c23 + s(p, 4)*c33)
+         force(p, 9) = -volume(p)*(s(p, 5)*c13 + s(p, 4)*c23 + s(p, 3)*c33)
+      end do
+   end subroutine pull_back
+
+   !> to = tangent : from.
+   pure subroutine multiply(self, count, from, to)
+      class(trial_block_t), intent(in) :: self
+      integer, intent(in) :: count
+      real(wp), intent(in), contiguous :: from(:, :)  !< (:, 9)
+      real(wp), intent(inout), contiguous :: to(:, :) !< (:, 9)
+      integer :: first, ij, kl, last, p
+      do first = 1, count, lanes
+         last = min(first + lanes - 1, count)
+         do ij = 1, 9
+            to(first:last, ij) = 0.0_wp
+         end do
+         do kl = 1, 9
+            do ij = 1, 9
+               !$omp simd
+               do p = first, last
+                  to(p, ij) = to(p, ij) + self%tangent(p, 9*kl - 9 + ij)*from(p, kl)
+               end do
+            end do
+         end do
+      end do
+   end subroutine multiply
+
+   !> What the diagonal of the stiffness is made of: d ab/d ad at 9 (a-1) + 3 (d-1) + b, J.
+   pure subroutine diagonal(self, count, modulus)
+      class(trial_block_t), intent(in) :: self
+      integer, intent(in) :: count
+      real(wp), intent(inout), contiguous :: modulus(:, :) !< (:, 27)
+      integer :: a, b, d
+      do a = 1, 3
+         do d = 1, 3
+            do b = 1, 3
+               modulus(:count, 9*a - 9 + 3*d - 3 + b) = self%tangent(:count, &
+                     9*(3*(d - 1) + a) - 9 + 3*(b - 1) + a)
+            end do
+         end do
+      end do
+   end subroutine diagonal
+
+end module m_trial_state

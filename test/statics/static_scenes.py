@@ -1,0 +1,42 @@
+"""What the scripts of this suite share: scenes with &quasi_static, and what runs of them say."""
+import re
+import sys
+from pathlib import Path
+
+import numpy as np
+
+ROOT = Path(__file__).resolve().parents[2]
+sys.path[:0] = [str(ROOT / "test/verification"), str(ROOT / "test/regression"), str(ROOT / "post")]
+from run_data import History, Particles  # noqa: E402
+from run_scene import run  # noqa: E402
+from runs import check, finish, require  # noqa: E402,F401
+
+
+def last_particles(directory):
+    """The last snapshot, in the order of ids."""
+    paths = sorted(Path(directory).glob("particles_*.h5"), key=lambda path: int(re.search(r"(\d+)\.h5", path.name)[1]))
+    particles = Particles(paths[-1])
+    order = np.argsort(particles.ids)
+    return {name: values[order] for name, values in particles.fields.items()}
+
+
+def first_particles(directory):
+    particles = Particles(Path(directory) / "particles_00000000.h5")
+    order = np.argsort(particles.ids)
+    return {name: values[order] for name, values in particles.fields.items()}
+
+
+def tool(directory, name):
+    return History(Path(directory) / f"tool_{name}.dat")
+
+
+def counts(log):
+    """Steps; Newton iterations, solves and products a step; times halved."""
+    found = re.search(r"quasi-static: (\d+) steps, (\S+) Newton iterations, (\S+) linear solves and (\S+) products a step; (\d+) times", log)
+    return [float(value) for value in found.groups()]
+
+
+def newton_by_step(log):
+    """Newton iterations of each step that was tried, where the run tells them."""
+    numbers = [int(value) for value in re.findall(r"^newton +(\d+):", log, re.M)]
+    return [before for before, after in zip(numbers, numbers[1:] + [0]) if after == 0]

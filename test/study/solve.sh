@@ -1,0 +1,6 @@
+#!/bin/sh
+# Ask for an accuracy (make solve): the model of errors and prices, and the command with a stand-in for the program whose errors are known.
+#test: limit 120
+#test: beside
+. "$(dirname "$0")/../harness/env.sh"
+"$PYTHON" "$ROOT/test/study/solve.py" "$ROOT"

@@ -1,0 +1,5 @@
+#!/bin/sh
+#test: limit 120
+# Pressures of particles beside the edge of a level, nearly incompressible.
+. "$(dirname "$0")/../harness/env.sh"
+exec "$PYTHON" "$ROOT/test/verification/edge_pressure.py" "$GIMP3D"
