@@ -105,11 +105,13 @@ contains
          do k = 1, 3
             off(k, k) = off(k, k) - 1.0_wp
          end do
-         if (maxval(abs(off)) > square .or. .not. dot_product(cross(axes(:, 1), axes(:, 2)), axes(:, 3)) > 0.0_wp) &
-            call group%refuse('orientation', 'nine numbers must be three axes, of length 1, at right angles '// &
-                              '(within 1e-4) and right-handed')
+         if (maxval(abs(off)) > square &
+             .or. .not. dot_product(cross(axes(:, 1), axes(:, 2)), axes(:, 3)) > 0.0_wp) &
+            call group%refuse('orientation', 'nine numbers must be three axes, of length 1, '// &
+                              'at right angles (within 1e-4) and right-handed')
       else if (size(body%orientation) /= 3) then
-         call group%refuse('orientation', 'must be three angles in degrees, or the nine components of three axes')
+         call group%refuse('orientation', 'must be three angles in degrees, '// &
+                           'or the nine components of three axes')
       end if
    end subroutine describe_orientation
 
