@@ -70,7 +70,8 @@ SPREAD = """
 &tool name='ball', shape='sphere', radius=0.6, tip=1.6,1.6,0.6, times=0,0.01,1, speeds=0,8,8, friction=0.3 /
 """
 MOVING = LEVELS.replace("upper=1.4,1.2,1.2 /", "upper=1.4,1.2,1.2, criterion='strain', max_cells=6000 /")
-FOLLOWING = CONTACT.replace("&tool", "&anti_locking /\n&level lower=0,0,0.4, upper=0.8,0.8,1, follow='ball' /\n&level of=1, shape='sphere', radius=0.55, follow='ball' /\n&tool").replace(", friction=0.3", "")
+FOLLOWING = CONTACT.replace("&tool", "&level lower=0,0,0.4, upper=0.8,0.8,1, follow='ball' /\n&tool").replace(", friction=0.3", "")
+FOLLOWING_PARTS = FOLLOWING.replace("&level", "&anti_locking /\n&level of=1, shape='sphere', radius=0.55, follow='ball' /\n&level of=1,")
 
 
 def require(what, condition):

@@ -67,8 +67,8 @@ for ranks in (1, 2):
     run(ranks, scene(CONTACT, straight, end=0.02, every=0.01))
     chain(f"contact on {ranks}", scene(CONTACT, f"contact_{ranks}", "every_steps=8", end=0.02, every=0.01), f"contact_{ranks}",
           [ranks, ranks], straight)
-run(1, scene(FOLLOWING, "following_straight", end=0.02, every=0.01))
-chain("following a tool", scene(FOLLOWING, "following", "every_steps=9", end=0.02, every=0.01), "following", [1, 1, 1],
+run(1, scene(FOLLOWING_PARTS, "following_straight", end=0.02, every=0.01))
+chain("following a tool", scene(FOLLOWING_PARTS, "following", "every_steps=9", end=0.02, every=0.01), "following", [1, 1, 1],
       "following_straight")
 with h5py.File(checkpoints("following")[-1]) as file:
     require("following: the level has moved", file["state/counts"][1] > 0)
