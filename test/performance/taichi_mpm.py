@@ -1,10 +1,11 @@
 #!/usr/bin/env python3
 """A bare MLS-MPM step (Hu et al. 2018) in taichi: what a kernel without contact, levels, output or guard takes on one core.
 
-usage: taichi_mpm.py CELLS STEPS
+usage: taichi_mpm.py CELLS STEPS [atomic]
 
 A neo-Hookean cube of CELLS cells an edge, 8 particles a cell in the order of the lattice, moves and turns in free flight: quadratic
-B-splines, affine transfer, double precision, the law of gimp3d's neo_hookean. Prints nanoseconds an update, without compiling and
+B-splines, affine transfer, double precision, the law of gimp3d's neo_hookean. With `atomic` sums on nodes are as they must be to run on
+several cores; without, as one core may make them. Prints nanoseconds an update, without compiling and
 without the first tenth of the steps; and how far momentum is off.
 """
 import sys
@@ -13,7 +14,7 @@ import time
 import numpy as np
 import taichi as ti
 
-cells, steps = int(sys.argv[1]), int(sys.argv[2])
+cells, steps, atomic = int(sys.argv[1]), int(sys.argv[2]), sys.argv[3:] == ["atomic"]
 ti.init(arch=ti.cpu, default_fp=ti.f64, cpu_max_num_threads=1, fast_math=True, log_level=ti.ERROR)
 margin = 8
 size = cells + 2*margin
@@ -41,7 +42,7 @@ deformation.from_numpy(np.broadcast_to(np.eye(3), (count, 3, 3)).copy())
 def step():
     for node in ti.grouped(grid):
         grid[node] = ti.Vector([0.0, 0.0, 0.0, 0.0])
-    ti.loop_config(serialize=True)
+    ti.loop_config(serialize=not atomic)
     for p in range(count):
         base = int(position[p]/h - 0.5)
         x = position[p]/h - base
@@ -56,7 +57,11 @@ def step():
             weight = w[i][0]*w[k][1]*w[l][2]
             momentum = weight*(mass*velocity[p] + q@way)
             node = base + ti.Vector([i, k, l])
-            grid[node] = grid[node] + ti.Vector([momentum[0], momentum[1], momentum[2], weight*mass]) # one thread: no atomics
+            given = ti.Vector([momentum[0], momentum[1], momentum[2], weight*mass])
+            if ti.static(atomic):
+                grid[node] += given
+            else:
+                grid[node] = grid[node] + given
     for node in ti.grouped(grid):
         m = grid[node][3]
         if m > 0:
