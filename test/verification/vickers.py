@@ -13,10 +13,10 @@ from run_data import History
 ANGLE, RADIUS, DEPTH = math.radians(68), 20e-9, 0.2e-6
 cone = math.atan(math.tan(ANGLE) * 2 / math.sqrt(math.pi))
 radius = RADIUS * (1 / math.sin(ANGLE) - 1) / (1 / math.sin(cone) - 1)
-text = replace((ROOT / "input/vickers.nml").read_text(), "'out/vickers'", "'pyramid'")
+text = replace((ROOT / "input/vickers.nml").read_text(), "'out/vickers'", "'pyramid_run'")
 run(text, 2)
 text = replace(text, "shape='pyramid', faces=4, half_angle=68, tip_radius=20e-9", f"shape='cone', half_angle={math.degrees(cone)!r}, tip_radius={radius!r}")
-run(replace(replace(text, ", edge=1,0,0", ""), "'pyramid'", "'cone'"), 2)
+run(replace(replace(text, ", edge=1,0,0", ""), "'pyramid_run'", "'cone_run'"), 2)
 
 
 def load(name):
@@ -25,7 +25,7 @@ def load(name):
     return np.array([history["load_z"][np.abs(history["depth"] / d - 1) < 0.03].mean() for d in np.linspace(0.65, 1, 8) * DEPTH])
 
 
-pyramid, turned = load("pyramid"), load("cone")
+pyramid, turned = load("pyramid_run"), load("cone_run")
 check("load of the pyramid over that of the cone, mean of the second half, less 1", np.mean(pyramid / turned) - 1, 0.02)
 check("the same at single depths", pyramid / turned - 1, 0.06)
 modulus, yields = 70e9 / (1 - 0.33**2), 300e6 + 1e9 * 0.033  # at a strain of 0.033
