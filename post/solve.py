@@ -104,7 +104,6 @@ class Solve:
         self.refused = set() # (factor, levels) that the program does not take
         self.planned = {}    # levels: (Key, Planned), for what has no run yet
         self.confirmed = {}  # Key: core-seconds, MB, by a plan of it
-        self.slower = None   # a run's time over its plan's
 
     def left(self):
         return self.options.budget - (time.monotonic() - self.started)
@@ -142,10 +141,15 @@ class Solve:
                    for key, curve in curves.items()}
         pairs = {what: (samples[self.middle], samples[other]) if other in samples else None
                  for what, other in (("speeds", self.middle._replace(speed=2.0)), ("steps", self.middle._replace(step=0.5)))}
+        pilots = {key.factor for key in samples if key.is_plain and key.levels <= self.own}
         ladder = {}
-        for key in sorted(samples, key=lambda key: (key.speed, key.step)): # one a cell: the slowest
-            ladder.setdefault(key.factor, samples[key])
-        return Errors(list(ladder.values()), **pairs)
+        for key in sorted(samples, key=lambda key: (key.levels, not key.is_plain, key.speed, key.step)): # one a cell, those like the scene first
+            if key.factor in pilots or key.factor < min(pilots):
+                ladder.setdefault(key.factor, samples[key])
+        errors = Errors(list(ladder.values()), **pairs)
+        errors.measured = {key: errors.rms(sample.curve - errors.limit) for key, sample in samples.items()
+                           if ladder.get(key.factor) is not sample}
+        return errors
 
     def pilots(self):
         """From coarse to fine, three grids at least, and on while the target is not met in space and the next is cheap. Where the program does not take a grid with all
@@ -228,10 +232,8 @@ class Solve:
         if plan.fault:
             self.refused.add(key[:2])
             return
-        if self.slower is None:
-            finest = min(one for one in self.done if one.is_plain)
-            self.slower = self.done[finest].seconds / Planned(self.study, self.settings(finest)).seconds
-        self.confirmed[key] = self.slower * plan.seconds, plan.megabytes
+        known = Planned(self.study, self.settings(self.middle)) # at once, for the machine may be busier by and by
+        self.confirmed[key] = self.done[self.middle].seconds / known.seconds * plan.seconds, plan.megabytes
 
 
 def updates_of(run):
@@ -262,12 +264,13 @@ def write_answer(solve, folder, choice, record):
 
 def record_of(solve, errors, choice, run, predicted):
     parts = errors.parts(solve.finest(choice.key), choice.key.speed, choice.key.step)
+    error = errors.measured.get(choice.key, sum(parts.values()))
     return {"scene": str(solve.study.scene), "quantity": solve.quantity.name, "target": solve.options.error,
-            "error": sum(parts.values()), "error_uncertainty": errors.uncertainty(solve.finest(choice.key), choice.key.speed, choice.key.step),
+            "error": error, "error_uncertainty": errors.uncertainty(solve.finest(choice.key), choice.key.speed, choice.key.step),
             "parts": parts, "order": errors.order, "settings": choice.settings, "finest_cell": solve.finest(choice.key), "ranks": solve.study.ranks,
             "predicted_error": choice.error, "seconds": run.seconds / solve.study.ranks, "predicted_seconds": predicted,
             "megabytes": run.record.get("megabytes"), "predicted_megabytes": choice.megabytes,
-            "run": str(run.directory), "met": sum(parts.values()) <= solve.options.error}
+            "run": str(run.directory), "met": error <= solve.options.error}
 
 
 def say(text):
