@@ -103,6 +103,7 @@ class Solve:
         self.done = {}       # Key: run
         self.refused = set() # (factor, levels) that the program does not take
         self.planned = {}    # levels: (Key, Planned), for what has no run yet
+        self.measured = {}   # Key: error of a run, per cent
         self.confirmed = {}  # Key: core-seconds, MB, by a plan of it
 
     def left(self):
@@ -147,8 +148,7 @@ class Solve:
             if key.factor in pilots or key.factor < min(pilots):
                 ladder.setdefault(key.factor, samples[key])
         errors = Errors(list(ladder.values()), **pairs)
-        errors.measured = {key: errors.rms(sample.curve - errors.limit) for key, sample in samples.items()
-                           if ladder.get(key.factor) is not sample}
+        self.measured = {key: errors.of(sample) for key, sample in samples.items()}
         return errors
 
     def pilots(self):
@@ -264,7 +264,7 @@ def write_answer(solve, folder, choice, record):
 
 def record_of(solve, errors, choice, run, predicted):
     parts = errors.parts(solve.finest(choice.key), choice.key.speed, choice.key.step)
-    error = errors.measured.get(choice.key, sum(parts.values()))
+    error = solve.measured[choice.key]
     return {"scene": str(solve.study.scene), "quantity": solve.quantity.name, "target": solve.options.error,
             "error": error, "error_uncertainty": errors.uncertainty(solve.finest(choice.key), choice.key.speed, choice.key.step),
             "parts": parts, "order": errors.order, "settings": choice.settings, "finest_cell": solve.finest(choice.key), "ranks": solve.study.ranks,

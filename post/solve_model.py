@@ -102,6 +102,12 @@ class Errors:
             found["speed"] = self.rms(self.by_speed * speed)
         return found
 
+    def of(self, sample):
+        """Of a run: of one of the grids the sum of its parts; of any other how far it is from their limit. Per cent."""
+        if any(sample is one for one in self.ladder):
+            return self.total(sample.cell, sample.speed, sample.step)
+        return self.rms(sample.curve - self.limit)
+
     def total(self, cell, speed=1.0, step=1.0):
         return sum(self.parts(cell, speed, step).values())
 

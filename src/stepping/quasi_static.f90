@@ -225,7 +225,6 @@ contains
       self%newton = self%newton + self%equilibrium%newton
       self%solves = self%solves + self%equilibrium%solves
       self%products = self%products + self%equilibrium%products
-      done = self%equilibrium%outcome == found
       call self%equilibrium%system%set_motion(self%equilibrium%z)
       self%way = self%equilibrium%system%farthest()
       if (self%equilibrium%outcome == found .and. self%way > most_cells_a_step*model%levels(1)%grid%cell) &
