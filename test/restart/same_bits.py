@@ -1,4 +1,5 @@
 """Straight runs against runs that are stopped and go on."""
+import re
 import shutil
 import h5py
 from restarts import *
@@ -72,6 +73,13 @@ chain("following a tool", scene(FOLLOWING_PARTS, "following", "every_steps=9", e
       "following_straight")
 with h5py.File(checkpoints("following")[-1]) as file:
     require("following: the level has moved", file["state/counts"][1] > 0)
+
+# levels that the estimated error and a tool that moves place: a run that goes on looks at the same times
+PLACED = re.sub(r"&level lower.*", "&level criterion='error', max_cells=8000 /", FOLLOWING)
+run(1, scene(PLACED, "placed_straight", end=0.02, every=0.01))
+chain("placed by the error", scene(PLACED, "placed", "every_steps=7", end=0.02, every=0.01), "placed", [1, 1, 1], "placed_straight")
+with h5py.File(checkpoints("placed")[-1]) as file:
+    require("placed: the level has moved", file["state/counts"][1] > 0)
 
 # candidates on four ranks, flow below them: from 1 to 2 to 4 to 1
 run(1, scene(SPREAD, "spread_straight", end=0.04, every=0.01))
