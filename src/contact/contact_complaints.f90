@@ -73,14 +73,19 @@ contains
       type(tool_t), intent(in) :: tools(:)
       type(level_t), intent(in) :: level
       type(error_t), intent(inout) :: error
+      real(wp) :: place(3)
       integer :: c
       if (level%number == 1) return
       do c = 1, candidates%count
          associate (it => candidates%list(c))
             if (.not. it%force > 0.0_wp) cycle
             if (acts_inside(level, it)) cycle
+            associate (x => level%layout%position)
+               place = level%blocks(it%block)%particles%column(it%particle, x:x + 2)
+            end associate
             call fail(error, exit_numerical, opponent(it, tools)//' presses on particle '// &
-                      to_text(level%blocks(it%block)%particles%id(it%particle))//' at the edge of level '// &
+                      to_text(level%blocks(it%block)%particles%id(it%particle))//' at ('//to_text(place(1))// &
+                      ', '//to_text(place(2))//', '//to_text(place(3))//') m, at the edge of level '// &
                       to_text(level%number)//'; '//allowed_text(level))
             return
          end associate

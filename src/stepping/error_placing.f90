@@ -103,14 +103,14 @@ contains
       type(block_stress_t), intent(in) :: recovered(:)
       type(marks_t), intent(inout) :: marks(:)
       real(wp), intent(inout) :: largest !< energy of a stress, J/m3
-      real(wp) :: difference, own(6)
+      real(wp) :: difference, own(6), x(3) ! x is a copy: gfortran 12 hands on the name of a strided section wrongly
       integer :: b, cell(3), m, p
       associate (level => model%levels(l), at => model%levels(l)%layout)
          do b = 1, size(level%blocks)
             associate (particles => level%blocks(b)%particles)
                do p = 1, particles%count
-                  associate (law => model%materials%slots(model%materials%of_body(particles%body(p)))%law, &
-                             x => particles%column(p, at%position:at%position + 2))
+                  x = particles%column(p, at%position:at%position + 2)
+                  associate (law => model%materials%slots(model%materials%of_body(particles%body(p)))%law)
                      own = particles%column(p, at%stress:at%stress + 5)
                      largest = max(largest, law%energy_of_stress(particles%column(p, :), at, own))
                      difference = law%energy_of_stress(particles%column(p, :), at, recovered(b)%of(:, p) - own)
