@@ -1,6 +1,6 @@
-!> Which cells levels refine that the estimated error places: where it would be largest, as many as the budget
-!> allows, with what tools touch, a margin, and the distance to the edge of the level above (theory.md, eq.
-!> level-error).
+!> Which cells levels refine that the estimated error of the stress places: where it would be largest, as many as
+!> the budget allows, with what tools touch, a margin, and the distance to the edge of the level above (theory.md,
+!> eq. level-error).
 module m_marking
    use m_kinds, only: wp, i8
    use m_grid_level, only: grid_level_t
@@ -8,70 +8,188 @@ module m_marking
    use m_region_parts, only: leave_no_strip
    implicit none
    private
-   public :: choose_region, needed_above
+   public :: marks_t, choose_regions, closed, needed_above, touch
 
    integer, parameter :: classes = 48           !< of errors, each smaller by a factor
    real(wp), parameter :: factor = 0.8_wp
    real(wp), parameter :: kept = 1.5_wp**2      !< what is refined now stays until its error is so much lower
    real(wp), parameter :: too_many = 1.2_wp     !< a region stays until it has so many more cells than it should
 
+   !> Of the cells of the level above, one that a level may refine: the largest error (J/m3) that the stress would
+   !> have if they were not refined, whether something is near that is touched, with its margin, and whether they
+   !> are far enough from the edge of that level.
+   type :: marks_t
+      real(wp), allocatable :: error(:, :, :)
+      logical, allocatable :: touched(:, :, :)
+      logical, allocatable :: may(:, :, :)
+      real(wp) :: least = 0.0_wp !< errors below count for nothing, J/m3
+      integer(i8) :: budget = 0  !< cells of the level and of all finer ones together
+   end type marks_t
+
+   type :: cells_t
+      logical, allocatable :: of(:, :, :)
+   end type cells_t
+
 contains
 
-   !> The region of a level from the errors (J/m3) of the cells of the level above, as they would be if these were
-   !> not refined, and the least that counts; `touched`, where tools are or what the next finer level needs, is
-   !> always in it. `needs`: cells of the level where touched alone is over the budget, else 0. The region stays
-   !> as it is where it has all that is wanted and not many more.
-   pure subroutine choose_region(grid, error, least, touched, may, max_cells, region, needs)
-      type(grid_level_t), intent(in) :: grid            !< the level's
-      real(wp), intent(in) :: error(0:, 0:, 0:), least
-      logical, intent(in) :: touched(0:, 0:, 0:)        !< with their margin
-      logical, intent(in) :: may(0:, 0:, 0:)            !< far enough from the edge of the level above
-      integer, intent(in) :: max_cells
-      type(region_t), intent(inout) :: region           !< on entry as it is
+   !> The regions of the levels that the error places, the coarsest first: the cells of all levels whose error is
+   !> above one bound, the lowest that the budgets allow. What is touched, and what the next finer level needs, is
+   !> always in them. `short`: the level whose budget that alone is over, and `needs`: the cells; else 0. `bound`:
+   !> the budgets have kept out cells whose error counts. A region stays as it is where it has all that is wanted
+   !> and not many more.
+   pure subroutine choose_regions(grids, marks, regions, short, needs, bound)
+      type(grid_level_t), intent(in) :: grids(:)        !< the levels'
+      type(marks_t), intent(in) :: marks(:)
+      type(region_t), intent(inout) :: regions(:)       !< on entry as they are
+      integer, intent(out) :: short
       integer(i8), intent(out) :: needs
-      logical, allocatable :: chosen(:, :, :), tried(:, :, :)
-      real(wp), allocatable :: weighed(:, :, :)
+      logical, intent(out) :: bound
+      type(marks_t) :: weighed(size(marks))
+      type(cells_t) :: chosen(size(marks)), tried(size(marks))
+      type(region_t) :: as_they_are(size(regions))
       real(wp) :: largest
-      integer :: i, j, k, low, high, middle, most(3)
-      weighed = error
-      do k = 0, size(error, 3) - 1
-         do j = 0, size(error, 2) - 1
-            do i = 0, size(error, 1) - 1
-               if (region%has_all([i, j, k], [i, j, k])) weighed(i, j, k) = kept*error(i, j, k)
-            end do
-         end do
-      end do
-      where (.not. may) weighed = 0.0_wp
-      needs = 0
-      chosen = closed(grid, touched)
-      if (8_i8*count(chosen, kind=i8) > max_cells) then
-         needs = 8_i8*count(chosen, kind=i8)
-         return
-      end if
-      largest = maxval(weighed)
-      low = 0
-      high = 0
-      if (largest > least) high = min(classes, ceiling(log(least/largest)/log(factor)))
-      do while (low < high) ! the lowest class that the budget allows
+      integer :: low, high, lowest, middle, l
+      logical :: stay
+      bound = .false.
+      call weigh(marks, regions, weighed)
+      call choose(grids, weighed, huge(1.0_wp), chosen)
+      call find_short(chosen, marks%budget, short, needs)
+      if (short > 0) return
+      largest = maxval([(maxval(weighed(l)%error), l=1, size(marks))])
+      lowest = 0
+      if (largest > minval(marks%least)) lowest = min(classes, ceiling(log(minval(marks%least)/largest)/log(factor)))
+      low = -1
+      high = lowest
+      do while (low < high) ! the lowest class that the budgets allow
          middle = (low + high + 1)/2
-         tried = closed(grid, touched .or. spread_out(weighed >= max(least, largest*factor**middle)) .and. may)
-         if (8_i8*count(tried, kind=i8) <= max_cells) then
+         call choose(grids, weighed, largest*factor**middle, tried)
+         if (within(tried, marks%budget)) then
             low = middle
             chosen = tried
          else
             high = middle - 1
          end if
       end do
-      if (.not. any(chosen)) then ! as few as may be
-         most = maxloc(weighed)
-         allocate (tried(size(error, 1), size(error, 2), size(error, 3)), source=.false.)
-         if (largest > 0.0_wp) tried(most(1), most(2), most(3)) = .true.
-         chosen = closed(grid, spread_out(tried) .and. may)
-         if (.not. any(chosen)) return
-      end if
-      if (stays(region, chosen)) return
-      region = make_region(grid, [0, 0, 0], chosen)
-   end subroutine choose_region
+      bound = low < lowest
+      as_they_are = regions
+      do l = 1, 2
+         stay = l == 1
+         regions = as_they_are
+         call set_regions(grids, weighed, chosen, stay, regions)
+         if (sum_within(regions, marks%budget)) return
+      end do
+   end subroutine choose_regions
+
+   !> Errors count more where a region is now, and not where none may be.
+   pure subroutine weigh(marks, regions, weighed)
+      type(marks_t), intent(in) :: marks(:)
+      type(region_t), intent(in) :: regions(:)
+      type(marks_t), intent(out) :: weighed(:)
+      integer :: i, j, k, l
+      weighed = marks
+      do l = 1, size(marks)
+         associate (error => weighed(l)%error)
+            do k = 0, ubound(error, 3)
+               do j = 0, ubound(error, 2)
+                  do i = 0, ubound(error, 1)
+                     if (regions(l)%has_all([i, j, k], [i, j, k])) error(i, j, k) = kept*error(i, j, k)
+                  end do
+               end do
+            end do
+            where (.not. marks(l)%may) error = 0.0_wp
+         end associate
+      end do
+   end subroutine weigh
+
+   !> The cells that levels refine where the errors above a bound are to be refined; the finest first, each coarser
+   !> one with what that needs around it.
+   pure subroutine choose(grids, marks, least, chosen)
+      type(grid_level_t), intent(in) :: grids(:)
+      type(marks_t), intent(in) :: marks(:)
+      real(wp), intent(in) :: least
+      type(cells_t), intent(inout) :: chosen(:)
+      integer :: l
+      do l = size(marks), 1, -1
+         associate (it => marks(l))
+            chosen(l)%of = it%touched
+            if (any(it%error >= max(least, it%least) .and. it%error > 0.0_wp)) chosen(l)%of = chosen(l)%of .or. &
+               spread_out(it%error >= max(least, it%least) .and. it%error > 0.0_wp) .and. it%may
+            if (l < size(marks)) chosen(l)%of = chosen(l)%of .or. &
+                                                above_cells(chosen(l + 1)%of, shape(it%touched))
+            chosen(l)%of = closed(grids(l), chosen(l)%of)
+         end associate
+      end do
+   end subroutine choose
+
+   !> The finest level whose budget is not enough for some cells, and how many it and the finer ones have; 0: none.
+   pure subroutine find_short(chosen, budget, short, needs)
+      type(cells_t), intent(in) :: chosen(:)
+      integer(i8), intent(in) :: budget(:)
+      integer, intent(out) :: short
+      integer(i8), intent(out) :: needs
+      needs = 0
+      do short = size(chosen), 1, -1
+         needs = needs + 8_i8*count(chosen(short)%of, kind=i8)
+         if (needs > budget(short)) return
+      end do
+      needs = 0
+   end subroutine find_short
+
+   !> True when they are enough for all.
+   pure logical function within(chosen, budget)
+      type(cells_t), intent(in) :: chosen(:)
+      integer(i8), intent(in) :: budget(:)
+      integer(i8) :: needs
+      integer :: short
+      call find_short(chosen, budget, short, needs)
+      within = short == 0
+   end function within
+
+   !> The same of regions.
+   pure logical function sum_within(regions, budget)
+      type(region_t), intent(in) :: regions(:)
+      integer(i8), intent(in) :: budget(:)
+      integer(i8) :: all
+      integer :: l
+      all = 0
+      sum_within = .true.
+      do l = size(regions), 1, -1
+         all = all + regions(l)%cells()
+         sum_within = sum_within .and. all <= budget(l)
+      end do
+   end function sum_within
+
+   !> Regions of the chosen cells, or as they are where that will do. Where no cell has been chosen: that of the
+   !> largest error, and those around it.
+   pure subroutine set_regions(grids, marks, chosen, stay, regions)
+      type(grid_level_t), intent(in) :: grids(:)
+      type(marks_t), intent(in) :: marks(:)
+      type(cells_t), intent(in) :: chosen(:)
+      logical, intent(in) :: stay
+      type(region_t), intent(inout) :: regions(:)
+      logical, allocatable :: cells(:, :, :)
+      integer :: l
+      do l = size(regions), 1, -1
+         cells = chosen(l)%of
+         if (l < size(regions)) cells = closed(grids(l), cells .or. needed_above(regions(l + 1), shape(cells)))
+         if (.not. any(cells)) then
+            if (.not. any(marks(l)%error > 0.0_wp)) cycle
+            cells = closed(grids(l), spread_out(only(maxloc(marks(l)%error), shape(cells))) .and. marks(l)%may)
+         end if
+         if (stay) then
+            if (stays(regions(l), cells)) cycle
+         end if
+         regions(l) = make_region(grids(l), [0, 0, 0], cells)
+      end do
+   end subroutine set_regions
+
+   !> One cell.
+   pure function only(cell, cells)
+      integer, intent(in) :: cell(3), cells(3)
+      logical :: only(cells(1), cells(2), cells(3))
+      only = .false.
+      only(cell(1), cell(2), cell(3)) = .true.
+   end function only
 
    !> Some cells and those around them.
    pure function spread_out(cells) result(more)
@@ -136,20 +254,48 @@ contains
    pure function needed_above(region, cells) result(needed)
       type(region_t), intent(in) :: region
       integer, intent(in) :: cells(3) !< of that grid
-      logical, allocatable :: needed(:, :, :)
-      integer :: low(3), high(3), a(3), z(3), i, j, k
-      allocate (needed(0:cells(1) - 1, 0:cells(2) - 1, 0:cells(3) - 1), source=.false.)
+      logical, allocatable :: needed(:, :, :), own(:, :, :)
+      integer :: low(3), high(3), i, j, k
+      allocate (own(0:2*cells(1) - 1, 0:2*cells(2) - 1, 0:2*cells(3) - 1), source=.false.)
       call region%node_box(low, high)
       do k = low(3)/2, high(3)/2 - 1
          do j = low(2)/2, high(2)/2 - 1
             do i = low(1)/2, high(1)/2 - 1
-               if (.not. region%has_all([i, j, k], [i, j, k])) cycle
+               own(i, j, k) = region%has_all([i, j, k], [i, j, k])
+            end do
+         end do
+      end do
+      needed = above_cells(own, cells)
+   end function needed_above
+
+   !> The same for some cells of the level above it.
+   pure function above_cells(own, cells) result(needed)
+      logical, intent(in) :: own(0:, 0:, 0:)
+      integer, intent(in) :: cells(3)
+      logical, allocatable :: needed(:, :, :)
+      integer :: a(3), z(3), i, j, k
+      allocate (needed(0:cells(1) - 1, 0:cells(2) - 1, 0:cells(3) - 1), source=.false.)
+      do k = 0, ubound(own, 3)
+         do j = 0, ubound(own, 2)
+            do i = 0, ubound(own, 1)
+               if (.not. own(i, j, k)) cycle
                a = max([i, j, k] - 2, 0)/2
                z = min(([i, j, k] + 2)/2, cells - 1)
                needed(a(1):z(1), a(2):z(2), a(3):z(3)) = .true.
             end do
          end do
       end do
-   end function needed_above
+   end function above_cells
+
+   !> The cells of a grid that a box reaches into, and those around them, are wanted.
+   pure subroutine touch(grid, low, high, touched)
+      type(grid_level_t), intent(in) :: grid
+      real(wp), intent(in) :: low(3), high(3) !< m
+      logical, intent(inout) :: touched(0:, 0:, 0:)
+      integer :: a(3), z(3)
+      a = max(min(floor((low - grid%lower)*grid%per_cell), grid%cells - 1) - 1, 0)
+      z = min(max(floor((high - grid%lower)*grid%per_cell), 0) + 1, grid%cells - 1)
+      touched(a(1):z(1), a(2):z(2), a(3):z(3)) = .true.
+   end subroutine touch
 
 end module m_marking

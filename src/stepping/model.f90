@@ -59,6 +59,8 @@ module m_model
       real(wp), allocatable :: first_centres(:, :)      !< (3, fields): of mass, at the start, m; where a level
                                                         !< follows a contact group
       integer(i8) :: moves = 0                        !< times that boxes of levels have moved
+      integer(i8) :: placings = 0, bound_placings = 0 !< by the error, since the start or the last checkpoint, and
+                                                      !< those at which a budget kept out cells
       real(wp) :: time = 0.0_wp                       !< s
       real(wp) :: last_step = 0.0_wp                  !< of the coarsest level, s
       integer(i8) :: step = 0

@@ -2,8 +2,10 @@
 submodule (m_model) m_model_levels
    use m_text, only: si
    use m_number_text, only: reals_text
-   use m_scene, only: level_sphere
-   use m_region, only: make_region
+   use m_scene, only: level_sphere, criterion_error
+   use m_first_touch, only: touched_at_start
+   use m_marking, only: needed_above, closed
+   use m_region, only: region_t, make_region
    use m_region_parts, only: unite, make_ball, first_too_near, smallest_gap
    implicit none
 
@@ -39,10 +41,39 @@ contains
             end if
          end associate
       end do
-      do l = 2, n
+      do l = n, 2, -1
+         part = findloc(scene%levels%of == l - 1 .and. scene%levels%criterion == criterion_error, .true., dim=1)
+         if (part > 0) call add_touched(self, scene, l, part)
          self%levels(l)%region = unite(self%levels(l)%grid, pack(self%first_parts, scene%levels%of == l - 1))
       end do
    end procedure make_levels
+
+   !> A level that the error places begins where something is touched, in the box that is given or else, where
+   !> nothing is touched yet, around the tips of tools; and has what the next finer level needs around it.
+   subroutine add_touched(self, scene, l, part)
+      type(model_t), intent(inout) :: self
+      type(scene_t), intent(in) :: scene
+      integer, intent(in) :: l, part
+      logical, allocatable :: cells(:, :, :)
+      integer :: i, j, k
+      logical :: keep
+      cells = touched_at_start(scene, self%levels(l - 1)%grid)
+      keep = scene%levels(part)%has_box .or. .not. any(cells)
+      associate (n => self%levels(l - 1)%grid%cells, region => self%first_parts(part))
+         if (keep) then
+            do k = 1, n(3)
+               do j = 1, n(2)
+                  do i = 1, n(1)
+                     cells(i - 1, j - 1, k - 1) = cells(i - 1, j - 1, k - 1) .or. &
+                                                  region%has_all([i, j, k] - 1, [i, j, k] - 1)
+                  end do
+               end do
+            end do
+         end if
+         if (l < size(self%levels)) cells = cells .or. needed_above(self%levels(l + 1)%region, n)
+         region = make_region(self%levels(l)%grid, [0, 0, 0], closed(self%levels(l)%grid, cells))
+      end associate
+   end subroutine add_touched
 
    module procedure check_nests
       integer :: cell(3), l, part
@@ -61,6 +92,28 @@ contains
             return
          end do
       end do
+      call check_budgets(self, scene, error)
    end procedure check_nests
+
+   !> Levels that begin where something is touched are within their budgets.
+   subroutine check_budgets(self, scene, error)
+      type(model_t), intent(in) :: self
+      type(scene_t), intent(in) :: scene
+      type(error_t), intent(inout) :: error
+      integer(i8) :: needs
+      integer :: l, part
+      needs = 0
+      do l = size(self%levels), 2, -1
+         part = findloc(scene%levels%of == l - 1 .and. scene%levels%criterion == criterion_error, .true., dim=1)
+         if (part == 0) return
+         needs = needs + self%levels(l)%region%cells()
+         if (needs <= scene%levels(part)%max_cells .or. scene%levels(part)%has_box) cycle
+         call fail(error, exit_input, scene%place('level', part)//' max_cells='// &
+                   to_text(scene%levels(part)%max_cells)//': what is touched at the start needs '//to_text(needs)// &
+                   ' cells of the level'//trim(merge(' and of finer ones', '                  ', &
+                                                     l < size(self%levels)))//'; allowed: at least so many')
+         return
+      end do
+   end subroutine check_budgets
 
 end submodule m_model_levels
