@@ -183,10 +183,29 @@ contains
       if (scene%time%domain /= domain_fixed .or. size(model%levels) > 1) &
          call facts%say('domains: '//to_text(splits)//' particles made by splitting, '//to_text(at_end)// &
                         ' at the end')
+      call say_placings(facts, model)
       if (model%communicator%ranks > 1) &
          call facts%say('node sums: at most '//to_text(messages, 4)//' messages and '//to_text(bytes, 9)// &
                         ' B sent by a rank in a step')
    end subroutine say_work
+
+   !> What the error has made of the levels that it places.
+   subroutine say_placings(facts, model)
+      type(facts_t), intent(inout) :: facts
+      type(model_t), intent(in) :: model
+      character(len=:), allocatable :: text
+      integer :: l
+      if (model%placings == 0) return
+      text = 'levels by the error: looked at '//to_text(model%placings)//' times'
+      do l = 2, size(model%levels)
+         text = text//', level '//to_text(l)//' has '//to_text(model%levels(l)%region%cells())//' cells'
+      end do
+      if (model%bound_placings > 0) text = text//'; max_cells kept out cells whose error is above the tolerance at '// &
+                                           to_text(model%bound_placings)//' of these times'
+      call facts%say(text)
+      call facts%note('placings', to_text(model%placings))
+      call facts%note('placings_at_budget', to_text(model%bound_placings))
+   end subroutine say_placings
 
    !> Collective: energy, momentum, mass.
    subroutine say_conservation(facts, scene, model, balance, course)

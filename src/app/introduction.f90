@@ -7,7 +7,7 @@ module m_introduction
    use m_machine, only: date_text, find_crowd
    use m_launcher, only: tasks_of_job
    use m_material, only: material_t
-   use m_scene, only: scene_t, body_contact_spec_t, domain_fixed, fill_share, start_as_is
+   use m_scene, only: scene_t, body_contact_spec_t, domain_fixed, criterion_error, fill_share, start_as_is
    use m_offer, only: catalogue_t
    use m_field_table, only: field_table_t, bytes_per_column
    use m_level, only: level_t
@@ -212,7 +212,7 @@ contains
       real(wp), intent(in) :: time_step !< of the coarsest level, s
       real(wp) :: lower(3), upper(3), step
       integer(i8) :: blocks, cells, finest, own(size(model%levels)), particles
-      integer :: l, n
+      integer :: l, n, part
       n = size(model%levels)
       step = time_step
       do l = 1, n
@@ -229,6 +229,14 @@ contains
                               si(step, 's'))
          end associate
       end do
+      associate (specs => model%level_specs, by_error => model%level_specs%criterion == criterion_error)
+         if (any(by_error)) then
+            part = findloc(by_error, .true., dim=1)
+            call console%line('budget     '//to_text(specs(part)%max_cells)//' cells of all levels that the error '// &
+                              'places together, '//to_text(sum([(model%levels(l)%region%cells(), &
+                                                                 l=specs(part)%of + 1, n)]))//' at the start')
+         end if
+      end associate
       cells = sum(own)
       finest = product(int(model%levels(n)%grid%cells, i8))
       call console%line('cells      '//to_text(cells)//' on all levels, '// &

@@ -53,7 +53,7 @@ contains
          call group%refuse('tolerance', 'only with criterion=''error''')
    end subroutine describe_level
 
-   !> A box is given, but where the error places cells: then tools may say where it begins.
+   !> A box is given, but where the error places cells: then tools and contact groups may say where it begins.
    subroutine describe_place(group, scene, level)
       type(group_reader_t), intent(inout) :: group
       type(scene_t), intent(in) :: scene
@@ -61,7 +61,7 @@ contains
       if (group%is_writing()) return
       level%has_box = group%is_given('lower') .and. group%is_given('upper')
       if (level%has_box .or. level%shape /= level_box) return
-      if (level%criterion == criterion_error .and. size(scene%tools) > 0 .and. .not. (group%is_given('lower') &
+      if (level%criterion == criterion_error .and. size(scene%leaders()) > 0 .and. .not. (group%is_given('lower') &
                                                                    .or. group%is_given('upper'))) return
       call group%refuse(trim(merge('upper', 'lower', group%is_given('lower'))), 'missing; must be 3 numbers in m')
    end subroutine describe_place

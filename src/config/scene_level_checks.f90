@@ -319,9 +319,6 @@ contains
                       ' is placed by the error')
             return
          end if
-         if (level%criterion == criterion_error .and. scene%fields() > 1) &
-            call fail(error, exit_input, text%place('level', l, 'criterion')// &
-                      ': must not be error with contact groups, whose contact it does not look for')
          parent = findloc(above .and. scene%levels%criterion /= criterion_none, .true., dim=1)
          if (parent > 0 .and. level%criterion == criterion_error) then
             if (scene%levels(parent)%criterion /= criterion_error .or. scene%levels(parent)%follow > 0) &

@@ -31,9 +31,11 @@ contains
          associate (spec => scene%levels(part), grid => self%levels(scene%levels(part)%of + 1)%grid)
             if (spec%shape == level_sphere) then
                self%first_parts(part) = make_ball(grid, spec%center, spec%radius, spec%inner_radius)
-            else if (.not. spec%has_box) then
+            else if (.not. spec%has_box .and. size(scene%tools) > 0) then
                self%first_parts(part) = unite(grid, [(make_ball(grid, min(max(scene%tools(t)%tip, grid%lower), &
                   grid%upper), 2.0_wp*first_radius*grid%cell, 0.0_wp), t=1, size(scene%tools))])
+            else if (.not. spec%has_box) then
+               self%first_parts(part) = make_ball(grid, between_bodies(scene), 2.0_wp*first_radius*grid%cell, 0.0_wp)
             else
                self%first_parts(part) = make_region(grid, 2*nint(0.5_wp*(spec%lower &
                      - grid%lower)*grid%per_cell), &
@@ -94,6 +96,19 @@ contains
       end do
       call check_budgets(self, scene, error)
    end procedure check_nests
+
+   !> The mean of the middles of the bodies, m.
+   pure function between_bodies(scene) result(place)
+      type(scene_t), intent(in) :: scene
+      real(wp) :: place(3), lower(3), upper(3)
+      integer :: e
+      place = 0.0_wp
+      do e = 1, size(scene%bodies)
+         call scene%bodies(e)%shape%bounding_box(lower, upper)
+         place = place + 0.5_wp*(lower + upper)/size(scene%bodies)
+      end do
+      place = min(max(place, scene%grid%lower), scene%grid%upper)
+   end function between_bodies
 
    !> Levels that begin where something is touched are within their budgets.
    subroutine check_budgets(self, scene, error)
