@@ -5,7 +5,7 @@ submodule (m_model) m_model_levels
    use m_scene, only: level_sphere, criterion_error
    use m_first_touch, only: touched_at_start
    use m_marking, only: needed_above, closed
-   use m_region, only: region_t, make_region
+   use m_region, only: make_region
    use m_region_parts, only: unite, make_ball, first_too_near, smallest_gap
    implicit none
 
