@@ -1,4 +1,5 @@
-!> What is touched at the start, by the shapes and places of bodies and tools alone (theory.md, eq. level-error).
+!> What is touched at the start, by the shapes and places of bodies and tools alone (theory.md, eq.
+!> level-error).
 module m_first_touch
    use m_kinds, only: wp
    use m_grid_level, only: grid_level_t
@@ -14,8 +15,8 @@ module m_first_touch
 
 contains
 
-   !> Cells of the level above that something is in which tools, or bodies of another contact group, are near to;
-   !> with those around them.
+   !> Cells of the level above that something is in which tools, or bodies of another contact group, are near
+   !> to; with those around them.
    function touched_at_start(scene, grid) result(touched)
       type(scene_t), intent(in) :: scene
       type(grid_level_t), intent(in) :: grid !< of the level above

@@ -1,6 +1,6 @@
-!> Which cells levels refine that the estimated error of the stress places: where it would be largest, as many as
-!> the budget allows, with what tools touch, a margin, and the distance to the edge of the level above (theory.md,
-!> eq. level-error).
+!> Which cells levels refine that the estimated error of the stress places: where it would be largest, as many
+!> as the budget allows, with what tools touch, a margin, and the distance to the edge of the level above
+!> (theory.md, eq. level-error).
 module m_marking
    use m_kinds, only: wp, i8
    use m_grid_level, only: grid_level_t
@@ -15,9 +15,9 @@ module m_marking
    real(wp), parameter :: kept = 1.5_wp**2      !< what is refined now stays until its error is so much lower
    real(wp), parameter :: too_many = 1.2_wp     !< a region stays until it has so many more cells than it should
 
-   !> Of the cells of the level above, one that a level may refine: the largest error (J/m3) that the stress would
-   !> have if they were not refined, whether something is near that is touched, with its margin, and whether they
-   !> are far enough from the edge of that level.
+   !> Of the cells of the level above, one that a level may refine: the largest error (J/m3) that the stress
+   !> would have if they were not refined, whether something is near that is touched, with its margin, and
+   !> whether they are far enough from the edge of that level.
    type :: marks_t
       real(wp), allocatable :: error(:, :, :)
       logical, allocatable :: touched(:, :, :)
@@ -32,11 +32,11 @@ module m_marking
 
 contains
 
-   !> The regions of the levels that the error places, the coarsest first: the cells of all levels whose error is
-   !> above one bound, the lowest that the budgets allow. What is touched, and what the next finer level needs, is
-   !> always in them. `short`: the level whose budget that alone is over, and `needs`: the cells; else 0. `bound`:
-   !> the budgets have kept out cells whose error counts. A region stays as it is where it has all that is wanted
-   !> and not many more.
+   !> The regions of the levels that the error places, the coarsest first: the cells of all levels whose error
+   !> is above one bound, the lowest that the budgets allow. What is touched, and what the next finer level
+   !> needs, is always in them. `short`: the level whose budget that alone is over, and `needs`: the cells;
+   !> else 0. `bound`: the budgets have kept out cells whose error counts. A region stays as it is where it
+   !> has all that is wanted and not many more.
    pure subroutine choose_regions(grids, marks, regions, short, needs, bound)
       type(grid_level_t), intent(in) :: grids(:)        !< the levels'
       type(marks_t), intent(in) :: marks(:)
@@ -101,8 +101,8 @@ contains
       end do
    end subroutine weigh
 
-   !> The cells that levels refine where the errors above a bound are to be refined; the finest first, each coarser
-   !> one with what that needs around it.
+   !> The cells that levels refine where the errors above a bound are to be refined; the finest first, each
+   !> coarser one with what that needs around it.
    pure subroutine choose(grids, marks, least, chosen)
       type(grid_level_t), intent(in) :: grids(:)
       type(marks_t), intent(in) :: marks(:)
@@ -121,7 +121,8 @@ contains
       end do
    end subroutine choose
 
-   !> The finest level whose budget is not enough for some cells, and how many it and the finer ones have; 0: none.
+   !> The finest level whose budget is not enough for some cells, and how many it and the finer ones have; 0:
+   !> none.
    pure subroutine find_short(chosen, budget, short, needs)
       type(cells_t), intent(in) :: chosen(:)
       integer(i8), intent(in) :: budget(:)
@@ -159,8 +160,8 @@ contains
       end do
    end function sum_within
 
-   !> Regions of the chosen cells, or as they are where that will do. Where no cell has been chosen: that of the
-   !> largest error, and those around it.
+   !> Regions of the chosen cells, or as they are where that will do. Where no cell has been chosen: that of
+   !> the largest error, and those around it.
    pure subroutine set_regions(grids, marks, chosen, stay, regions)
       type(grid_level_t), intent(in) :: grids(:)
       type(marks_t), intent(in) :: marks(:)

@@ -23,8 +23,8 @@ module m_error_placing
 
 contains
 
-   !> True when it is time to look: it follows from the state alone, so that a run that goes on looks at the same
-   !> times.
+   !> True when it is time to look: it follows from the state alone, so that a run that goes on looks at the
+   !> same times.
    pure logical function is_due(model)
       type(model_t), intent(in) :: model
       real(wp) :: way, ahead
@@ -46,8 +46,8 @@ contains
       is_due = mod(model%step, int(every, i8)) == 0
    end function is_due
 
-   !> Collective: set the regions of all levels that the error places. The same on any number of ranks: only maxima
-   !> and minima are taken over ranks.
+   !> Collective: set the regions of all levels that the error places. The same on any number of ranks: only
+   !> maxima and minima are taken over ranks.
    subroutine place_by_error(model, regions, error)
       type(model_t), intent(inout) :: model
       type(region_t), intent(inout) :: regions(:) !< of all levels
@@ -105,8 +105,8 @@ contains
                          model%communicator%comm)
    end subroutine share
 
-   !> Add the particles of a level to the marks. The error of a particle is of first order: on a coarser level it
-   !> would be twice as large, its energy four times.
+   !> Add the particles of a level to the marks. The error of a particle is of first order: on a coarser level
+   !> it would be twice as large, its energy four times.
    subroutine mark(model, l, recovered, first, marks, largest)
       type(model_t), intent(in) :: model
       integer, intent(in) :: l, first
@@ -191,8 +191,8 @@ contains
       end do
    end function near_tool
 
-   !> The cells that a level may refine: all, where the level above is placed by the error too and follows; else
-   !> those far enough from its edge.
+   !> The cells that a level may refine: all, where the level above is placed by the error too and follows;
+   !> else those far enough from its edge.
    subroutine set_free(model, l, first, marks)
       type(model_t), intent(in) :: model
       integer, intent(in) :: l, first
