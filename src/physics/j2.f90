@@ -84,8 +84,8 @@ contains
       call self%kinematic%declare(table)
    end subroutine declare
 
-   !> As all laws of plastic flow; with back stresses a few particles are solved for side by side, where one of
-   !> them flows.
+   !> As all laws of plastic flow; with back stresses a few particles are solved for side by side, where one
+   !> of them flows.
    pure subroutine update(self, column, layout, gradient, time_step, first, last)
       class(j2_t), intent(in) :: self
       real(wp), intent(inout), contiguous :: column(:, :)
@@ -138,7 +138,8 @@ contains
          !$omp simd private(share)
          do i = 1, n
             share = 3.0_wp*self%shear*d(i)/max(trial%size(i), tiny(share))
-            column(p + i - 1, layout%stress + c - 1) = column(p + i - 1, layout%stress + c - 1) - share*trial%x(i, c)
+            column(p + i - 1, layout%stress + c - 1) = column(p + i - 1, layout%stress + c - 1) &
+                                                       - share*trial%x(i, c)
          end do
       end do
       !$omp simd
@@ -156,13 +157,14 @@ contains
       type(layout_t), intent(in) :: layout
       integer, intent(in) :: first, last
       energy = self%elastic_t%strain_energy(column, layout, first, last)
-      if (self%kinematic%is_used()) energy = energy + self%kinematic%stored(column, layout%volume, first, last)
+      if (self%kinematic%is_used()) &
+         energy = energy + self%kinematic%stored(column, layout%volume, first, last)
    end function strain_energy
 
    !> The increments d of equivalent plastic strain with
    !>    size(d) - drop(d) - 3 mu d = yield stress(strain + d),
-   !> by Newton's iteration kept within bounds: the left side less the right falls (by 3 mu at least) in d. Each
-   !> particle goes on until it is there, whatever those beside it do; what does not flow has d = 0.
+   !> by Newton's iteration kept within bounds: the left side less the right falls (by 3 mu at least) in d.
+   !> Each particle goes on until it is there, whatever those beside it do; what does not flow has d = 0.
    pure subroutine find_flow(self, strain, flows, strength, slope, trial, d)
       class(j2_t), intent(in) :: self
       real(wp), intent(in) :: strain(few) !< before the step

@@ -12,10 +12,10 @@ module m_kinematic
    public :: kinematic_t, trial_t, few
 
    integer, parameter :: most = 8 !< back stresses
-   integer, parameter :: few = 16 !< particles that are solved for side by side: whole vectors, whatever their width
+   integer, parameter :: few = 16 !< particles solved for side by side: whole vectors, whatever their width
 
-   !> Each grows at 2/3 C times the rate of plastic strain and is recalled at gamma times itself times the rate
-   !> of equivalent plastic strain.
+   !> Each grows at 2/3 C times the rate of plastic strain and is recalled at gamma times itself times the
+   !> rate of equivalent plastic strain.
    type :: kinematic_t
       real(wp), allocatable :: modulus(:)  !< C, Pa
       real(wp), allocatable :: recovery(:) !< gamma; 0: linear
@@ -40,7 +40,8 @@ module m_kinematic
       real(wp) :: left(few, most)        !< exp(-gamma d): the share of alpha that is left
       real(wp) :: grown(few, most)       !< (1 - exp(-gamma d))/gamma
       real(wp) :: size(few)              !< von Mises measure of x
-      real(wp) :: drop(few), slope(few)  !< how much of `size` flow takes by the back stresses, Pa, and d (size - drop)/d d
+      real(wp) :: drop(few)              !< what flow takes of `size` by growing back stresses, Pa
+      real(wp) :: slope(few)             !< d (size - drop)/d d, Pa
    end type trial_t
 
 contains
@@ -144,7 +145,9 @@ contains
             trial%back(:n, c, k) = column(p:p + n - 1, self%back(k) + c - 1)
          end do
       end do
-      call self%look(spread(0.0_wp, 1, few), trial)
+      trial%left = 1.0_wp
+      trial%grown = 0.0_wp
+      call weigh(self, trial)
    end subroutine relative
 
    !> What the trials are like after flow by d (equivalent plastic strain). For flow in one direction the law
@@ -153,12 +156,22 @@ contains
       class(kinematic_t), intent(in) :: self
       real(wp), intent(in) :: d(few)
       type(trial_t), intent(inout) :: trial
+      integer :: k
+      do k = 1, size(self%back)
+         call shares(self%recovery(k), d, trial%left(:, k), trial%grown(:, k))
+      end do
+      call weigh(self, trial)
+   end subroutine look
+
+   !> What follows from the shares of the back stresses that are left and grown.
+   pure subroutine weigh(self, trial)
+      class(kinematic_t), intent(in) :: self
+      type(trial_t), intent(inout) :: trial
       real(wp) :: along(few)
       integer :: c, i, k
       trial%drop = 0.0_wp
       trial%slope = 0.0_wp
       do k = 1, size(self%back)
-         call shares(self%recovery(k), d, trial%left(:, k), trial%grown(:, k))
          trial%drop = trial%drop + self%modulus(k)*trial%grown(:, k)
          trial%slope = trial%slope - self%modulus(k)*trial%left(:, k)
       end do
@@ -168,25 +181,25 @@ contains
             trial%x(:, c) = trial%x(:, c) - trial%left(:, k)*trial%back(:, c, k)
          end do
       end do
-      !$omp simd
-      do i = 1, few
-         trial%size(i) = sqrt(1.5_wp*product_of(trial%x(i, 1), trial%x(i, 2), trial%x(i, 3), trial%x(i, 4), &
-                                                trial%x(i, 5), trial%x(i, 6), trial%x(i, 1), trial%x(i, 2), &
-                                                trial%x(i, 3), trial%x(i, 4), trial%x(i, 5), trial%x(i, 6)))
-      end do
-      along = 0.0_wp
-      do k = 1, size(self%back)
-         if (.not. self%recovery(k) > 0.0_wp) cycle
+      associate (x => trial%x, b => trial%back)
          !$omp simd
          do i = 1, few
-            along(i) = along(i) + self%recovery(k)*trial%left(i, k) &
-                       *product_of(trial%x(i, 1), trial%x(i, 2), trial%x(i, 3), trial%x(i, 4), trial%x(i, 5), &
-                                   trial%x(i, 6), trial%back(i, 1, k), trial%back(i, 2, k), trial%back(i, 3, k), &
-                                   trial%back(i, 4, k), trial%back(i, 5, k), trial%back(i, 6, k))
+            trial%size(i) = sqrt(1.5_wp*product_of(x(i, 1), x(i, 2), x(i, 3), x(i, 4), x(i, 5), x(i, 6), &
+                                                   x(i, 1), x(i, 2), x(i, 3), x(i, 4), x(i, 5), x(i, 6)))
          end do
-      end do
+         along = 0.0_wp
+         do k = 1, size(self%back)
+            if (.not. self%recovery(k) > 0.0_wp) cycle
+            !$omp simd
+            do i = 1, few
+               along(i) = along(i) + self%recovery(k)*trial%left(i, k) &
+                          *product_of(x(i, 1), x(i, 2), x(i, 3), x(i, 4), x(i, 5), x(i, 6), b(i, 1, k), &
+                                      b(i, 2, k), b(i, 3, k), b(i, 4, k), b(i, 5, k), b(i, 6, k))
+            end do
+         end do
+      end associate
       trial%slope = trial%slope + 1.5_wp*along/max(trial%size, tiny(along))
-   end subroutine look
+   end subroutine weigh
 
    !> exp(-gamma d), and (1 - exp(-gamma d))/gamma to all digits: by its series where gamma d is small. Linear
    !> without recovery.
@@ -255,9 +268,9 @@ contains
             !$omp simd reduction(+: stored)
             do p = first, last
                stored = stored + column(p, volume)*0.75_wp/self%modulus(k) &
-                        *product_of(column(p, b), column(p, b + 1), column(p, b + 2), column(p, b + 3), column(p, b + 4), &
-                                    column(p, b + 5), column(p, b), column(p, b + 1), column(p, b + 2), column(p, b + 3), &
-                                    column(p, b + 4), column(p, b + 5))
+                        *product_of(column(p, b), column(p, b + 1), column(p, b + 2), column(p, b + 3), &
+                                    column(p, b + 4), column(p, b + 5), column(p, b), column(p, b + 1), &
+                                    column(p, b + 2), column(p, b + 3), column(p, b + 4), column(p, b + 5))
             end do
          end associate
       end do
