@@ -139,7 +139,8 @@ contains
       time_step = min(time_step, remaining)
       if (self%creeps) time_step = time_step*creep_share(model, time_step, self%spec%creep_limit)
       do t = 1, size(model%contact%tools)
-         speed = model%contact%tools(t)%fastest(model%time, model%time + time_step)
+         speed = model%contact%tools(t)%fastest(model%time, model%time + time_step, &
+                                                given=.true.)
          if (speed*time_step > most_cells*model%levels(1)%grid%cell) &
             time_step = most_cells*model%levels(1)%grid%cell/speed
       end do
@@ -217,16 +218,19 @@ contains
       type(model_t), intent(inout), target :: model
       real(wp), intent(in) :: time_step !< s
       logical, intent(out) :: done
+      call self%equilibrium%system%contact%tools%begin(model%contact%tools, model%time, time_step, &
+                                                       self%spec%ramp)
       call self%equilibrium%system%begin(model, model%time, time_step, self%spec%stabilisation)
-      call find_contact(self%equilibrium%system%contact, model, time_step, &
-                        reach*model%levels(1)%grid%cell, self%compliance)
+      call find_contact(self%equilibrium%system%contact, model, reach*model%levels(1)%grid%cell, &
+                        self%compliance)
       call self%equilibrium%solve(self%spec%tolerance)
       self%told = self%told//self%equilibrium%log
       self%newton = self%newton + self%equilibrium%newton
-      self%solves = self%solves + self%equilibrium%solves
-      self%products = self%products + self%equilibrium%products
+      self%solves = self%solves + self%equilibrium%linear%solves
+      self%products = self%products + self%equilibrium%linear%products
       call self%equilibrium%system%set_motion(self%equilibrium%z)
-      self%way = self%equilibrium%system%farthest()
+      self%way = max(self%equilibrium%system%farthest(), &
+                     maxval(abs([0.0_wp, self%equilibrium%system%contact%tools%way])))
       if (self%equilibrium%outcome == found .and. self%way > most_cells_a_step*model%levels(1)%grid%cell) &
          self%equilibrium%outcome = too_far
       done = self%equilibrium%outcome == found
@@ -372,13 +376,13 @@ contains
 
    subroutine release(self)
       class(quasi_static_t), intent(inout) :: self
-      call self%equilibrium%krylov%dismiss()
+      call self%equilibrium%linear%krylov%dismiss()
    end subroutine release
 
    !> Collective: end PETSc, if this began it and nobody else has anything of it any more.
    subroutine finish(self)
       class(quasi_static_t), intent(inout) :: self
-      call self%equilibrium%krylov%finish()
+      call self%equilibrium%linear%krylov%finish()
    end subroutine finish
 
 end module m_quasi_static

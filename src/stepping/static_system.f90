@@ -2,6 +2,7 @@
 !> the P2G, G2P and sums over blocks and ranks of the explicit step (theory.md, eqs static-residual,
 !> static-tangent).
 module m_static_system
+   use mpi_f08
    use m_kinds, only: wp
    use m_timers
    use m_node_values, only: mass_, v_x, a_x, a_z, f_x
@@ -33,6 +34,8 @@ module m_static_system
       real(wp), allocatable :: forces(:, :, :, :, :) !< tiles as the level's
       real(wp), allocatable :: load(:)               !< (unknowns): of effects at the step's end, N
       real(wp), allocatable :: diagonal(:)           !< (unknowns): of the stiffness, N/m
+      real(wp), allocatable :: bare(:)               !< the same without pressed points
+      integer :: extra = 0 !< unknowns besides those of nodes: ways of what loads push, on the first rank
       real(wp), allocatable :: work(:, :)            !< (particles of the largest block, 27)
       real(wp), allocatable :: product(:, :)         !< (the same, 9)
       real(wp) :: time_step = 0.0_wp                 !< s
@@ -50,6 +53,11 @@ module m_static_system
       procedure :: linearise
       procedure :: multiply
       procedure :: contact_forces
+      procedure :: renew_diagonal
+      procedure :: ways_of
+      procedure :: size => size_of
+      procedure, private :: give_ways
+      procedure, private :: total
       procedure :: dot
       procedure :: steepest
       procedure :: farthest
@@ -57,6 +65,7 @@ module m_static_system
       procedure, private :: sum_forces
    end type static_system_t
 
+   real(wp), parameter :: loose = 1.0e-10_wp !< of a stiffness: less is none
    real(wp), parameter :: even(8, 3) = 1.0_wp !< what a mirror image does to a diagonal
 
 contains
@@ -101,6 +110,10 @@ contains
       else
          call self%hold_loads(time + time_step, number=.true.)
       end if
+      associate (tools => self%contact%tools)
+         if (self%extra > 0) self%load(self%unknowns%count + 1:) = &
+            merge(0.0_wp, tools%load, tools%away(tools%tool))
+      end associate
       if (stabilisation > 0.0_wp) call self%make_ghost(stabilisation)
    end subroutine begin
 
@@ -131,14 +144,17 @@ contains
          call sum_tiles(level%blocks, level%interior_first, level%nodes)
          if (present(number)) then
             call self%unknowns%number(level)
+            self%extra = 0
+            if (model%communicator%is_root()) self%extra = self%contact%tools%count
             call fit(self%load)
             call fit(self%diagonal)
+            call fit(self%bare)
             call self%unknowns%gather(f_x, level%nodes, self%load)
          end if
          if (size(model%effect_step(1)%on_nodes) > 0) call add_by_nodes(present(number))
          if (.not. time < self%ramp) return
          call model%effect_step(1)%scale_push(max(0.0_wp, time/self%ramp))
-         self%load = max(0.0_wp, time/self%ramp)*self%load
+         self%load = max(0.0_wp, time/self%ramp)*self%load ! of tools: m_static_tools knows of the ramp
       end associate
    contains
       !> Those that act on nodes as accelerations.
@@ -154,7 +170,7 @@ contains
                end do
             end do
             if (.not. wanted) return
-            allocate (more(self%unknowns%count))
+            allocate (more(self%size()), source=0.0_wp)
             call self%unknowns%gather(a_x, level%nodes, more)
             self%load = self%load + more
          end associate
@@ -163,7 +179,7 @@ contains
       subroutine fit(values)
          real(wp), allocatable, intent(inout) :: values(:)
          if (allocated(values)) deallocate (values)
-         allocate (values(self%unknowns%count), source=0.0_wp)
+         allocate (values(self%size()), source=0.0_wp)
       end subroutine fit
    end subroutine hold_loads
 
@@ -213,6 +229,7 @@ contains
       real(wp) :: squares
       call self%model%timers%enter(self%residual_row)
       call self%set_motion(z)
+      if (self%contact%tools%count > 0) call self%contact%tools%place(self%ways_of(z))
       call self%clear_forces()
       squares = 0.0_wp
       associate (model => self%model, level => self%model%levels(1))
@@ -234,6 +251,7 @@ contains
          call fold_all(self, motion_parity)
          call self%sum_forces()
          call self%unknowns%gather(f_x, self%forces, force)
+         if (self%extra > 0) force(self%unknowns%count + 1:) = 0.0_wp
          force = force + self%load
          self%scale = 2.0_wp*sqrt(level%grid%cell*model%communicator%sum_real(squares))
       end associate
@@ -256,14 +274,73 @@ contains
             end associate
          end do
          call self%ghost%add_diagonal(self%forces)
-         call self%contact%add_diagonal(self%forces)
-         call self%contact%curve(level%nodes, level%grid%cell)
+         call self%contact%curve(level%grid%cell)
          call fold_all(self, even)
          call self%sum_forces()
-         call self%unknowns%gather(f_x, self%forces, self%diagonal)
-         where (.not. self%diagonal > 0.0_wp) self%diagonal = 1.0_wp
+         call self%unknowns%gather(f_x, self%forces, self%bare)
+         if (self%extra > 0) self%bare(self%unknowns%count + 1:) = 0.0_wp
       end associate
    end subroutine linearise
+
+   !> Collective: the diagonal with the points that are pressed now.
+   subroutine renew_diagonal(self)
+      class(static_system_t), intent(inout) :: self
+      real(wp), dimension(self%contact%tools%count) :: sums, most
+      integer :: k
+      call self%clear_forces()
+      call self%contact%add_diagonal(self%forces)
+      call fold_all(self, even)
+      call self%sum_forces()
+      call self%unknowns%gather(f_x, self%forces, self%diagonal)
+      call self%contact%stiffness_of_ways(sums, most)
+      call self%give_ways(sums, self%diagonal)
+      self%diagonal = self%diagonal + self%bare
+      most = self%total(most)
+      do k = 1, self%extra ! what nothing holds but round-off stays where it is
+         associate (own => self%diagonal(self%unknowns%count + k))
+            if (own <= loose*most(k)) own = most(k)
+         end associate
+      end do
+      where (.not. self%diagonal > 0.0_wp) self%diagonal = 1.0_wp
+   end subroutine renew_diagonal
+
+   !> Unknowns of this rank.
+   pure integer function size_of(self)
+      class(static_system_t), intent(in) :: self
+      size_of = self%unknowns%count + self%extra
+   end function size_of
+
+   !> Collective: of values of the unknowns, those of what loads push.
+   function ways_of(self, values) result(ways)
+      class(static_system_t), intent(in) :: self
+      real(wp), intent(in) :: values(:)
+      real(wp) :: ways(self%contact%tools%count)
+      if (size(ways) == 0) return
+      ways = 0.0_wp
+      if (self%extra > 0) ways = values(self%unknowns%count + 1:)
+      call MPI_Bcast(ways, size(ways), MPI_DOUBLE_PRECISION, 0, self%model%communicator%comm)
+   end function ways_of
+
+   !> Collective: sums of all ranks into the places of what loads push.
+   subroutine give_ways(self, sums, values)
+      class(static_system_t), intent(in) :: self
+      real(wp), intent(in) :: sums(:)
+      real(wp), intent(inout) :: values(:)
+      real(wp) :: all_sums(size(sums))
+      if (size(sums) == 0) return
+      all_sums = self%total(sums)
+      if (self%extra > 0) values(self%unknowns%count + 1:) = all_sums
+   end subroutine give_ways
+
+   !> Collective: sums over the ranks.
+   function total(self, sums)
+      class(static_system_t), intent(in) :: self
+      real(wp), intent(in) :: sums(:)
+      real(wp) :: total(size(sums))
+      total = sums
+      if (size(sums) > 0) call MPI_Allreduce(MPI_IN_PLACE, total, size(total), MPI_DOUBLE_PRECISION, &
+                                             MPI_SUM, self%model%communicator%comm)
+   end function total
 
    !> Collective: to = K from, with the stiffness of pressed points where `presses`; the nodes hold `from`
    !> afterwards.
@@ -271,10 +348,12 @@ contains
       class(static_system_t), intent(inout) :: self
       real(wp), intent(in), contiguous :: from(:)
       real(wp), intent(out), contiguous :: to(:)
-      real(wp) :: u(3), f(3)
+      real(wp) :: u(3), f(3), g(3), ways(self%contact%tools%count), sums(self%contact%tools%count)
       integer :: b, n
       call self%model%timers%enter(self%product_row)
       call self%set_motion(from)
+      ways = self%ways_of(from)
+      sums = 0.0_wp
       call self%clear_forces()
       associate (model => self%model, level => self%model%levels(1))
          do b = 1, size(level%blocks)
@@ -293,31 +372,46 @@ contains
                if (.not. ((self%presses .and. it%pressed) .or. it%force > 0.0_wp)) cycle
                u = self%contact%way(n, level%nodes)
                f = 0.0_wp
-               if (it%force > 0.0_wp) f = -it%force*matmul(it%turning, u)
-               if (self%presses .and. it%pressed) f = f + dot_product(it%normal, u)/it%yielding*it%normal
+               g = 0.0_wp
+               if (it%force > 0.0_wp) &
+                  f = -it%force*matmul(it%turning, u - self%contact%tools%slides_at(it%point%tool, ways))
+               if (self%presses .and. it%pressed) &
+                  g = self%contact%resist(n, u - self%contact%tools%way_at(it%point%tool, it%place, ways))
+               call self%contact%tools%push(it%point%tool, it%place, -f, sums, slides_only=.true.)
+               call self%contact%tools%push(it%point%tool, it%place, -g, sums)
+               f = f + g
                call self%contact%add_force_at(n, f, self%forces)
             end associate
          end do
          call fold_all(self, motion_parity)
          call self%sum_forces()
          call self%unknowns%gather(f_x, self%forces, to)
+         call self%give_ways(sums, to)
       end associate
    end subroutine multiply
 
-   !> Collective: what forces of the points, along their normals, do to the unknowns, N.
-   subroutine contact_forces(self, pressing, force)
+   !> Collective: what forces of the points do to the unknowns, N.
+   subroutine contact_forces(self, pressing, rub, force)
       class(static_system_t), intent(inout) :: self
-      real(wp), intent(in) :: pressing(:) !< (points), N
+      real(wp), intent(in) :: pressing(:) !< (points): along their normals, N
+      real(wp), intent(in) :: rub(:, :)   !< (3, points): friction on the body, N
       real(wp), intent(out) :: force(:)
+      real(wp) :: vector(3), sums(self%contact%tools%count)
       integer :: n
       call self%clear_forces()
+      sums = 0.0_wp
       do n = 1, self%contact%count
-         if (abs(pressing(n)) > 0.0_wp) &
-            call self%contact%add_force_at(n, pressing(n)*self%contact%list(n)%normal, self%forces)
+         associate (it => self%contact%list(n))
+            vector = pressing(n)*it%normal + rub(:, n)
+            if (.not. any(abs(vector) > 0.0_wp)) cycle
+            call self%contact%add_force_at(n, vector, self%forces)
+            call self%contact%tools%push(it%point%tool, it%place, -vector, sums)
+         end associate
       end do
       call fold_all(self, motion_parity)
       call self%sum_forces()
       call self%unknowns%gather(f_x, self%forces, force)
+      call self%give_ways(sums, force)
    end subroutine contact_forces
 
    !> Gradients of the displacements of the nodes at the particles of a block, which stay where they are.
