@@ -57,7 +57,7 @@ module m_static_contact
 
    real(wp), parameter :: far = 1.0e30_wp       !< m: gap of a point that does not press
    real(wp), parameter :: touches = 1.0e-6_wp   !< cells: points so near a tool are thought to press at first
-   real(wp), parameter :: along_slip = 0.05_wp  !< of the secant of friction: stiffness along a slip
+   real(wp), parameter :: along_slip = 1.0e-3_wp  !< of the secant of friction: stiffness along a slip
    real(wp), parameter :: probe = 1.0e-3_wp !< cells: over which the turning of the normal is looked at
 
 contains

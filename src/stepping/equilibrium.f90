@@ -42,7 +42,7 @@ module m_equilibrium
 
 contains
 
-   !> Collective: find the equilibrium of a system that has begun, from no displacement, and the points that
+   !> Collective: find the equilibrium of a system that has begun, from its guess, and the points that
    !> press. Particles stay as they are.
    subroutine solve(self, tolerance)
       class(equilibrium_t), intent(inout) :: self
@@ -68,7 +68,12 @@ contains
          best_at = 0
          self%log = ''
          self%outcome = no_convergence
+         self%z = system%guess
          call system%evaluate(self%z, force, self%verdict)
+         if (.not. self%is_sound()) then
+            self%z = 0.0_wp
+            call system%evaluate(self%z, force, self%verdict)
+         end if
          do
             do n = 1, system%contact%count
                pressing(n) = system%contact%list(n)%force

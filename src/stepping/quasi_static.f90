@@ -220,6 +220,7 @@ contains
       logical, intent(out) :: done
       call self%equilibrium%system%contact%tools%begin(model%contact%tools, model%time, time_step, &
                                                        self%spec%ramp)
+      self%equilibrium%system%goes_on = self%equilibrium%system%contact%rubs .and. .not. self%failed_before
       call self%equilibrium%system%begin(model, model%time, time_step, self%spec%stabilisation)
       call find_contact(self%equilibrium%system%contact, model, reach*model%levels(1)%grid%cell, &
                         self%compliance)

@@ -5,7 +5,7 @@ module m_static_system
    use mpi_f08
    use m_kinds, only: wp
    use m_timers
-   use m_node_values, only: mass_, v_x, a_x, a_z, f_x
+   use m_node_values, only: mass_, v_x, v_z, a_x, a_z, f_x
    use m_level, only: level_t
    use m_boundary, only: fold_symmetry, apply_boundary, motion_parity
    use m_node_exchange, only: sum_tiles
@@ -35,6 +35,8 @@ module m_static_system
       real(wp), allocatable :: load(:)               !< (unknowns): of effects at the step's end, N
       real(wp), allocatable :: diagonal(:)           !< (unknowns): of the stiffness, N/m
       real(wp), allocatable :: bare(:)               !< the same without pressed points
+      real(wp), allocatable :: guess(:)              !< (unknowns): where Newton's method begins, m
+      logical :: goes_on = .false.                   !< that is as in the last step, not at rest
       integer :: extra = 0 !< unknowns besides those of nodes: ways of what loads push, on the first rank
       real(wp), allocatable :: work(:, :)            !< (particles of the largest block, 27)
       real(wp), allocatable :: product(:, :)         !< (the same, 9)
@@ -65,6 +67,7 @@ module m_static_system
       procedure, private :: sum_forces
    end type static_system_t
 
+   real(wp), parameter :: no_force = 1.0e-6_wp !< of a modulus on the face of a cell: less is no load
    real(wp), parameter :: loose = 1.0e-10_wp !< of a stiffness: less is none
    real(wp), parameter :: even(8, 3) = 1.0_wp !< what a mirror image does to a diagonal
 
@@ -132,7 +135,8 @@ contains
             call clear(level%nodes(:, :, :, :, b))
             call p2g(level%blocks(b)%cells, level%blocks(b)%particles%column, level%layout, &
                      frame_of(level, level%blocks(b)), level%nodes(:, :, :, :, b))
-            level%nodes(v_x:a_z, :, :, :, b) = 0.0_wp
+            level%nodes(a_x:a_z, :, :, :, b) = 0.0_wp
+            if (.not. present(number)) level%nodes(v_x:v_z, :, :, :, b) = 0.0_wp
             if (model%effect_step(1)%acts_on_nodes) &
                call model%effect_step(1)%add_body_forces(model%effects, level, b, time, model%timers)
             call fold_symmetry(level%grid, level%blocks(b)%place, level%nodes(:, :, :, :, b), motion_parity)
@@ -150,6 +154,8 @@ contains
             call fit(self%diagonal)
             call fit(self%bare)
             call self%unknowns%gather(f_x, level%nodes, self%load)
+            call fit(self%guess)
+            if (self%goes_on) call guess_motion()
          end if
          if (size(model%effect_step(1)%on_nodes) > 0) call add_by_nodes(present(number))
          if (.not. time < self%ramp) return
@@ -175,6 +181,22 @@ contains
             self%load = self%load + more
          end associate
       end subroutine add_by_nodes
+
+      !> As in the last step, of which particles have the velocities.
+      subroutine guess_motion()
+         integer :: k, n
+         call self%unknowns%gather(v_x, self%model%levels(1)%nodes, self%guess)
+         associate (at => self%unknowns%at, tools => self%contact%tools)
+            do n = 1, self%unknowns%count
+               self%guess(n) = self%time_step*self%guess(n) &
+                               /self%model%levels(1)%nodes(mass_, at(2, n), at(3, n), at(4, n), at(5, n))
+            end do
+            do k = 1, self%extra
+               if (.not. tools%away(tools%tool(k))) self%guess(self%unknowns%count + k) = self%time_step &
+                  *tools%reach(k)*tools%before(tools%tool(k))%freedoms(tools%freedom(k))%speed
+            end do
+         end associate
+      end subroutine guess_motion
 
       subroutine fit(values)
          real(wp), allocatable, intent(inout) :: values(:)
@@ -253,9 +275,21 @@ contains
          call self%unknowns%gather(f_x, self%forces, force)
          if (self%extra > 0) force(self%unknowns%count + 1:) = 0.0_wp
          force = force + self%load
-         self%scale = 2.0_wp*sqrt(level%grid%cell*model%communicator%sum_real(squares))
+         self%scale = max(2.0_wp*sqrt(level%grid%cell*model%communicator%sum_real(squares)), &
+                          no_force*stiffest(model)*level%grid%cell**2)
       end associate
    end subroutine evaluate
+
+   !> The largest of the materials' moduli, Pa.
+   real(wp) function stiffest(model)
+      type(model_t), intent(in) :: model
+      integer :: m
+      stiffest = 0.0_wp
+      do m = 1, size(model%materials%slots)
+         stiffest = max(stiffest, 0.5_wp/model%materials%slots(m)%law%complementary_energy( &
+                        [1.0_wp, 0.0_wp, 0.0_wp, 0.0_wp, 0.0_wp, 0.0_wp]))
+      end do
+   end function stiffest
 
    !> Collective: tangents and diagonal about the displacements that were evaluated last.
    subroutine linearise(self)
