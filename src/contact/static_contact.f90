@@ -26,7 +26,7 @@ module m_static_contact
       real(wp) :: turning(3, 3) = 0.0_wp !< how the normal turns as the point moves, 1/m
       real(wp) :: place(3) = 0.0_wp      !< where it is there, m
       real(wp) :: force = 0.0_wp         !< N
-      real(wp) :: kept(3) = 0.0_wp       !< slip that friction has from the last step, by which it gives way, m
+      real(wp) :: kept(3) = 0.0_wp       !< slip by which friction gives way, from the last step, m
       real(wp) :: slip(3) = 0.0_wp       !< that and the step's slip, at the step's end, m
       real(wp) :: rub(3) = 0.0_wp        !< friction on the body, N
       real(wp) :: holds = 0.0_wp         !< stiffness of friction in the linear problem, N/m

@@ -1,5 +1,5 @@
-!> Tools in a quasi-static step: where they are at its end, by given speeds and by the ways that those freedoms
-!> go which loads push. These ways are unknowns of the step's equilibrium (theory.md, eq. static-tools).
+!> Tools in a quasi-static step: where they are at its end, by given speeds and by the ways of what loads push.
+!> These ways are unknowns of the step's equilibrium (theory.md, eq. static-tools).
 module m_static_tools
    use m_kinds, only: wp
    use m_vectors, only: cross
@@ -29,6 +29,7 @@ module m_static_tools
       procedure :: slides_at
       procedure :: push
       procedure :: is_driven
+      procedure :: ways_before
    end type static_tools_t
 
 contains
@@ -108,6 +109,17 @@ contains
          way = at - before%tip - matmul(before%rotation, matmul(at - now%tip, now%rotation))
       end associate
    end function material_way
+
+   !> What the ways would be if all went on as in the last step, m.
+   pure function ways_before(self) result(ways)
+      class(static_tools_t), intent(in) :: self
+      real(wp) :: ways(self%count)
+      integer :: k
+      do k = 1, self%count
+         ways(k) = self%time_step*self%reach(k)*self%before(self%tool(k))%freedoms(self%freedom(k))%speed
+         if (self%away(self%tool(k))) ways(k) = 0.0_wp
+      end do
+   end function ways_before
 
    !> What of a tool is at a place moves by this when what loads push goes small ways, m.
    pure function way_at(self, t, at, way) result(moved)

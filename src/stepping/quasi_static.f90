@@ -312,6 +312,7 @@ contains
       character(len=:), allocatable :: text
       real(wp) :: worst
       integer :: b, n, p
+      n = 0
       associate (it => self%equilibrium, level => model%levels(1))
          if (it%outcome == turned) then
             worst = -it%verdict%smallest
@@ -321,15 +322,21 @@ contains
             worst = maxval([-1.0_wp, abs(it%left)])
             b = 0
             p = 0
-            if (size(it%left) > 0) then
-               n = maxloc(abs(it%left), dim=1)
+            if (size(it%left) > 0) n = maxloc(abs(it%left), dim=1)
+            if (size(it%left) > it%system%unknowns%count .and. n > it%system%unknowns%count) then
+               associate (tools => it%system%contact%tools)
+                  call fail(error, exit_numerical, 'tool '//trim(tools%now(tools%tool(n &
+                     - it%system%unknowns%count))%spec%name)//': nothing holds it against the loads that '// &
+                     'push it; move it to where it meets a body, or give it speeds')
+               end associate
+            else if (size(it%left) > 0) then
                associate (at => it%system%unknowns%at(:, n))
                   b = at(5)
                   p = nearest(level%blocks(b)%origin + (at(2:4) - 1)*level%grid%cell)
                end associate
             end if
          end if
-         if (worst >= model%communicator%maximum(worst) .and. p > 0) then
+         if (worst >= model%communicator%maximum(worst) .and. p > 0 .and. .not. error%happened()) then
             text = particle_text(model, 1, b, p)//': no equilibrium with steps down to '// &
                    si(self%smallest, 's')//', '//reason(it%outcome)
             call fail(error, exit_numerical, text//'; try a smaller step, slower loads, smaller cells, '// &

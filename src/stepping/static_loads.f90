@@ -48,8 +48,8 @@ contains
       associate (at => model%contact%candidates%carried + t - 1)
          do b = 1, size(model%levels(1)%blocks)
             associate (particles => model%levels(1)%blocks(b)%particles)
-               if (particles%count > 0) presses = presses .or. any(abs(particles%column(:particles%count, at)) &
-                                                                   > 0.0_wp)
+               if (particles%count == 0) cycle
+               presses = presses .or. any(abs(particles%column(:particles%count, at)) > 0.0_wp)
             end associate
          end do
       end associate

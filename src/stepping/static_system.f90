@@ -5,19 +5,17 @@ module m_static_system
    use mpi_f08
    use m_kinds, only: wp
    use m_timers
-   use m_node_values, only: mass_, v_x, v_z, a_x, a_z, f_x
-   use m_level, only: level_t
-   use m_boundary, only: fold_symmetry, apply_boundary, motion_parity
-   use m_node_exchange, only: sum_tiles
+   use m_node_values, only: v_x, a_x, f_x
+   use m_boundary, only: apply_boundary, motion_parity
    use m_migration, only: frame_of
-   use m_p2g_boxes, only: clear
-   use m_g2p_boxes, only: motion_t, fastest_t
-   use m_particle_transfer, only: p2g, g2p
+   use m_g2p_boxes, only: fastest_t
    use m_static_transfer, only: p2g_stress, p2g_diagonal
    use m_krylov, only: krylov_operator_t
    use m_static_contact, only: static_contact_t
    use m_model, only: model_t
    use m_static_nodes, only: static_nodes_t
+   use m_static_tiles, only: put_loads, put_accelerations, read_motion, fold_all, sum_up, take_gradients, &
+                             stiffest
    use m_trial_state, only: trial_block_t, verdict_t
    use m_ghost_penalty, only: ghost_penalty_t, mark_cells
    implicit none
@@ -64,7 +62,6 @@ module m_static_system
       procedure :: steepest
       procedure :: farthest
       procedure, private :: clear_forces
-      procedure, private :: sum_forces
    end type static_system_t
 
    real(wp), parameter :: no_force = 1.0e-6_wp !< of a modulus on the face of a cell: less is no load
@@ -120,32 +117,15 @@ contains
       if (stabilisation > 0.0_wp) call self%make_ghost(stabilisation)
    end subroutine begin
 
-   !> Collective: masses of the nodes, and the forces of effects at a time.
+   !> Collective: forces of effects at a time on the nodes.
    subroutine hold_loads(self, time, number)
       class(static_system_t), intent(inout) :: self
       real(wp), intent(in) :: time
       logical, intent(in), optional :: number !< number the unknowns, and keep the loads
       real(wp), allocatable :: more(:)
-      integer :: b, c
-      call self%model%timers%enter(phase_p2g)
       if (.not. allocated(self%load)) allocate (self%load(0))
       associate (model => self%model, level => self%model%levels(1))
-         do b = 1, size(level%blocks)
-            call level%update_extents(b, whole=.true.)
-            call clear(level%nodes(:, :, :, :, b))
-            call p2g(level%blocks(b)%cells, level%blocks(b)%particles%column, level%layout, &
-                     frame_of(level, level%blocks(b)), level%nodes(:, :, :, :, b))
-            level%nodes(a_x:a_z, :, :, :, b) = 0.0_wp
-            if (.not. present(number)) level%nodes(v_x:v_z, :, :, :, b) = 0.0_wp
-            if (model%effect_step(1)%acts_on_nodes) &
-               call model%effect_step(1)%add_body_forces(model%effects, level, b, time, model%timers)
-            call fold_symmetry(level%grid, level%blocks(b)%place, level%nodes(:, :, :, :, b), motion_parity)
-         end do
-         call model%effect_step(1)%keep_masses(level)
-         call model%timers%enter(phase_exchange)
-         call model%exchange(1)%start(level%nodes)
-         call model%exchange(1)%wait(level%nodes)
-         call sum_tiles(level%blocks, level%interior_first, level%nodes)
+         call put_loads(model, time)
          if (present(number)) then
             call self%unknowns%number(level)
             self%extra = 0
@@ -153,51 +133,23 @@ contains
             call fit(self%load)
             call fit(self%diagonal)
             call fit(self%bare)
-            call self%unknowns%gather(f_x, level%nodes, self%load)
             call fit(self%guess)
-            if (self%goes_on) call guess_motion()
+            call self%unknowns%gather(f_x, level%nodes, self%load)
+            if (self%goes_on) call read_motion(self%unknowns, level, self%time_step, self%guess)
+            if (self%goes_on .and. self%extra > 0) &
+               self%guess(self%unknowns%count + 1:) = self%contact%tools%ways_before()
          end if
-         if (size(model%effect_step(1)%on_nodes) > 0) call add_by_nodes(present(number))
+         if (size(model%effect_step(1)%on_nodes) > 0) then
+            call put_accelerations(model, time)
+            call fit(more)
+            call self%unknowns%gather(a_x, level%nodes, more)
+            if (present(number)) self%load = self%load + more
+         end if
          if (.not. time < self%ramp) return
          call model%effect_step(1)%scale_push(max(0.0_wp, time/self%ramp))
          self%load = max(0.0_wp, time/self%ramp)*self%load ! of tools: m_static_tools knows of the ramp
       end associate
    contains
-      !> Those that act on nodes as accelerations.
-      subroutine add_by_nodes(wanted)
-         logical, intent(in) :: wanted
-         associate (model => self%model, level => self%model%levels(1))
-            do b = 1, size(level%blocks)
-               level%nodes(v_x:a_z, :, :, :, b) = 0.0_wp
-               call model%effect_step(1)%change_nodes(model%effects, level, b, time, 0.0_wp, &
-                                                      model%composite(1)%constrained(b), model%timers)
-               do c = a_x, a_z
-                  level%nodes(c, :, :, :, b) = level%nodes(c, :, :, :, b)*level%nodes(mass_, :, :, :, b)
-               end do
-            end do
-            if (.not. wanted) return
-            allocate (more(self%size()), source=0.0_wp)
-            call self%unknowns%gather(a_x, level%nodes, more)
-            self%load = self%load + more
-         end associate
-      end subroutine add_by_nodes
-
-      !> As in the last step, of which particles have the velocities.
-      subroutine guess_motion()
-         integer :: k, n
-         call self%unknowns%gather(v_x, self%model%levels(1)%nodes, self%guess)
-         associate (at => self%unknowns%at, tools => self%contact%tools)
-            do n = 1, self%unknowns%count
-               self%guess(n) = self%time_step*self%guess(n) &
-                               /self%model%levels(1)%nodes(mass_, at(2, n), at(3, n), at(4, n), at(5, n))
-            end do
-            do k = 1, self%extra
-               if (.not. tools%away(tools%tool(k))) self%guess(self%unknowns%count + k) = self%time_step &
-                  *tools%reach(k)*tools%before(tools%tool(k))%freedoms(tools%freedom(k))%speed
-            end do
-         end associate
-      end subroutine guess_motion
-
       subroutine fit(values)
          real(wp), allocatable, intent(inout) :: values(:)
          if (allocated(values)) deallocate (values)
@@ -216,9 +168,9 @@ contains
          do b = 1, size(level%blocks)
             call mark_cells(level, model%materials, b, self%forces(:, :, :, :, b))
          end do
-         call self%sum_forces()
+         call sum_up(self%model, self%forces)
          call self%ghost%find_edges(level, self%forces)
-         call self%sum_forces()
+         call sum_up(self%model, self%forces)
          call self%ghost%find_faces(level, self%forces, share)
       end associate
    end subroutine make_ghost
@@ -231,9 +183,7 @@ contains
       associate (model => self%model, level => self%model%levels(1))
          level%nodes(:, :, :, :, :size(level%blocks)) = 0.0_wp
          call self%unknowns%scatter(z, v_x, level%nodes)
-         call model%exchange(1)%start(level%nodes)
-         call model%exchange(1)%wait(level%nodes)
-         call sum_tiles(level%blocks, level%interior_first, level%nodes)
+         call sum_up(model, level%nodes)
          do b = 1, size(level%blocks)
             call apply_boundary(level%grid, level%blocks(b)%place, level%nodes(:, :, :, :, b))
          end do
@@ -270,8 +220,8 @@ contains
          end do
          call self%ghost%add_forces(level%nodes, -1.0_wp, self%forces)
          call self%contact%move(level%nodes)
-         call fold_all(self, motion_parity)
-         call self%sum_forces()
+         call fold_all(level, motion_parity, self%forces)
+         call sum_up(self%model, self%forces)
          call self%unknowns%gather(f_x, self%forces, force)
          if (self%extra > 0) force(self%unknowns%count + 1:) = 0.0_wp
          force = force + self%load
@@ -279,17 +229,6 @@ contains
                           no_force*stiffest(model)*level%grid%cell**2)
       end associate
    end subroutine evaluate
-
-   !> The largest of the materials' moduli, Pa.
-   real(wp) function stiffest(model)
-      type(model_t), intent(in) :: model
-      integer :: m
-      stiffest = 0.0_wp
-      do m = 1, size(model%materials%slots)
-         stiffest = max(stiffest, 0.5_wp/model%materials%slots(m)%law%complementary_energy( &
-                        [1.0_wp, 0.0_wp, 0.0_wp, 0.0_wp, 0.0_wp, 0.0_wp]))
-      end do
-   end function stiffest
 
    !> Collective: tangents and diagonal about the displacements that were evaluated last.
    subroutine linearise(self)
@@ -309,8 +248,8 @@ contains
          end do
          call self%ghost%add_diagonal(self%forces)
          call self%contact%curve(level%grid%cell)
-         call fold_all(self, even)
-         call self%sum_forces()
+         call fold_all(level, even, self%forces)
+         call sum_up(self%model, self%forces)
          call self%unknowns%gather(f_x, self%forces, self%bare)
          if (self%extra > 0) self%bare(self%unknowns%count + 1:) = 0.0_wp
       end associate
@@ -323,8 +262,8 @@ contains
       integer :: k
       call self%clear_forces()
       call self%contact%add_diagonal(self%forces)
-      call fold_all(self, even)
-      call self%sum_forces()
+      call fold_all(self%model%levels(1), even, self%forces)
+      call sum_up(self%model, self%forces)
       call self%unknowns%gather(f_x, self%forces, self%diagonal)
       call self%contact%stiffness_of_ways(sums, most)
       call self%give_ways(sums, self%diagonal)
@@ -417,8 +356,8 @@ contains
                call self%contact%add_force_at(n, f, self%forces)
             end associate
          end do
-         call fold_all(self, motion_parity)
-         call self%sum_forces()
+         call fold_all(level, motion_parity, self%forces)
+         call sum_up(self%model, self%forces)
          call self%unknowns%gather(f_x, self%forces, to)
          call self%give_ways(sums, to)
       end associate
@@ -442,23 +381,11 @@ contains
             call self%contact%tools%push(it%point%tool, it%place, -vector, sums)
          end associate
       end do
-      call fold_all(self, motion_parity)
-      call self%sum_forces()
+      call fold_all(self%model%levels(1), motion_parity, self%forces)
+      call sum_up(self%model, self%forces)
       call self%unknowns%gather(f_x, self%forces, force)
       call self%give_ways(sums, force)
    end subroutine contact_forces
-
-   !> Gradients of the displacements of the nodes at the particles of a block, which stay where they are.
-   pure subroutine take_gradients(level, b, gradient, longest)
-      type(level_t), intent(inout) :: level
-      integer, intent(in) :: b
-      real(wp), intent(inout), contiguous :: gradient(:, :) !< (:, 9)
-      type(fastest_t), intent(inout), optional :: longest   !< component of a particle's way, m
-      associate (block => level%blocks(b))
-         call g2p(block%cells, level%nodes(:, :, :, :, b), level%layout, frame_of(level, block), &
-                  motion_t(0.0_wp, 1.0_wp, level%layout%position), block%particles%column, gradient, longest)
-      end associate
-   end subroutine take_gradients
 
    !> Collective: largest component of the gradients of displacements, of all particles.
    real(wp) function steepest(self, z)
@@ -509,27 +436,5 @@ contains
       class(static_system_t), intent(inout) :: self
       self%forces(:, :, :, :, :size(self%model%levels(1)%blocks)) = 0.0_wp
    end subroutine clear_forces
-
-   !> What stands outside symmetry planes goes to its mirror nodes, in all own tiles.
-   subroutine fold_all(self, parity)
-      type(static_system_t), intent(inout) :: self
-      real(wp), intent(in) :: parity(:, :)
-      integer :: b
-      associate (level => self%model%levels(1))
-         do b = 1, size(level%blocks)
-            call fold_symmetry(level%grid, level%blocks(b)%place, self%forces(:, :, :, :, b), parity)
-         end do
-      end associate
-   end subroutine fold_all
-
-   !> Collective: sums over blocks and ranks.
-   subroutine sum_forces(self)
-      class(static_system_t), intent(inout) :: self
-      associate (model => self%model, level => self%model%levels(1))
-         call model%exchange(1)%start(self%forces)
-         call model%exchange(1)%wait(self%forces)
-         call sum_tiles(level%blocks, level%interior_first, self%forces)
-      end associate
-   end subroutine sum_forces
 
 end module m_static_system
