@@ -30,6 +30,7 @@ module m_static_tools
       procedure :: push
       procedure :: is_driven
       procedure :: ways_before
+      procedure :: name_of
    end type static_tools_t
 
 contains
@@ -109,6 +110,14 @@ contains
          way = at - before%tip - matmul(before%rotation, matmul(at - now%tip, now%rotation))
       end associate
    end function material_way
+
+   !> Name of the tool of a freedom.
+   pure function name_of(self, k) result(name)
+      class(static_tools_t), intent(in) :: self
+      integer, intent(in) :: k
+      character(len=:), allocatable :: name
+      name = trim(self%before(self%tool(k))%spec%name)
+   end function name_of
 
    !> What the ways would be if all went on as in the last step, m.
    pure function ways_before(self) result(ways)

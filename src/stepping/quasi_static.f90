@@ -309,56 +309,55 @@ contains
       class(quasi_static_t), intent(in) :: self
       type(model_t), intent(in) :: model
       type(error_t), intent(inout) :: error
-      character(len=:), allocatable :: text
       real(wp) :: worst
+      logical :: mine
       integer :: b, n, p
+      b = 0
+      p = 0
       n = 0
-      associate (it => self%equilibrium, level => model%levels(1))
+      associate (it => self%equilibrium, nodes => self%equilibrium%system%unknowns)
          if (it%outcome == turned) then
             worst = -it%verdict%smallest
             b = it%verdict%block
             p = it%verdict%particle
          else
             worst = maxval([-1.0_wp, abs(it%left)])
-            b = 0
-            p = 0
             if (size(it%left) > 0) n = maxloc(abs(it%left), dim=1)
-            if (size(it%left) > it%system%unknowns%count .and. n > it%system%unknowns%count) then
-               associate (tools => it%system%contact%tools)
-                  call fail(error, exit_numerical, 'tool '//trim(tools%now(tools%tool(n &
-                     - it%system%unknowns%count))%spec%name)//': nothing holds it against the loads that '// &
-                     'push it; move it to where it meets a body, or give it speeds')
-               end associate
-            else if (size(it%left) > 0) then
-               associate (at => it%system%unknowns%at(:, n))
-                  b = at(5)
-                  p = nearest(level%blocks(b)%origin + (at(2:4) - 1)*level%grid%cell)
-               end associate
+            if (n > 0 .and. n <= nodes%count) then
+               b = nodes%at(5, n)
+               p = nearest_to(model, b, nodes%at(2:4, n))
             end if
          end if
-         if (worst >= model%communicator%maximum(worst) .and. p > 0 .and. .not. error%happened()) then
-            text = particle_text(model, 1, b, p)//': no equilibrium with steps down to '// &
-                   si(self%smallest, 's')//', '//reason(it%outcome)
-            call fail(error, exit_numerical, text//'; try a smaller step, slower loads, smaller cells, '// &
-                      'or boundaries and tools that hold the body')
+         mine = worst >= model%communicator%maximum(worst)
+         if (mine .and. n > nodes%count) then
+            call fail(error, exit_numerical, 'tool '//it%system%contact%tools%name_of(n - nodes%count)// &
+                      ': nothing holds it against the loads that push it; move it to where it meets a '// &
+                      'body, or give it speeds')
+         else if (mine .and. p > 0) then
+            call fail(error, exit_numerical, particle_text(model, 1, b, p)//': no equilibrium with steps '// &
+                      'down to '//si(self%smallest, 's')//', '//reason(it%outcome)//'; try a smaller step, '// &
+                      'slower loads, smaller cells, or boundaries and tools that hold the body')
          end if
       end associate
       call model%communicator%agree(error)
       if (.not. error%happened()) call fail(error, exit_numerical, 'step '//to_text(model%step + 1)// &
          ': no equilibrium with steps down to '//si(self%smallest, 's'))
-   contains
-      !> Particle of block b nearest to a place; 0: it has none.
-      pure integer function nearest(place) result(found_one)
-         real(wp), intent(in) :: place(3)
-         integer :: q
-         associate (particles => model%levels(1)%blocks(b)%particles, x => model%levels(1)%layout%position)
-            found_one = 0
-            if (particles%count == 0) return
-            found_one = minloc([(sum((particles%column(q, x:x + 2) - place)**2), q=1, particles%count)], &
-                               dim=1)
-         end associate
-      end function nearest
    end subroutine complain
+
+   !> Particle of block b nearest to a node of its tile; 0: it has none.
+   pure integer function nearest_to(model, b, at) result(p)
+      type(model_t), intent(in) :: model
+      integer, intent(in) :: b, at(3)
+      real(wp) :: place(3)
+      integer :: q
+      associate (level => model%levels(1), particles => model%levels(1)%blocks(b)%particles, &
+                 x => model%levels(1)%layout%position)
+         place = level%blocks(b)%origin + (at - 1)*level%grid%cell
+         p = 0
+         if (particles%count == 0) return
+         p = minloc([(sum((particles%column(q, x:x + 2) - place)**2), q=1, particles%count)], dim=1)
+      end associate
+   end function nearest_to
 
    pure logical function keeps_state(self)
       class(quasi_static_t), intent(in) :: self
