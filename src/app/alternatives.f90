@@ -57,7 +57,8 @@ contains
       type(price_t), intent(in) :: price
       integer :: n
       call console%line('')
-      call console%line('what if                                                  time [s]     x        memory [MB]   x')
+      call console%line('what if                                                  time [s]     x        '// &
+                        'memory [MB]   x')
       call say(console, 'as it is', price, price)
       call say(console, 'cells half as large', half_the_cell(price, blocks_at_half_cell(model)), price)
       call say(console, 'one level more, half as wide'//merge(' around the tool', '                ', &

@@ -245,7 +245,8 @@ contains
             return
          end if
          if (follows(model)) then
-            found%trouble = 'levels follow a tool, which is not pressed in then: what contact will cost is not in this'
+            found%trouble = 'levels follow a tool, which is not pressed in then: what contact will cost '// &
+               'is not in this'
             return
          end if
          do n = 1, 40 ! until enough contact points are inside

@@ -101,8 +101,9 @@ contains
       type(balance_t), intent(in) :: balance
       character(len=:), allocatable :: text
       integer :: e
-      if (any(model%effect_step%erodes)) call facts%say('eroded: '//si(1000.0_wp*(balance%start%mass - balance%now%mass), &
-                                                        'g')//' of what has failed, taken out')
+      if (any(model%effect_step%erodes)) &
+         call facts%say('eroded: '//si(1000.0_wp*(balance%start%mass - balance%now%mass), 'g')// &
+                        ' of what has failed, taken out')
       do e = 1, size(model%effects)
          text = model%effects(e)%effect%summary(model%communicator, model%levels)
          if (text /= '') call facts%say(text)
@@ -240,15 +241,17 @@ contains
       if (any(model%effect_step%acts_on_nodes) .and. all(model%effect_step%follows_particles)) then
          call facts%note('work_apart_of_effects_J', to_text(balance%worst_of_effects))
          call facts%say(apart_text('effects: work', balance%worst_of_effects, balance%largest))
-         if (balance%worst_of_effects > notable*balance%largest) call facts%say('WARNING: effects do work that the &
-            &particles they act on do not get: their forces lie on nodes with hardly any material, and motion and stress &
-            &there are as wrong; '//remedy(scene))
+         if (balance%worst_of_effects > notable*balance%largest) &
+            call facts%say('WARNING: effects do work that the particles they act on do not get: their '// &
+                           'forces lie on nodes with hardly any material, and motion and stress there '// &
+                           'are as wrong; '//remedy(scene))
       end if
       if (size(scene%tools) == 0) return
       call facts%note('work_apart_of_tools_J', to_text(balance%worst_of_tools))
       call facts%say(apart_text('tools: work', balance%worst_of_tools, balance%largest))
-      if (balance%worst_of_tools > notable*balance%largest) call facts%say('WARNING: tools do work that the particles &
-            &they press do not get, or the reverse: loads are as wrong; '//remedy(scene))
+      if (balance%worst_of_tools > notable*balance%largest) &
+         call facts%say('WARNING: tools do work that the particles they press do not get, or the '// &
+                        'reverse: loads are as wrong; '//remedy(scene))
    end subroutine say_work_done
 
    !> The two figures of a work side by side.
@@ -256,8 +259,8 @@ contains
       character(len=*), intent(in) :: what
       real(wp), intent(in) :: apart, largest !< J
       character(len=:), allocatable :: text
-      text = what//' by the motion of nodes and tools and by that of the particles they act on differs by at most '// &
-             si(apart, 'J')//percent(apart, largest)//' of the largest energy or work'
+      text = what//' by the motion of nodes and tools and by that of the particles they act on differs '// &
+             'by at most '//si(apart, 'J')//percent(apart, largest)//' of the largest energy or work'
    end function apart_text
 
    !> What to take where loads and particles do not agree, of what the scene has not taken.
@@ -284,8 +287,8 @@ contains
          text = text//'; '//remedy(scene)//', a smaller safety'
          if (scene%time%stress_update == update_usf) text = text//', stress_update=''usl'''
       else
-         text = text//', in transfer or contact, where material tears, or in the energy that a law of small strain has at &
-                &large strain; '//remedy(scene)
+         text = text//', in transfer or contact, where material tears, or in the energy that a law of '// &
+                'small strain has at large strain; '//remedy(scene)
          if (scene%time%flip_fraction < 1.0_wp) text = text//', flip_fraction=1'
          if (.not. scene%time%affine) text = text//', transfer=''affine'''
       end if
@@ -342,8 +345,8 @@ contains
          call facts%say(text)
          if (contact%friction%present) call facts%say('friction: '// &
              to_text(real(contact%friction%sweeps, wp)/contact%solves, 3)//' sweeps and '// &
-             to_text(real(contact%friction%iterations, wp)/contact%solves, 3)//' iterations a solve, heat '// &
-             si(sum(contact%states%heat) + sum(contact%pairs%states%heat), 'J'))
+             to_text(real(contact%friction%iterations, wp)/contact%solves, 3)// &
+             ' iterations a solve, heat '//si(sum(contact%states%heat) + sum(contact%pairs%states%heat), 'J'))
       end associate
    end subroutine say_contact
 
@@ -376,8 +379,8 @@ contains
       call estimate_stress_error(model, error)
       call model%timers%leave()
       if (.not. error%energy > 0.0_wp) return
-      text = 'stress: estimated error '//to_text(100.0_wp*error%share(), 3)//' % of its energy norm, sqrt('// &
-             si(error%squares, 'J')//' of '//si(error%energy, 'J')//')'
+      text = 'stress: estimated error '//to_text(100.0_wp*error%share(), 3)// &
+             ' % of its energy norm, sqrt('//si(error%squares, 'J')//' of '//si(error%energy, 'J')//')'
       if (error%beside > 0.0_wp) &
          text = text//', '//si(error%beside, 'J')//' of that beside edges of levels'
       call facts%say(text)

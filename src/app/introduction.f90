@@ -139,7 +139,8 @@ contains
       if (scene%chose_domain .and. scene%quasi_static%present) call console%line( &
          "chosen     domain='stretch', for the law is made for large strains")
       if (scene%chose_domain .and. .not. scene%quasi_static%present) call console%line( &
-         "chosen     domain='corners', for the law is made for large strains; 1.5 to 3 times the time of 'fixed'")
+         "chosen     domain='corners', for the law is made for large strains; 1.5 to 3 times the time "// &
+         "of 'fixed'")
       if (.not. allocated(scene%brought)) return
       if (scene%brought /= '') &
          call console%line('chosen     '//scene%brought//', for plastic flow locks without; up to a '// &
@@ -171,8 +172,8 @@ contains
       end do
    end function may_lock
 
-   !> Collective: bodies whose particles have shares, with the volume that these have together at the start and
-   !> what that lacks of the shape's, where this is known and no symmetry side cuts it.
+   !> Collective: bodies whose particles have shares, with the volume that these have together at the start
+   !> and what that lacks of the shape's, where this is known and no symmetry side cuts it.
    subroutine introduce_shares(console, scene, model)
       type(console_t), intent(inout) :: console
       type(scene_t), intent(in) :: scene
@@ -187,7 +188,8 @@ contains
             held = 0.0_wp
             do l = 1, size(model%levels)
                do b = 1, size(model%levels(l)%blocks)
-                  associate (particles => model%levels(l)%blocks(b)%particles, v => model%levels(l)%layout%volume)
+                  associate (particles => model%levels(l)%blocks(b)%particles, &
+                             v => model%levels(l)%layout%volume)
                      held = held + sum(particles%column(:particles%count, v), &
                                        mask=particles%body(:particles%count) == body)
                   end associate
@@ -197,7 +199,8 @@ contains
             text = 'body       '//spec%name//': particles have shares of their places, together '// &
                    to_text(held, 6)//' m3'
             call spec%shape%bounding_box(lower, upper)
-            if (spec%shape%knows_volume() .and. all(lower >= scene%grid%lower) .and. all(upper <= scene%grid%upper)) &
+            if (spec%shape%knows_volume() .and. all(lower >= scene%grid%lower) .and. &
+                all(upper <= scene%grid%upper)) &
                text = text//', '//to_text(100.0_wp*(held/spec%shape%volume() - 1.0_wp), 3)// &
                       ' % off the volume of the shape'
             call console%line(text)

@@ -10,8 +10,8 @@ module m_out_of_memory
 
    character(kind=c_char, len=*), &
       parameter :: sentence = 'gimp3d: there is no memory for what the run needs next: take more '// &
-      'machines, larger cells or fewer particles_per_cell, memory=0 in &guard, or a higher limit (ulimit -v, that of the batch '// &
-      'system)'//achar(10)
+      'machines, larger cells or fewer particles_per_cell, memory=0 in &guard, or a higher limit '// &
+      '(ulimit -v, that of the batch system)'//achar(10)
 
 contains
 

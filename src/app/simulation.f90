@@ -268,8 +268,8 @@ contains
    subroutine leave_directory(self)
       class(simulation_t), intent(inout) :: self
       call fail(self%error, exit_files, 'another run has taken over '//self%scene%output%directory// &
-                ' while this one stood still (run.lock there names another process): this one ends at time '// &
-                si(self%model%time, 's')//' and writes nothing more')
+                ' while this one stood still (run.lock there names another process): this one ends at '// &
+                'time '//si(self%model%time, 's')//' and writes nothing more')
       call self%console%finish()
       self%course%steps = 0
    end subroutine leave_directory

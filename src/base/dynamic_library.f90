@@ -1,7 +1,7 @@
 !> Procedures of a shared library that is opened while the program runs (dlopen).
 module m_dynamic_library
-   use, intrinsic :: iso_c_binding, only: c_char, c_int, c_ptr, c_funptr, c_size_t, c_null_char, c_null_funptr, &
-      c_associated, c_f_pointer
+   use, intrinsic :: iso_c_binding, only: c_char, c_int, c_ptr, c_funptr, c_size_t, c_null_char, &
+      c_null_funptr, c_associated, c_f_pointer
    implicit none
    private
    public :: find_procedure

@@ -12,8 +12,8 @@ contains
 
    pure real(wp) function determinant(a)
       real(wp), intent(in) :: a(3, 3)
-      determinant = a(1, 1)*(a(2, 2)*a(3, 3) - a(2, 3)*a(3, 2)) + a(1, 2)*(a(2, 3)*a(3, 1) - a(2, 1)*a(3, 3)) &
-                    + a(1, 3)*(a(2, 1)*a(3, 2) - a(2, 2)*a(3, 1))
+      determinant = a(1, 1)*(a(2, 2)*a(3, 3) - a(2, 3)*a(3, 2)) + &
+         a(1, 2)*(a(2, 3)*a(3, 1) - a(2, 1)*a(3, 3)) + a(1, 3)*(a(2, 1)*a(3, 2) - a(2, 2)*a(3, 1))
    end function determinant
 
    !> Those of a matrix: over its determinant they are the transpose of its inverse.

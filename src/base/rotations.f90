@@ -59,9 +59,9 @@ contains
       q = q/norm2(q)
    end function quaternion_of
 
-   !> That of Bunge's Euler angles (phi1, Phi, phi2; radians): it turns the axes of a crystal, which lie along the
-   !> sample's at first, about z, then x, then z, each as they have been turned. Its matrix takes components
-   !> along the crystal's axes to components along the sample's: the transpose of Bunge's g.
+   !> That of Bunge's Euler angles (phi1, Phi, phi2; radians): it turns the axes of a crystal, which lie along
+   !> the sample's at first, about z, then x, then z, each as they have been turned. Its matrix takes
+   !> components along the crystal's axes to components along the sample's: the transpose of Bunge's g.
    pure function from_euler(angles) result(q)
       real(wp), intent(in) :: angles(3)
       real(wp) :: q(4)

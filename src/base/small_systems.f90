@@ -1,4 +1,5 @@
-!> Symmetric positive definite systems of a handful of unknowns (Cholesky), for laws that solve one a particle.
+!> Symmetric positive definite systems of a handful of unknowns (Cholesky), for laws that solve one a
+!> particle.
 module m_small_systems
    use m_kinds, only: wp
    implicit none

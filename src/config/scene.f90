@@ -124,8 +124,8 @@ module m_scene
       real(wp) :: radius = 0.0_wp        !< of a sphere, m
       real(wp) :: inner_radius = 0.0_wp  !< of a shell: coarser cells inside it, m; 0: a ball
       integer :: follow = 0 !< what the box moves with, by its number in scene_t%leaders; 0: nothing
-      integer :: criterion = criterion_none !< places the box by the gradient of von Mises stress or of strain, or
-                                            !< cells by the estimated error of the stress
+      integer :: criterion = criterion_none !< places the box by the gradient of von Mises stress or of
+                                            !< strain, or cells by the estimated error of the stress
       integer :: max_cells = 1000000     !< with a criterion: of the level's own cells, in its region
       real(wp) :: tolerance = 0.05_wp !< with criterion_error: of the stress, relative to the largest
       logical :: has_box = .true. !< else, with criterion_error, it begins around the tools' tips

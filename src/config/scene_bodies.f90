@@ -80,7 +80,8 @@ contains
       if (body%contact_group /= '' .or. .not. group%is_writing()) &
          call group%get_name('contact_group', body%contact_group)
       if (lower_case(body%contact_group) == rest_group) &
-         call group%refuse('contact_group', 'must not be '//rest_group//', the group of bodies that name none')
+         call group%refuse('contact_group', 'must not be '//rest_group// &
+                           ', the group of bodies that name none')
    end subroutine describe_body
 
    !> `orientation` of a body whose material has axes.

@@ -232,8 +232,9 @@ contains
       end do
    end subroutine check_overlaps
 
-   !> By how much two bodies may overlap at the start, m: of two contact groups of which the scene says so by the
-   !> edge of a particle of the finest level, for surfaces further apart do not see each other; else not at all.
+   !> By how much two bodies may overlap at the start, m: of two contact groups of which the scene says so by
+   !> the edge of a particle of the finest level, for surfaces further apart do not see each other; else not
+   !> at all.
    pure real(wp) function overlap_allowed(scene, one, other) result(allowed)
       type(scene_t), intent(in) :: scene
       integer, intent(in) :: one, other
@@ -252,7 +253,8 @@ contains
       real(wp), intent(in) :: allowed !< m
       character(len=:), allocatable :: text
       text = 'bodies that touch'
-      if (allowed > 0.0_wp) text = text//', or overlap by no more than a particle, '//to_text(allowed, 3)//' m'
+      if (allowed > 0.0_wp) text = text//', or overlap by no more than a particle, '//to_text(allowed, 3)// &
+         ' m'
    end function allowed_text
 
    !> Contact between bodies is met once a step: the stress must have the same solve.
@@ -272,8 +274,8 @@ contains
       type(error_t), intent(inout) :: error
       integer :: i, k
       do i = 1, size(scene%probes)
-         if (any([(scene%bodies(k)%shape%distance(scene%probes(i)%position) <= touching*scene%grid%cell_size, &
-                   k=1, size(scene%bodies))])) cycle
+         if (any([(scene%bodies(k)%shape%distance(scene%probes(i)%position) <= &
+                   touching*scene%grid%cell_size, k=1, size(scene%bodies))])) cycle
          call fail(error, exit_input, text%place('probe', i, 'position')//': must lie inside a body')
       end do
    end subroutine check_probes

@@ -12,7 +12,8 @@ module m_scene_groups
    use m_text, only: to_text
    use m_scene
    use m_scene_level, only: describe_level
-   use m_scene_bodies, only: describe_material, describe_body, describe_cut, describe_tool, describe_nth_motion
+   use m_scene_bodies, only: describe_material, describe_body, describe_cut, describe_tool, &
+      describe_nth_motion
    use m_scene_static, only: describe_quasi_static, brings_in_statics
    use m_scene_words
    use m_value_range, only: above, at_least, any_value
@@ -300,7 +301,8 @@ contains
       ! case.nml is the whole run's
       if (.not. group%is_writing()) call group%get_text('restart', scene%restart, longest_path)
       if (scene%plans .and. scene%restart /= '') &
-         call group%refuse('mode', 'a plan is made of a whole run, not of one that goes on; allowed without restart')
+         call group%refuse('mode', 'a plan is made of a whole run, not of one that goes on; allowed '// &
+                           'without restart')
    end subroutine describe_scene
 
    subroutine describe_grid(group, grid)

@@ -102,7 +102,8 @@ contains
          associate (cut => scene%cuts(i), body => scene%bodies(scene%cuts(i)%body))
             if (.not. overlap(body%shape, cut%shape, [0.0_wp, 0.0_wp, 0.0_wp], least*scene%grid%cell_size, &
                               least*scene%grid%cell_size)) &
-               call fail(error, exit_input, parsed%place('cut', i, 'shape')//': takes nothing away from the body '// &
+               call fail(error, exit_input, parsed%place('cut', i, 'shape')// &
+                         ': takes nothing away from the body '// &
                          body%name//' on '//parsed%line_of('body', cut%body)//'; it must overlap it')
             if (error%happened()) return
             call carve(body%shape, cut%shape)

@@ -25,8 +25,8 @@ module m_scene_words
    character(len=*), parameter, public :: motion_words(2) = [character(len=5) :: 'slide', 'turn']
 
    !> Groups that are no effects, and for each whether it must be there and whether it may be repeated. A
-   !> level names a tool, a motion too, a body a material, a contact of bodies their groups: these stand before
-   !> them.
+   !> level names a tool, a motion too, a body a material, a contact of bodies their groups: these stand
+   !> before them.
    character(len=*), parameter, public :: group_words(16) = [character(len=12) :: 'scene', 'grid', 'time', &
                                                              'material', 'body', 'cut', 'body_contact', &
                                                              'tool', 'motion', 'level', 'probe', 'contact', &

@@ -1,8 +1,9 @@
 !> Bound-constrained quadratic problems on PETSc: minimise 1/2 x'Mx - b'x over x >= 0, M given by its product.
-!> An error inside PETSc aborts all ranks with PETSc's own words. Guesses which unknowns are
-!> free come first, with PETSc's conjugate gradients for those; where they run in a circle, TAO's gradient projection with conjugate
-!> gradients (Moré and Toraldo 1991) goes on. That is asked for the change from the start value: what the objective falls by is
-!> then no difference of large numbers, whose rounding would send its line searches to and fro where the start is good.
+!> An error inside PETSc aborts all ranks with PETSc's own words. Guesses which unknowns are free come first,
+!> with PETSc's conjugate gradients for those; where they run in a circle, TAO's gradient projection with
+!> conjugate gradients (Moré and Toraldo 1991) goes on. That is asked for the change from the start value:
+!> what the objective falls by is then no difference of large numbers, whose rounding would send its line
+!> searches to and fro where the start is good.
 module m_petsc_solver
 #include <petsc/finclude/petsctao.h>
 #undef MPI_Comm
@@ -19,7 +20,8 @@ module m_petsc_solver
       private
       logical :: started = .false.       !< this solver has initialised PETSc
       integer, public :: capacity = -1   !< unknowns on this rank that the objects hold
-      integer, public :: guesses = 8     !< of which unknowns are free, before gradient projection has to find out
+      integer, public :: guesses = 8     !< of which unknowns are free, before gradient projection has to find
+                                         !< out
       integer(i8), public :: projected = 0 !< problems for which it had to
       Vec :: b, start, change, right_side, lower, upper
       Mat :: hessian, free_hessian
@@ -32,13 +34,17 @@ module m_petsc_solver
       procedure, public :: release
    end type petsc_solver_t
 
-   real(wp), parameter :: largest_right_side = 1.0e100_wp !< its norm; what is larger, or not a number, has no solution
-   integer, parameter :: together = 25              !< iterations after which the change so far becomes the start
-   real(wp), parameter :: rough = 0.001_wp          !< conjugate gradients of one guess need come no lower than this, of what it
-                                                    !< began with
+   real(wp), parameter :: largest_right_side = 1.0e100_wp !< its norm; what is larger, or not a number, has no
+                                                          !< solution
+   integer, parameter :: together = 25              !< iterations after which the change so far becomes the
+                                                    !< start
+   real(wp), parameter :: rough = 0.001_wp          !< conjugate gradients of one guess need come no lower
+                                                    !< than this, of what it began with
    real(wp), parameter :: rounding = 1.0e-13_wp     !< of the largest unknown
-   real(wp), parameter :: enough = 0.3_wp           !< conjugate gradients need come no lower than this, of the tolerance; with 0.9,
-                                                    !< friction's sweeps are soon above it again
+   PetscReal, parameter :: by_default = PETSC_DEFAULT_REAL
+   real(wp), parameter :: enough = 0.3_wp           !< conjugate gradients need come no lower than this, of
+                                                    !< the tolerance; with 0.9, friction's sweeps are soon
+                                                    !< above it again
 
    !> What PETSc's callbacks work on during a solve.
    class(petsc_operator_t), pointer, protected :: current_operator => null()
@@ -68,7 +74,8 @@ contains
       PetscCallA(MatShellSetOperation(self%hessian, MATOP_MULT, multiply, ierr))
       PetscCallA(MatSetOption(self%hessian, MAT_SYMMETRIC, PETSC_TRUE, ierr))
       PetscCallA(TaoCreate(comm, self%tao, ierr))
-      PetscCallA(TaoSetOptionsPrefix(self%tao, 'contact_', ierr)) ! what is said here is said to no other solver
+      ! what is said here is said to no other solver
+      PetscCallA(TaoSetOptionsPrefix(self%tao, 'contact_', ierr))
       PetscCallA(TaoSetType(self%tao, TAOGPCG, ierr))
       PetscCallA(TaoSetSolution(self%tao, self%change, ierr))
       PetscCallA(TaoSetVariableBounds(self%tao, self%lower, self%upper, ierr))
@@ -76,10 +83,11 @@ contains
       PetscCallA(TaoSetHessian(self%tao, self%hessian, self%hessian, keep_hessian, 0, ierr))
       PetscCallA(PetscOptionsSetValue(PETSC_NULL_OPTIONS, '-contact_tao_subset_type', 'matrixfree', ierr))
       PetscCallA(PetscOptionsSetValue(PETSC_NULL_OPTIONS, '-contact_pc_type', 'none', ierr))
-      ! conjugate gradients without a trust region, which this Tao does not use: its lengths would take three sums over the ranks
-      ! a product more
+      ! conjugate gradients without a trust region, which this Tao does not use: its lengths would take three
+      ! sums over the ranks a product more
       PetscCallA(PetscOptionsSetValue(PETSC_NULL_OPTIONS, '-contact_ksp_type', 'cg', ierr))
-      ! without a preconditioner the natural norm is that of the residual, and at hand: one sum over the ranks a product less
+      ! without a preconditioner the natural norm is that of the residual, and at hand: one sum over the ranks
+      ! a product less
       PetscCallA(PetscOptionsSetValue(PETSC_NULL_OPTIONS, '-contact_ksp_norm_type', 'natural', ierr))
       PetscCallA(TaoSetFromOptions(self%tao, ierr))
       PetscCallA(MatCreateShell(comm, n, n, PETSC_DETERMINE, PETSC_DETERMINE, 0, self%free_hessian, ierr))
@@ -94,8 +102,8 @@ contains
       self%capacity = unknowns
    end subroutine fit
 
-   !> Collective: x from its start value; unknowns beyond size(x) are idle. `residual` is the norm of the projected gradient
-   !> relative to that of b; huge, and x as it was, where b has no norm.
+   !> Collective: x from its start value; unknowns beyond size(x) are idle. `residual` is the norm of the
+   !> projected gradient relative to that of b; huge, and x as it was, where b has no norm.
    subroutine solve(self, operator, b, x, tolerance, max_iterations, iterations, residual)
       class(petsc_solver_t), intent(inout) :: self
       class(petsc_operator_t), intent(inout), target :: operator
@@ -119,7 +127,8 @@ contains
       end if
       call fill(self%start, max(x, 0.0_wp))
       call solve_free(self, tolerance*size_of_b, max_iterations, iterations, norm)
-      if (.not. norm <= tolerance*size_of_b) call solve_bounded(self, tolerance*size_of_b, max_iterations, iterations, norm)
+      if (.not. norm <= tolerance*size_of_b) &
+         call solve_bounded(self, tolerance*size_of_b, max_iterations, iterations, norm)
       residual = norm/max(size_of_b, tiny(size_of_b))
       PetscCallA(VecGetArrayReadF90(self%start, values, ierr))
       x = values(:size(x))
@@ -127,9 +136,10 @@ contains
       nullify (current_operator)
    end subroutine solve
 
-   !> Guess which unknowns are free, solve for them, and guess anew from what has become negative or wants to grow: a primal-dual
-   !> active set method (Hintermüller, Ito and Kunisch 2003), whose first guess is mostly right or almost, for the start is that of
-   !> the last steps. It may end in a cycle; then `norm`, that of the projected gradient, is above `tolerance`, or no number.
+   !> Guess which unknowns are free, solve for them, and guess anew from what has become negative or wants to
+   !> grow: a primal-dual active set method (Hintermüller, Ito and Kunisch 2003), whose first guess is mostly
+   !> right or almost, for the start is that of the last steps. It may end in a cycle; then `norm`, that of
+   !> the projected gradient, is above `tolerance`, or no number.
    subroutine solve_free(self, tolerance, max_iterations, iterations, norm)
       class(petsc_solver_t), intent(inout) :: self
       real(wp), intent(in) :: tolerance
@@ -154,10 +164,11 @@ contains
          PetscCallA(VecRestoreArrayF90(self%start, x, ierr))
          PetscCallA(VecNorm(self%right_side, NORM_2, norm, ierr))
          if (norm <= tolerance .or. iterations >= min(self%guesses, max_iterations)) return
-         if (.not. norm <= largest_right_side) return ! a start so far off that PETSc would abort: gradient projection leaves it
+         if (.not. norm <= largest_right_side) return ! a start so far off that PETSc would abort: gradient
+                                                      ! projection leaves it
          call current_operator%set_free(free)
          lowest = max(enough*tolerance, rough*norm)
-         PetscCallA(KSPSetTolerances(self%ksp, 1.0e-30_wp, lowest, PETSC_DEFAULT_REAL, PETSC_DEFAULT_INTEGER, ierr))
+         PetscCallA(KSPSetTolerances(self%ksp, 1.0e-30_wp, lowest, by_default, PETSC_DEFAULT_INTEGER, ierr))
          PetscCallA(KSPSolve(self%ksp, self%right_side, self%change, ierr))
          PetscCallA(KSPGetConvergedReason(self%ksp, reason, ierr))
          iterations = iterations + 1
@@ -170,7 +181,7 @@ contains
       end do
    end subroutine solve_free
 
-   !> From the start on by gradient projection with conjugate gradients, whatever the start is.
+   !> From the start on by gradient projection with conjugate gradients, by_default the start is.
    subroutine solve_bounded(self, tolerance, max_iterations, iterations, norm)
       class(petsc_solver_t), intent(inout) :: self
       real(wp), intent(in) :: tolerance
@@ -178,7 +189,7 @@ contains
       integer, intent(inout) :: iterations
       PetscReal, intent(out) :: norm
       PetscErrorCode :: ierr
-      PetscReal :: objective, infeasibility, change
+      PetscReal :: objective, infeasible, change
       PetscInt :: steps, limit
       KSP :: ksp
       TaoConvergedReason :: reason
@@ -186,21 +197,22 @@ contains
       current_right_side = self%right_side
       PetscCallA(TaoSetTolerances(self%tao, tolerance, 0.0_wp, 0.0_wp, ierr))
       PetscCallA(TaoGetKSP(self%tao, ksp, ierr))
-      PetscCallA(KSPSetTolerances(ksp, PETSC_DEFAULT_REAL, enough*tolerance, PETSC_DEFAULT_REAL, PETSC_DEFAULT_INTEGER, ierr))
+      PetscCallA(KSPSetTolerances(ksp, by_default, enough*tolerance, by_default, PETSC_DEFAULT_INTEGER, ierr))
       do
          call begin(self)
          limit = min(together, max_iterations - iterations)
          PetscCallA(TaoSetMaximumIterations(self%tao, limit, ierr))
          PetscCallA(TaoSolve(self%tao, ierr))
-         PetscCallA(TaoGetSolutionStatus(self%tao, steps, objective, norm, infeasibility, change, reason, ierr))
+         PetscCallA(TaoGetSolutionStatus(self%tao, steps, objective, norm, infeasible, change, reason, ierr))
          iterations = iterations + steps
          call go_on(self%start, self%change)
          if (norm <= tolerance .or. iterations >= max_iterations .or. steps == 0) exit
       end do
    end subroutine solve_bounded
 
-   !> The problem of the change from the start: its right-hand side b - M start, bounds that keep the sum from falling below 0. A
-   !> start that is worse than none is put to 0: what the objective then falls by would be mostly that start's.
+   !> The problem of the change from the start: its right-hand side b - M start, bounds that keep the sum from
+   !> falling below 0. A start that is worse than none is put to 0: what the objective then falls by would be
+   !> mostly that start's.
    subroutine begin(self)
       class(petsc_solver_t), intent(inout) :: self
       PetscScalar :: quadratic, linear
@@ -218,8 +230,8 @@ contains
       PetscCallA(VecScale(self%lower, -1.0_wp, ierr))
    end subroutine begin
 
-   !> Take the change into the start. Unknowns that are nothing but rounding are 0: gradient projection takes them for free ones
-   !> that it must not shorten, and then no step is short enough.
+   !> Take the change into the start. Unknowns that are nothing but rounding are 0: gradient projection takes
+   !> them for free ones that it must not shorten, and then no step is short enough.
    subroutine go_on(start, change)
       Vec :: start, change
       PetscScalar, pointer :: array(:)

@@ -41,8 +41,8 @@ module m_surface_elements
    type :: surface_columns_t
       integer :: elements = 0 !< that a particle may have
       integer, dimension(most_elements) :: area = 0, arm = 0, pressure = 0, friction = 0
-      integer, dimension(most_elements) :: gap = 0     !< that the last step has left, and the field that it is
-                                                       !< to
+      integer, dimension(most_elements) :: gap = 0     !< that the last step has left, and the field that it
+                                                       !< is to
       integer, dimension(most_elements) :: overlap = 0 !< at the start
       integer, dimension(most_elements) :: bond = 0    !< share of its strength that is left; then how far it
                                                        !< has slipped, a vector

@@ -1,6 +1,6 @@
 !> Triangles in a tree of boxes: which of them is nearest to a place. A box has up to eight others in it, or
-!> up to eight triangles, which are looked at together (one to a lane of the vector registers); what is further
-!> away than the nearest triangle yet is not looked into.
+!> up to eight triangles, which are looked at together (one to a lane of the vector registers); what is
+!> further away than the nearest triangle yet is not looked into.
 module m_box_tree
    use m_kinds, only: wp
    use m_vectors, only: cross
@@ -25,8 +25,8 @@ module m_box_tree
       real(wp) :: squared = huge(1.0_wp) !< of its distance, m2
       real(wp) :: way(3) = 0.0_wp        !< from it to the place, m
       integer :: place = 0               !< of the triangle in the tree
-      integer :: feature = 0             !< 0: inside the triangle; 1 to 3: on the edge from that corner to the
-                                         !< next; 4 to 6: at a corner
+      integer :: feature = 0             !< 0: inside the triangle; 1 to 3: on the edge from that corner to
+                                         !< the next; 4 to 6: at a corner
    end type foot_t
 
    !> Leaves have one place for each lane; one that is empty repeats the triangle before it.

@@ -9,8 +9,8 @@ module m_closed_surface
    public :: closed_surface_t
 
    integer, parameter :: fewest_cells = 8**3, most_cells = 96**3, cells_a_triangle = 8 !< over its box
-   real(wp), parameter :: known = 0.5_wp !< cells whose distance is known to be more than this share of the last
-                                         !< one that was searched for need no search
+   real(wp), parameter :: known = 0.5_wp !< cells whose distance is known to be more than this share of the
+                                         !< last one that was searched for need no search
    integer, parameter :: rim = 8 !< cells around that: what comes near a tool is most often outside its box
 
    !> What a cell remembers of its middle.
@@ -19,8 +19,8 @@ module m_closed_surface
       integer :: guess = 0 !< place of the nearest triangle in the tree
    end type cell_t
 
-   !> Cubic cells over the surface's box remember the distance of their middle and the nearest triangle: what is
-   !> far away is known without a search, and a search starts with a good guess.
+   !> Cubic cells over the surface's box remember the distance of their middle and the nearest triangle: what
+   !> is far away is known without a search, and a search starts with a good guess.
    type :: closed_surface_t
       type(triangles_t) :: triangles
       type(box_tree_t) :: tree

@@ -60,7 +60,8 @@ contains
       deep = 0.0_wp
       where_it_is = 0.5_wp*(lower + upper)
       looks = most_looks
-      call look(pair_t(body, tool, place), lower, upper, finest*norm2(upper - lower), where_it_is, deep, looks)
+      call look(pair_t(body, tool, place), lower, upper, finest*norm2(upper - lower), &
+                where_it_is, deep, looks)
    end subroutine deepest
 
    !> Look for a deeper place in a box, first in that half whose middle is deeper.

@@ -23,8 +23,8 @@ contains
       block; use m_regular_pyramid, only: regular_pyramid_t; call tool('pyramid', &
          regular_pyramid_t()); end block
       block; use m_roller, only: roller_t; call tool('cylinder', roller_t()); end block
-      block; use m_file_shape, only: file_shape_t; call body('surface', file_shape_t()); call tool('surface', &
-         file_shape_t()); end block
+      block; use m_file_shape, only: file_shape_t; call body('surface', file_shape_t())
+         call tool('surface', file_shape_t()); end block
       block; use m_wedge, only: wedge_t; call tool('wedge', wedge_t()); end block
    contains
       subroutine body(name, shape)

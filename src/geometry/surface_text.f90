@@ -97,8 +97,8 @@ contains
                  to_text(most_triangles)
       else if (int(n, i8)*triangle_bytes + first_triangle - 1 /= len(bytes)) then
          fault = 'says it has '//to_text(n)//' triangles, which are '// &
-                 to_text(int(n, i8)*triangle_bytes + first_triangle - 1)//' bytes of a binary STL file; it has '// &
-                 to_text(len(bytes))
+                 to_text(int(n, i8)*triangle_bytes + first_triangle - 1)// &
+                 ' bytes of a binary STL file; it has '//to_text(len(bytes))
       end if
       if (fault /= '') return
       do t = 1, n

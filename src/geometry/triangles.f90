@@ -136,8 +136,8 @@ contains
       end function shown
    end subroutine close_up
 
-   !> Normals of faces; of edges the sum of both faces' normals; of corners the sum over the faces, weighted by
-   !> their angles there (Baerentzen and Aanaes 2005).
+   !> Normals of faces; of edges the sum of both faces' normals; of corners the sum over the faces, weighted
+   !> by their angles there (Baerentzen and Aanaes 2005).
    pure subroutine find_normals(self, beside, fault)
       class(triangles_t), intent(inout) :: self
       integer, intent(in) :: beside(:, :) !< (3, triangles): the triangle on the other side of each edge

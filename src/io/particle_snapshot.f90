@@ -46,7 +46,8 @@ contains
          end do
          snapshot%fields(written + 2) = empty_field(field_t('body', '', 1), n)
          if (size(levels) > 1) snapshot%fields(written + 3) = empty_field(field_t('level', '', 1), n)
-         if (levels(1)%grid%fields > 1) snapshot%fields(group) = empty_field(field_t('contact_group', '', 1), n)
+         if (levels(1)%grid%fields > 1) &
+            snapshot%fields(group) = empty_field(field_t('contact_group', '', 1), n)
          last = 0
          do l = 1, size(levels)
             do b = 1, size(levels(l)%blocks)

@@ -122,7 +122,8 @@ contains
       if (present(resumption)) then
          if (resumption%in_place) step = int(model%step)
       end if
-      call self%particles_index%start(model%communicator, self%directory, 'particles', error, step, series=.true.)
+      call self%particles_index%start(model%communicator, self%directory, 'particles', error, step, &
+                                      series=.true.)
       call self%levels_index%start(model%communicator, self%directory, 'levels', error, step)
    contains
       subroutine begin(history, name, header)
@@ -219,7 +220,8 @@ contains
       if (.not. self%writes) return
       if (self%late%happened()) error = self%late
       self%rows_since_mark = self%rows_since_mark + 1
-      call self%histories(1)%append([model%time, balance%now%kinetic, balance%now%strain, balance%now%plastic, &
+      call self%histories(1)%append([model%time, balance%now%kinetic, balance%now%strain, &
+                                     balance%now%plastic, &
                                balance%damped, balance%external_work, balance%error(), balance%now%momentum, &
                                balance%now%angular_momentum, balance%now%mass, balance%particle_work()], &
                                error)

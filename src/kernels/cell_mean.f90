@@ -116,8 +116,8 @@ contains
       end do
    end subroutine find_cells
 
-   !> Of the eight cells around the node of a particle's bin, the nearest in which its level has particles; its
-   !> own where there is none.
+   !> Of the eight cells around the node of a particle's bin, the nearest in which its level has particles;
+   !> its own where there is none.
    pure integer function nearest_cell(bin, x, standing, own) result(place)
       integer(i4), intent(in) :: bin !< from 0
       real(wp), intent(in) :: x(3)   !< place in cells, from the block's first node

@@ -35,7 +35,8 @@ contains
       high_x = -low_x
       high_y = -low_x
       high_z = -low_x
-      !$omp simd reduction(+: changes, outside) reduction(min: low_x, low_y, low_z) reduction(max: high_x, high_y, high_z) &
+      !$omp simd reduction(+: changes, outside) reduction(min: low_x, low_y, low_z) &
+      !$omp reduction(max: high_x, high_y, high_z) &
       !$omp private(i, j, k, below, now, x, y, z)
       do p = 1, count
          x = (position(p, 1) - frame%origin(1))*frame%per_cell + 0.5_wp

@@ -19,7 +19,8 @@ module m_namelist_text
    integer, parameter :: most_repeats = 1000000 !< of a value; a variable with repeats has no more, or than
                                                 !< its text has characters
    character(len=*), parameter :: brackets = '()%'
-   character(len=*), parameter :: index_sentence = ': an index is not allowed; give all values at once, as name=value,value,value'
+   character(len=*), parameter :: index_sentence = ': an index is not allowed; give all values at once, '// &
+      'as name=value,value,value'
 
    !> All groups of a text, in its order.
    type, public :: namelist_text_t

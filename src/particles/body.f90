@@ -55,8 +55,8 @@ contains
       integer, intent(in) :: body         !< number of the body
       real(wp), intent(in) :: density     !< kg/m3
       integer(i8), intent(in) :: id_base
-      real(wp), allocatable, intent(out), optional :: cells(:, :) !< (4, particles added): middle and half edge
-                                                                  !< of their places in the lattice, m
+      real(wp), allocatable, intent(out), optional :: cells(:, :) !< (4, particles added): middle and half
+                                                                  !< edge of their places in the lattice, m
       type(births_t) :: births
       real(wp) :: values(levels(l)%table%columns)
       integer :: p
@@ -106,7 +106,8 @@ contains
       integer, intent(in) :: place(3)
       real(wp) :: origin(3)
       origin = level%grid%block_origin(place)
-      may_hold = may_live_on(level, origin - 3.0_wp*level%grid%cell, origin + (block_size + 2)*level%grid%cell)
+      may_hold = may_live_on(level, origin - 3.0_wp*level%grid%cell, &
+                             origin + (block_size + 2)*level%grid%cell)
    end function may_hold
 
    !> The particles of a body that live in the block of level l at a place: the places of the lattice of the
@@ -174,7 +175,8 @@ contains
       end if
    end subroutine settle_down
 
-   !> False of a place in the lattice that has no particle of a body, and no part of one where it may be split.
+   !> False of a place in the lattice that has no particle of a body, and no part of one where it may be
+   !> split.
    pure logical function may_hold_any(spec, middle, half, splits)
       type(body_spec_t), intent(in) :: spec
       real(wp), intent(in) :: middle(3), half !< m
@@ -186,8 +188,8 @@ contains
       end if
    end function may_hold_any
 
-   !> Where a particle is and how large: its place in the lattice, or what the shape has of that (theory.md, eq.
-   !> cut-cell); a volume of 0 where that is too small for a particle.
+   !> Where a particle is and how large: its place in the lattice, or what the shape has of that (theory.md,
+   !> eq. cut-cell); a volume of 0 where that is too small for a particle.
    pure subroutine find_shape(spec, cell, birth)
       type(body_spec_t), intent(in) :: spec
       real(wp), intent(in) :: cell !< of its level, m

@@ -1,5 +1,5 @@
-!> What a cube has of a shape whose surface may cut it: the volume inside, where it lies, and the surface in it
-!> (theory.md, eq. cut-cell).
+!> What a cube has of a shape whose surface may cut it: the volume inside, where it lies, and the surface in
+!> it (theory.md, eq. cut-cell).
 module m_cut_cell
    use m_kinds, only: wp
    use m_shape, only: shape_t
@@ -86,7 +86,8 @@ contains
          centre = middle - (1.0_wp - share)*half*normal
          part%volume = part%volume + volume
          part%first = part%first + volume*centre
-         part%second = part%second + volume*(centre**2 + half**2/3.0_wp*(1.0_wp - normal**2*(1.0_wp - share**2)))
+         part%second = part%second + &
+            volume*(centre**2 + half**2/3.0_wp*(1.0_wp - normal**2*(1.0_wp - share**2)))
       end associate
    end subroutine find_part
 
@@ -109,7 +110,8 @@ contains
       cells(:, 1) = middle
       count = 0
       distance = shape%most_distance(middle)
-      if (shape%is_searched() .and. distance > -(2.0_wp + sqrt(3.0_wp))*half) distance = shape%distance(middle)
+      if (shape%is_searched() .and. distance > -(2.0_wp + sqrt(3.0_wp))*half) &
+         distance = shape%distance(middle)
       if (distance >= sqrt(3.0_wp)*half) return
       if (distance > -sqrt(3.0_wp)*half) then
          if (volume_of(middle) < least_share*(2.0_wp*half)**3) return
@@ -139,11 +141,12 @@ contains
       end function volume_of
    end subroutine cells_of_particle
 
-   !> The surface of a shape in a cube that lies within a box: its area as an outward vector, its size, and its
-   !> middle times that. Added to what is there. Where all of it lies within the box the vector is what
+   !> The surface of a shape in a cube that lies within a box: its area as an outward vector, its size, and
+   !> its middle times that. Added to what is there. Where all of it lies within the box the vector is what
    !> closes the cube's sides, so that cubes beside each other make a surface without gaps. A side of the cube
    !> on a side of the grid is no surface.
-   pure subroutine find_surface(shape, middle, half, grid_lower, grid_upper, lower, upper, area, size_of, weighted)
+   pure subroutine find_surface(shape, middle, half, grid_lower, grid_upper, lower, upper, area, size_of, &
+                                weighted)
       class(shape_t), intent(in) :: shape
       real(wp), intent(in) :: middle(3), half
       real(wp), intent(in) :: grid_lower(3), grid_upper(3), lower(3), upper(3) !< m
@@ -166,7 +169,8 @@ contains
                distance = distance + hair*half ! what lies on a side belongs to the cube inside
                if (abs(distance) >= small*sum(abs(normal))) cycle
                foot = place - distance*normal
-               if (any(foot <= grid_lower + 2.0_wp*hair*half) .or. any(foot >= grid_upper - 2.0_wp*hair*half)) cycle
+               if (any(foot <= grid_lower + 2.0_wp*hair*half) .or. &
+                   any(foot >= grid_upper - 2.0_wp*hair*half)) cycle
                if (any(foot < lower) .or. any(foot > upper)) then
                   all_within = .false.
                   cycle
@@ -185,8 +189,8 @@ contains
       weighted = weighted + foot_within
    end subroutine find_surface
 
-   !> The outward area vector (m2) of the surface in a cube: it closes those parts of the cube's six sides that
-   !> lie inside the shape, each seen from so many places along each edge.
+   !> The outward area vector (m2) of the surface in a cube: it closes those parts of the cube's six sides
+   !> that lie inside the shape, each seen from so many places along each edge.
    pure function closing_area(shape, middle, half, places, grid_lower, grid_upper) result(closing)
       class(shape_t), intent(in) :: shape
       real(wp), intent(in) :: middle(3), half

@@ -106,8 +106,8 @@ contains
       thickness = 2.0_wp*norm2(matmul(normal, half_edges(values, self%layout)))
    end function thickness
 
-   !> No thickness of a particle's domain is larger, m: the eigenvalues of sum r_k r_k^T are no larger than the
-   !> largest of its rows (Gershgorin). Of a cube, and of a box along the axes, it is one that it has.
+   !> No thickness of a particle's domain is larger, m: the eigenvalues of sum r_k r_k^T are no larger than
+   !> the largest of its rows (Gershgorin). Of a cube, and of a box along the axes, it is one that it has.
    pure real(wp) function most_thickness(self, values)
       class(level_t), intent(in) :: self
       real(wp), intent(in) :: values(:) !< the particle's columns

@@ -59,7 +59,8 @@ contains
       type(stuff_t), intent(in) :: stuff(:) !< of the bodies
       integer, intent(out) :: splits        !< particles made
       integer, intent(out) :: worn_out
-      integer, allocatable, intent(out), optional :: parent(:) !< of which particles those that are new were part
+      integer, allocatable, intent(out), optional :: parent(:) !< of which particles those that are new were
+                                                               !< part
       type(shares_t) :: shares
       logical :: across(3)
       integer :: before, n, p, parts

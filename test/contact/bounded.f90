@@ -32,7 +32,8 @@ contains
       integer :: own
       own = size(self%rows, 1)
       along = matmul(from(:own), self%rows)
-      call MPI_Allreduce(MPI_IN_PLACE, along, size(along), MPI_DOUBLE_PRECISION, MPI_SUM, self%communicator%comm)
+      call MPI_Allreduce(MPI_IN_PLACE, along, size(along), MPI_DOUBLE_PRECISION, MPI_SUM, &
+                         self%communicator%comm)
       to(:own) = self%little*from(:own) + matmul(self%rows, along)
       to(own + 1:) = from(own + 1:)
    end subroutine multiply
@@ -56,9 +57,9 @@ contains
 
 end module m_coupled
 
-!> The solver of bound-constrained problems: guesses which unknowns are free, gradient projection alone, and what gradient
-!> projection makes of a bad guess end at the same point, which fulfils the conditions of the problem. Unknowns are coupled across
-!> ranks, strongly and with either sign.
+!> The solver of bound-constrained problems: guesses which unknowns are free, gradient projection alone, and
+!> what gradient projection makes of a bad guess end at the same point, which fulfils the conditions of the
+!> problem. Unknowns are coupled across ranks, strongly and with either sign.
 program bounded
    use mpi_f08
    use m_kinds, only: wp, i8
@@ -106,7 +107,8 @@ program bounded
       u = chance%several(unknowns, -1.0_wp, 1.0_wp)
       scale = sqrt(squares_of(b))
       do i = 1, size(ways)
-         x(:, i) = merge(u(first:last), 0.0_wp, mod(problem, 2) == 0) ! from a start that says nothing, or from none
+         x(:, i) = merge(u(first:last), 0.0_wp, mod(problem, 2) == 0) ! from a start that says nothing, or
+                                                                      ! from none
          solver%guesses = ways(i)
          projected(i) = projected(i) - solver%projected
          call solver%solve(operator, b, x(:, i), tolerance, 1000, iterations, residual)
@@ -120,14 +122,16 @@ program bounded
       end do
    end do
    call test%check(worst_residual <= tolerance, 'the solver says that every problem is solved')
-   call test%check(worst_off <= 1.01_wp*tolerance, 'forces, gaps and their products are what the problem asks for')
+   call test%check(worst_off <= 1.01_wp*tolerance, &
+                   'forces, gaps and their products are what the problem asks for')
    call test%check(worst_apart <= 1.0e-6_wp, 'all ways end at the same point')
-   call test%check_equal(projected(3), int(problems, i8), 'without guesses all problems are for gradient projection')
+   call test%check_equal(projected(3), int(problems, i8), &
+                         'without guesses all problems are for gradient projection')
    call test%check(projected(2) > problems/2, 'one guess is mostly wrong')
    call test%check(projected(1) > 0, 'where the coupling is strong, eight may be too')
    call test%check(projected(1) <= problems/2, 'where it is not, eight are enough')
-   if (comm%is_root()) print '(3x,a,3i4,a,es8.1)', 'left to gradient projection with 8, 1 and 0 guesses:', projected, &
-      '; furthest apart', worst_apart
+   if (comm%is_root()) print '(3x,a,3i4,a,es8.1)', 'left to gradient projection with 8, 1 and 0 guesses:', &
+      projected, '; furthest apart', worst_apart
    call solver%release()
    call test%check(.not. operator%strays, 'products between free unknowns are asked of no others')
    call test%finish()

@@ -1,6 +1,6 @@
 !test: ranks 1 2 4
-!> A tool that is pressed into one end of a beam whose blocks are on several ranks gives what one rank gives, though some of them
-!> have no contact point; also after the blocks have been placed anew.
+!> A tool that is pressed into one end of a beam whose blocks are on several ranks gives what one rank gives,
+!> though some of them have no contact point; also after the blocks have been placed anew.
 program end_of_a_beam
    use m_kinds, only: wp, i8
    use m_errors, only: error_t
@@ -46,8 +46,8 @@ contains
       end do
       call test%check(.not. error%happened(), 'forty steps')
       if (error%happened()) return
-      if (comm%is_root()) print '(3x,a,i0,a,es9.2,a)', 'ranks without contact points: ', idle, '; load on the tool ', &
-         model%contact%states(1)%load(3), ' N'
+      if (comm%is_root()) print '(3x,a,i0,a,es9.2,a)', 'ranks without contact points: ', idle, &
+         '; load on the tool ', model%contact%states(1)%load(3), ' N'
       call test%check(model%contact%states(1)%load(3) > 0.0_wp, 'the tool is pressed')
       call test%check(idle > 0 .or. comm%ranks == 1, 'some ranks have no contact point')
       call test%check(apart <= 1.0e-6_wp*norm2(single%contact%states(1)%load), 'loads are those of one rank')

@@ -1,8 +1,8 @@
 !test: ranks 1 2
 !test: limit 240
-!> Tools with several degrees of freedom that loads push, or nothing: what bodies and tools have together of momentum and of
-!> angular momentum stays to round-off, a free roller ends up rolling on the block that moves below it, a ball rolls down an
-!> incline or slides by the exact law.
+!> Tools with several degrees of freedom that loads push, or nothing: what bodies and tools have together of
+!> momentum and of angular momentum stays to round-off, a free roller ends up rolling on the block that moves
+!> below it, a ball rolls down an incline or slides by the exact law.
 program free_tools
    use m_kinds, only: wp
    use m_errors, only: error_t
@@ -104,9 +104,9 @@ contains
       call model%migration(1)%release()
    end subroutine let_go
 
-   !> One step; false when the run cannot go on. What contact gives to the nodes in it: momentum, and angular momentum about the
-   !> origin. Stresses give none of either, and what particles then take from the nodes keeps momentum, but angular momentum only
-   !> nearly (theory.md, Transfers).
+   !> One step; false when the run cannot go on. What contact gives to the nodes in it: momentum, and angular
+   !> momentum about the origin. Stresses give none of either, and what particles then take from the nodes
+   !> keeps momentum, but angular momentum only nearly (theory.md, Transfers).
    logical function steps(model, time_step, given)
       type(model_t), intent(inout) :: model
       real(wp), intent(in) :: time_step
@@ -169,7 +169,8 @@ contains
       scene%tools(1)%friction = friction
       scene%tools(1)%motions = [free(.false., 1, mass, -0.5_wp), free(.false., 2, mass, 0.2_wp), &
                                 free(.false., 3, mass, -1.0_wp), free(.true., 1, inertia, 1.0_wp, centre), &
-                                free(.true., 2, inertia, -2.0_wp, centre), free(.true., 3, inertia, 3.0_wp, centre)]
+                                free(.true., 2, inertia, -2.0_wp, centre), &
+                                free(.true., 3, inertia, 3.0_wp, centre)]
       model = built(scene)
       call of_tool(model%contact%tools(1), mass, inertia, before(:, 1), before(:, 2))
       start = measure(model)
@@ -193,24 +194,27 @@ contains
          call test%check(tool%velocity(3) > -0.5_wp, name//'the ball has met the block')
          if (friction > 0.0_wp) then
             call test%check(norm2(tool%spin - spin) > 0.5_wp, name//'friction changes its spin')
-            call test%check(abs(norm2(tool%rotation(:, 1)) - 1.0_wp) < 1.0e-14_wp, name//'it stays a rotation')
+            call test%check(abs(norm2(tool%rotation(:, 1)) - 1.0_wp) < 1.0e-14_wp, name// &
+                            'it stays a rotation')
          else
-            call test%check_close(norm2(tool%spin - spin), 0.0_wp, 1.0e-12_wp, name//'nothing changes its spin')
+            call test%check_close(norm2(tool%spin - spin), 0.0_wp, 1.0e-12_wp, name// &
+                                  'nothing changes its spin')
          end if
       end associate
       call let_go(model)
    end subroutine collide
 
-   !> A block moves between two rollers that stand still and are squeezed together. Friction takes them along and makes them
-   !> spin, until nothing slips: they go with the block then, or roll on it.
+   !> A block moves between two rollers that stand still and are squeezed together. Friction takes them along
+   !> and makes them spin, until nothing slips: they go with the block then, or roll on it.
    subroutine roll_on_a_block()
       type(scene_t) :: scene
       type(model_t) :: model
       type(tool_spec_t) :: below
       type(motion_spec_t) :: squeeze
-      real(wp), parameter :: dt = 1.0e-3_wp, mass = 20.0_wp, radius = 4.0_wp*cell, inertia = 0.5_wp*mass*radius**2, &
-                             speed = 0.5_wp
-      real(wp) :: centre(3), given(3, 2), part(3, 2), before(3, 2), now(3, 2), tools(3, 2), off(2), slip(3), momentum, heat
+      real(wp), parameter :: dt = 1.0e-3_wp, mass = 20.0_wp, radius = 4.0_wp*cell, inertia = 0.5_wp*mass &
+         *radius**2, speed = 0.5_wp
+      real(wp) :: centre(3), given(3, 2), part(3, 2), before(3, 2), now(3, 2), tools(3, 2), off(2), slip(3), &
+         momentum, heat
       type(sums_t) :: ended, start
       integer :: step, t
       scene = scene_of([12, 2, 4], [2, 8, 0, 0, 3, 3], 1.0e6_wp)
@@ -230,7 +234,8 @@ contains
          squeeze%axis = scene%tools(t)%axis
          squeeze%times = [0.0_wp, 0.02_wp]
          squeeze%loads = [0.0_wp, 400.0_wp]
-         scene%tools(t)%motions = [free(.false., 1, mass, 0.0_wp), squeeze, free(.true., 2, inertia, 0.0_wp, centre)]
+         scene%tools(t)%motions = [free(.false., 1, mass, 0.0_wp), squeeze, &
+                                   free(.true., 2, inertia, 0.0_wp, centre)]
       end do
       model = built(scene)
       start = measure(model)
@@ -254,41 +259,47 @@ contains
          call keep_worst(off(1), norm2(tools(1:3:2, 1) - before(1:3:2, 1) + given(1:3:2, 1))/momentum)
          call keep_worst(off(2), abs(tools(2, 2) - before(2, 2) + given(2, 2))/(momentum*radius))
          if (step == 140) heat = sum(model%contact%states%heat)
-         if (step > 140) slip = slip + (model%contact%tools(1)%velocity_at(place_of_tip(model)) - mean_velocity(model))/100
+         if (step > 140) slip = slip + (model%contact%tools(1)%velocity_at(place_of_tip(model)) &
+                                        - mean_velocity(model))/100
       end do
       ended = measure(model)
       call keep_worst(off(1), abs(ended%momentum(1) - start%momentum(1) - given(1, 1))/momentum)
       call say('rollers: momentum, of that of the block', off(1))
       call say('rollers: angular momentum', off(2))
       call say('rollers: mean slip at the end, of the speed of the block', slip(1)/speed)
-      call say('rollers: heat of friction at the end, of all of it', sum(model%contact%states%heat)/heat - 1.0_wp)
+      call say('rollers: heat of friction at the end, of all of it', sum(model%contact%states%heat)/heat &
+               - 1.0_wp)
       call test%check_close(off(1), 0.0_wp, 1.0e-12_wp, 'rollers: momentum of block and rollers')
       call test%check_close(off(2), 0.0_wp, 1.0e-12_wp, 'rollers: angular momentum of block and rollers')
       call test%check(heat > 0.05_wp*start%kinetic*mass/start%mass, 'rollers: they slip at first')
-      call test%check_close(sum(model%contact%states%heat)/heat, 1.0_wp, 5.0e-3_wp, 'rollers: nothing slips at the end')
+      call test%check_close(sum(model%contact%states%heat)/heat, 1.0_wp, 5.0e-3_wp, &
+                            'rollers: nothing slips at the end')
       call test%check_close(slip(1)/speed, 0.0_wp, 1.0e-2_wp, 'rollers: their surfaces go with the block')
       associate (upper => model%contact%tools(1), lower => model%contact%tools(2))
          call test%check(upper%spin(2) < -0.1_wp*speed/radius, 'rollers: they turn')
-         call test%check_close(upper%spin(2), -lower%spin(2), 1.0e-9_wp*speed/radius, 'rollers: one is the image of the other')
+         call test%check_close(upper%spin(2), -lower%spin(2), 1.0e-9_wp*speed/radius, &
+                               'rollers: one is the image of the other')
       end associate
       call let_go(model)
    end subroutine roll_on_a_block
 
-   !> A ball on a plate, pulled as a weight is on an incline: with a friction beyond 2/7 of the pull over the weight it rolls, with
-   !> 5/7 of the pull, else it slides, by what friction leaves. It starts at rest, with loads that come in slowly.
+   !> A ball on a plate, pulled as a weight is on an incline: with a friction beyond 2/7 of the pull over the
+   !> weight it rolls, with 5/7 of the pull, else it slides, by what friction leaves. It starts at rest, with
+   !> loads that come in slowly.
    subroutine incline(friction)
       real(wp), intent(in) :: friction
       type(scene_t) :: scene
       type(model_t) :: model
-      real(wp), parameter :: mass = 250.0_wp, radius = 1.0_wp, inertia = 0.4_wp*mass*radius**2, weight = 10.0_wp*mass, &
-                             pull = 0.5_wp*weight, dt = 4.0e-4_wp, rise = 0.2_wp
+      real(wp), parameter :: mass = 250.0_wp, radius = 1.0_wp, inertia = 0.4_wp*mass*radius**2, &
+         weight = 10.0_wp*mass, pull = 0.5_wp*weight, dt = 4.0e-4_wp, rise = 0.2_wp
       real(wp) :: centre(3), velocity(3), spin, off(2), push
       character(len=:), allocatable :: name
       integer :: step, steps_to(2)
       name = 'rolls: '
       if (friction < 2.0_wp/7.0_wp*pull/weight) name = 'slides: '
       scene = scene_of([20, 3, 2], [0, 0, 0, 0, 0, 2], 1.0e7_wp)
-      scene%grid%boundary = [boundary_fixed, boundary_fixed, boundary_symmetry, boundary_fixed, boundary_fixed, boundary_free]
+      scene%grid%boundary = [boundary_fixed, boundary_fixed, boundary_symmetry, boundary_fixed, &
+                             boundary_fixed, boundary_free]
       scene%tools(1)%shape = sphere_t(radius=radius)
       scene%tools(1)%friction = friction
       scene%tools(1)%tip = cell*[4, 0, 2]
@@ -311,13 +322,15 @@ contains
       associate (tool => model%contact%tools(1), time => dt*(steps_to(2) - steps_to(1)))
          push = 2.0_wp/7.0_wp*pull*time ! that of friction, N s
          if (name == 'slides: ') push = friction*(weight*time + mass*(tool%velocity(3) - velocity(3)))
-         off = [(tool%velocity(1) - velocity(1))/((pull*time - push)/mass), (tool%spin(2) - spin)/(push*radius/inertia)] - 1.0_wp
+         off = [(tool%velocity(1) - velocity(1))/((pull*time - push)/mass), &
+                (tool%spin(2) - spin)/(push*radius/inertia)] - 1.0_wp
          call say(name//'acceleration, relative to the exact one', off(1))
          call say(name//'that of the spin', off(2))
          call say(name//'spin times radius over speed', tool%spin(2)*radius/tool%velocity(1))
          call test%check_close(off(1), 0.0_wp, 0.01_wp, name//'acceleration')
          call test%check_close(off(2), 0.0_wp, 0.01_wp, name//'acceleration of the spin')
-         if (name == 'rolls: ') call test%check_close(tool%spin(2)*radius/tool%velocity(1), 1.0_wp, 0.01_wp, name//'without slip')
+         if (name == 'rolls: ') call test%check_close(tool%spin(2)*radius/tool%velocity(1), 1.0_wp, 0.01_wp, &
+                                                      name//'without slip')
       end associate
       call let_go(model)
    end subroutine incline

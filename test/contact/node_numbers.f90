@@ -1,6 +1,7 @@
-!> Nodes of contact points in a grid of more than 2**31 nodes, some on the 8 nodes of a cell and some on the 27 of a bin: places
-!> come back from their numbers, rows that share nodes of far-apart tools find them under one local number, in the order of the
-!> grid, forces arrive at the places that were given, and velocities come from there, also between some of the rows.
+!> Nodes of contact points in a grid of more than 2**31 nodes, some on the 8 nodes of a cell and some on the
+!> 27 of a bin: places come back from their numbers, rows that share nodes of far-apart tools find them under
+!> one local number, in the order of the grid, forces arrive at the places that were given, and velocities
+!> come from there, also between some of the rows.
 program node_numbers
    use m_kinds, only: wp, i8
    use m_communicator, only: communicator_t
@@ -9,9 +10,11 @@ program node_numbers
    use m_assertions, only: assertions_t
    implicit none
    integer, parameter :: cells(3) = [2048, 2000, 2048]
-   integer, parameter :: corner(3, 4) = reshape([0, 0, 0, 999, 1000, 1500, 1000, 1000, 1500, 2046, 1998, 2047], [3, 4])
+   integer, parameter :: corner(3, 4) = reshape([0, 0, 0, 999, 1000, 1500, 1000, 1000, 1500, 2046, 1998, &
+                                                 2047], [3, 4])
    real(wp), parameter :: mobility = 3.0_wp
-   integer, parameter :: last(4) = [1, 2, 1, 2] !< nodes of a point along each axis run from its corner to here
+   integer, parameter :: last(4) = [1, 2, 1, 2] !< nodes of a point along each axis run from its corner to
+                                                !< here
    type(communicator_t) :: comm
    type(assertions_t) :: test
    type(contact_system_t) :: system
@@ -25,8 +28,10 @@ program node_numbers
    ! four contact points, one of them in the bin of another
    call fill([1, 2, 3, 4])
    call test%check(system%nodes%count == 8 + 27 + 27, 'nodes that rows share have one number')
-   call test%check(all(system%nodes%grid_node(2:) > system%nodes%grid_node(:system%nodes%count - 1)), 'numbers rise')
-   call test%check(system%nodes%grid_node(system%nodes%count) > int(huge(1), i8), 'there are numbers above 2**31')
+   call test%check(all(system%nodes%grid_node(2:) > system%nodes%grid_node(:system%nodes%count - 1)), &
+                   'numbers rise')
+   call test%check(system%nodes%grid_node(system%nodes%count) > int(huge(1), i8), &
+                   'there are numbers above 2**31')
    call test%check(all_come_back(), 'places come back from their numbers')
 
    ! the order of rows makes no difference to numbers
@@ -68,7 +73,8 @@ program node_numbers
       call system%set_free([free, .false.])
       call system%multiply(merge(force, 0.0_wp, free), speed)
       call system%multiply_free([merge(force, 0.0_wp, free), 0.0_wp], among_free)
-      call test%check_close(among_free, [merge(speed, 0.0_wp, free), 0.0_wp], 1.0e-12_wp*maxval(force), 'speeds of free points')
+      call test%check_close(among_free, [merge(speed, 0.0_wp, free), 0.0_wp], 1.0e-12_wp*maxval(force), &
+                            'speeds of free points')
    end do
 
    ! no rows
@@ -85,7 +91,8 @@ contains
       call system%begin(comm, cells, 1, [0], [real(wp) ::])
       do p = 1, size(points)
          place = reshape([((corner(axis, points(p)) + i, i=0, 2), axis=1, 3)], [3, 3])
-         call system%add_row(last(points(p)), place, weight_of(last(points(p)), p), [0.0_wp, 0.0_wp, 1.0_wp], 1, 1)
+         call system%add_row(last(points(p)), place, weight_of(last(points(p)), p), &
+                             [0.0_wp, 0.0_wp, 1.0_wp], 1, 1)
       end do
       call system%number_nodes(size(points))
       system%mobility(:3, :system%nodes%count) = mobility
@@ -150,7 +157,8 @@ contains
       all_come_back = system%begins(system%rows + 1) > 1
       s = 0
       do r = 1, system%rows
-         associate (at => system%place(:, :, r), l => merge(1, 2, system%begins(r + 1) - system%begins(r) == 8))
+         associate (at => system%place(:, :, r), &
+                   l => merge(1, 2, system%begins(r + 1) - system%begins(r) == 8))
             do k = 1, l + 1
                do j = 1, l + 1
                   do i = 1, l + 1

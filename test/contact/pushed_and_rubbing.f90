@@ -1,8 +1,8 @@
 !test: ranks 1 2
 !test: limit 240
-!> Tools that loads push, and friction, against exact answers: a tool in the void, a block in a tube under a steady load,
-!> momentum of free bodies with their tools, a block that slides on a plate until it sticks, and one that is pushed with less and
-!> with more than friction can hold.
+!> Tools that loads push, and friction, against exact answers: a tool in the void, a block in a tube under a
+!> steady load, momentum of free bodies with their tools, a block that slides on a plate until it sticks, and
+!> one that is pushed with less and with more than friction can hold.
 program pushed_and_rubbing
    use m_kinds, only: wp
    use m_errors, only: error_t
@@ -20,7 +20,8 @@ program pushed_and_rubbing
    use m_chance, only: keep_worst, say
    implicit none
    real(wp), parameter :: young = 1.0e6_wp, poisson = 0.3_wp, density = 1000.0_wp
-   real(wp), parameter :: confined = young*(1.0_wp - poisson)/((1.0_wp + poisson)*(1.0_wp - 2.0_wp*poisson)) !< modulus, Pa
+   !> modulus, Pa
+   real(wp), parameter :: confined = young*(1.0_wp - poisson)/((1.0_wp + poisson)*(1.0_wp - 2.0_wp*poisson))
    real(wp), parameter :: cell = 0.125_wp !< m
    real(wp), parameter :: up(3) = [0.0_wp, 0.0_wp, 1.0_wp]
    type(communicator_t) :: comm
@@ -130,17 +131,20 @@ contains
       end do
       change = (0.5_wp*(10.0_wp + 30.0_wp)*0.1_wp + 30.0_wp*0.05_wp)/mass
       associate (tool => model%contact%tools(1))
-         call test%check_close(tool%freedoms(1)%speed, 0.5_wp + change, 1.0e-14_wp, 'void: momentum is the integral of the load')
+         call test%check_close(tool%freedoms(1)%speed, 0.5_wp + change, 1.0e-14_wp, &
+                               'void: momentum is the integral of the load')
          ! exact way: initial speed, then the double integral of the load
          way = 0.5_wp*0.15_wp + (10.0_wp*0.1_wp**2/2.0_wp + 20.0_wp*0.1_wp**2/6.0_wp & ! in the rise
                                  + 2.0_wp*0.05_wp + 30.0_wp*0.05_wp**2/2.0_wp)/mass     ! after it
-         call test%check_close(tool%freedoms(1)%travel - 0.5_wp*dt*change, way, 1.0e-6_wp, 'void: the way runs half a step ahead')
+         call test%check_close(tool%freedoms(1)%travel - 0.5_wp*dt*change, way, 1.0e-6_wp, &
+                               'void: the way runs half a step ahead')
       end associate
       call test%check_close(model%contact%states(1)%work, 0.0_wp, 0.0_wp, 'void: no work')
       call let_go(model)
    end subroutine void
 
-   !> A block that fills a tube, under a lid that covers it: after a slow rise of the load, load and depth are in balance.
+   !> A block that fills a tube, under a lid that covers it: after a slow rise of the load, load and depth are
+   !> in balance.
    subroutine tube()
       type(scene_t) :: scene
       type(model_t) :: model
@@ -177,7 +181,8 @@ contains
       call let_go(model)
    end subroutine tube
 
-   !> A free block and a pushed tool: momentum of both is the impulse of the load; that of the block alone is what the tool felt.
+   !> A free block and a pushed tool: momentum of both is the impulse of the load; that of the block alone is
+   !> what the tool felt.
    subroutine momentum(name, shape, friction)
       character(len=*), intent(in) :: name
       class(shape_t), intent(in) :: shape
@@ -206,18 +211,22 @@ contains
          side = max(side, rub)
          now = measure(model)
          call keep_worst(off(1), norm2(now%momentum - start%momentum - impulse)/(load*dt*step))
-         call keep_worst(off(2), (now%momentum(3) - mass*model%contact%tools(1)%freedoms(1)%speed)/(load*dt*step) + 1.0_wp)
+         call keep_worst(off(2), &
+                         (now%momentum(3) - mass*model%contact%tools(1)%freedoms(1)%speed)/(load*dt*step) &
+                         + 1.0_wp)
       end do
       call say(name//'block and tool against the impulse of the load', off(2))
       call say(name//'the block against what the tool felt', off(1))
-      call test%check_close(off(2), 0.0_wp, 1.0e-11_wp, name//'momentum of block and tool is the impulse of the load')
+      call test%check_close(off(2), 0.0_wp, 1.0e-11_wp, name// &
+                            'momentum of block and tool is the impulse of the load')
       call test%check_close(off(1), 0.0_wp, 1.0e-12_wp, name//'the tool feels what the block gets')
       call test%check(now%momentum(3) < -0.2_wp*load*dt*150, name//'the block is pushed along')
       if (friction > 0.0_wp) call test%check(side > 0.01_wp*load, name//'friction acts across')
       call let_go(model)
    end subroutine momentum
 
-   !> Let a plate rise: its acceleration comes within a tenth of a second, slowly for the block, and then holds.
+   !> Let a plate rise: its acceleration comes within a tenth of a second, slowly for the block, and then
+   !> holds.
    pure subroutine lift(plate, acceleration)
       type(tool_spec_t), intent(inout) :: plate
       real(wp), intent(in) :: acceleration
@@ -226,8 +235,8 @@ contains
       plate%speeds = acceleration*[(5.0e-4_wp*k**2, k=0, 10), 9.95_wp]
    end subroutine lift
 
-   !> A block slides on a rising plate: friction takes mu times the speed that the plate gives it, until it stops and stays.
-   !> What is left is its ringing in shear, about the deflection that friction has held.
+   !> A block slides on a rising plate: friction takes mu times the speed that the plate gives it, until it
+   !> stops and stays. What is left is its ringing in shear, about the deflection that friction has held.
    subroutine slide(fineness)
       integer, intent(in) :: fineness
       type(scene_t) :: scene
@@ -267,15 +276,19 @@ contains
       call say('slide: creep of the block that has stopped, relative to the way', (after - before)/before)
       call say('slide: all friction against mu times the normal force', ratio(1))
       call say('slide: friction of a point against mu times its normal force', ratio(3))
-      if (comm%is_root()) print '(3x,a,f7.3,a,i0)', 'sweeps a step', real(model%contact%friction%sweeps, wp)/model%contact%solves, &
-         ', unsolved ', model%contact%unsolved
+      if (comm%is_root()) print '(3x,a,f7.3,a,i0)', 'sweeps a step', real(model%contact%friction%sweeps, wp) &
+         /model%contact%solves, ', unsolved ', model%contact%unsolved
       call test%check_close(before/expected, 1.0_wp, 0.02_wp, 'slide: the block stops where it should')
-      call test%check_close(after - before, 0.0_wp, 2.0_wp*deflection, 'slide: the block that has stopped stays')
-      call test%check_close(ratio(1), 0.0_wp, 1.0e-4_wp, 'slide: all friction together is mu times the normal force')
-      call test%check_close(ratio(3), 0.0_wp, 1.0e-7_wp, 'slide: friction of every point is mu times its normal force')
+      call test%check_close(after - before, 0.0_wp, 2.0_wp*deflection, &
+                            'slide: the block that has stopped stays')
+      call test%check_close(ratio(1), 0.0_wp, 1.0e-4_wp, &
+                            'slide: all friction together is mu times the normal force')
+      call test%check_close(ratio(3), 0.0_wp, 1.0e-7_wp, &
+                            'slide: friction of every point is mu times its normal force')
       call test%check_close(ratio(2), 0.0_wp, 1.0e-12_wp, 'slide: friction is nowhere more')
       call test%check_close(now%momentum(1)/now%mass, 0.0_wp, 0.03_wp*v, 'slide: the block has come to rest')
-      call test%check_close(model%contact%states(1)%heat/(0.5_wp*now%mass*v**2), 1.0_wp, 0.03_wp, 'slide: motion has become heat')
+      call test%check_close(model%contact%states(1)%heat/(0.5_wp*now%mass*v**2), 1.0_wp, 0.03_wp, &
+                            'slide: motion has become heat')
       call let_go(model)
    end subroutine slide
 
@@ -321,7 +334,8 @@ contains
       gain = (at(2) - at(1))/((steps - 250)*dt)
       expected = max(0.0_wp, share - 1.0_wp)*mu*weight
       call say('shove: force that moves the block, of what friction holds', gain/(mu*weight))
-      call test%check_close(gain/(mu*weight), expected/(mu*weight), 0.02_wp, 'shove: friction holds mu times the weight, no more')
+      call test%check_close(gain/(mu*weight), expected/(mu*weight), 0.02_wp, &
+                            'shove: friction holds mu times the weight, no more')
       if (share < 1.0_wp) call test%check_close(now%momentum(1)/now%mass, 0.0_wp, 5.0e-3_wp, &
                                                   'shove: what friction holds does not move')
       call let_go(model)

@@ -1,7 +1,8 @@
-!> The search for candidates against every particle asked by itself (theory.md, eqs contact-gap, contact-candidates): random
-!> particles in several blocks, node speeds, stresses and tools that move; cubes, some of them thick, boxes that stretch, and
-!> domains that turn; convex tools, a ring, and a star of triangles. No candidate is lost, none is added, and the deepest overlap is found, also that of
-!> particles on their way out.
+!> The search for candidates against every particle asked by itself (theory.md, eqs contact-gap,
+!> contact-candidates): random particles in several blocks, node speeds, stresses and tools that move; cubes,
+!> some of them thick, boxes that stretch, and domains that turn; convex tools, a ring, and a star of
+!> triangles. No candidate is lost, none is added, and the deepest overlap is found, also that of particles on
+!> their way out.
 program search
    use m_kinds, only: wp
    use m_node_values, only: tile_last
@@ -68,7 +69,8 @@ contains
       candidates%carried = level%table%column('contact_gap')
       allocate (candidates%list(4))
       call candidates%find(tools, level, materials, time_step, overlap)
-      allocate (listed(maxval([(level%blocks(b)%particles%count, b=1, size(level%blocks))]), size(level%blocks)), source=.false.)
+      allocate (listed(maxval([(level%blocks(b)%particles%count, b=1, size(level%blocks))]), &
+                       size(level%blocks)), source=.false.)
       do c = 1, candidates%count
          listed(candidates%list(c)%particle, candidates%list(c)%block) = .true.
       end do
@@ -78,7 +80,8 @@ contains
       deepest = 0.0_wp
       do b = 1, size(level%blocks)
          do p = 1, level%blocks(b)%particles%count
-            call ask(level, materials, tools(1), nodes, level%blocks(b)%particles%column(p, :), gap, approach, is_one)
+            call ask(level, materials, tools(1), nodes, level%blocks(b)%particles%column(p, :), gap, &
+                     approach, is_one)
             deepest = max(deepest, -gap)
             if (gap < 0.0_wp) inside = inside + 1
             if (is_one .and. .not. listed(p, b)) lost = lost + 1
@@ -109,7 +112,8 @@ contains
       case (0); spec%shape = sphere_t(radius=chance%between(1.0_wp, 4.0_wp))
       case (1); spec%shape = cone_t(half_angle=chance%between(0.5_wp, 1.4_wp))
       case (2); spec%shape = flat_t(radius=chance%between(1.0_wp, 4.0_wp))
-      case (3); spec%shape = ring_t(radius=chance%between(1.5_wp, 4.0_wp), tube=chance%between(0.5_wp, 1.5_wp))
+      case (3); spec%shape = ring_t(radius=chance%between(1.5_wp, 4.0_wp), &
+                                        tube=chance%between(0.5_wp, 1.5_wp))
       case (4); spec%shape = star_of(chance%between(1.5_wp, 3.0_wp))
       end select
       spec%axis = chance%several(3, -1.0_wp, 1.0_wp)
@@ -141,7 +145,8 @@ contains
                up = j + merge(1, 0, k > 2)
                out = radius*(1.0_wp + merge(0.3_wp, -0.3_wp, mod(nint(around + up), 2) == 0))
                if (nint(up) == 0 .or. nint(up) == v) out = radius
-               place(:, 4*n + k) = out*[sin(pi*up/v)*cos(2*pi*around/u), sin(pi*up/v)*sin(2*pi*around/u), -cos(pi*up/v)]
+               place(:, 4*n + k) = out*[sin(pi*up/v)*cos(2*pi*around/u), sin(pi*up/v)*sin(2*pi*around/u), &
+                                        -cos(pi*up/v)]
                if (nint(up) == 0 .or. nint(up) == v) place(1:2, 4*n + k) = 0.0_wp
             end do
             of(:, 2*n + 1) = 4*n + [1, 2, 3]
@@ -159,8 +164,8 @@ contains
       call star%inside_of%build(triangles)
    end function star_of
 
-   !> Particles of half the cell's edge or less, everywhere but near the grid's sides; by their stress some cubes are twice as thick
-   !> as their edge.
+   !> Particles of half the cell's edge or less, everywhere but near the grid's sides; by their stress some
+   !> cubes are twice as thick as their edge.
    subroutine fill(level, kind, materials)
       type(level_t), intent(inout) :: level
       integer, intent(in) :: kind
@@ -252,7 +257,8 @@ contains
       end do
    end subroutine set_nodes
 
-   !> One particle: the gap of its contact point (m), what the nodes add to it in a step (m), and whether it is a candidate.
+   !> One particle: the gap of its contact point (m), what the nodes add to it in a step (m), and whether it
+   !> is a candidate.
    subroutine ask(level, materials, tool, nodes, values, gap, approach, is_one)
       type(level_t), intent(in) :: level
       type(materials_t), intent(in) :: materials
@@ -284,7 +290,8 @@ contains
          do k = -1, 1, 2
             do j = -1, 1, 2
                do i = -1, 1, 2
-                  velocity = velocity + 0.125_wp*velocity_at(nodes, place + matmul(span, real([i, j, k], wp))/cell)
+                  velocity = velocity &
+                             + 0.125_wp*velocity_at(nodes, place + matmul(span, real([i, j, k], wp))/cell)
                end do
             end do
          end do

@@ -8,8 +8,9 @@
 !>    call test%check_close(sum(weight), 1.0_wp, 1.0e-14_wp, 'partition of unity')
 !>    call test%finish()
 !>
-!> A case is a name; checks of the same name, in a loop or on several ranks, are one case, which fails once if any of them does.
-!> Checks are local to a rank; start and finish are collective. A NaN or an infinity never passes.
+!> A case is a name; checks of the same name, in a loop or on several ranks, are one case, which fails once if
+!> any of them does. Checks are local to a rank; start and finish are collective. A NaN or an infinity never
+!> passes.
 module m_assertions
    use, intrinsic :: ieee_arithmetic, only: ieee_is_finite
    use mpi_f08, only: MPI_Gather, MPI_Gatherv, MPI_Bcast, MPI_INTEGER, MPI_CHARACTER
@@ -98,7 +99,8 @@ contains
       end if
       do i = 1, size(values)
          if (is_close(values(i), expected(i), tolerance)) cycle
-         write (message, '(a,i0,3(a,es24.16e3))') 'element ', i, ' is', values(i), ', expected', expected(i), ' within', tolerance
+         write (message, '(a,i0,3(a,es24.16e3))') 'element ', i, ' is', values(i), ', expected', &
+            expected(i), ' within', tolerance
          call self%record(.false., name, message)
          return
       end do
@@ -121,7 +123,8 @@ contains
       call self%record(value == expected, name, message)
    end subroutine check_equal_long
 
-   !> Collective: print the summary, finalise MPI and end the program: status 1 if a case failed on any rank or nothing was checked.
+   !> Collective: print the summary, finalise MPI and end the program: status 1 if a case failed on any rank
+   !> or nothing was checked.
    subroutine finish(self)
       class(assertions_t), intent(inout) :: self
       integer :: i, failed
@@ -134,8 +137,8 @@ contains
                self%cases(i)%checks, ' checks): '//trim(self%cases(i)%message)
          end do
          if (self%count == 0) print '(a)', 'FAILED: nothing was checked'
-         print '(2a,4(i0,a))', self%program_name, ': ', self%count, ' cases, ', sum(self%cases(:self%count)%checks), &
-            ' checks on ', self%comm%ranks, ' ranks, ', failed, ' failed'
+         print '(2a,4(i0,a))', self%program_name, ': ', self%count, ' cases, ', &
+            sum(self%cases(:self%count)%checks), ' checks on ', self%comm%ranks, ' ranks, ', failed, ' failed'
       end if
       if (self%count == 0) failed = 1
       call MPI_Bcast(failed, 1, MPI_INTEGER, 0, self%comm%comm)
@@ -202,7 +205,8 @@ contains
       integer :: i, rank
       allocate (mine(self%count), counts(self%comm%ranks), offsets(self%comm%ranks))
       do i = 1, self%count
-         write (mine(i), '(2a,2i10)') self%cases(i)%name, self%cases(i)%message, self%cases(i)%checks, self%cases(i)%failures
+         write (mine(i), '(2a,2i10)') self%cases(i)%name, self%cases(i)%message, self%cases(i)%checks, &
+            self%cases(i)%failures
       end do
       call MPI_Gather(self%count, 1, MPI_INTEGER, counts, 1, MPI_INTEGER, 0, self%comm%comm)
       if (.not. self%comm%is_root()) counts = 0
@@ -211,8 +215,8 @@ contains
          offsets(rank) = offsets(rank - 1) + counts(rank - 1)
       end do
       allocate (all(sum(counts)))
-      call MPI_Gatherv(mine, self%count*record_length, MPI_CHARACTER, all, counts*record_length, offsets*record_length, &
-                       MPI_CHARACTER, 0, self%comm%comm)
+      call MPI_Gatherv(mine, self%count*record_length, MPI_CHARACTER, all, counts*record_length, &
+                       offsets*record_length, MPI_CHARACTER, 0, self%comm%comm)
       if (.not. self%comm%is_root()) return
       do rank = 1, self%comm%ranks - 1
          do i = offsets(rank + 1) + 1, offsets(rank + 1) + counts(rank + 1)

@@ -1,5 +1,6 @@
 !test: helper
-!> A test program with planted failures; selftest.sh runs it and looks for them. Its argument says which to plant.
+!> A test program with planted failures; selftest.sh runs it and looks for them. Its argument says which to
+!> plant.
 program planted
    use, intrinsic :: ieee_arithmetic, only: ieee_value, ieee_quiet_nan
    use m_kinds, only: wp

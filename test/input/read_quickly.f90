@@ -1,7 +1,8 @@
-!> Reads one scene from standard input as gimp3d does, without MPI, for a fuzzer that starts it a thousand times a second.
+!> Reads one scene from standard input as gimp3d does, without MPI, for a fuzzer that starts it a thousand
+!> times a second.
 !>
-!> Exits 0 where the scene is refused, and where it is accepted and says itself again: written as a namelist and read back it must
-!> be accepted and write the same text. Anything else stops it with a signal.
+!> Exits 0 where the scene is refused, and where it is accepted and says itself again: written as a namelist
+!> and read back it must be accepted and write the same text. Anything else stops it with a signal.
 !test: helper
 program read_quickly
    use, intrinsic :: iso_fortran_env, only: error_unit
@@ -35,7 +36,8 @@ program read_quickly
    if (.not. ok) stop
    call interpret(text, scene, error)
    if (error%happened()) then
-      if (len_trim(error%message) == 0 .or. index(error%message, new_line('a')) > 0) call complain('no sentence: '//error%message)
+      if (len_trim(error%message) == 0 .or. index(error%message, new_line('a')) > 0) &
+         call complain('no sentence: '//error%message)
       stop
    end if
    said = scene_as_namelist(scene)

@@ -1,7 +1,9 @@
 !> Reads a scene as gimp3d does and says what it found.
 !>
-!>   read_scene < scene.nml     prints the normalised scene and exits 0, or `gimp3d: <sentence>` on stderr and exits 2
-!>   read_scene FILE ...        for each file in turn, `== FILE STATUS` and then the sentence or the normalised scene; exits 0
+!>   read_scene < scene.nml     prints the normalised scene and exits 0, or `gimp3d: <sentence>` on
+!>                              stderr and exits 2
+!>   read_scene FILE ...        for each file in turn, `== FILE STATUS` and then the sentence or the
+!>                              normalised scene; exits 0
 !>   read_scene --names         prints `group variable` for all that can be read
 !>   read_scene --models        prints the material laws
 !test: helper
@@ -39,11 +41,13 @@ program read_scene_driver
       call read_scene(communicator, catalogue, scene, error)
       status = error%status
       if (communicator%is_root() .and. error%happened()) write (error_unit, '(a)') 'gimp3d: '//error%message
-      if (communicator%is_root() .and. .not. error%happened()) write (*, '(a)', advance='no') scene_as_namelist(scene)
+      if (communicator%is_root() .and. .not. error%happened()) &
+         write (*, '(a)', advance='no') scene_as_namelist(scene)
    else if (argument(1) == '--names') then
       if (communicator%is_root()) write (*, '(a)', advance='no') known_variables(catalogue)
    else if (argument(1) == '--models') then
-      if (communicator%is_root()) write (*, '(a)') (trim(catalogue%models(i)%it%name), i=1, size(catalogue%models))
+      if (communicator%is_root()) &
+         write (*, '(a)') (trim(catalogue%models(i)%it%name), i=1, size(catalogue%models))
    else
       do i = 1, command_argument_count()
          call try_file(argument(i))
@@ -83,7 +87,8 @@ contains
       of_root = said
       call communicator%broadcast_text(of_root, 0)
       if (said /= of_root) write (*, '(a)') 'rank '//to_text(communicator%rank)//' differs: '//said
-      if (communicator%is_root()) write (*, '(a)', advance='no') '== '//path//' '//to_text(fault%status)//new_line('a')//said
+      if (communicator%is_root()) write (*, '(a)', advance='no') '== '//path//' '//to_text(fault%status)// &
+         new_line('a')//said
       if (.not. ok) write (*, '(a)') 'cannot read '//path
    end subroutine try_file
 

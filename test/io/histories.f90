@@ -1,5 +1,6 @@
 !test: ranks 1 2 4
-!> Curves, the console with its log, and the cost report, below the directory given as argument (read_back.py reads them).
+!> Curves, the console with its log, and the cost report, below the directory given as argument (read_back.py
+!> reads them).
 program histories
    use, intrinsic :: ieee_arithmetic, only: ieee_value, ieee_quiet_nan
    use mpi_f08, only: MPI_Barrier
@@ -102,7 +103,8 @@ contains
       write (text, '(es24.16e3)') value
    end function to_text_of
 
-   !> Rows that are taken back have never been: the same bytes as of a curve without them, also where none follow.
+   !> Rows that are taken back have never been: the same bytes as of a curve without them, also where none
+   !> follow.
    subroutine taken_back()
       type(history_t) :: plain, curve, short
       type(error_t) :: error
@@ -124,7 +126,8 @@ contains
       call short%close(error)
       call test%check(.not. error%happened(), 'rows are taken back')
       if (comm%is_root()) then
-         call test%check(bytes('back.dat') == bytes('plain.dat'), 'rows that were taken back and others in their place')
+         call test%check(bytes('back.dat') == bytes('plain.dat'), &
+                         'rows that were taken back and others in their place')
          call test%check(bytes('short.dat') == bytes('plain.dat'), 'rows that were taken back at the end')
          call test%check(len(bytes('plain.dat')) > 5000, 'there are rows')
       end if
@@ -139,7 +142,8 @@ contains
       call test%check(ok, name//' can be read')
    end function bytes
 
-   !> A run that was killed: rows past the checkpoint and a torn line are there; then taken up again, stopped and taken up.
+   !> A run that was killed: rows past the checkpoint and a torn line are there; then taken up again, stopped
+   !> and taken up.
    subroutine taken_up_again()
       type(history_t) :: curve
       type(error_t) :: error
@@ -187,8 +191,8 @@ contains
       type(error_t) :: error, other
       call curve%open(comm, top//'/no/such/curve.dat', header(''), error)
       call test%check(error%status == exit_files, 'a curve in no directory: exit status')
-      if (error%happened()) call test%check(index(error%message, '/no/such/curve.dat') > 0, 'a curve in no directory: path', &
-                                            error%message)
+      if (error%happened()) call test%check(index(error%message, '/no/such/curve.dat') > 0, &
+                                            'a curve in no directory: path', error%message)
       call curve%open(comm, top//'/width.dat', header(''), other)
       call curve%append([1.0_wp], other)
       call comm%agree(other)
@@ -226,7 +230,8 @@ contains
       end do
       call test%check(lines >= 1 .and. lines <= took, 'at most one line of progress a second', to_text(lines))
       call test%check(index(text, 'balance error 0.0012 %') > 0 .and. index(text, ' of 1 ms ') > 0 &
-                      .and. index(text, ' steps/s ') > 0 .and. index(text, 'time left ') > 0, 'what progress says')
+                      .and. index(text, ' steps/s ') > 0 .and. index(text, 'time left ') > 0, &
+                      'what progress says')
       call test%check(index(text, 'of cost') > 0, 'the closing words are in the log')
       call console%open_log(comm_of_one(), top//'/no/such/run.log', error)
    end subroutine talk
@@ -247,7 +252,8 @@ contains
       call test%check_equal(size(lines), 6, 'lines of the cost report')
       call test%check(index(lines(2), 'stress') == 1, 'the cost report names the phases', lines(2))
       call write_cost_report(comm, cost, '', lines, error)
-      call test%check(.not. error%happened() .and. size(lines) == 6, 'the cost report of a scene without output has lines alone')
+      call test%check(.not. error%happened() .and. size(lines) == 6, &
+                      'the cost report of a scene without output has lines alone')
    end subroutine costs
 
    subroutine expect_there(path, expected, name)

@@ -1,5 +1,5 @@
-!> Made-up particles for the tests of output: what a particle carries follows from its place in the file, so that a reader can
-!> work it out too (made_up.py does).
+!> Made-up particles for the tests of output: what a particle carries follows from its place in the file, so
+!> that a reader can work it out too (made_up.py does).
 module m_made_up
    use m_kinds, only: wp, i8
    use m_communicator, only: communicator_t
@@ -14,7 +14,8 @@ module m_made_up
 
 contains
 
-   !> Blocks of 0 to 60 particles, dealt to the ranks out of order; `spare` ranks at the end get none. No blocks: no particles.
+   !> Blocks of 0 to 60 particles, dealt to the ranks out of order; `spare` ranks at the end get none. No
+   !> blocks: no particles.
    function made_up_snapshot(communicator, step, spare, with_particles) result(snapshot)
       type(communicator_t), intent(in) :: communicator
       integer, intent(in) :: step, spare
@@ -33,8 +34,8 @@ contains
       snapshot%n_total = sum(sizes)
       snapshot%n_local = sum(sizes, mask=mine)
       n = snapshot%n_local
-      allocate (snapshot%position(n, 3), snapshot%id(n), snapshot%fields(6), snapshot%run_offset(count(mine)), &
-                snapshot%run_count(count(mine)))
+      allocate (snapshot%position(n, 3), snapshot%id(n), snapshot%fields(6), &
+                snapshot%run_offset(count(mine)), snapshot%run_count(count(mine)))
       call declare(snapshot)
       p = 0
       r = 0
@@ -55,8 +56,8 @@ contains
       type(snapshot_t), intent(inout) :: snapshot
       integer :: f, n
       integer, parameter :: components(6) = [3, 6, 1, 2, 9, 6]
-      character(len=16), parameter :: names(6) = [character(len=16) :: 'velocity', 'stress', 'density', 'pair', 'domain', &
-                                                  'stress_recovered']
+      character(len=16), parameter :: names(6) = [character(len=16) :: 'velocity', 'stress', 'density', &
+                                                  'pair', 'domain', 'stress_recovered']
       character(len=8), parameter :: units(6) = [character(len=8) :: 'm/s', 'Pa', 'kg/m3', '', 'm', 'Pa']
       n = snapshot%n_local
       do f = 1, 6
@@ -86,7 +87,8 @@ contains
       end do
    end subroutine fill
 
-   !> Three levels, whose boxes move: a third of the particles on the coarsest (so that it ends within a run), none on the second.
+   !> Three levels, whose boxes move: a third of the particles on the coarsest (so that it ends within a run),
+   !> none on the second.
    subroutine add_levels(snapshot)
       type(snapshot_t), intent(inout) :: snapshot
       type(grid_level_t) :: grid

@@ -17,12 +17,15 @@ program probes
    call test%check(kinship(parent + 1, parent) == -1, 'another parent is no relative')
    call test%check(kinship(child_id(parent + 1, 5_i8, 1), probed) == -1, 'nor are its parts')
    call nearer(probed, child_id(parent, 8_i8*5_i8 + 7_i8, 2), 'the particle itself before its sisters')
-   call nearer(child_id(parent, 5_i8, 1), child_id(parent, 4_i8, 1), 'what it was merged into before its other octants')
+   call nearer(child_id(parent, 5_i8, 1), child_id(parent, 4_i8, 1), &
+               'what it was merged into before its other octants')
    call nearer(child_id(parent, 5_i8, 1), child_id(parent, 8_i8*4_i8 + 6_i8, 2), 'or before their parts')
-   call nearer(child_id(parent, 8_i8*5_i8 + 2_i8, 2), child_id(parent, 8_i8*5_i8 + 5_i8, 2), 'the sister of the longer way')
+   call nearer(child_id(parent, 8_i8*5_i8 + 2_i8, 2), child_id(parent, 8_i8*5_i8 + 5_i8, 2), &
+               'the sister of the longer way')
    call nearer(parent, child_id(parent, 4_i8, 1), 'of equally near ones the one with the smaller id')
    call test%check(kinship(parent, probed) >= 0, 'the first parent, merged again')
-   call nearer(parent + ishft(4095_i8, 50), parent + ishft(2047_i8, 50), 'all twelve splits', of=parent + ishft(4095_i8, 50))
+   call nearer(parent + ishft(4095_i8, 50), parent + ishft(2047_i8, 50), 'all twelve splits', of=parent &
+               + ishft(4095_i8, 50))
    call test%finish()
 
 contains

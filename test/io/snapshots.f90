@@ -1,5 +1,6 @@
 !test: ranks 1 2 4
-!> Writes snapshots in both formats below the directory given as argument (read_back.py checks them) and tries what must fail.
+!> Writes snapshots in both formats below the directory given as argument (read_back.py checks them) and tries
+!> what must fail.
 program snapshots
    use, intrinsic :: iso_c_binding, only: c_int, c_long
    use m_constants, only: exit_files, exit_numerical
@@ -103,8 +104,10 @@ contains
       call add_levels(snapshot)
       snapshot%levels(2)%particles = 1
       call write_tecplot_snapshot(comm, snapshot, top//'/run', third)
-      call test%check(third%status == exit_numerical, 'particles that are on no level are refused', message_of(third))
-      call test%check(.not. is_there(top//'/run/'//snapshot_file_name(99, 'h5')), 'nothing is left of a refused snapshot')
+      call test%check(third%status == exit_numerical, 'particles that are on no level are refused', &
+                      message_of(third))
+      call test%check(.not. is_there(top//'/run/'//snapshot_file_name(99, 'h5')), &
+                      'nothing is left of a refused snapshot')
    end subroutine wrong_runs
 
    subroutine no_directory()
@@ -144,7 +147,8 @@ contains
       call write_tecplot_snapshot(comm, snapshot, directory, error(2))
       do n = 1, 2
          path = directory//'/'//snapshot_file_name(step, trim(extensions(n)))
-         call test%check(error(n)%status == exit_files, part//': exit status of '//extensions(n), message_of(error(n)))
+         call test%check(error(n)%status == exit_files, part//': exit status of '//extensions(n), &
+                         message_of(error(n)))
          call test%check(index(message_of(error(n)), path) > 0 .and. index(message_of(error(n)), part) > 0, &
                          part//': sentence of '//extensions(n), message_of(error(n)))
          call test%check(.not. is_there(path//'.part'), part//': no part is left of '//extensions(n))

@@ -1,9 +1,9 @@
-!> What waiting for each other costs two ranks of equal work on this machine: every rank does arithmetic on an array of its own for
-!> a millisecond or two and then waits for the others, again and again. Prints a line for each size of the array, one that stays in
-!> the cache and one as large as what a rank of E2 goes through in a step: megabytes, milliseconds of one piece of work, and the
-!> share of the pace that the barriers leave (mean of the work over mean of the slowest rank's). What it takes from a
-!> program that does nothing else is taken from every program that waits as often.
-!> usage: mpirun -n RANKS barrier
+!> What waiting for each other costs two ranks of equal work on this machine: every rank does arithmetic on an
+!> array of its own for a millisecond or two and then waits for the others, again and again. Prints a line for
+!> each size of the array, one that stays in the cache and one as large as what a rank of E2 goes through in a
+!> step: megabytes, milliseconds of one piece of work, and the share of the pace that the barriers leave (mean
+!> of the work over mean of the slowest rank's). What it takes from a program that does nothing else is taken
+!> from every program that waits as often. usage: mpirun -n RANKS barrier
 program barrier
    use mpi_f08
    use m_kinds, only: wp
@@ -42,7 +42,8 @@ contains
       end do
       if (any(values < 0.0_wp)) print *, 'never'
       call MPI_Allreduce(MPI_IN_PLACE, own, 1, MPI_DOUBLE_PRECISION, MPI_SUM, MPI_COMM_WORLD)
-      if (rank == 0) print '(*(a,f0.3))', 'MB ', 8.0e-6_wp*n, ' ms ', 1.0e3_wp*own/ranks/rounds, ' pace ', own/ranks/waited
+      if (rank == 0) print '(*(a,f0.3))', 'MB ', 8.0e-6_wp*n, ' ms ', 1.0e3_wp*own/ranks/rounds, ' pace ', &
+         own/ranks/waited
    end subroutine wait_often
 
    !> Sixteen multiply-adds, one after the other.

@@ -1,7 +1,8 @@
-!> What an exchange of ghost nodes costs, for the scene on standard input: its model is built, and then its coarsest level's tiles
-!> go from rank to rank again and again, with nothing to do in between. The time of one is that of the slowest rank; what other
-!> programs take of the machine falls on some of them, so that the least of many is the cost. Prints ranks, messages and bytes that
-!> all send in one, the least and the median time (ns). usage: mpirun -n RANKS halo < scene
+!> What an exchange of ghost nodes costs, for the scene on standard input: its model is built, and then its
+!> coarsest level's tiles go from rank to rank again and again, with nothing to do in between. The time of one
+!> is that of the slowest rank; what other programs take of the machine falls on some of them, so that the
+!> least of many is the cost. Prints ranks, messages and bytes that all send in one, the least and the median
+!> time (ns). usage: mpirun -n RANKS halo < scene
 program halo
    use mpi_f08
    use m_kinds, only: wp, i8
@@ -32,7 +33,8 @@ program halo
    messages = communicator%sum_count(size(model%exchange(1)%ranks, kind=i8))
    bytes = communicator%sum_count(model%exchange(1)%bytes_each)
    took = took(sorted_order(took, took))
-   if (communicator%is_root()) print '(*(i0,1x))', communicator%ranks, messages, bytes, took(1), took(rounds/2)
+   if (communicator%is_root()) print '(*(i0,1x))', communicator%ranks, messages, bytes, took(1), &
+      took(rounds/2)
    call model%release()
    call communicator%finish()
 

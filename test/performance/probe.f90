@@ -1,6 +1,6 @@
 !> What one core of this machine can do at this moment: fused multiply-adds a second and bytes a second.
-!> Prints one line: GFLOP/s of the multiply-add probe, GB/s of the copy probe (bytes read and written), the best of several tries
-!> each.
+!> Prints one line: GFLOP/s of the multiply-add probe, GB/s of the copy probe (bytes read and written), the
+!> best of several tries each.
 program probe
    use m_kinds, only: wp
    use m_timers, only: wall_time

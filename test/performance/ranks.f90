@@ -1,7 +1,6 @@
-!> What each of many ranks would hold and send, for the scene on standard input: the program's own placement of blocks and its own
-!> message lists, made for any number of ranks by one process. Counts, not times; bench.py turns them into a model and checks them
-!> against runs.
-!> usage: ranks P [P ...] < scene
+!> What each of many ranks would hold and send, for the scene on standard input: the program's own placement
+!> of blocks and its own message lists, made for any number of ranks by one process. Counts, not times;
+!> bench.py turns them into a model and checks them against runs. usage: ranks P [P ...] < scene
 program ranks
    use m_kinds, only: wp, i8
    use m_errors, only: error_t
@@ -27,7 +26,8 @@ program ranks
    type(level_t), allocatable :: levels(:)
    type(error_t) :: error
    integer, allocatable :: counts(:), owner(:) !< of the blocks of all levels
-   integer, allocatable :: order(:)            !< what it costs in a step how their particles lie, as in the placement
+   integer, allocatable :: order(:)            !< what it costs in a step how their particles lie, as in the
+                                               !< placement
    integer, allocatable :: steps_of_levels(:)  !< in a step of the coarsest
    integer :: a, number
    character(len=12) :: word
@@ -43,8 +43,8 @@ program ranks
    end if
    steps_of_levels = [(2**merge(a - 1, 0, scene%time%subcycle), a=1, size(levels))]
    allocate (owner(size(counts)))
-   print '(a)', 'ranks blocks_most particles_mean work_mean work_most neighbours_most messages_most messages_all '// &
-      'bytes_most bytes_all'
+   print '(a)', 'ranks blocks_most particles_mean work_mean work_most neighbours_most messages_most '// &
+      'messages_all bytes_most bytes_all'
    do a = 1, command_argument_count()
       call get_command_argument(a, word)
       read (word, *) number
@@ -61,7 +61,8 @@ contains
       allocate (counts(product(levels(1)%grid%blocks)), source=0)
       do index = 1, size(counts)
          do b = 1, size(scene%bodies)
-            counts(index) = counts(index) + count_in_block(levels, 1, levels(1)%grid%block_place(index), scene%bodies(b))
+            counts(index) = counts(index) + count_in_block(levels, 1, levels(1)%grid%block_place(index), &
+                                                           scene%bodies(b))
          end do
       end do
       where (counts == 0) counts = -1
@@ -84,7 +85,8 @@ contains
          do b = 1, size(model%levels(l)%blocks)
             associate (block => model%levels(l)%blocks(b))
                counts(blocks_before(model%levels, l) + block%index) = block%particles%count
-               order(blocks_before(model%levels, l) + block%index) = order_work(block%cells%occupied, block%mean_breaks)
+               order(blocks_before(model%levels, l) + block%index) = order_work(block%cells%occupied, &
+                  block%mean_breaks)
             end associate
          end do
       end do
@@ -92,8 +94,8 @@ contains
       call model%release()
    end subroutine count_levels
 
-   !> One line: the blocks placed on a number of ranks. Work is particles times steps, messages and bytes those of node sums and
-   !> between levels, all in one step of the coarsest level.
+   !> One line: the blocks placed on a number of ranks. Work is particles times steps, messages and bytes
+   !> those of node sums and between levels, all in one step of the coarsest level.
    subroutine place(number)
       integer, intent(in) :: number
       type(communicator_t) :: one
@@ -101,7 +103,8 @@ contains
       type(runs_t) :: sent
       type(composite_t) :: composite
       integer :: blocks, blocks_most, l, n, neighbours, rank, sums
-      integer(i8) :: bytes, bytes_all, bytes_most, messages, messages_all, messages_most, steps, work, work_all, work_most
+      integer(i8) :: bytes, bytes_all, bytes_most, messages, messages_all, messages_most, steps, work, &
+         work_all, work_most
       one = communicator
       one%ranks = number
       call choose_owners(one, levels, work_of(levels, counts, steps_of_levels, order=order), owner, error)
@@ -117,8 +120,10 @@ contains
             call settle_blocks(levels(l), rank)
             around = find_neighbours(levels(l), number)
             steps = steps_of_levels(l)
-            sums = 1 ! node sums of a step: one more where a finer level takes two steps, and one where their time lag is corrected
-            if (l < size(levels) .and. scene%time%subcycle) sums = merge(3, 2, levels(l)%layout%corrects_lag())
+            sums = 1 ! node sums of a step: one more where a finer level takes two steps, and one where their
+                     ! time lag is corrected
+            if (l < size(levels) .and. scene%time%subcycle) &
+               sums = merge(3, 2, levels(l)%layout%corrects_lag())
             associate (before => blocks_before(levels, l))
                work = work + steps*sum(int(max(0, counts(before + levels(l)%blocks%index)), i8))
             end associate
@@ -145,8 +150,8 @@ contains
          bytes_all = bytes_all + bytes
       end do
       call composite%release()
-      print '(*(i0,1x))', number, blocks_most, sum(int(counts, i8), counts > 0)/number, work_all/number, work_most, neighbours, &
-         messages_most, messages_all, bytes_most, bytes_all
+      print '(*(i0,1x))', number, blocks_most, sum(int(counts, i8), counts > 0)/number, work_all/number, &
+         work_most, neighbours, messages_most, messages_all, bytes_most, bytes_all
    end subroutine place
 
 end program ranks

@@ -1,6 +1,6 @@
 !test: ranks 1 2
-!> A small box flies into a long bar at rest: leaving out the blocks that are at rest changes no bit of any particle, and neither
-!> does what blocks do ahead, nor of the sums over all.
+!> A small box flies into a long bar at rest: leaving out the blocks that are at rest changes no bit of any
+!> particle, and neither does what blocks do ahead, nor of the sums over all.
 program at_rest
    use m_kinds, only: wp, i8
    use m_errors, only: error_t
@@ -14,7 +14,8 @@ program at_rest
    use m_assertions, only: assertions_t
    implicit none
    real(wp), parameter :: young = 1.0e6_wp, density = 1000.0_wp, cell = 0.125_wp
-   real(wp), parameter :: box_share = 27.0_wp/(27.0_wp + 53.0_wp*9.0_wp) ! cells of the box, which never rests, of all
+   real(wp), parameter :: box_share = 27.0_wp/(27.0_wp + 53.0_wp*9.0_wp) ! cells of the box, which never
+                                                                         ! rests, of all
    integer, parameter :: codes(3) = [update_usl, update_usf, update_musl], steps = 60
    type(communicator_t) :: comm
    type(assertions_t) :: test
@@ -44,9 +45,11 @@ contains
          call advance(plain, 0.35_wp*cell/sqrt(young/density), error)
          call test%check(.not. error%happened(), 'both go on')
          call test%check_equal(different_bits(skipping, plain), 0, 'the same bits')
-         call test%check(abs(skipping%bounds%wave_speed - plain%bounds%wave_speed) <= 0.0_wp, 'the same time step')
+         call test%check(abs(skipping%bounds%wave_speed - plain%bounds%wave_speed) <= 0.0_wp, &
+                         'the same time step')
       end do
-      share = real(comm%sum_count(skipping%particle_steps_at_rest), wp)/comm%sum_count(skipping%particle_steps)
+      share = real(comm%sum_count(skipping%particle_steps_at_rest), wp) &
+              /comm%sum_count(skipping%particle_steps)
       if (comm%is_root()) print '(a,f5.1,a)', '  left out: ', 100.0_wp*share, ' % of the particle-steps'
       call test%check(share > 0.2_wp, 'some blocks rest')
       call test%check(share < 1.0_wp - 1.2_wp*box_share, 'a fifth more moves than the box: it wakes the bar')
@@ -55,8 +58,9 @@ contains
       call plain%release()
    end subroutine hit
 
-   !> With a short time step nothing leaves its block for long and all is done ahead; with a longer one the box goes over into the
-   !> next block and its particles are sorted in between. Sums are taken ahead every third step.
+   !> With a short time step nothing leaves its block for long and all is done ahead; with a longer one the
+   !> box goes over into the next block and its particles are sorted in between. Sums are taken ahead every
+   !> third step.
    subroutine work_ahead(slower)
       integer, intent(in) :: slower
       type(model_t) :: ahead, plain
@@ -77,12 +81,14 @@ contains
             associate (block => ahead%levels(1)%blocks(b), other => plain%levels(1)%blocks(b))
                if (block%in_tile() > 0) given = given + 1
                call test%check_equal(other%in_tile(), 0, 'ahead: not where it is told not to')
-               call test%check(block%rests() .or. ahead%wants_sums .or. .not. block%sums_hold(), 'ahead: sums do not grow old')
+               call test%check(block%rests() .or. ahead%wants_sums .or. .not. block%sums_hold(), &
+                               'ahead: sums do not grow old')
             end associate
          end do
          early = measure(ahead)
          late = measure(plain)
-         call test%check_equal(count(transfer(early, [0_i8]) /= transfer(late, [0_i8])), 0, 'ahead: the same sums')
+         call test%check_equal(count(transfer(early, [0_i8]) /= transfer(late, [0_i8])), 0, &
+                               'ahead: the same sums')
       end do
       given = int(comm%sum_count(int(given, i8)))
       if (comm%is_root()) print '(a,i0,a)', '  ahead: ', given, ' tiles'

@@ -1,5 +1,6 @@
 !test: ranks 1 2
-!> A quarter inside two symmetry planes against the whole of the same symmetric problem: the same particles, place by place.
+!> A quarter inside two symmetry planes against the whole of the same symmetric problem: the same particles,
+!> place by place.
 program quarter
    use mpi_f08
    use m_kinds, only: wp
@@ -59,11 +60,12 @@ contains
          call keep_worst(off(3), maxval(abs(part(8:13, p) - whole(8:13, p)))/maxval(abs(whole(8:13, :))))
          call keep_worst(off(4), (part(1, p) - whole(1, p))/whole(1, p))
       end do
-      if (comm%is_root()) print '(3x,a12,a,i3,4(a,es8.1))', law, ' cells', n, '  place', off(1), '  velocity', off(2), &
-         '  stress', off(3), '  volume', off(4)
+      if (comm%is_root()) print '(3x,a12,a,i3,4(a,es8.1))', law, ' cells', n, '  place', off(1), &
+         '  velocity', off(2), '  stress', off(3), '  volume', off(4)
       call test%check_equal(found, 2*half*2*half*2*high, 'particles of the quarter')
       call test%check_equal(count(whole(1, :) > 0.0_wp), 4*found, 'particles of the whole')
-      call test%check_close(off, [0.0_wp, 0.0_wp, 0.0_wp, 0.0_wp], 1.0e-12_wp, 'a quarter moves as the whole does')
+      call test%check_close(off, [0.0_wp, 0.0_wp, 0.0_wp, 0.0_wp], 1.0e-12_wp, &
+                            'a quarter moves as the whole does')
       call test%check(maxval(abs(whole(8:13, :))) > 1.0e4_wp, 'there is stress')
    end subroutine compare
 
@@ -96,8 +98,8 @@ contains
       scene%bodies(1)%shape = box_t(lower=cell*[low*half, low*half, 0], upper=cell*[up*half, up*half, high])
    end function scene_of
 
-   !> After some steps: volume, place, velocity, stress of every particle in the column of the place where it began, turned into
-   !> the quarter with x, y of either sign left as they are.
+   !> After some steps: volume, place, velocity, stress of every particle in the column of the place where it
+   !> began, turned into the quarter with x, y of either sign left as they are.
    function run(scene, n) result(values)
       type(scene_t), intent(in) :: scene
       integer, intent(in) :: n
@@ -115,8 +117,8 @@ contains
          associate (particles => model%levels(1)%blocks(b)%particles, at => model%levels(1)%layout)
             do p = 1, particles%count
                x = particles%column(p, at%position:at%position + 2)
-               key_of(int(particles%id(p))) = 1 + floor(x(1)/(0.5_wp*cell)) + 2*n + per_row*(floor(x(2)/(0.5_wp*cell)) + 2*n &
-                                              + per_row*floor(x(3)/(0.5_wp*cell)))
+               key_of(int(particles%id(p))) = 1 + floor(x(1)/(0.5_wp*cell)) + 2*n &
+                  + per_row*(floor(x(2)/(0.5_wp*cell)) + 2*n + per_row*floor(x(3)/(0.5_wp*cell)))
                particles%column(p, at%velocity:at%velocity + 2) = thrown(x)
             end do
          end associate
@@ -133,7 +135,8 @@ contains
          associate (particles => model%levels(1)%blocks(b)%particles, at => model%levels(1)%layout)
             do p = 1, particles%count
                values(:, nint(key_of(int(particles%id(p))))) = [particles%column(p, at%volume), &
-                  particles%column(p, at%position:at%position + 2), particles%column(p, at%velocity:at%velocity + 2), &
+                  particles%column(p, at%position:at%position + 2), &
+                  particles%column(p, at%velocity:at%velocity + 2), &
                   particles%column(p, at%stress:at%stress + 5)]
             end do
          end associate

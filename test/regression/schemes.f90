@@ -1,5 +1,5 @@
-!> A bar that vibrates along its axis, 50 steps with every stress update, velocity update and transfer: energy, momentum, and the
-!> time that the motion takes to turn.
+!> A bar that vibrates along its axis, 50 steps with every stress update, velocity update and transfer:
+!> energy, momentum, and the time that the motion takes to turn.
 program schemes
    use m_kinds, only: wp
    use m_constants, only: pi
@@ -15,7 +15,8 @@ program schemes
    implicit none
    character(len=4), parameter :: updates(3) = ['usl ', 'usf ', 'musl']
    integer, parameter :: codes(3) = [update_usl, update_usf, update_musl], cells = 16, steps = 50
-   real(wp), parameter :: young = 1.0e6_wp, density = 1000.0_wp, cell = 0.125_wp, length = cells*cell, speed = 0.1_wp
+   real(wp), parameter :: young = 1.0e6_wp, density = 1000.0_wp, cell = 0.125_wp, length = cells*cell, &
+      speed = 0.1_wp
    type(communicator_t) :: comm
    type(assertions_t) :: test
    real(wp) :: kept
@@ -63,18 +64,19 @@ contains
       do step = 1, steps - 1
          energy(step) = strain(step) + 0.5_wp*(kinetic(step) + kinetic(step + other))
       end do
-      print '(3x,a6,1x,a6,f8.2,4f11.5,es11.1)', updates(u), merge('affine', 'plain ', affine), flip, minval(energy), &
-         maxval(energy), energy(steps - 1), maxval(strain), momentum
+      print '(3x,a6,1x,a6,f8.2,4f11.5,es11.1)', updates(u), merge('affine', 'plain ', affine), flip, &
+         minval(energy), maxval(energy), energy(steps - 1), maxval(strain), momentum
       call test%check(momentum <= 1.0e-13_wp, 'momentum')
       ! a quarter of the period is 8 cells at half a cell a step: after 16 steps, and 48, all is strain
       call test%check(maxval(strain(:32)) > 0.97_wp .and. abs(maxloc(strain(:32), dim=1) - 17) <= 1, &
                       name//': all motion turns into strain when it should')
       if (flip >= 1.0_wp) then
-         call test%check(minval(energy) > 0.97_wp .and. maxval(energy) < 1.02_wp, name//': FLIP keeps the energy within 3 %')
+         call test%check(minval(energy) > 0.97_wp .and. maxval(energy) < 1.02_wp, name// &
+                         ': FLIP keeps the energy within 3 %')
          kept = energy(steps - 1)
       else
-         call test%check(maxval(energy) < 1.02_wp .and. energy(steps - 1) < kept .and. minval(energy) > 0.9_wp, &
-                         name//': PIC takes some energy, and not much')
+         call test%check(maxval(energy) < 1.02_wp .and. energy(steps - 1) < kept .and. &
+                         minval(energy) > 0.9_wp, name//': PIC takes some energy, and not much')
       end if
       call model%release()
    end subroutine vibrate

@@ -1,17 +1,19 @@
 !test: helper
-!> A stressed bar carried through the grid: crossing SPEED ANGLE WEIGHTS [PERIODS [LEVELS [PARTICLES [CELLS]]]]
+!> A stressed bar carried through the grid: crossing SPEED ANGLE WEIGHTS [PERIODS [LEVELS [PARTICLES
+!> [CELLS]]]]
 !>
-!> A free bar, 2 x 2 cells thick and 16 CELLS long if nothing else is said, Poisson 0, with 8 PARTICLES a cell if nothing else is
-!> said, rings in its first mode (amplitude of the velocity 1e-4 c) while it flies at SPEED (over c) in a direction ANGLE degrees
-!> off its axis, half of the way across in y, half in z. Exactly,
+!> A free bar, 2 x 2 cells thick and 16 CELLS long if nothing else is said, Poisson 0, with 8 PARTICLES a cell
+!> if nothing else is said, rings in its first mode (amplitude of the velocity 1e-4 c) while it flies at SPEED
+!> (over c) in a direction ANGLE degrees off its axis, half of the way across in y, half in z. Exactly,
 !>
 !>    sigma_xx = -E a sin(pi X/L) sin(pi c t/L),   a = 1e-4,   all other components 0.
 !>
-!> WEIGHTS is fixed, stretch, corners (the domains of a scene) or linear: domains a thousandth as large, which makes the weights
-!> those of the plain material point method. PERIODS is 3 when not given. With 2 LEVELS the cells are half as large in the middle of
-!> the grid. Prints the rms error of all stress components over the amplitude, of all particles, and of the mean of the particles
-!> that began in the same cell along the bar; the largest change of momentum over mass times amplitude of the velocity, how many
-!> steps there were, and the largest energy about the mean motion in the last period over that in the first. (Within a period
+!> WEIGHTS is fixed, stretch, corners (the domains of a scene) or linear: domains a thousandth as large, which
+!> makes the weights those of the plain material point method. PERIODS is 3 when not given. With 2 LEVELS the
+!> cells are half as large in the middle of the grid. Prints the rms error of all stress components over the
+!> amplitude, of all particles, and of the mean of the particles that began in the same cell along the bar;
+!> the largest change of momentum over mass times amplitude of the velocity, how many steps there were, and
+!> the largest energy about the mean motion in the last period over that in the first. (Within a period
 !> kinetic and strain energy, taken half a step apart, swing by half the step times the frequency.)
 program crossing
    use mpi_f08, only: MPI_Allreduce, MPI_IN_PLACE, MPI_DOUBLE_PRECISION, MPI_SUM
@@ -27,7 +29,8 @@ program crossing
    use m_speed_bounds, only: bound_speeds
    use m_energy, only: sums_t, measure
    implicit none
-   real(wp), parameter :: cell = 1.0_wp, young = 1.0_wp, density = 1.0_wp, wave_speed = 1.0_wp !< m, Pa, kg/m3, m/s
+   !> m, Pa, kg/m3, m/s
+   real(wp), parameter :: cell = 1.0_wp, young = 1.0_wp, density = 1.0_wp, wave_speed = 1.0_wp
    real(wp), parameter :: strain = 1.0e-4_wp, safety = 0.3_wp
    real(wp), parameter :: shrink = 1.0e-3_wp !< of the domains, for linear weights
    type(communicator_t) :: comm
@@ -123,7 +126,8 @@ contains
                   particles%column(p, at%velocity) = particles%column(p, at%velocity) &
                      + strain*wave_speed*cos(pi*(particles%column(p, at%position) - 3.0_wp*cell)/length)
                   if (at%gradient > 0) particles%column(p, at%gradient) = &
-                     -strain*wave_speed*pi/length*sin(pi*(particles%column(p, at%position) - 3.0_wp*cell)/length)
+                     -strain*wave_speed*pi/length &
+                     *sin(pi*(particles%column(p, at%position) - 3.0_wp*cell)/length)
                   if (words(3) == 'linear') particles%column(p, at%half_size:at%half_size + 2) = &
                      shrink*particles%column(p, at%half_size:at%half_size + 2)
                end do
@@ -132,8 +136,8 @@ contains
       end do
    end subroutine set_motion
 
-   !> Collective: add the squared errors of this rank's particles over the amplitude, and their number; the same of the slices of
-   !> the bar that were a cell thick.
+   !> Collective: add the squared errors of this rank's particles over the amplitude, and their number; the
+   !> same of the slices of the bar that were a cell thick.
    subroutine add_errors(time)
       real(wp), intent(in) :: time !< s
       real(wp) :: off(6), along, means(7, slices)

@@ -1,9 +1,9 @@
 !test: helper
-!> gimp3d with a fault planted between two steps, for guard.sh. PLANT in the environment: what, after which step, how many times (a
-!> run that goes back passes the step again), on which level, by how much. What:
-!> none; stress: that of one particle is not a number; contact_pressure: that of all is not; throw: one particle at `much` times the
-!> speed of sound; swell: the volume of one particle times `much`; crush: the particles of one cell; heat: all velocities times
-!> `much`; safety: `much`, from the start on.
+!> gimp3d with a fault planted between two steps, for guard.sh. PLANT in the environment: what, after which
+!> step, how many times (a run that goes back passes the step again), on which level, by how much. What: none;
+!> stress: that of one particle is not a number; contact_pressure: that of all is not; throw: one particle at
+!> `much` times the speed of sound; swell: the volume of one particle times `much`; crush: the particles of
+!> one cell; heat: all velocities times `much`; safety: `much`, from the start on.
 program guard_planted
    use, intrinsic :: iso_fortran_env, only: error_unit
    use, intrinsic :: ieee_arithmetic, only: ieee_value, ieee_quiet_nan, ieee_set_underflow_mode
@@ -72,7 +72,8 @@ contains
       real(wp) :: nan
       integer :: pressure
       nan = ieee_value(nan, ieee_quiet_nan)
-      associate (column => simulation%model%levels(l)%blocks(b)%particles%column, at => simulation%model%levels(l)%layout)
+      associate (column => simulation%model%levels(l)%blocks(b)%particles%column, &
+                 at => simulation%model%levels(l)%layout)
          select case (what)
          case ('stress'); column(first:last, at%stress) = nan
          case ('contact_pressure') ! of all particles: who is at the tool counts
@@ -80,9 +81,13 @@ contains
             column(first:last, pressure) = nan
          case ('throw'); column(first:last, at%velocity) = much*simulation%model%bounds%wave_speed
          case ('swell'); column(first:last, at%volume) = much*column(first:last, at%volume)
-         case ('crush') ! towards the middle of the particles' cell, `much` times as fast as would bring them there in a step
-            call crush(column(:simulation%model%levels(l)%blocks(b)%particles%count, :), column(first, at%position:at%position + 2))
-         case ('heat'); column(first:last, at%velocity:at%velocity + 2) = much*column(first:last, at%velocity:at%velocity + 2)
+         case ('crush') ! towards the middle of the particles' cell, `much` times as fast as would bring them
+                        ! there in a step
+            call crush(column(:simulation%model%levels(l)%blocks(b)%particles%count, :), &
+                       column(first, at%position:at%position + 2))
+         case ('heat')
+            column(first:last, at%velocity:at%velocity + 2) = &
+               much*column(first:last, at%velocity:at%velocity + 2)
          end select
       end associate
       call simulation%model%levels(l)%blocks(b)%particles%changed()

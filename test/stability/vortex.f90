@@ -1,13 +1,16 @@
 !test: helper
-!> The generalized vortex, named after Kamojjala et al. (2015): vortex AMPLITUDE CELLS DOMAIN [FORCE [PARTICLES]]
+!> The generalized vortex, named after Kamojjala et al. (2015): vortex AMPLITUDE CELLS DOMAIN [FORCE
+!> [PARTICLES]]
 !>
-!> Material turns about the z axis by an angle that depends on its radius R and the time t alone, in plane strain:
+!> Material turns about the z axis by an angle that depends on its radius R and the time t alone, in plane
+!> strain:
 !>
-!>    alpha = A g(t) h(R),   g = (1 - cos(2 pi t/T))/2,   h = (1 - 4 s^2)^2,   s = (R - 1)/(1/2) for |s| < 1/2, 0 beyond,
+!>    alpha = A g(t) h(R),   g = (1 - cos(2 pi t/T))/2,   h = (1 - 4 s^2)^2,
+!>    s = (R - 1)/(1/2) for |s| < 1/2, 0 beyond,
 !>
-!> so that at t = T/2 the middle of the ring 0.75 < R < 1.25 has turned by A, shear is R alpha' (7.1 at most for A = 1), and at t =
-!> T all is back where it was. Volume is kept. With G = R alpha' our neo-Hookean law (theory.md, eq. neo-hookean) has in the turned
-!> polar axes
+!> so that at t = T/2 the middle of the ring 0.75 < R < 1.25 has turned by A, shear is R alpha' (7.1 at most
+!> for A = 1), and at t = T all is back where it was. Volume is kept. With G = R alpha' our neo-Hookean law
+!> (theory.md, eq. neo-hookean) has in the turned polar axes
 !>
 !>    sigma_rr = -mu G^2/3,   sigma_tt = 2 mu G^2/3,   sigma_rt = mu G,
 !>
@@ -15,9 +18,9 @@
 !>
 !>    b_r = -R alpha_t^2 + (mu/rho)(2/3 G G' + G^2/R),   b_t = R alpha_tt - (mu/rho)(G' + 2 G/R).
 !>
-!> E = 1000 Pa, nu = 0.3, 1000 kg/m3, T = 1 s. CELLS are those along 1 m. FORCE is right, or wrong: without the shear stress. There
-!> are 8 PARTICLES a cell if nothing else is said. Prints the largest and the rms error of the places over the cell at T/2 and at T,
-!> the number of splits, and whether the run stopped.
+!> E = 1000 Pa, nu = 0.3, 1000 kg/m3, T = 1 s. CELLS are those along 1 m. FORCE is right, or wrong: without
+!> the shear stress. There are 8 PARTICLES a cell if nothing else is said. Prints the largest and the rms
+!> error of the places over the cell at T/2 and at T, the number of splits, and whether the run stopped.
 module m_vortex
    use m_kinds, only: wp
    use m_constants, only: pi
@@ -92,15 +95,17 @@ contains
       real(wp) :: x0(2), radius, h(0:2), g(0:2), strain(0:1), radial, around, angle
       integer :: p, first
       first = table%column('initial_position')
-      g = self%amplitude*[0.5_wp*(1.0_wp - cos(2.0_wp*pi*time/period)), pi/period*sin(2.0_wp*pi*time/period), &
-                          2.0_wp*(pi/period)**2*cos(2.0_wp*pi*time/period)]
+      g = self%amplitude*[0.5_wp*(1.0_wp - cos(2.0_wp*pi*time/period)), &
+                          pi/period*sin(2.0_wp*pi*time/period), 2.0_wp*(pi/period)**2 &
+                          *cos(2.0_wp*pi*time/period)]
       do p = 1, particles%count
          x0 = particles%column(p, first:first + 1)
          radius = norm2(x0)
          h = profile(radius)
          if (.not. any(abs(h) > 0.0_wp)) cycle
          strain = g(0)*[radius*h(1), h(1) + radius*h(2)] ! G, G'
-         radial = -radius*(g(1)*h(0))**2 + self%shear/density*(2.0_wp/3.0_wp*strain(0)*strain(1) + strain(0)**2/radius)
+         radial = -radius*(g(1)*h(0))**2 + self%shear/density*(2.0_wp/3.0_wp*strain(0)*strain(1) &
+                  + strain(0)**2/radius)
          around = radius*g(2)*h(0) - self%shear/density*(strain(1) + 2.0_wp*strain(0)/radius)
          angle = atan2(x0(2), x0(1)) + g(0)*h(0)
          body_force(p, 1) = body_force(p, 1) + radial*cos(angle) - around*sin(angle)
@@ -152,7 +157,8 @@ program vortex
    call remember_places()
    call bound_speeds(model)
    ! The fastest wave runs where the material is stretched most, about G-fold.
-   steps = ceiling(period/(safety*cell/(model%bounds%wave_speed*max(1.0_wp, 7.1_wp*amplitude) + 1.0_wp*pi*amplitude)))
+   steps = ceiling(period/(safety*cell/(model%bounds%wave_speed*max(1.0_wp, 7.1_wp*amplitude) &
+                                        + 1.0_wp*pi*amplitude)))
    steps = 2*ceiling(0.5_wp*steps)
    time_step = period/steps
    half = 0.0_wp
@@ -186,7 +192,8 @@ contains
       scene%grid%lower = cell*[-n, -n, 0]
       scene%grid%upper = cell*[n, n, 1]
       scene%grid%cell_size = cell
-      scene%grid%boundary = [boundary_free, boundary_free, boundary_free, boundary_free, boundary_symmetry, boundary_symmetry]
+      scene%grid%boundary = [boundary_free, boundary_free, boundary_free, boundary_free, boundary_symmetry, &
+                             boundary_symmetry]
       select case (words(3))
       case ('fixed')
          scene%time%domain = domain_fixed

@@ -1,7 +1,8 @@
 !test: helper
-!> The manufactured solution as a program of its own, for post/study.py: reads a scene of the groups &grid, &level, &body, &time and
-!> &manufactured on standard input (input/studies/manufactured.nml) and prints what it found as lines `study: name value`. The error
-!> is the root mean square of the positions' errors over all particles and steps, over the amplitude.
+!> The manufactured solution as a program of its own, for post/study.py: reads a scene of the groups &grid,
+!> &level, &body, &time and &manufactured on standard input (input/studies/manufactured.nml) and prints what
+!> it found as lines `study: name value`. The error is the root mean square of the positions' errors over all
+!> particles and steps, over the amplitude.
 program manufactured_scene
    use, intrinsic :: iso_fortran_env, only: input_unit, error_unit
    use m_kinds, only: wp
@@ -21,9 +22,10 @@ program manufactured_scene
    outcome = run(comm, setting)
    if (comm%is_root()) then
       if (outcome%failed) error stop 3
-      print '(a,es24.16)', ' study: error ', outcome%l2/setting%amplitude, ' study: largest ', outcome%largest/setting%amplitude, &
-         ' study: seconds ', outcome%seconds
-      print '(a,i0)', ' study: particles ', outcome%particles, ' study: steps ', int(outcome%steps, kind(outcome%particles))
+      print '(a,es24.16)', ' study: error ', outcome%l2/setting%amplitude, ' study: largest ', &
+         outcome%largest/setting%amplitude, ' study: seconds ', outcome%seconds
+      print '(a,i0)', ' study: particles ', outcome%particles, ' study: steps ', &
+         int(outcome%steps, kind(outcome%particles))
    end if
    call comm%finish()
 
@@ -71,7 +73,8 @@ contains
       read (line, nml=time, iostat=status(3))
       read (line, nml=manufactured, iostat=status(4))
       if (any(status > 0)) call refuse('a group of the scene is not understood')
-      if (any(abs(lower) > 0.0_wp) .or. any(abs(upper - 1.0_wp) > 1.0e-9_wp)) call refuse('the cube goes from 0,0,0 to 1,1,1')
+      if (any(abs(lower) > 0.0_wp) .or. any(abs(upper - 1.0_wp) > 1.0e-9_wp)) &
+         call refuse('the cube goes from 0,0,0 to 1,1,1')
       setting%cells = nint(1.0_wp/cell_size)
       if (abs(setting%cells*cell_size - 1.0_wp) > 1.0e-6_wp) call refuse('cell_size must divide 1 m')
       setting%particles_per_cell = particles_per_cell

@@ -1,5 +1,5 @@
-!> Sides of the grid: a part of a mirrored set of particles on a grid that ends at symmetry planes gives the node values of the
-!> whole set; rollers and fixed sides hold; what a node is said to hold is what it holds.
+!> Sides of the grid: a part of a mirrored set of particles on a grid that ends at symmetry planes gives the
+!> node values of the whole set; rollers and fixed sides hold; what a node is said to hold is what it holds.
 program boundary
    use m_kinds, only: wp
    use m_constants, only: block_size
@@ -102,8 +102,8 @@ contains
                at = [i, j, k]
                if (.not. of_part%held(i, j, k)) cycle
                if (beyond(at, cells, sides)) cycle
-               associate (here => of_part%sums(:, i, j, k), there => of_whole%sums(:, at(1) + shift(1), at(2) + shift(2), &
-                          at(3) + shift(3)), v => of_part%solved(:, i, j, k), &
+               associate (here => of_part%sums(:, i, j, k), there => of_whole%sums(:, at(1) + shift(1), &
+                  at(2) + shift(2), at(3) + shift(3)), v => of_part%solved(:, i, j, k), &
                           w => of_whole%solved(:, at(1) + shift(1), at(2) + shift(2), at(3) + shift(3)))
                   ! a node on a plane has half of its body on this side
                   share = 0.5_wp**count(sides > 0 .and. at == merge(cells, 0, sides == 2))
@@ -117,14 +117,16 @@ contains
                         call keep_worst(off(2), (here(4 + a) - share*there(4 + a))/scale(2))
                      end if
                      ! round-off of a sum is relative to its terms: weighed with the node's mass
-                     if (there(1) > 1.0e-6_wp*scale(1)) call keep_worst(off(3), (v(1 + a) - w(1 + a))*there(1)/scale(1)/scale(3))
+                     if (there(1) > 1.0e-6_wp*scale(1)) &
+                        call keep_worst(off(3), (v(1 + a) - w(1 + a))*there(1)/scale(1)/scale(3))
                   end do
                end associate
             end do
          end do
       end do
       call keep_worst(worst, off)
-      call test%check_close(off, [0.0_wp, 0.0_wp, 0.0_wp], 1.0e-13_wp, 'a part inside symmetry planes gives what the whole gives')
+      call test%check_close(off, [0.0_wp, 0.0_wp, 0.0_wp], 1.0e-13_wp, &
+                            'a part inside symmetry planes gives what the whole gives')
       call outside_is_image(of_part, cells, sides)
    end subroutine mirrored
 
@@ -160,7 +162,8 @@ contains
             end do
          end do
       end do
-      call test%check_close(off, 0.0_wp, 0.0_wp, 'the row outside a symmetry plane is the image of the row inside')
+      call test%check_close(off, 0.0_wp, 0.0_wp, &
+                            'the row outside a symmetry plane is the image of the row inside')
    end subroutine outside_is_image
 
    !> Inside the grid; `near`: within a cell of the planes.
@@ -210,14 +213,16 @@ contains
       sign = merge(-1.0_wp, 1.0_wp, turned)
       image = values
       associate (at => level%layout)
-         where (turned) image(at%position:at%position + 2) = 2.0_wp*plane - values(at%position:at%position + 2)
+         where (turned) image(at%position:at%position + 2) = 2.0_wp*plane &
+            - values(at%position:at%position + 2)
          image(at%velocity:at%velocity + 2) = sign*values(at%velocity:at%velocity + 2)
          do a = 1, 6
             image(at%stress + a - 1) = sign(pairs(1, a))*sign(pairs(2, a))*values(at%stress + a - 1)
          end do
          do b = 1, 3
             do a = 1, 3
-               image(at%gradient + 3*(b - 1) + a - 1) = sign(a)*sign(b)*values(at%gradient + 3*(b - 1) + a - 1)
+               image(at%gradient + 3*(b - 1) + a - 1) = sign(a)*sign(b) &
+                  *values(at%gradient + 3*(b - 1) + a - 1)
             end do
          end do
       end associate
@@ -264,10 +269,14 @@ contains
                end do
                if (fixed .and. .not. all(held)) wrong = wrong + 1
                do a = 1, 3
-                  if (spec%boundary(2*a - 1) == boundary_roller .and. node(a) <= 0 .and. .not. held(a)) wrong = wrong + 1
-                  if (spec%boundary(2*a) == boundary_roller .and. node(a) >= spec%cells(a) .and. .not. held(a)) wrong = wrong + 1
-                  if (spec%boundary(2*a - 1) == boundary_symmetry .and. node(a) == 0 .and. .not. held(a)) wrong = wrong + 1
-                  if (spec%boundary(2*a) == boundary_symmetry .and. node(a) == spec%cells(a) .and. .not. held(a)) wrong = wrong + 1
+                  if (spec%boundary(2*a - 1) == boundary_roller .and. node(a) <= 0 .and. .not. held(a)) &
+                     wrong = wrong + 1
+                  if (spec%boundary(2*a) == boundary_roller .and. node(a) >= spec%cells(a) .and. &
+                      .not. held(a)) wrong = wrong + 1
+                  if (spec%boundary(2*a - 1) == boundary_symmetry .and. node(a) == 0 .and. .not. held(a)) &
+                     wrong = wrong + 1
+                  if (spec%boundary(2*a) == boundary_symmetry .and. node(a) == spec%cells(a) .and. &
+                      .not. held(a)) wrong = wrong + 1
                end do
                at = image - block_size*place + 1
                if (any(at < 0) .or. any(at > tile_last)) cycle

@@ -1,4 +1,5 @@
-!> Chance that is the same on every rank and with every compiler, the worst of many errors, and lines of measured figures.
+!> Chance that is the same on every rank and with every compiler, the worst of many errors, and lines of
+!> measured figures.
 module m_chance
    use, intrinsic :: ieee_arithmetic, only: ieee_is_nan
    use m_kinds, only: wp, i8

@@ -1,8 +1,8 @@
 !test: ranks 1 2 4
-!> Area of contact of made-up points, whose edge is known: a disc in a surface that leaves the tool like an elastic body (gap as the
-!> distance to the power 3/2) or at an angle, points on lattices at many places and angles, the whole and a quarter of it between
-!> two mirrors, on all ranks the same. Points that hover inside count, buried ones do not; a ring has a hole; nothing pressed is no
-!> area.
+!> Area of contact of made-up points, whose edge is known: a disc in a surface that leaves the tool like an
+!> elastic body (gap as the distance to the power 3/2) or at an angle, points on lattices at many places and
+!> angles, the whole and a quarter of it between two mirrors, on all ranks the same. Points that hover inside
+!> count, buried ones do not; a ring has a hole; nothing pressed is no area.
 program contact_area
    use m_kinds, only: wp
    use m_communicator, only: communicator_t
@@ -17,7 +17,8 @@ program contact_area
    call discs(5.0_wp, 0.03_wp)
    call discs(8.0_wp, 0.02_wp)
    call ring()
-   call test%check(.not. area_of([surface_point_t([0.0_wp, 0.0_wp], 0.1_wp, edge, 0.0_wp)], whole()) > 0.0_wp, 'nothing pressed')
+   call test%check(.not. area_of([surface_point_t([0.0_wp, 0.0_wp], 0.1_wp, edge, 0.0_wp)], whole()) > &
+                   0.0_wp, 'nothing pressed')
    call test%finish()
 
 contains
@@ -37,7 +38,8 @@ contains
       area_of = area_of_points(comm, points, mirrors, cell)
    end function area_of
 
-   !> Error of the area of discs of a radius (cells): in the mean over many lattices and at most, both laws of the gap.
+   !> Error of the area of discs of a radius (cells): in the mean over many lattices and at most, both laws of
+   !> the gap.
    subroutine discs(radius, bound)
       real(wp), intent(in) :: radius, bound
       real(wp) :: error, exact, largest, mean, place(2)
@@ -58,16 +60,18 @@ contains
             ': mean and largest error ', 100*mean, 100*largest, ' %'
          call test%check(abs(mean) < bound, 'disc: mean')
          call test%check(largest < 2.0_wp*bound, 'disc: largest')
-         ! a quarter between two mirrors has a quarter of the area of the whole lattice, which is its own image
+         ! a quarter between two mirrors has a quarter of the area of the whole lattice, which is its own
+         ! image
          place = 0.25_wp
          full = disc(radius, law, place, 0.0_wp)
-         call test%check_close(area_of(pack(full, full%place(1) > 0.0_wp .and. full%place(2) > 0.0_wp), quarter()), &
-                               0.25_wp*area_of(full, whole()), 0.01_wp*exact, 'disc: a quarter')
+         call test%check_close(area_of(pack(full, full%place(1) > 0.0_wp .and. full%place(2) > 0.0_wp), &
+                                       quarter()), 0.25_wp*area_of(full, whole()), 0.01_wp*exact, &
+                                       'disc: a quarter')
       end do
    end subroutine discs
 
-   !> A lattice of points, turned and shifted: pressed within a radius, but for every third, which hovers by up to 0.02 cells; outside
-   !> with gaps by one of two laws; and a second layer half an edge below.
+   !> A lattice of points, turned and shifted: pressed within a radius, but for every third, which hovers by
+   !> up to 0.02 cells; outside with gaps by one of two laws; and a second layer half an edge below.
    function disc(radius, law, place, angle) result(points)
       real(wp), intent(in) :: radius, place(2), angle
       integer, intent(in) :: law
@@ -83,7 +87,8 @@ contains
             out = norm2(x) - radius
             n = n + 1
             found(n) = surface_point_t(x, 0.0_wp, edge, 1.0_wp)
-            if (out < 0.0_wp .and. mod(i + 2*j, 3) == 0) found(n) = surface_point_t(x, 0.02_wp*abs(sin(7.0_wp*i + j)), edge, 0.0_wp)
+            if (out < 0.0_wp .and. mod(i + 2*j, 3) == 0) &
+               found(n) = surface_point_t(x, 0.02_wp*abs(sin(7.0_wp*i + j)), edge, 0.0_wp)
             if (out > 0.0_wp .and. law == 1) found(n) = surface_point_t(x, 0.1_wp*out**1.5_wp, edge, 0.0_wp)
             if (out > 0.0_wp .and. law == 2) found(n) = surface_point_t(x, 0.36_wp*out, edge, 0.0_wp)
             n = n + 1

@@ -1,4 +1,5 @@
-!> Particles whose domains are parallelepipeds: weights and slopes, to the nodes and back on one block, against plain loops.
+!> Particles whose domains are parallelepipeds: weights and slopes, to the nodes and back on one block,
+!> against plain loops.
 program corners
    use m_kinds, only: wp
    use m_constants, only: block_size
@@ -69,7 +70,8 @@ contains
             r = reshape(chance%several(9, -1.0_wp, 1.0_wp), [3, 3])
             if (determinant(r) > 0.05_wp) exit
          end do
-         r = r*merge(chance%between(0.5_wp, 1.0_wp), chance%between(0.1_wp, 0.5_wp), mod(p, 5) == 0)/maxval(sum(abs(r), dim=2))
+         r = r*merge(chance%between(0.5_wp, 1.0_wp), chance%between(0.1_wp, 0.5_wp), mod(p, 5) == 0) &
+             /maxval(sum(abs(r), dim=2))
          column(p, layout%domain:layout%domain + 8) = reshape(r, [9])*frame%cell
          column(p, layout%position:layout%position + 2) = frame%origin + spot*frame%cell
          column(p, layout%mass) = chance%between(0.5_wp, 2.0_wp)
@@ -82,7 +84,8 @@ contains
 
    pure real(wp) function determinant(r)
       real(wp), intent(in) :: r(3, 3)
-      determinant = r(1, 1)*(r(2, 2)*r(3, 3) - r(2, 3)*r(3, 2)) - r(1, 2)*(r(2, 1)*r(3, 3) - r(2, 3)*r(3, 1)) &
+      determinant = r(1, 1)*(r(2, 2)*r(3, 3) - r(2, 3)*r(3, 2)) &
+                    - r(1, 2)*(r(2, 1)*r(3, 3) - r(2, 3)*r(3, 1)) &
                     + r(1, 3)*(r(2, 1)*r(3, 2) - r(2, 2)*r(3, 1))
    end function determinant
 
@@ -107,8 +110,8 @@ contains
       if (maxval(sum(abs(r), dim=2)) > 0.5_wp*frame%cell) r = r*(0.5_wp*frame%cell/maxval(sum(abs(r), dim=2)))
    end function fitted
 
-   !> Weight and slope on a node, plainly: hat functions at the corners, interpolated between them; mean and mean gradient of that
-   !> by Gauss's two-point rules, which are exact for it, gradients by Cramer's rule.
+   !> Weight and slope on a node, plainly: hat functions at the corners, interpolated between them; mean and
+   !> mean gradient of that by Gauss's two-point rules, which are exact for it, gradients by Cramer's rule.
    pure subroutine plain_corner_weights(p, node, weight, slope)
       integer, intent(in) :: p
       real(wp), intent(in) :: node(3)
@@ -135,7 +138,8 @@ contains
             do b = 0, 1
                do a = 0, 1
                   weight = weight + 0.125_wp*at_corner(a, b, c)*share(a, 1)*share(b, 2)*share(c, 3)
-                  along = along + at_corner(a, b, c)*[(a - 0.5_wp)*share(b, 2)*share(c, 3), share(a, 1)*(b - 0.5_wp)*share(c, 3), &
+                  along = along + at_corner(a, b, c)*[(a - 0.5_wp)*share(b, 2)*share(c, 3), &
+                                                      share(a, 1)*(b - 0.5_wp)*share(c, 3), &
                                                       share(a, 1)*share(b, 2)*(c - 0.5_wp)]
                end do
             end do
@@ -168,14 +172,16 @@ contains
             turn = 0.0_wp
             sums = 0.0_wp
             do node = 1, 27
-               x = frame%origin + (place + [mod(node - 1, 3), mod((node - 1)/3, 3), (node - 1)/9] - 1)*frame%cell
+               x = frame%origin + (place + [mod(node - 1, 3), mod((node - 1)/3, 3), (node - 1)/9] - 1) &
+                   *frame%cell
                call plain_corner_weights(particle, x, weight, slope)
                call keep_worst(off(1), own%weight(p, node) - weight)
                call keep_worst(off(2), maxval(abs(own%slope(p, node, :) - slope))*frame%cell)
                total = total + own%weight(p, node)
                center = center + own%weight(p, node)*(x - of(particle, layout%position, 3))
                turn = turn + own%slope(p, node, :)
-               sums = sums + spread(own%slope(p, node, :), 2, 3)*spread(x - of(particle, layout%position, 3), 1, 3)
+               sums = sums + spread(own%slope(p, node, :), 2, 3) &
+                      *spread(x - of(particle, layout%position, 3), 1, 3)
                call keep_worst(off(6), min(0.0_wp, own%weight(p, node)))
             end do
             call keep_worst(off(3), total - 1.0_wp)
@@ -189,10 +195,12 @@ contains
       call say('sum of weight times place off the centre, in cells', off(4))
       call say('sums of slopes and of slope times place off 0 and 1', off(5))
       call test%check_close(off, [0.0_wp, 0.0_wp, 0.0_wp, 0.0_wp, 0.0_wp, 0.0_wp], 2.0e-13_wp, &
-                            'weights: as the plain ones; partition of unity, linear fields and their gradients; none negative')
+                            'weights: as the plain ones; partition of unity, linear fields and their '// &
+                            'gradients; none negative')
    end subroutine weights
 
-   !> A cube along the axes: the slope along an axis is that of GIMP, exact for both; the weight is the mean at the two ends.
+   !> A cube along the axes: the slope along an axis is that of GIMP, exact for both; the weight is the mean
+   !> at the two ends.
    subroutine cubes()
       type(corner_stencil_t) :: domains
       type(corner_weights_t) :: own
@@ -227,12 +235,13 @@ contains
             call keep_worst(off(3), own%slope(1, node, 3)*frame%cell - ends(i, 1)*ends(j, 2)*slope(k, 3))
          end do
       end do
-      call test%check_close(off, zero, 1.0e-13_wp, 'a cube along the axes: slopes of GIMP, weights of its ends')
+      call test%check_close(off, zero, 1.0e-13_wp, &
+                            'a cube along the axes: slopes of GIMP, weights of its ends')
       call test%check(differ > 0.05_wp, 'and these weights are not those of GIMP')
    end subroutine cubes
 
-   !> Where contact forces act (theory.md, eq. contact-face): half the thickness from the centre, or on a face of the domain that
-   !> the weights see, never outside it; exactly on the face along an edge of a box.
+   !> Where contact forces act (theory.md, eq. contact-face): half the thickness from the centre, or on a face
+   !> of the domain that the weights see, never outside it; exactly on the face along an edge of a box.
    subroutine faces()
       type(corner_stencil_t) :: domains
       real(wp) :: values(size(column, 2)), normal(3), r(3, 3), span(3, 3), along(3), off(3), distance
@@ -248,7 +257,8 @@ contains
             normal = chance%several(3, -1.0_wp, 1.0_wp)
             normal = normal/norm2(normal)
             call find_face(r, normal, frame%cell, .true., norm2(matmul(normal, r)), distance, span)
-            along = [(distance*dot_product(normal, domains%inverse(m, 3*k - 2:3*k))*frame%per_cell, k=1, 3)] ! 1 is a face
+            ! 1 is a face
+            along = [(distance*dot_product(normal, domains%inverse(m, 3*k - 2:3*k))*frame%per_cell, k=1, 3)]
             call keep_worst(off(2), max(0.0_wp, maxval(abs(along)) - 1.0_wp))
             if (distance < norm2(matmul(normal, r))*(1.0_wp - 1.0e-12_wp)) then
                clipped = clipped + 1
@@ -256,10 +266,12 @@ contains
             end if
          end do
       end do
-      call test%check_close(off, zero, 1.0e-12_wp, 'faces: edges as the weights see them, never outside, on a face where nearer')
+      call test%check_close(off, zero, 1.0e-12_wp, &
+                            'faces: edges as the weights see them, never outside, on a face where nearer')
       call test%check(clipped > n/10 .and. clipped < n, 'faces: some are nearer than half the thickness')
       values = column(1, :)
-      values(layout%domain:layout%domain + 8) = frame%cell*[0.4_wp, 0.0_wp, 0.0_wp, 0.0_wp, 0.1_wp, 0.0_wp, 0.0_wp, 0.0_wp, 0.25_wp]
+      values(layout%domain:layout%domain + 8) = frame%cell*[0.4_wp, 0.0_wp, 0.0_wp, 0.0_wp, 0.1_wp, 0.0_wp, &
+                                                            0.0_wp, 0.0_wp, 0.25_wp]
       do k = 1, 3
          normal = 0.0_wp
          normal(k) = -1.0_wp
@@ -290,11 +302,13 @@ contains
                   if (any(abs(of(p, layout%position, 3) - node_place(i, j, k)) > 1.5_wp*frame%cell)) cycle
                   call plain_corner_weights(p, node_place(i, j, k), weight, slope)
                   velocity = of(p, layout%velocity, 3) + matmul(reshape(of(p, layout%gradient, 9), [3, 3]), &
-                                                                node_place(i, j, k) - of(p, layout%position, 3))
+                                                                node_place(i, j, k) &
+                                                                - of(p, layout%position, 3))
                   plain(1, i, j, k) = plain(1, i, j, k) + column(p, layout%mass)*weight
                   plain(2:4, i, j, k) = plain(2:4, i, j, k) + column(p, layout%mass)*weight*velocity
                   plain(5:7, i, j, k) = plain(5:7, i, j, k) - column(p, layout%volume)*matmul(sigma, slope)
-                  if (with_body_force) plain(5:7, i, j, k) = plain(5:7, i, j, k) + column(p, layout%mass)*weight*body_force(p, :)
+                  if (with_body_force) plain(5:7, i, j, k) = plain(5:7, i, j, k) + column(p, layout%mass) &
+                     *weight*body_force(p, :)
                end do
             end do
          end do
@@ -308,7 +322,8 @@ contains
       call p2g_corners(cells, column, layout, frame, tile)
       call plain_to_nodes(.false.)
       scale = [maxval(plain(1, :, :, :)), maxval(abs(plain(2:4, :, :, :))), maxval(abs(plain(5:7, :, :, :)))]
-      off = [maxval(abs(tile(1, :, :, :) - plain(1, :, :, :))), maxval(abs(tile(2:4, :, :, :) - plain(2:4, :, :, :))), &
+      off = [maxval(abs(tile(1, :, :, :) - plain(1, :, :, :))), &
+             maxval(abs(tile(2:4, :, :, :) - plain(2:4, :, :, :))), &
              maxval(abs(tile(5:7, :, :, :) - plain(5:7, :, :, :)))]/scale
       call test%check_close(off, zero, 1.0e-13_wp, 'to nodes: as the plain sums')
       call test%check_close(sum(abs(tile(8, :, :, :))), 0.0_wp, 0.0_wp, 'the spare lane stays 0')
@@ -319,8 +334,8 @@ contains
       call test%check_close(off, zero, 1.0e-13_wp*n, 'total momentum')
       call add_corners_body_force(cells, column, layout, frame, body_force, tile)
       call plain_to_nodes(.true.)
-      call test%check_close(maxval(abs(tile(5:7, :, :, :) - plain(5:7, :, :, :)))/scale(3), 0.0_wp, 1.0e-13_wp, &
-                            'body forces as the plain sums')
+      call test%check_close(maxval(abs(tile(5:7, :, :, :) - plain(5:7, :, :, :)))/scale(3), 0.0_wp, &
+                            1.0e-13_wp, 'body forces as the plain sums')
    end subroutine to_nodes
 
    subroutine fill_tile()
@@ -360,18 +375,24 @@ contains
                end do
             end do
          end do
-         call keep_worst(off(1), maxval(abs(of(p, layout%next_position, 3) - (of(p, layout%position, 3) + dt*velocity))))
+         call keep_worst(off(1), &
+                         maxval(abs(of(p, layout%next_position, 3) &
+                                    - (of(p, layout%position, 3) + dt*velocity))))
          call keep_worst(off(2), maxval(abs(of(p, layout%velocity, 3) - (1.0_wp - flip)*velocity &
-                                           - flip*(before(p, layout%velocity:layout%velocity + 2) + dt*acceleration))))
+                                           - flip*(before(p, layout%velocity:layout%velocity + 2) &
+                                                   + dt*acceleration))))
          call keep_worst(off(3), maxval(abs(gradient(p, :) - reshape(slopes, [9])))*frame%cell)
       end do
       call test%check_close(off, zero, 2.0e-13_wp, 'to particles: as the plain sums')
       column(:, layout%velocity:layout%velocity + 2) = before(:, layout%velocity:layout%velocity + 2)
-      column(:, layout%next_position:layout%next_position + 2) = before(:, layout%next_position:layout%next_position + 2)
-      call test%check(all(abs(column - before) <= 0.0_wp), 'to particles: touches nothing else, nor what is beyond the count')
+      column(:, layout%next_position:layout%next_position + 2) = before(:, &
+         layout%next_position:layout%next_position + 2)
+      call test%check(all(abs(column - before) <= 0.0_wp), &
+                      'to particles: touches nothing else, nor what is beyond the count')
    end subroutine to_particles
 
-   !> Power of the internal forces on any node velocities is minus that of the stresses on the gradients that particles take.
+   !> Power of the internal forces on any node velocities is minus that of the stresses on the gradients that
+   !> particles take.
    subroutine adjoint()
       real(wp), allocatable :: forces(:, :, :, :)
       real(wp) :: nodes, particles, s(6)
@@ -381,11 +402,13 @@ contains
       forces = tile(5:7, :, :, :)
       call fill_tile()
       nodes = sum(forces*tile(2:4, :, :, :))
-      call g2p_corners(cells, tile, layout, frame, motion_t(0.0_wp, 1.0_wp, layout%position), column, gradient)
+      call g2p_corners(cells, tile, layout, frame, motion_t(0.0_wp, 1.0_wp, layout%position), &
+                       column, gradient)
       particles = 0.0_wp
       do p = 1, n
          s = of(p, layout%stress, 6)
-         particles = particles + column(p, layout%volume)*sum(gradient(p, :)*[s(1), s(6), s(5), s(6), s(2), s(4), s(5), s(4), s(3)])
+         particles = particles + column(p, layout%volume) &
+                     *sum(gradient(p, :)*[s(1), s(6), s(5), s(6), s(2), s(4), s(5), s(4), s(3)])
       end do
       call test%check_close(nodes + particles, 0.0_wp, 1.0e-12_wp*abs(particles), &
                             'to nodes and to particles are adjoint: the power balances')
@@ -414,9 +437,11 @@ contains
             end do
          end do
       end do
-      call g2p_corners(cells, tile, layout, frame, motion_t(0.0_wp, 0.0_wp, layout%next_position), column, gradient)
+      call g2p_corners(cells, tile, layout, frame, motion_t(0.0_wp, 0.0_wp, layout%next_position), &
+                       column, gradient)
       do p = 1, n
-         call keep_worst(off(2), maxval(abs(of(p, layout%velocity, 3) - a - matmul(b, of(p, layout%position, 3)))))
+         call keep_worst(off(2), &
+                         maxval(abs(of(p, layout%velocity, 3) - a - matmul(b, of(p, layout%position, 3)))))
          call keep_worst(off(3), maxval(abs(gradient(p, :) - reshape(b, [9]))))
       end do
       call test%check_close(off, zero, 1.0e-12_wp, 'affine transfer keeps a linear velocity field')

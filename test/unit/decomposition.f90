@@ -1,5 +1,6 @@
 !test: ranks 1 2 4
-!> Blocks on ranks: each owned once and known alike everywhere, evenly, with more ranks than blocks too; a step with empty ranks.
+!> Blocks on ranks: each owned once and known alike everywhere, evenly, with more ranks than blocks too; a
+!> step with empty ranks.
 program decomposition
    use mpi_f08
    use m_kinds, only: wp, i8
@@ -90,13 +91,14 @@ contains
       call test%check(.not. error%happened(), 'METIS places the blocks')
       load = loads(counts, owner, parts)
       share = real(maxval(load), wp)*parts/sum(load)
-      if (comm%is_root() .and. mod(parts, 4) == 0) print '(3x,a,i3,a,f7.3)', 'most loaded of', parts, ' parts over the mean:', share
+      if (comm%is_root() .and. mod(parts, 4) == 0) print '(3x,a,i3,a,f7.3)', 'most loaded of', parts, &
+         ' parts over the mean:', share
       call test%check(share <= 1.15_wp, 'a large body is balanced within 15 %')
       call test%check(minval(load) > 0, 'no part of a large body is empty')
    end subroutine large_body
 
-   !> A tool in the corner of a body of 4 x 4 x 2 blocks (E2): two ranks share particles and contact points; without a word about
-   !> the points, one of them has most.
+   !> A tool in the corner of a body of 4 x 4 x 2 blocks (E2): two ranks share particles and contact points;
+   !> without a word about the points, one of them has most.
    subroutine pressed_corner()
       type(level_t) :: levels(1)
       type(error_t) :: error
@@ -127,8 +129,9 @@ contains
       call test%check(.not. error%happened(), 'METIS places the blocks under a tool')
       told = slowest(work, owner, 2)
       load = loads(counts, owner, 2)
-      if (comm%is_root()) print '(3x,a,3f7.3)', 'under a tool: particles, contact points, step over the mean:', &
-         2.0_wp*maxval(load)/sum(load), 2.0_wp*maxval(loads(merge(points, -1, counts >= 0), owner, 2))/sum(points), &
+      if (comm%is_root()) print '(3x,a,3f7.3)', &
+         'under a tool: particles, contact points, step over the mean:', 2.0_wp*maxval(load)/sum(load), &
+         2.0_wp*maxval(loads(merge(points, -1, counts >= 0), owner, 2))/sum(points), &
          told/shared_out(work, 2)
       call test%check(2.0_wp*maxval(load) <= 1.03_wp*sum(load), 'two ranks share the particles within 3 %')
       call test%check(2.0_wp*maxval(loads(merge(points, -1, counts >= 0), owner, 2)) <= 1.15_wp*sum(points), &
@@ -136,8 +139,8 @@ contains
       call test%check(told <= 0.97_wp*untold, 'a step is shorter than with particles alone shared')
    end subroutine pressed_corner
 
-   !> The same body with all contact points in one block of its top: they cannot be shared out, and the particles are, as without
-   !> them. As many points in four blocks are shared out.
+   !> The same body with all contact points in one block of its top: they cannot be shared out, and the
+   !> particles are, as without them. As many points in four blocks are shared out.
    subroutine pressed_block()
       type(level_t) :: levels(1)
       type(error_t) :: error
@@ -171,8 +174,8 @@ contains
       call test%check_equal(sum(points, mask=owner == 0), 150, 'which two ranks share')
    end subroutine pressed_block
 
-   !> 4 x 4 x 2 blocks alike but for the particles of a corner, out of order: two ranks share what that costs too; without a word
-   !> about them one has most of that.
+   !> 4 x 4 x 2 blocks alike but for the particles of a corner, out of order: two ranks share what that costs
+   !> too; without a word about them one has most of that.
    subroutine disordered_corner()
       type(level_t) :: levels(1)
       type(error_t) :: error
@@ -191,21 +194,24 @@ contains
          order(index) = order_work(8**3, merge(0.2_wp, 0.0_wp, all(place(:2) < 2))*counts(index))
       end do
       work = work_of(levels, counts, order=order)
-      call test%check_equal(maxval(work%weight) - minval(work%weight, mask=work%weight > 0), nint(1.75_wp*0.2_wp*8*8**3), &
+      call test%check_equal(maxval(work%weight) - minval(work%weight, mask=work%weight > 0), &
+                            nint(1.75_wp*0.2_wp*8*8**3), &
                             'a jump of the order costs as much as one and three quarters of a particle')
       call choose_owners(as_of(2), levels, work_of(levels, counts), owner, error)
       untold = slowest(work, owner, 2)
       call choose_owners(as_of(2), levels, work, owner, error)
       call test%check(.not. error%happened(), 'METIS places blocks whose particles are out of order')
       told = slowest(work, owner, 2)
-      if (comm%is_root()) print '(3x,a,2f7.3)', 'out of order in a corner: step over the mean, told and not:', &
-         told/shared_out(work, 2), untold/shared_out(work, 2)
+      if (comm%is_root()) print '(3x,a,2f7.3)', &
+         'out of order in a corner: step over the mean, told and not:', told/shared_out(work, 2), &
+         untold/shared_out(work, 2)
       call test%check(told <= 1.02_wp*shared_out(work, 2), 'two ranks share within 2 % what that costs')
       call test%check(untold >= 1.05_wp*shared_out(work, 2), 'of which one has most when it is not said')
    end subroutine disordered_corner
 
-   !> Twelve blocks in a row, some of them with work of a second kind, in three partitions: in the end no move of a block of the
-   !> slowest ranks to a rank next to theirs makes the step shorter, by an evaluation from nothing.
+   !> Twelve blocks in a row, some of them with work of a second kind, in three partitions: in the end no move
+   !> of a block of the slowest ranks to a rank next to theirs makes the step shorter, by an evaluation from
+   !> nothing.
    subroutine single_moves()
       integer, parameter :: n = 12, ranks = 3
       type(block_graph_t) :: graph
@@ -224,11 +230,14 @@ contains
          before = length_of(graph, part, ranks)
          call shorten_step(graph, ranks, part)
          after = length_of(graph, part, ranks)
-         call test%check_close(step_length(graph, ranks, part), after, 1.0e-9_wp, 'the length of a step is that of its definition')
-         if (comm%is_root()) print '(3x,a,2f9.1)', 'single moves: a step before and after, in particles:', before, after
+         call test%check_close(step_length(graph, ranks, part), after, 1.0e-9_wp, &
+                               'the length of a step is that of its definition')
+         if (comm%is_root()) print '(3x,a,2f9.1)', 'single moves: a step before and after, in particles:', &
+            before, after
          call test%check(all(part >= 0 .and. part < ranks), 'every block still has a rank')
          call test%check(after <= before, 'moves of blocks never make a step longer')
-         if (start == 2) call test%check(after < 0.7_wp*before, 'moves take most of what a bad partition loses')
+         if (start == 2) call test%check(after < 0.7_wp*before, &
+                                         'moves take most of what a bad partition loses')
          least = after
          do i = 1, n
             do j = 1, n
@@ -239,12 +248,13 @@ contains
                least = min(least, length_of(graph, moved, ranks))
             end do
          end do
-         call test%check(least >= after*(1.0_wp - 2.0e-4_wp), 'no single move is left that makes the step shorter')
+         call test%check(least >= after*(1.0_wp - 2.0e-4_wp), &
+                         'no single move is left that makes the step shorter')
       end do
    end subroutine single_moves
 
-   !> Parts are numbered by where their blocks are: as before when nothing but the numbers has changed; and each number once
-   !> whatever they have in common with the ranks.
+   !> Parts are numbered by where their blocks are: as before when nothing but the numbers has changed; and
+   !> each number once whatever they have in common with the ranks.
    subroutine numbers_of_parts()
       integer, parameter :: n = 60, ranks = 6
       type(block_graph_t) :: graph
@@ -258,7 +268,8 @@ contains
       part = modulo(5*before + 2, ranks)
       part(::7) = modulo(part(::7) + 1, ranks)
       call stay_at_home(graph, ranks, part)
-      call test%check_equal(count(part /= before), size(part(::7)), 'nor do others move than those that have changed part')
+      call test%check_equal(count(part /= before), size(part(::7)), &
+                            'nor do others move than those that have changed part')
       part = modulo([(i*i, i=1, n)], ranks)
       before = part
       graph%home = 0*part + 3
@@ -266,13 +277,16 @@ contains
       call test%check(all(part >= 0 .and. part < ranks), 'a number of a rank for each part')
       do r = 0, ranks - 1
          if (count(before == r) == 0) cycle
-         call test%check(all(pack(part, before == r) == part(findloc(before, r, dim=1))), 'a part keeps together')
-         call test%check_equal(count(part == part(findloc(before, r, dim=1))), count(before == r), 'by itself')
+         call test%check(all(pack(part, before == r) == part(findloc(before, r, dim=1))), &
+                         'a part keeps together')
+         call test%check_equal(count(part == part(findloc(before, r, dim=1))), count(before == r), &
+                               'by itself')
       end do
    end subroutine numbers_of_parts
 
-   !> The blocks of a body on 2, 8, 16 and 64 ranks become up to 1.6 times as dear towards one edge: few of them move, and a step is
-   !> almost as short as with all of them placed anew; in one step no move pays, and work that stays moves hardly a block.
+   !> The blocks of a body on 2, 8, 16 and 64 ranks become up to 1.6 times as dear towards one edge: few of
+   !> them move, and a step is almost as short as with all of them placed anew; in one step no move pays, and
+   !> work that stays moves hardly a block.
    subroutine work_that_drifts()
       type(level_t) :: levels(1)
       type(error_t) :: error
@@ -310,8 +324,8 @@ contains
          call choose_owners(as_of(parts), levels, work, now, error)
          anew = slowest(work, now, parts)/shared_out(work, parts)
          if (comm%is_root()) print '(3x,a,i3,a,3f7.3,a,2f7.3)', 'drifting work on', parts, &
-            ' ranks: step over the mean if all stay, some move, all are placed anew:', stayed, much, anew, '; moved:', &
-            moved, share_of(now /= before, counts)
+            ' ranks: step over the mean if all stay, some move, all are placed anew:', stayed, much, anew, &
+            '; moved:', moved, share_of(now /= before, counts)
          call test%check(much <= 1.05_wp .and. much < stayed, 'a step is as short as it should be')
          call test%check(much <= anew + 0.02_wp, 'almost as short as with all blocks placed anew')
          call test%check(moved <= 0.35_wp, 'most blocks stay')
@@ -354,7 +368,8 @@ contains
       end do
       do i = 1, size(part)
          do e = graph%offsets(i) + 1, graph%offsets(i + 1)
-            if (part(1 + graph%adjacent(e)) /= part(i)) length = length + 0.5_wp*graph%edge_cost*graph%edge_weights(e)
+            if (part(1 + graph%adjacent(e)) /= part(i)) &
+               length = length + 0.5_wp*graph%edge_cost*graph%edge_weights(e)
          end do
       end do
    end function length_of
@@ -366,7 +381,8 @@ contains
       integer :: c, r
       is_slowest = .false.
       do c = 1, size(graph%times)
-         if (rank == maxloc([(sum(graph%weight(c, :), mask=part == r), r=0, ranks - 1)], dim=1) - 1) is_slowest = .true.
+         if (rank == maxloc([(sum(graph%weight(c, :), mask=part == r), r=0, ranks - 1)], dim=1) - 1) &
+            is_slowest = .true.
       end do
    end function is_slowest
 
@@ -374,8 +390,8 @@ contains
    pure logical function meets(part, one, other)
       integer, intent(in) :: part(:), one, other
       integer :: i
-      meets = any([((part(i) == one .and. part(i + 1) == other) .or. (part(i) == other .and. part(i + 1) == one), &
-                    i=1, size(part) - 1)])
+      meets = any([((part(i) == one .and. part(i + 1) == other) .or. &
+                    (part(i) == other .and. part(i + 1) == one), i=1, size(part) - 1)])
    end function meets
 
    !> Five thousand million particles: their number, which METIS would add up, is more than 32 bits hold.
@@ -410,7 +426,8 @@ contains
          call choose_owners(as_of(parts), levels, work_of(levels, counts), owner, error)
          call test%check(.not. error%happened(), 'few blocks are placed')
          load = loads(counts, owner, parts)
-         if (parts >= blocks) call test%check_equal(maxval(load), 100, 'with no more blocks than ranks, one block a rank')
+         if (parts >= blocks) call test%check_equal(maxval(load), 100, &
+                                                    'with no more blocks than ranks, one block a rank')
          deallocate (counts, owner)
       end do
    end subroutine few_blocks
@@ -436,7 +453,8 @@ contains
       type(error_t) :: error
       integer :: step
       integer(i8) :: particles
-      call model%build(comm, box_scene([1.0_wp, 1.0_wp, 1.0_wp], [5.0_wp, 5.0_wp, 5.0_wp], [8.0_wp, 6.0_wp, 7.0_wp]), error)
+      call model%build(comm, box_scene([1.0_wp, 1.0_wp, 1.0_wp], [5.0_wp, 5.0_wp, 5.0_wp], &
+                                       [8.0_wp, 6.0_wp, 7.0_wp]), error)
       call test%check(.not. error%happened(), 'a model of one block is built on any number of ranks')
       call test%check_equal(count(model%levels(1)%owner >= 0), 1, 'one block')
       call owned_once(model)
@@ -463,7 +481,8 @@ contains
       type(model_t) :: model
       type(error_t) :: error
       integer(i8) :: particles
-      call model%build(comm, box_scene([6.0_wp, 6.0_wp, 6.0_wp], [18.0_wp, 17.0_wp, 16.0_wp], [0.0_wp, 0.0_wp, 0.0_wp]), error)
+      call model%build(comm, box_scene([6.0_wp, 6.0_wp, 6.0_wp], [18.0_wp, 17.0_wp, 16.0_wp], &
+                                       [0.0_wp, 0.0_wp, 0.0_wp]), error)
       call test%check(.not. error%happened(), 'a model is built')
       call owned_once(model)
       particles = comm%sum_count(model%levels(1)%particle_count())
@@ -471,7 +490,8 @@ contains
       call model%release()
    end subroutine holes
 
-   !> A tool presses a quarter of a body's upper side: rebalancing gives every rank its share of what is pressed.
+   !> A tool presses a quarter of a body's upper side: rebalancing gives every rank its share of what is
+   !> pressed.
    subroutine tool_on_a_corner()
       type(scene_t) :: scene
       type(model_t) :: model
@@ -480,7 +500,8 @@ contains
       scene = box_scene([0.0_wp, 0.0_wp, 0.0_wp], [64.0_wp, 64.0_wp, 16.0_wp], [0.0_wp, 0.0_wp, 0.0_wp])
       scene%grid = grid_spec_t(upper=[64.0_wp, 64.0_wp, 32.0_wp], cell_size=1.0_wp, cells=[64, 64, 32])
       scene%bodies(1)%particles_per_cell = 1
-      scene%tools = [tool_spec_t(name='tool', tip=[16.0_wp, 16.0_wp, 24.0_wp], times=[0.0_wp], speeds=[1.0_wp])]
+      scene%tools = [tool_spec_t(name='tool', tip=[16.0_wp, 16.0_wp, 24.0_wp], times=[0.0_wp], &
+                                 speeds=[1.0_wp])]
       scene%tools(1)%shape = sphere_t(radius=4.0_wp)
       call model%build(comm, scene, error)
       call test%check(.not. error%happened(), 'a model with a tool is built')
@@ -490,8 +511,10 @@ contains
       call test%check(.not. error%happened(), 'blocks are placed anew')
       call owned_once(model)
       after = most_over_mean(model)
-      if (comm%is_root()) print '(3x,a,2f7.3)', 'pressed particles, most over mean, before and after rebalancing:', before, after
-      if (comm%ranks > 1) call test%check(before > 1.5_wp, 'placed for the particles alone, some ranks have the contact')
+      if (comm%is_root()) print '(3x,a,2f7.3)', &
+         'pressed particles, most over mean, before and after rebalancing:', before, after
+      if (comm%ranks > 1) call test%check(before > 1.5_wp, &
+                                          'placed for the particles alone, some ranks have the contact')
       call test%check(after < 1.3_wp, 'all ranks have their share of what is pressed')
       call model%release()
    end subroutine tool_on_a_corner

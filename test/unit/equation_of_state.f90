@@ -1,4 +1,5 @@
-!> mie_grueneisen, one particle: the Hugoniot curve, the isentrope, tension, the speed of sound, energy, strength beside it.
+!> mie_grueneisen, one particle: the Hugoniot curve, the isentrope, tension, the speed of sound, energy,
+!> strength beside it.
 program equation_of_state
    use m_kinds, only: wp
    use m_communicator, only: communicator_t
@@ -9,10 +10,12 @@ program equation_of_state
    implicit none
    real(wp), parameter :: density = 8930.0_wp, c0 = 3940.0_wp, s = 1.489_wp, gamma = 1.99_wp
    character(len=*), parameter :: copper = 'sound_speed=3940, hugoniot_slope=1.489, grueneisen=1.99'
-   character(len=*), parameter :: strength = ', young=124e9, poisson=0.34, yield_stress=200e6, hardening_modulus=1e9'
-   character(len=*), parameter :: cook = ', young=124e9, poisson=0.34, yield_stress=90e6, hardening_modulus=292e6, '// &
-                                  'hardening_exponent=0.31, rate_coefficient=0.025, thermal_exponent=1.09, '// &
-                                  'melting_temperature=1356, specific_heat=383'
+   character(len=*), parameter :: strength = ', young=124e9, poisson=0.34, yield_stress=200e6, '// &
+      'hardening_modulus=1e9'
+   character(len=*), parameter :: cook = ', young=124e9, poisson=0.34, yield_stress=90e6, '// &
+      'hardening_modulus=292e6, '// &
+                                  'hardening_exponent=0.31, rate_coefficient=0.025, '// &
+                                  'thermal_exponent=1.09, melting_temperature=1356, specific_heat=383'
    type(communicator_t) :: comm
    type(assertions_t) :: test
    call comm%start()
@@ -42,7 +45,8 @@ contains
       end associate
    end function pressure
 
-   !> One step to a compression is a shock: its work is that of the mean pressure, so that p = rho0 Us up and e = up^2/2.
+   !> One step to a compression is a shock: its work is that of the mean pressure, so that p = rho0 Us up and
+   !> e = up^2/2.
    subroutine hugoniot()
       type(mie_grueneisen_t) :: law
       type(material_point_t) :: point
@@ -65,15 +69,16 @@ contains
       call test%check_close(off, [0.0_wp, 0.0_wp], 1.0e-12_wp, 'a jump is on the Hugoniot curve')
    end subroutine hugoniot
 
-   !> Slowly there and back: nothing is left; on the way the energy is the integral of p, and p that of dp/de and dp/deta.
+   !> Slowly there and back: nothing is left; on the way the energy is the integral of p, and p that of dp/de
+   !> and dp/deta.
    subroutine isentrope()
       type(mie_grueneisen_t) :: law
       type(material_point_t) :: point
       real(wp) :: e, eta, p, h, k(4)
       integer :: n, stage
       integer, parameter :: steps = 2000
-      real(wp), parameter :: most = 0.2_wp, weight(4) = [1.0_wp, 2.0_wp, 2.0_wp, 1.0_wp]/6.0_wp, at(4) = [0.0_wp, 0.5_wp, &
-            0.5_wp, 1.0_wp]
+      real(wp), parameter :: most = 0.2_wp, weight(4) = [1.0_wp, 2.0_wp, 2.0_wp, 1.0_wp]/6.0_wp, &
+         at(4) = [0.0_wp, 0.5_wp, 0.5_wp, 1.0_wp]
       call law_of(law, copper)
       call point%ready(law, density)
       call point%stretch_by(law, log(1.0_wp - most)*[1.0_wp, 0.0_wp, 0.0_wp], steps, 1.0_wp)
@@ -84,16 +89,19 @@ contains
             eta = (n - 1 + at(stage))*h
             p = e
             if (stage > 1) p = e + at(stage)*h*k(stage - 1)
-            k(stage) = (density*c0**2*eta*(1.0_wp - 0.5_wp*gamma*eta)/(1.0_wp - s*eta)**2 + gamma*density*p)/density
+            k(stage) = (density*c0**2*eta*(1.0_wp - 0.5_wp*gamma*eta)/(1.0_wp - s*eta)**2 + gamma*density*p) &
+                       /density
          end do
          e = e + h*sum(weight*k)
       end do
-      call say('isentrope to eta = 0.2, 2000 steps: energy, relative error', point%field('internal_energy')/e - 1.0_wp)
+      call say('isentrope to eta = 0.2, 2000 steps: energy, relative error', &
+               point%field('internal_energy')/e - 1.0_wp)
       call test%check_close(point%field('internal_energy')/e, 1.0_wp, 1.0e-5_wp, 'isentrope')
-      call test%check_close(law%strain_energy(point%column, point%layout, 1, 1)/(density*e), 1.0_wp, 1.0e-5_wp, 'its energy')
+      call test%check_close(law%strain_energy(point%column, point%layout, 1, 1)/(density*e), 1.0_wp, &
+                            1.0e-5_wp, 'its energy')
       call point%stretch_by(law, -log(1.0_wp - most)*[0.0_wp, 1.0_wp, 0.0_wp], steps, 1.0_wp)
-      call test%check_close([pressure(point)/(density*c0**2), point%field('internal_energy')/e], [0.0_wp, 0.0_wp], 1.0e-6_wp, &
-                            'there and back nothing is left')
+      call test%check_close([pressure(point)/(density*c0**2), point%field('internal_energy')/e], &
+                            [0.0_wp, 0.0_wp], 1.0e-6_wp, 'there and back nothing is left')
       call point%stretch_by(law, [1.0e-3_wp, 0.0_wp, 0.0_wp], 10, 1.0_wp)
       call test%check_close(-pressure(point)/(density*c0**2*1.0e-3_wp), 1.0_wp, 3.0e-3_wp, 'tension')
    end subroutine isentrope
@@ -122,8 +130,8 @@ contains
       call say('modulus of waves, by a small step: relative error', off)
       call test%check_close(off, 0.0_wp, 1.0e-5_wp, 'speed of sound')
       call point%ready(law, density)
-      call test%check_close(law%present_modulus(point%column, point%layout, 1, 1)/law%p_wave_modulus(), 1.0_wp, 1.0e-14_wp, &
-                            'at first it is that of the start')
+      call test%check_close(law%present_modulus(point%column, point%layout, 1, 1)/law%p_wave_modulus(), &
+                            1.0_wp, 1.0e-14_wp, 'at first it is that of the start')
    end subroutine sound
 
    !> The deviator is that of the law of strength, the pressure that without it but for the heat of flow.
@@ -137,12 +145,14 @@ contains
       call law_of(law, copper//", strength='j2'"//strength)
       call point%ready(law, density)
       call point%stretch_by(law, [-0.05_wp, 0.0_wp, 0.0_wp], 200, 1.0e-5_wp)
-      call test%check_close(point%mises(1)/(200.0e6_wp + 1.0e9_wp*point%field('plastic_strain')), 1.0_wp, 1.0e-10_wp, &
-                            'the deviator is on the yield surface')
+      call test%check_close(point%mises(1)/(200.0e6_wp + 1.0e9_wp*point%field('plastic_strain')), 1.0_wp, &
+                            1.0e-10_wp, 'the deviator is on the yield surface')
       heat = law%plastic_energy(point%column, 1, 1)
       call test%check(heat > 1.0e6_wp, 'it flows')
-      call test%check_close((pressure(point) - pressure(alone))/(gamma*heat), 1.0_wp, 0.1_wp, 'plastic work heats')
-      call test%check_close((law%plastic_energy(point%column, 1, 1) + law%strain_energy(point%column, point%layout, 1, 1)) &
+      call test%check_close((pressure(point) - pressure(alone))/(gamma*heat), 1.0_wp, 0.1_wp, &
+                            'plastic work heats')
+      call test%check_close((law%plastic_energy(point%column, 1, 1) &
+                             + law%strain_energy(point%column, point%layout, 1, 1)) &
                             /point%work, 1.0_wp, 2.0e-3_wp, 'work is stored or dissipated')
       call law_of(law, copper//", strength='johnson_cook'"//cook)
       call point%ready(law, density)
@@ -165,7 +175,8 @@ contains
       call test%check(index(complaint, 'grueneisen: missing') > 0, 'grueneisen is required', complaint)
       law = mie_grueneisen_t()
       call read_law(law, copper//", strength='j3'", complaint)
-      call test%check(index(complaint, 'strength=''j3'': unknown strength') > 0, 'unknown strength', complaint)
+      call test%check(index(complaint, 'strength=''j3'': unknown strength') > 0, 'unknown strength', &
+                      complaint)
       law = mie_grueneisen_t()
       call read_law(law, copper//", strength='j2', young=1e9", complaint)
       call test%check(index(complaint, 'missing') > 0, 'strength needs its constants', complaint)

@@ -1,7 +1,7 @@
 !test: ranks 1 2 4
-!> Sums over blocks and ranks: the same bits as on one rank, the same bits in all tiles that hold a node, the same where tiles are
-!> summed only as far as particles reach and inner blocks go on before messages are sent, and what a plain sum over all particles
-!> gives; and what a slow rank takes from one that has gone on.
+!> Sums over blocks and ranks: the same bits as on one rank, the same bits in all tiles that hold a node, the
+!> same where tiles are summed only as far as particles reach and inner blocks go on before messages are sent,
+!> and what a plain sum over all particles gives; and what a slow rank takes from one that has gone on.
 program exchange
    use mpi_f08
    use m_kinds, only: wp, i8
@@ -53,8 +53,8 @@ contains
          call test%check_equal(beyond_reach(), 0, 'nothing stands where none reach')
       end do
       call test%check(model%exchange(1)%messages == messages, 'one message a neighbour rank and sum')
-      if (comm%ranks > 1) call test%check(model%exchange(1)%bytes_each > 0 .eqv. size(model%exchange(1)%ranks) > 0, &
-                                           'bytes are counted')
+      if (comm%ranks > 1) call test%check(model%exchange(1)%bytes_each > &
+                                          0 .eqv. size(model%exchange(1)%ranks) > 0, 'bytes are counted')
       call test%check_equal(wrong_when_late(), 0, 'slow ranks take what was given then')
       call against_plain_sum()
       call test%check(-comm%maximum(-smallest_part) < 0.5_wp, 'some tiles are reached in part')
@@ -65,7 +65,8 @@ contains
       deallocate (model, single, reached)
    end subroutine try
 
-   !> Exchanges in a row, before which ranks fill their tiles with one number; before they take, every other rank sleeps, in turn.
+   !> Exchanges in a row, before which ranks fill their tiles with one number; before they take, every other
+   !> rank sleeps, in turn.
    integer function wrong_when_late() result(wrong)
       real(wp), parameter :: nothing = -1.0_wp, pause = 0.02_wp !< s
       real(wp), allocatable :: before(:, :, :, :, :)
@@ -112,14 +113,15 @@ contains
       end associate
    end subroutine sums
 
-   !> The same, each tile only as far as its particles reach, and in two parts, as a step does it. Sums of the first part change
-   !> nothing that is sent, and those of the second ask for no tile of the first, nor for how far it reaches: both are other by
-   !> then.
+   !> The same, each tile only as far as its particles reach, and in two parts, as a step does it. Sums of the
+   !> first part change nothing that is sent, and those of the second ask for no tile of the first, nor for
+   !> how far it reaches: both are other by then.
    subroutine reached_sums()
       real(wp), allocatable :: inner(:, :, :, :, :)
       integer, allocatable :: reach(:, :, :)
       integer :: b
-      associate (level => reached%levels(1), first => reached%levels(1)%interior_first(:reached%levels(1)%part_end(1)), &
+      associate (level => reached%levels(1), &
+                 first => reached%levels(1)%interior_first(:reached%levels(1)%part_end(1)), &
                  second => reached%levels(1)%interior_first(reached%levels(1)%part_end(1) + 1:))
          do b = 1, size(level%blocks)
             call level%update_extents(b, whole=.false.)
@@ -147,10 +149,14 @@ contains
       wrong = 0
       do b = 1, size(reached%levels(1)%blocks)
          associate (low => reached%levels(1)%extent(1, :, b), high => reached%levels(1)%extent(2, :, b), &
-                    part => reached%levels(1)%nodes(:, :, :, :, b), all => model%levels(1)%nodes(:, :, :, :, b))
-            wrong = wrong + count(abs(part(:, low(1) + 1:high(1) + 1, low(2) + 1:high(2) + 1, low(3) + 1:high(3) + 1) &
-                                      - all(:, low(1) + 1:high(1) + 1, low(2) + 1:high(2) + 1, low(3) + 1:high(3) + 1)) > 0.0_wp)
-            if (high(1) >= low(1)) smallest_part = min(smallest_part, product(high - low + 1)/real((tile_last + 1)**3, wp))
+                    part => reached%levels(1)%nodes(:, :, :, :, b), &
+                    all => model%levels(1)%nodes(:, :, :, :, b))
+            wrong = wrong + count(abs(part(:, low(1) + 1:high(1) + 1, low(2) + 1:high(2) + 1, low(3) &
+                                           + 1:high(3) + 1) &
+                                      - all(:, low(1) + 1:high(1) + 1, low(2) + 1:high(2) + 1, low(3) &
+                                            + 1:high(3) + 1)) > 0.0_wp)
+            if (high(1) >= low(1)) &
+               smallest_part = min(smallest_part, product(high - low + 1)/real((tile_last + 1)**3, wp))
          end associate
       end do
    end function different_in_reach
@@ -164,7 +170,8 @@ contains
             do k = 0, tile_last
                do j = 0, tile_last
                   do i = 0, tile_last
-                     if (all([i, j, k] >= level%extent(1, :, b)) .and. all([i, j, k] <= level%extent(2, :, b))) cycle
+                     if (all([i, j, k] >= level%extent(1, :, b)) .and. &
+                         all([i, j, k] <= level%extent(2, :, b))) cycle
                      wrong = wrong + count(abs(level%nodes(:, i, j, k, b)) > 0.0_wp)
                   end do
                end do
@@ -179,7 +186,8 @@ contains
       do b = 1, size(model%levels(1)%blocks)
          associate (place => model%levels(1)%blocks(b)%place)
             s = single%levels(1)%slot_at(place, 1)
-            wrong = wrong + count(abs(model%levels(1)%nodes(:, :, :, :, b) - single%levels(1)%nodes(:, :, :, :, s)) > 0.0_wp)
+            wrong = wrong + count(abs(model%levels(1)%nodes(:, :, :, :, b) &
+                                      - single%levels(1)%nodes(:, :, :, :, s)) > 0.0_wp)
          end associate
       end do
    end function different_bits
@@ -199,7 +207,8 @@ contains
             do j = 0, tile_last
                do i = 0, tile_last
                   at = block_size*single%levels(1)%blocks(b)%place + [i, j, k] - 1
-                  associate (value => single%levels(1)%nodes(:, i, j, k, b), node => nodes(:, at(1), at(2), at(3)))
+                  associate (value => single%levels(1)%nodes(:, i, j, k, b), &
+                             node => nodes(:, at(1), at(2), at(3)))
                      if (.not. held(at(1), at(2), at(3))) node = value
                      if (any(abs(node - value) > 0.0_wp)) wrong = wrong + 1
                   end associate
@@ -232,13 +241,15 @@ contains
                            if (any(at < -1) .or. any(at > block_size*grid%blocks)) cycle
                            node = grid%lower + grid%cell*at
                            call plain_weights(x, node, c(of%half_size), grid%cell, weight, slope)
-                           v = c(of%velocity:of%velocity + 2) + matmul(reshape(c(of%gradient:of%gradient + 8), [3, 3]), node - x)
+                           v = c(of%velocity:of%velocity + 2) &
+                               + matmul(reshape(c(of%gradient:of%gradient + 8), [3, 3]), node - x)
                            associate (to => plain(:, at(1), at(2), at(3)))
                               to(1) = to(1) + c(of%mass)*weight
                               to(2:4) = to(2:4) + c(of%mass)*weight*v
-                              to(5:7) = to(5:7) - c(of%volume)*[s(1)*slope(1) + s(6)*slope(2) + s(5)*slope(3), &
-                                               s(6)*slope(1) + s(2)*slope(2) + s(4)*slope(3), s(5)*slope(1) + s(4)*slope(2) &
-                                               + s(3)*slope(3)]
+                              to(5:7) = to(5:7) - c(of%volume)*[s(1)*slope(1) + s(6)*slope(2) &
+                                 + s(5)*slope(3), &
+                                               s(6)*slope(1) + s(2)*slope(2) + s(4)*slope(3), s(5)*slope(1) &
+                                               + s(4)*slope(2) + s(3)*slope(3)]
                            end associate
                         end do
                      end do
@@ -254,7 +265,8 @@ contains
             do j = 0, tile_last
                do i = 0, tile_last
                   at = block_size*model%levels(1)%blocks(b)%place + [i, j, k] - 1
-                  associate (value => model%levels(1)%nodes(:, i, j, k, b), to => plain(:, at(1), at(2), at(3)))
+                  associate (value => model%levels(1)%nodes(:, i, j, k, b), &
+                             to => plain(:, at(1), at(2), at(3)))
                      call keep_worst(off(1), (value(1) - to(1))/scale(1))
                      call keep_worst(off(2), maxval(abs(value(2:4) - to(2:4)))/scale(2))
                      call keep_worst(off(3), maxval(abs(value(5:7) - to(5:7)))/scale(3))

@@ -1,5 +1,5 @@
-!> Weights of a face of a particle's domain against their definitions: sums by hand, the domain's own weights, and the nodes that
-!> these reach (theory.md, eqs contact-nodes, face-mean).
+!> Weights of a face of a particle's domain against their definitions: sums by hand, the domain's own weights,
+!> and the nodes that these reach (theory.md, eqs contact-nodes, face-mean).
 program face_weights
    use m_kinds, only: wp
    use m_communicator, only: communicator_t
@@ -15,7 +15,8 @@ program face_weights
    type(assertions_t) :: test
    type(chance_t) :: chance
    type(face_weights_t) :: weights, second
-   real(wp) :: off_box, off_corners, off_point, off_unity, off_place, outside, beyond, r(3, 3), span(3, 3), place(3), normal(3)
+   real(wp) :: off_box, off_corners, off_point, off_unity, off_place, outside, beyond, r(3, 3), span(3, 3), &
+      place(3), normal(3)
    real(wp) :: distance, half, off_span, off_mix
    integer :: axis, k, n
    call comm%start()
@@ -56,8 +57,10 @@ program face_weights
    call say('hat functions of a point off theirs', off_point)
    call say('sum of the weights', off_unity)
    call say('weighted mean of the nodes (cells)', off_place)
-   call test%check_close(off_box, 0.0_wp, 1.0e-11_wp, 'weights are means of the hat functions over a box') ! which may be narrow
-   call test%check_close([off_corners, off_point, off_unity, off_place], spread(0.0_wp, 1, 4), 1.0e-13_wp, 'and over corners')
+   ! which may be narrow
+   call test%check_close(off_box, 0.0_wp, 1.0e-11_wp, 'weights are means of the hat functions over a box')
+   call test%check_close([off_corners, off_point, off_unity, off_place], spread(0.0_wp, 1, 4), 1.0e-13_wp, &
+                         'and over corners')
    call test%check_close(off_mix, 0.0_wp, 1.0e-13_wp, 'two places: sum and middle are those of their shares')
    call test%check(beyond <= 1.0e-12_wp, 'no face reaches beyond its domain')
    call test%check_close(off_span, 0.0_wp, 1.0e-12_wp*cell, 'and each spans what it should')
@@ -90,8 +93,8 @@ contains
       call keep_worst(off_mix, abs(sum(both%weight(:both%last, :both%last, :both%last)) - 1.0_wp))
    end subroutine mix_in
 
-   !> The span by Cramer's rule: along each edge what is left of the way to the domain's end, as far as the domain is large or its
-   !> edges turn; its corners.
+   !> The span by Cramer's rule: along each edge what is left of the way to the domain's end, as far as the
+   !> domain is large or its edges turn; its corners.
    subroutine check_span(turns)
       logical, intent(in) :: turns
       real(wp) :: along(3), share, corner(3)
@@ -103,13 +106,14 @@ contains
          call keep_worst(off_span, maxval(abs(span(:, k) - share*(1.0_wp - abs(along(k)))*r(:, k))))
       end do
       do c = 0, 7
-         corner = -distance*normal + matmul(span, real(2*[ibits(c, 0, 1), ibits(c, 1, 1), ibits(c, 2, 1)] - 1, wp))
+         corner = -distance*normal &
+                  + matmul(span, real(2*[ibits(c, 0, 1), ibits(c, 1, 1), ibits(c, 2, 1)] - 1, wp))
          beyond = max(beyond, maxval(abs(in_domain(corner))) - 1.0_wp)
       end do
    end subroutine check_span
 
-   !> The share of a patch: an arm within the domain stays, one that has left it ends on its face in the same direction, and neither
-   !> its middle nor its span gives weight to a node that gets no mass from the domain.
+   !> The share of a patch: an arm within the domain stays, one that has left it ends on its face in the same
+   !> direction, and neither its middle nor its span gives weight to a node that gets no mass from the domain.
    subroutine patch_shares()
       real(wp) :: arm(3), middle(3), off_kept, off_face, reach
       integer :: n
@@ -126,7 +130,8 @@ contains
          if (reach <= 1.0_wp) then
             call keep_worst(off_kept, norm2(middle - arm)/cell)
          else
-            call keep_worst(off_face, max(abs(maxval(abs(in_domain(middle))) - 1.0_wp), norm2(middle*reach - arm)/cell))
+            call keep_worst(off_face, max(abs(maxval(abs(in_domain(middle))) - 1.0_wp), &
+                                          norm2(middle*reach - arm)/cell))
          end if
          distance = 1.0_wp
          normal = -middle
@@ -150,7 +155,8 @@ contains
 
    pure real(wp) function determinant(m)
       real(wp), intent(in) :: m(3, 3)
-      determinant = m(1, 1)*(m(2, 2)*m(3, 3) - m(2, 3)*m(3, 2)) - m(1, 2)*(m(2, 1)*m(3, 3) - m(2, 3)*m(3, 1)) &
+      determinant = m(1, 1)*(m(2, 2)*m(3, 3) - m(2, 3)*m(3, 2)) &
+                    - m(1, 2)*(m(2, 1)*m(3, 3) - m(2, 3)*m(3, 1)) &
                     + m(1, 3)*(m(2, 1)*m(3, 2) - m(2, 2)*m(3, 1))
    end function determinant
 
@@ -214,7 +220,8 @@ contains
          do b = -1, 1, 2
             do a = -1, 1, 2
                of_corners = of_corners + 0.125_wp*product(max(0.0_wp, 1.0_wp - abs(place - at &
-                                                          + (a*span(:, 1) + b*span(:, 2) + c*span(:, 3))/cell)))
+                                                          + (a*span(:, 1) + b*span(:, 2) + c*span(:, 3)) &
+                                                          /cell)))
             end do
          end do
       end do
@@ -226,7 +233,8 @@ contains
       integer :: axis
       of_domain = 1.0_wp
       do axis = 1, 3
-         of_domain = of_domain*plain_weight(place(axis) + distance*normal(axis)/cell - at(axis), r(axis, axis)/cell)
+         of_domain = of_domain*plain_weight(place(axis) + distance*normal(axis)/cell - at(axis), &
+                                            r(axis, axis)/cell)
       end do
    end function of_domain
 
@@ -243,23 +251,25 @@ contains
       do c = -1, 1
          do b = -1, 1
             do a = -1, 1
-               if (domain([a, b, c]) <= 0.0_wp) mass_less = max(mass_less, weights%weight(a + 1, b + 1, c + 1))
+               if (domain([a, b, c]) <= 0.0_wp) &
+                  mass_less = max(mass_less, weights%weight(a + 1, b + 1, c + 1))
             end do
          end do
       end do
    end function mass_less
 
-   !> A side of a cube of a cell's size: across the normal the weights are those of its volume, along it those of the side. A small
-   !> cube's side is its middle.
+   !> A side of a cube of a cell's size: across the normal the weights are those of its volume, along it those
+   !> of the side. A small cube's side is its middle.
    subroutine sides()
       real(wp) :: volume(-1:1), slopes(2), side(-1:1), across(-1:1)
       do axis = 1, 3
          normal = 0.0_wp
          normal(axis) = -1.0_wp
          place = [0.3_wp, -0.2_wp, 0.45_wp]
-         call find_face(0.5_wp*cell*reshape([1, 0, 0, 0, 1, 0, 0, 0, 1], [3, 3]), normal, cell, .false., cell, distance, span)
-         call test%check_close(pack(span, .true.), pack(cube_span(0.5_wp*cell, normal, cell), .true.), 1.0e-15_wp, &
-                               'a cube is a box')
+         call find_face(0.5_wp*cell*reshape([1, 0, 0, 0, 1, 0, 0, 0, 1], [3, 3]), normal, cell, .false., &
+                        cell, distance, span)
+         call test%check_close(pack(span, .true.), pack(cube_span(0.5_wp*cell, normal, cell), .true.), &
+                               1.0e-15_wp, 'a cube is a box')
          call test%check_close(distance, 0.5_wp*cell, 1.0e-15_wp, 'whose side is half an edge away')
          call weigh_face(weights, node, node + place - 0.5_wp*normal, span/cell, turns=.false.)
          do k = 1, 3
@@ -270,12 +280,14 @@ contains
             if (k == axis) across = max(0.0_wp, 1.0_wp - abs(place(k) + 0.5_wp - [-1, 0, 1]))
             call test%check_close(side, across, 1.0e-14_wp, 'a side of a cube')
          end do
-         call test%check(all(abs(cube_span(0.25_wp*cell, normal, cell)) <= 0.0_wp), 'the side of a small cube is its middle')
+         call test%check(all(abs(cube_span(0.25_wp*cell, normal, cell)) <= 0.0_wp), &
+                         'the side of a small cube is its middle')
          call beside_nodes()
       end do
    end subroutine sides
 
-   !> A cube that reaches past a node by next to nothing: the node beyond has hardly any mass, and no more weight than it can bear.
+   !> A cube that reaches past a node by next to nothing: the node beyond has hardly any mass, and no more
+   !> weight than it can bear.
    subroutine beside_nodes()
       real(wp) :: reach, mass(-1:1), slopes(2), weight
       integer :: e
@@ -285,9 +297,11 @@ contains
          place(axis) = 0.5_wp - reach
          normal = 0.0_wp
          normal(axis) = 1.0_wp
-         call weigh_face(weights, node, node + place - 0.5_wp*normal, cube_span(0.5_wp*cell, normal, cell)/cell, turns=.false.)
+         call weigh_face(weights, node, node + place - 0.5_wp*normal, &
+                         cube_span(0.5_wp*cell, normal, cell)/cell, turns=.false.)
          call gimp_weights(place(axis), 0.5_wp, mass(-1), mass(0), mass(1), slopes(1), slopes(2))
-         weight = sum(weights%weight(merge(0, 1, axis == 1):merge(0, 1, axis == 1), merge(0, 1, axis == 2):merge(0, 1, axis == 2), &
+         weight = sum(weights%weight(merge(0, 1, axis == 1):merge(0, 1, axis == 1), &
+                                     merge(0, 1, axis == 2):merge(0, 1, axis == 2), &
                                      merge(0, 1, axis == 3):merge(0, 1, axis == 3)))
          call test%check(weight**2 <= 2.5_wp*mass(-1), 'weight of a node of hardly any mass')
       end do

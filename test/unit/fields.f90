@@ -1,6 +1,6 @@
 !test: ranks 1 2 4
-!> The field table, and what a particle carries through sorting, removal, a change of owners and rebalancing: every bit of every
-!> column, of a field that only this test knows too.
+!> The field table, and what a particle carries through sorting, removal, a change of owners and rebalancing:
+!> every bit of every column, of a field that only this test knows too.
 program fields
    use m_kinds, only: wp, i4, i8
    use m_errors, only: error_t
@@ -44,7 +44,8 @@ contains
       call test%check_equal(fields%column('position'), 8, 'first column of the third field')
       call test%check_equal(fields%column('pos'), 0, 'a part of a name is not a name')
       layout = fields%layout()
-      call test%check(layout%mass == 1 .and. layout%stress == 2 .and. layout%position == 8 .and. layout%gradient == 0, 'layout')
+      call test%check(layout%mass == 1 .and. layout%stress == 2 .and. layout%position == 8 .and. &
+                      layout%gradient == 0, 'layout')
    end subroutine table
 
    !> Append, permute, remove against the same done to plain arrays.
@@ -70,8 +71,8 @@ contains
       call particles%permute(order, work)
       good = .true.
       do p = 1, n
-         good = good .and. all(abs(particles%column(p, :) - rows(:, order(p))) <= 0.0_wp) .and. particles%id(p) == ids(order(p)) &
-                .and. particles%body(p) == mod(order(p), 3)
+         good = good .and. all(abs(particles%column(p, :) - rows(:, order(p))) <= 0.0_wp) .and. &
+                particles%id(p) == ids(order(p)) .and. particles%body(p) == mod(order(p), 3)
       end do
       call test%check(good, 'another order takes all columns, ids and bodies along')
       do p = 1, 40
@@ -83,14 +84,15 @@ contains
       good = .true.
       do p = 1, left
          q = int(particles%id(p)/1000000000000_i8)
-         good = good .and. all(abs(particles%column(p, :) - rows(:, q)) <= 0.0_wp) .and. particles%body(p) == mod(q, 3)
+         good = good .and. all(abs(particles%column(p, :) - rows(:, q)) <= 0.0_wp) .and. &
+                particles%body(p) == mod(q, 3)
          good = good .and. all(order(gone) /= q) .and. count(particles%id(:left) == particles%id(p)) == 1
       end do
       call test%check(good, 'removal takes the right ones and leaves the others whole')
    end subroutine store
 
-   !> Runs of particles of one body, beside looking at every particle, in stores that get, lose and sort particles of one body and
-   !> of several.
+   !> Runs of particles of one body, beside looking at every particle, in stores that get, lose and sort
+   !> particles of one body and of several.
    subroutine runs_of_bodies()
       type(particle_store_t) :: particles
       real(wp) :: work(400, 4)
@@ -106,8 +108,10 @@ contains
             call particles%append([real(wp) :: p, 1, 2, 3, 4], int(p, i8), &
                                   int(merge(2, 1 + mod(round, 4), mod(round, 3) > 0 .or. p < 40), i4))
          end do
-         if (mod(round, 7) == 0 .and. particles%count > 3) call particles%remove([2_i4, int(particles%count, i4)])
-         if (mod(round, 11) == 0) particles%body(:particles%count) = [(int(1 + p/50, i4), p=1, particles%count)]
+         if (mod(round, 7) == 0 .and. particles%count > 3) &
+            call particles%remove([2_i4, int(particles%count, i4)])
+         if (mod(round, 11) == 0) &
+            particles%body(:particles%count) = [(int(1 + p/50, i4), p=1, particles%count)]
          if (mod(round, 13) == 0) particles%body(:particles%count) = 3
          order(:particles%count) = [(int(particles%count + 1 - p, i4), p=1, particles%count)]
          call particles%permute(order(:particles%count), work)
@@ -126,8 +130,8 @@ contains
       call test%check(known .and. mixed, 'stores of one body and of several were among them')
    end subroutine runs_of_bodies
 
-   !> The bins whose 27 nodes hold one of some nodes, and the particles of these bins alone, against the same by looking at every
-   !> particle.
+   !> The bins whose 27 nodes hold one of some nodes, and the particles of these bins alone, against the same
+   !> by looking at every particle.
    subroutine part_of_lists()
       integer, parameter :: n = 700, rounds = 20
       type(cell_list_t) :: whole, part
@@ -159,7 +163,8 @@ contains
       end do
    end subroutine part_of_lists
 
-   !> Particles into the order of their bins: all of them, those of one bin as they were stored, and nothing is out of order then.
+   !> Particles into the order of their bins: all of them, those of one bin as they were stored, and nothing
+   !> is out of order then.
    subroutine into_order()
       integer, parameter :: most = 701
       type(cell_list_t) :: cells
@@ -179,12 +184,14 @@ contains
          if (n > 2) disordered = disordered .and. cells%run_breaks > n/8
          associate (here => cells%bin(:n - 1), next => cells%bin(2:n))
             right = right .and. cells%occupied == count([(any(cells%bin(:n) == b), b=1, bins)])
-            right = right .and. cells%run_breaks == min(n, 1) + count(next /= here) - cells%occupied + 2*count(next < here)
+            right = right .and. cells%run_breaks == min(n, 1) + count(next /= here) - cells%occupied &
+                    + 2*count(next < here)
          end associate
          call cells%sort(order(:n))
          once = .false.
          once(order(:n)) = .true.
-         right = right .and. count(once) == n .and. cells%run_breaks == 0 .and. all(cells%bin(:n) == before(order(:n)))
+         right = right .and. count(once) == n .and. cells%run_breaks == 0 .and. &
+                 all(cells%bin(:n) == before(order(:n)))
          do p = 2, n
             right = right .and. cells%bin(p) >= cells%bin(p - 1)
             if (cells%bin(p) == cells%bin(p - 1)) right = right .and. order(p) > order(p - 1)
@@ -206,7 +213,8 @@ contains
       real(wp) :: share, largest
       integer :: b, round
       call build_wandering(model, comm, error)
-      call test%check(model%levels(1)%table%column('mark_of_the_tests') > 0, 'an effect''s field is in the table')
+      call test%check(model%levels(1)%table%column('mark_of_the_tests') > 0, &
+                      'an effect''s field is in the table')
       ids = all_ids(model)
       do round = 1, 10
          call wander(model, round)
@@ -216,9 +224,11 @@ contains
       end do
       weighed = what_placement_weighs(model)
       call test%check(comm%maximum(maxval([0, (model%levels(1)%blocks(b)%cells%occupied, b=1, &
-                                               size(model%levels(1)%blocks))])*1.0_wp) > 0.0_wp, 'some bins are occupied')
+                                               size(model%levels(1)%blocks))])*1.0_wp) > 0.0_wp, &
+                                               'some bins are occupied')
       call model%connect() ! all blocks are made anew, and stay here
-      call test%check(all(abs(what_placement_weighs(model) - weighed) <= 0.0_wp), 'blocks that stay keep what placement weighs')
+      call test%check(all(abs(what_placement_weighs(model) - weighed) <= 0.0_wp), &
+                      'blocks that stay keep what placement weighs')
       do round = 1, 3
          before = ordered_ids(model)
          owner = model%levels(1)%owner
@@ -237,15 +247,18 @@ contains
                                                     size(model%levels(1)%blocks))]), wp))*comm%ranks/size(ids)
             if (comm%is_root()) call say('most loaded rank over the mean, rebalanced', share)
             if (comm%is_root()) call say('the largest block in the same measure', largest)
-            call test%check(share < 1.15_wp + largest, 'rebalancing evens the particles out as well as whole blocks can')
+            call test%check(share < 1.15_wp + largest, &
+                            'rebalancing evens the particles out as well as whole blocks can')
          end if
          after = ordered_ids(model)
          call test%check(size(after) == size(before), 'as many particles after a change of owners')
-         if (size(after) == size(before)) call test%check(all(after == before), 'blocks keep the order of their particles')
+         if (size(after) == size(before)) &
+            call test%check(all(after == before), 'blocks keep the order of their particles')
          call test%check_equal(wrong_values(model), 0, 'every particle keeps what it carries')
          call wander(model, 100 + round)
          call test%check_equal(wrong_bins(model), 0, 'bins after a change of owners')
-         call test%check_equal(wrong_values(model), 0, 'every particle keeps what it carries when it moves on')
+         call test%check_equal(wrong_values(model), 0, &
+                               'every particle keeps what it carries when it moves on')
       end do
       after = ordered_ids(model)
       call test%check(all(all_ids(model) == ids), 'the same particles as at the start')
@@ -258,7 +271,8 @@ contains
       real(wp), allocatable :: values(:)
       integer :: b
       associate (blocks => model%levels(1)%blocks)
-         values = [(real(blocks(b)%cells%occupied, wp), b=1, size(blocks)), (blocks(b)%mean_breaks, b=1, size(blocks))]
+         values = [(real(blocks(b)%cells%occupied, wp), b=1, size(blocks)), &
+                   (blocks(b)%mean_breaks, b=1, size(blocks))]
       end associate
    end function what_placement_weighs
 

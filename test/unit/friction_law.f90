@@ -1,5 +1,5 @@
-!> drucker_prager, one particle: Mohr and Coulomb's strength in triaxial compression, dilation, the apex, grains that part and meet,
-!> the cap and its hardening.
+!> drucker_prager, one particle: Mohr and Coulomb's strength in triaxial compression, dilation, the apex,
+!> grains that part and meet, the cap and its hardening.
 program friction_law
    use m_kinds, only: wp
    use m_constants, only: pi
@@ -10,7 +10,8 @@ program friction_law
    use m_chance, only: chance_t, say
    implicit none
    real(wp), parameter :: density = 2000.0_wp, young = 100.0e6_wp, poisson = 0.25_wp
-   real(wp), parameter :: bulk = young/(3.0_wp*(1.0_wp - 2.0_wp*poisson)), shear = young/(2.0_wp*(1.0_wp + poisson))
+   real(wp), parameter :: bulk = young/(3.0_wp*(1.0_wp - 2.0_wp*poisson)), &
+      shear = young/(2.0_wp*(1.0_wp + poisson))
    character(len=*), parameter :: soil = 'young=100e6, poisson=0.25'
    type(communicator_t) :: comm
    type(assertions_t) :: test
@@ -57,9 +58,12 @@ contains
          call point%pull(law, -1.0e-5_wp, 1.0_wp)
       end do
       strength = 2.0_wp*c*cos(angle)/(1.0_wp - sin(angle))
-      call say('strength in compression, relative error', -point%column(1, point%layout%stress)/strength - 1.0_wp)
-      call test%check_close(-point%column(1, point%layout%stress)/strength, 1.0_wp, 1.0e-9_wp, 'strength of Mohr and Coulomb')
-      call test%check_close(point%field('plastic_strain'), 0.002_wp - strength/young, 1.0e-5_wp, 'what is not elastic is plastic')
+      call say('strength in compression, relative error', -point%column(1, point%layout%stress)/strength &
+               - 1.0_wp)
+      call test%check_close(-point%column(1, point%layout%stress)/strength, 1.0_wp, 1.0e-9_wp, &
+                            'strength of Mohr and Coulomb')
+      call test%check_close(point%field('plastic_strain'), 0.002_wp - strength/young, 1.0e-5_wp, &
+                            'what is not elastic is plastic')
    end subroutine triaxial
 
    !> Shear at constant volume without and with dilation: the pressure stays, or rises on the cone.
@@ -81,7 +85,8 @@ contains
          pq = p_and_q(point)
          b = 6.0_wp*sin(35.0_wp*pi/180.0_wp)/(3.0_wp - sin(35.0_wp*pi/180.0_wp))
          d = with*6.0_wp*sin(10.0_wp*pi/180.0_wp)/(3.0_wp - sin(10.0_wp*pi/180.0_wp))
-         ! q = sqrt(3) mu gamma until the cone, then both go on by the flow: q - q0 = b (p - p0) and p - p0 = K d times flow
+         ! q = sqrt(3) mu gamma until the cone, then both go on by the flow: q - q0 = b (p - p0) and p - p0 =
+         ! K d times flow
          expected = sqrt(3.0_wp)*shear*5.0e-3_wp - (b*50.0e3_wp + law%a)
          expected = 50.0e3_wp + bulk*d*expected/(3.0_wp*shear + bulk*b*d)
          call test%check_close(pq(1)/expected, 1.0_wp, 2.0e-4_wp, 'pressure in shear at constant volume')
@@ -96,7 +101,8 @@ contains
       call law_of(law, soil//', friction_angle=30, cohesion=20e3, dilation_angle=5')
       call point%ready(law, density)
       call point%stretch_by(law, [2.0e-3_wp, 1.0e-3_wp, 1.0e-3_wp], 50, 1.0_wp)
-      call test%check_close(p_and_q(point), [-20.0e3_wp/tan(30.0_wp*pi/180.0_wp), 0.0_wp], 1.0e-6_wp, 'tension ends at c/tan')
+      call test%check_close(p_and_q(point), [-20.0e3_wp/tan(30.0_wp*pi/180.0_wp), 0.0_wp], 1.0e-6_wp, &
+                            'tension ends at c/tan')
    end subroutine apex
 
    !> Sand bears no tension, and pressure only when its grains meet again.
@@ -110,16 +116,19 @@ contains
       call point%stretch_by(law, [0.0_wp, -0.009_wp, 0.0_wp], 20, 1.0_wp)
       call test%check_close(p_and_q(point), [0.0_wp, 0.0_wp], 1.0e-9_wp, 'and nothing while it is apart')
       call point%stretch_by(law, -0.002_wp/3.0_wp*[1.0_wp, 1.0_wp, 1.0_wp], 20, 1.0_wp)
-      call test%check_close(p_and_q(point), [bulk*0.001_wp, 0.0_wp], 1.0e-3_wp*bulk*0.001_wp, 'then pressure again')
+      call test%check_close(p_and_q(point), [bulk*0.001_wp, 0.0_wp], 1.0e-3_wp*bulk*0.001_wp, &
+                            'then pressure again')
    end subroutine grains
 
-   !> Pressure alone: elastic to the cap, then compaction against its hardening, dp = K H/(K + H) de. With shear: on the ellipse.
+   !> Pressure alone: elastic to the cap, then compaction against its hardening, dp = K H/(K + H) de. With
+   !> shear: on the ellipse.
    subroutine crushing()
       type(drucker_prager_t) :: law
       type(material_point_t) :: point
       real(wp), parameter :: h = 20.0e6_wp, first = 200.0e3_wp, e = 0.02_wp
       real(wp) :: expected, pq(2), begin, axis
-      call law_of(law, soil//', friction_angle=30, cohesion=10e3, cap_pressure=200e3, cap_ratio=0.6, cap_hardening=20e6')
+      call law_of(law, soil//', friction_angle=30, cohesion=10e3, cap_pressure=200e3, cap_ratio=0.6, '// &
+                  'cap_hardening=20e6')
       call point%ready(law, density)
       call point%stretch_by(law, -e/3.0_wp*[1.0_wp, 1.0_wp, 1.0_wp], 400, 1.0_wp)
       expected = first + bulk*h/(bulk + h)*(e - first/bulk)
@@ -132,7 +141,8 @@ contains
       begin = (first + h*point%field('compaction') - 0.6_wp*law%a)/(1.0_wp + 0.6_wp*law%b)
       axis = 0.6_wp*(law%a + law%b*begin)
       call test%check(pq(2) > 10.0e3_wp .and. pq(1) > begin, 'shear beside it')
-      call test%check_close(sqrt((pq(1) - begin)**2 + (0.6_wp*pq(2))**2)/axis, 1.0_wp, 1.0e-11_wp, 'on the ellipse')
+      call test%check_close(sqrt((pq(1) - begin)**2 + (0.6_wp*pq(2))**2)/axis, 1.0_wp, 1.0e-11_wp, &
+                            'on the ellipse')
    end subroutine crushing
 
    !> 10^4 particles: none outside, the yield function computed anew.
@@ -143,8 +153,8 @@ contains
       real(wp) :: outside, begin, p, q, axis
       real(wp) :: e(3, 3)
       integer :: i, k, t, on_cone, on_cap
-      call law_of(law, soil//', friction_angle=30, cohesion=10e3, dilation_angle=8, cap_pressure=200e3, cap_ratio=0.6, '// &
-                  'cap_hardening=20e6')
+      call law_of(law, soil//', friction_angle=30, cohesion=10e3, dilation_angle=8, cap_pressure=200e3, '// &
+                  'cap_ratio=0.6, cap_hardening=20e6')
       outside = -1.0_wp
       on_cone = 0
       on_cap = 0
@@ -160,7 +170,8 @@ contains
             outside = max(outside, (q - law%a - law%b*p)/axis)
             if (p > begin) outside = max(outside, sqrt((p - begin)**2 + (0.6_wp*q)**2)/axis - 1.0_wp)
             if (p < begin .and. abs(q - law%a - law%b*p) < 1.0e-10_wp*axis) on_cone = on_cone + 1
-            if (p > begin .and. abs(sqrt((p - begin)**2 + (0.6_wp*q)**2)/axis - 1.0_wp) < 1.0e-10_wp) on_cap = on_cap + 1
+            if (p > begin .and. abs(sqrt((p - begin)**2 + (0.6_wp*q)**2)/axis - 1.0_wp) < 1.0e-10_wp) &
+               on_cap = on_cap + 1
          end do
       end do
       i = min(on_cone, on_cap)
@@ -179,8 +190,8 @@ contains
    subroutine all_laws_do()
       type(drucker_prager_t) :: law
       type(material_point_t) :: point
-      call law_of(law, soil//', friction_angle=30, cohesion=10e3, dilation_angle=8, cap_pressure=200e3, cap_ratio=0.6, '// &
-                  'cap_hardening=20e6')
+      call law_of(law, soil//', friction_angle=30, cohesion=10e3, dilation_angle=8, cap_pressure=200e3, '// &
+                  'cap_ratio=0.6, cap_hardening=20e6')
       call point%follows_turns(law, density, 0.005_wp, 1.0_wp, 'drucker_prager', test)
       call point%dissipates(law, density, 10000, 1.0_wp, 'drucker_prager', test)
       call law_of(law, soil//', friction_angle=30, cohesion=0')

@@ -174,7 +174,8 @@ contains
                associate (at => node(:, i, j, k))
                   c = [i, j, k]
                   if (at(1) < 0) then
-                     apart = apart .and. .not. any(chosen(max(1, i/2):min(n, i/2 + 2), max(1, j/2):min(n, j/2 &
+                     apart = apart .and. &
+                             .not. any(chosen(max(1, i/2):min(n, i/2 + 2), max(1, j/2):min(n, j/2 &
                                                           + 2), max(1, k/2):min(n, k/2 + 2)))
                      cycle
                   end if
@@ -218,7 +219,8 @@ contains
          if (abs(off - 1.125_wp) > 1.0e-6_wp) call test%check(lives .eqv. off < 1.125_wp, 'small: the layer')
          half = 0.4_wp*cell
          lives = lives_on(levels(2), levels(1)%grid%lower + x, spread(half, 1, 3), half, 0.0_wp)
-         if (abs(off - 0.525_wp) > 1.0e-6_wp) call test%check(lives .eqv. off < 0.525_wp, 'large: what reaches in')
+         if (abs(off - 0.525_wp) > 1.0e-6_wp) &
+            call test%check(lives .eqv. off < 0.525_wp, 'large: what reaches in')
       end do
    end subroutine homes
 

@@ -1,6 +1,6 @@
 !test: ranks 1 2 4
-!> Lists, migration and new blocks under random motion: every particle is in one bin, that of its nearest node, and none is lost,
-!> doubled or changed; the order in memory is that of one rank.
+!> Lists, migration and new blocks under random motion: every particle is in one bin, that of its nearest
+!> node, and none is lost, doubled or changed; the order in memory is that of one rank.
 program lists
    use m_kinds, only: wp, i8
    use m_errors, only: error_t
@@ -8,7 +8,8 @@ program lists
    use m_cell_list, only: bins
    use m_model, only: model_t
    use m_assertions, only: assertions_t
-   use m_wandering, only: build_wandering, wander, wrong_values, wrong_bins, all_ids, alone, ordered_ids, wrong_lists, came
+   use m_wandering, only: build_wandering, wander, wrong_values, wrong_bins, all_ids, alone, ordered_ids, &
+      wrong_lists, came
    implicit none
    integer, parameter :: steps = 60
    type(communicator_t) :: comm
@@ -33,21 +34,25 @@ program lists
       call test%check_equal(wrong_bins(model), 0, 'every particle is in the bin of its nearest node')
       call test%check_equal(wrong_lists(model, .false.), 0, &
                             'every particle is in the list of its cell once: what came is linked in')
-      call test%check_equal(joined_otherwise(), 0, 'with what has arrived, lists are as if all had been there at once')
+      call test%check_equal(joined_otherwise(), 0, &
+                            'with what has arrived, lists are as if all had been there at once')
       call test%check_equal(wrong_values(model), 0, 'every particle keeps what it carries')
       call test%check_equal(outside_block(), 0, 'every block holds what its rank owns')
       if (mod(step, 5) /= 0) cycle
       ids = all_ids(model)
       call test%check(size(ids) == size(at_start), 'as many particles as at the start')
-      if (size(ids) == size(at_start)) call test%check(all(ids == at_start), 'the same particles as at the start')
+      if (size(ids) == size(at_start)) &
+         call test%check(all(ids == at_start), 'the same particles as at the start')
       call test%check(same_order(), 'in every block the order in memory that one rank has')
       call test%check(same_places(), 'places to the bit those of one rank')
    end do
    moved = comm%sum_count(model%migration(1)%moved)
    sent = comm%sum_count(model%migration(1)%sent)
-   if (comm%is_root()) print '(5(a,i0))', '   particles ', size(at_start), ', steps ', steps, ', blocks ', blocks
+   if (comm%is_root()) print '(5(a,i0))', '   particles ', size(at_start), ', steps ', steps, &
+      ', blocks ', blocks
    blocks = count(model%levels(1)%owner >= 0) - blocks
-   if (comm%is_root()) print '(3(a,i0))', '   new blocks ', blocks, ', changes of block ', moved, ', of rank ', sent
+   if (comm%is_root()) print '(3(a,i0))', '   new blocks ', blocks, ', changes of block ', moved, &
+      ', of rank ', sent
    call test%check(blocks > 10, 'blocks were created')
    call test%check(came > 100, 'particles arrived in many')
    call test%check(moved > 10000, 'many particles changed block')
@@ -78,13 +83,14 @@ contains
       do b = 1, size(model%levels(1)%blocks)
          associate (cells => model%levels(1)%blocks(b)%cells, n => model%levels(1)%blocks(b)%particles%count)
             if (n == 0) cycle
-            associate (x => mod(cells%bin(:n) - 1, 8), y => mod((cells%bin(:n) - 1)/8, 8), z => (cells%bin(:n) - 1)/64, &
-                       here => cells%bin(:n - 1), next => cells%bin(2:n))
-               if (any(cells%low /= [minval(x), minval(y), minval(z)]) .or. any(cells%high /= [maxval(x), maxval(y), maxval(z)]) &
-                   .or. (cells%counted == n .and. cells%occupied /= count([(any(cells%bin(:n) == bin), bin=1, bins)])) &
-                   .or. (cells%counted == n .and. &
-                         cells%run_breaks /= 1 + count(next /= here) - cells%occupied + 2*count(next < here))) &
-                  wrong = wrong + 1
+            associate (x => mod(cells%bin(:n) - 1, 8), y => mod((cells%bin(:n) - 1)/8, 8), &
+                       z => (cells%bin(:n) - 1)/64, here => cells%bin(:n - 1), next => cells%bin(2:n))
+               if (any(cells%low /= [minval(x), minval(y), minval(z)]) .or. &
+                   any(cells%high /= [maxval(x), maxval(y), maxval(z)]) &
+                   .or. (cells%counted == n .and. cells%occupied /= &
+                         count([(any(cells%bin(:n) == bin), bin=1, bins)])) .or. (cells%counted == n .and. &
+                         cells%run_breaks /= 1 + count(next /= here) - cells%occupied &
+                         + 2*count(next < here))) wrong = wrong + 1
             end associate
          end associate
       end do
@@ -111,7 +117,9 @@ contains
             else
                associate (n => block%particles%count, other => single%levels(1)%blocks(s)%particles)
                   same_places = same_places .and. n == other%count
-                  if (same_places) same_places = all(abs(block%particles%column(:n, x:x + 2) - other%column(:n, x:x + 2)) <= 0.0_wp)
+                  if (same_places) &
+                     same_places = all(abs(block%particles%column(:n, x:x + 2) &
+                                           - other%column(:n, x:x + 2)) <= 0.0_wp)
                end associate
             end if
          end associate

@@ -22,7 +22,8 @@ module m_made_level
       real(wp), allocatable :: sums(:, :, :, :)   !< what particles gave, after folding
       real(wp), allocatable :: solved(:, :, :, :) !< inside the boundary conditions
       logical, allocatable :: held(:, :, :)       !< some block has the node
-      integer :: disagreements = 0                !< tiles that hold other bits than another tile of the same node
+      integer :: disagreements = 0                !< tiles that hold other bits than another tile of the same
+                                                  !< node
    end type node_state_t
 
 contains
@@ -80,7 +81,8 @@ contains
       associate (n => level%grid%cells)
          allocate (state%sums(node_values, -1:n(1) + 1, -1:n(2) + 1, -1:n(3) + 1), source=0.0_wp)
          allocate (state%solved(node_values, -1:n(1) + 1, -1:n(2) + 1, -1:n(3) + 1), source=0.0_wp)
-         allocate (state%held(-1:n(1) + 1, -1:n(2) + 1, -1:n(3) + 1), held(-1:n(1) + 1, -1:n(2) + 1, -1:n(3) + 1), source=.false.)
+         allocate (state%held(-1:n(1) + 1, -1:n(2) + 1, -1:n(3) + 1), &
+                   held(-1:n(1) + 1, -1:n(2) + 1, -1:n(3) + 1), source=.false.)
       end associate
       do b = 1, size(level%blocks)
          associate (block => level%blocks(b))
@@ -102,7 +104,8 @@ contains
       end do
    end subroutine all_nodes
 
-   !> The nodes of one tile into those of the whole grid; the first tile that has a node gives its value, the others must agree.
+   !> The nodes of one tile into those of the whole grid; the first tile that has a node gives its value, the
+   !> others must agree.
    subroutine collect(level, b, nodes, held, disagreements)
       type(level_t), intent(in) :: level
       integer, intent(in) :: b

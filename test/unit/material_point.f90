@@ -18,7 +18,8 @@ module m_material_point
       type(field_table_t) :: table
       type(layout_t) :: layout
       real(wp), allocatable :: column(:, :), gradient(:, :)
-      real(wp) :: time = 0.0_wp, axial = 0.0_wp, lateral = 0.0_wp !< s, logarithmic strains of `stress_to` and `pull`
+      real(wp) :: time = 0.0_wp, axial = 0.0_wp, lateral = 0.0_wp !< s, logarithmic strains of `stress_to` and
+                                                                  !< `pull`
       real(wp) :: work = 0.0_wp !< of the stress of particle 1 since the start, J
    contains
       procedure :: ready
@@ -87,7 +88,8 @@ contains
       call advance_volume(n, self%gradient, dt, self%column(:, self%layout%volume), smallest)
       l = dt*reshape(self%gradient(1, :), [3, 3])
       l = l - 0.5_wp*matmul(l, l)
-      self%work = self%work + 0.25_wp*(old_volume + self%column(1, self%layout%volume))*sum((before + self%stress())*l)
+      self%work = self%work + 0.25_wp*(old_volume + self%column(1, self%layout%volume)) &
+                  *sum((before + self%stress())*l)
       self%time = self%time + dt
    end subroutine advance
 
@@ -153,7 +155,8 @@ contains
             call self%squeezed(law, moved, dt, j(:, k))
             j(:, k) = (j(:, k) - answer)/h
          end do
-         e = e - [j(2, 2)*off(1) - j(1, 2)*off(2), j(1, 1)*off(2) - j(2, 1)*off(1)]/(j(1, 1)*j(2, 2) - j(1, 2)*j(2, 1))
+         e = e - [j(2, 2)*off(1) - j(1, 2)*off(2), j(1, 1)*off(2) - j(2, 1)*off(1)] &
+             /(j(1, 1)*j(2, 2) - j(1, 2)*j(2, 1))
       end do
       call copy(start, self)
       call self%squeezed(law, e, dt, answer)
@@ -224,7 +227,8 @@ contains
       end associate
    end function mises
 
-   !> A path with a rigid turn of one radian on top gives the stress of the path, turned; what is off falls with the step.
+   !> A path with a rigid turn of one radian on top gives the stress of the path, turned; what is off falls
+   !> with the step.
    subroutine follows_turns(self, law, density, size_of_path, duration, name, test)
       class(material_point_t), intent(inout) :: self
       class(material_t), intent(inout) :: law
@@ -235,17 +239,20 @@ contains
       integer :: half, k, steps, turned
       do half = 1, 2
          steps = 400*half
-         path = size_of_path*reshape([2.0_wp, 0.0_wp, 0.0_wp, 1.0_wp, -0.5_wp, 0.0_wp, 0.0_wp, 0.0_wp, -1.0_wp], [3, 3])/steps
+         path = size_of_path*reshape([2.0_wp, 0.0_wp, 0.0_wp, 1.0_wp, -0.5_wp, 0.0_wp, 0.0_wp, 0.0_wp, &
+                                      -1.0_wp], [3, 3])/steps
          do turned = 0, 1
             call self%ready(law, density)
             do k = 1, steps
                before = about_axis(1.0_wp*turned*(k - 1)/steps)
                after = about_axis(1.0_wp*turned*k/steps)
-               call self%strain_by(law, matmul(after, matmul(identity() + path, transpose(before))) - identity(), duration/steps)
+               call self%strain_by(law, matmul(after, matmul(identity() + path, transpose(before))) &
+                                   - identity(), duration/steps)
             end do
             if (turned == 0) still = self%stress()
          end do
-         off(half) = maxval(abs(matmul(transpose(after), matmul(self%stress(), after)) - still))/maxval(abs(still))
+         off(half) = maxval(abs(matmul(transpose(after), matmul(self%stress(), after)) - still)) &
+                     /maxval(abs(still))
       end do
       call say(name//', turned by 1 rad in 400 steps: stress off, relative', off(1))
       call test%check(off(2) < 0.6_wp*off(1) .and. off(1) < 0.02_wp, name//': a turn on top turns the stress')
@@ -268,7 +275,8 @@ contains
       fell = 0.0_wp
       do t = 1, 40
          do p = 1, n
-            self%gradient(p, :) = chance%several(9, -1.0_wp, 1.0_wp)*10.0_wp**chance%between(-5.0_wp, -2.0_wp)/duration
+            self%gradient(p, :) = chance%several(9, -1.0_wp, 1.0_wp)*10.0_wp**chance%between(-5.0_wp, &
+               -2.0_wp)/duration
          end do
          call self%advance(law, duration)
          do p = 1, n
@@ -278,7 +286,8 @@ contains
          end do
       end do
       most = maxval(before)
-      call say(name//', random paths: largest fall of what was dissipated, of the largest sum', fell/max(most, tiny(most)))
+      call say(name//', random paths: largest fall of what was dissipated, of the largest sum', &
+               fell/max(most, tiny(most)))
       call test%check(most > 0.0_wp, name//': random paths dissipate')
       call test%check(fell <= 1.0e-12_wp*most, name//': dissipation never falls')
       call test%check(all(abs(self%column) <= huge(1.0_wp)), name//': random paths give numbers')

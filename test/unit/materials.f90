@@ -1,4 +1,5 @@
-!> Material laws against closed forms: turning, small strains, large strains, and that the stress is what the energy says.
+!> Material laws against closed forms: turning, small strains, large strains, and that the stress is what the
+!> energy says.
 program materials
    use m_kinds, only: wp
    use m_constants, only: pi
@@ -12,7 +13,8 @@ program materials
    use m_chance, only: chance_t, keep_worst, say
    implicit none
    real(wp), parameter :: young = 70.0e9_wp, poisson = 0.33_wp
-   real(wp), parameter :: shear = young/(2.0_wp*(1.0_wp + poisson)), bulk = young/(3.0_wp*(1.0_wp - 2.0_wp*poisson))
+   real(wp), parameter :: shear = young/(2.0_wp*(1.0_wp + poisson)), &
+      bulk = young/(3.0_wp*(1.0_wp - 2.0_wp*poisson))
    real(wp), parameter :: lame = bulk - 2.0_wp*shear/3.0_wp
    integer, parameter :: n = 19, elastic = 1, neo_hookean = 2
    type(communicator_t) :: comm
@@ -53,7 +55,8 @@ contains
       call laws%slots(elastic)%law%declare(table, has_tools=.false.)
       call test%check_equal(table%columns, 11, 'the elastic law needs no field of its own')
       call laws%slots(neo_hookean)%law%declare(table, has_tools=.false.)
-      call test%check_equal(table%column('deformation_gradient'), 12, 'the neo-Hookean law has a deformation gradient')
+      call test%check_equal(table%column('deformation_gradient'), 12, &
+                            'the neo-Hookean law has a deformation gradient')
       layout = table%layout()
       allocate (column(n, table%columns), gradient(n, 9))
    end subroutine make_laws
@@ -118,12 +121,13 @@ contains
       class is (isotropic_t)
          call test%check_close([law%lame, law%shear]/young, [lame, shear]/young, 1.0e-14_wp, &
                                'Lame''s constants from Young''s modulus and Poisson''s ratio')
-         call test%check_close(law%von_mises_modulus(), 0.5_wp/law%complementary_energy(slip), 1.0e-14_wp*young, &
-                               'von Mises modulus and energy of shear')
+         call test%check_close(law%von_mises_modulus(), 0.5_wp/law%complementary_energy(slip), &
+                               1.0e-14_wp*young, 'von Mises modulus and energy of shear')
       end select
-      call test%check_close(laws%slots(1)%law%p_wave_modulus()/young, (lame + 2.0_wp*shear)/young, 1.0e-14_wp, &
-                            'modulus of a plane wave')
-      call test%check_close(laws%slots(1)%law%complementary_energy(3.0_wp*pull)*young, 4.5_wp, 1.0e-14_wp, 'energy of a pull')
+      call test%check_close(laws%slots(1)%law%p_wave_modulus()/young, (lame + 2.0_wp*shear)/young, &
+                            1.0e-14_wp, 'modulus of a plane wave')
+      call test%check_close(laws%slots(1)%law%complementary_energy(3.0_wp*pull)*young, 4.5_wp, 1.0e-14_wp, &
+                            'energy of a pull')
    end subroutine moduli
 
    !> The turning part alone (a law without stiffness): 10 turns about a skew axis change no invariant.
@@ -156,8 +160,9 @@ contains
       call test%check_close(drift, 0.0_wp, 1.0e-12_wp, 'turning alone changes no invariant of the stress')
    end subroutine turning_alone
 
-   !> With stiffness, x -> R x in small steps: the strain that A - A^2/2 sees is of order 4 in the angle of a step, so that over
-   !> given turns the drift falls with the third power of the step; and the stress comes round to where it was.
+   !> With stiffness, x -> R x in small steps: the strain that A - A^2/2 sees is of order 4 in the angle of a
+   !> step, so that over given turns the drift falls with the third power of the step; and the stress comes
+   !> round to where it was.
    subroutine turning_elastic()
       real(wp) :: drift(2), after(2), start(3, 3, n), angle
       integer :: steps, k, p, t
@@ -175,7 +180,8 @@ contains
          after(k) = 0.0_wp
          do p = 1, n
             associate (s => tensor(p))
-               call keep_worst(drift(k), (s(1, 1) + s(2, 2) + s(3, 3) - start(1, 1, p) - start(2, 2, p) - start(3, 3, p))/young)
+               call keep_worst(drift(k), (s(1, 1) + s(2, 2) + s(3, 3) - start(1, 1, p) - start(2, 2, p) &
+                                          - start(3, 3, p))/young)
                call keep_worst(after(k), maxval(abs(s - start(:, :, p)))/1.0e8_wp)
             end associate
          end do
@@ -189,7 +195,8 @@ contains
       call test%check_close(drift(1)/(10000.0_wp*0.5_wp*angle**4*3.0_wp*bulk/young), 1.0_wp, 0.02_wp, &
                             'turning strains the elastic law by angle^4/4 a step, no more')
       call test%check(drift(2) < 0.14_wp*drift(1), 'the drift falls with the third power of the step')
-      call test%check(after(2) < 0.3_wp*after(1) .and. after(1) < 1.0e-2_wp, 'the stress turns with the body, to second order')
+      call test%check(after(2) < 0.3_wp*after(1) .and. after(1) < 1.0e-2_wp, &
+                      'the stress turns with the body, to second order')
    end subroutine turning_elastic
 
    !> The deformation gradient forgets nothing: exact but for round-off, and the stress is R sigma R^T.
@@ -215,11 +222,13 @@ contains
       turned = 0.0_wp
       do p = 1, n
          call keep_worst(drift, maxval(abs(invariants(p) - before(:, p))/[young, young**2, young**3]))
-         call keep_worst(turned, maxval(abs(tensor(p) - matmul(r, matmul(start(:, :, p), transpose(r)))))/young)
+         call keep_worst(turned, &
+                         maxval(abs(tensor(p) - matmul(r, matmul(start(:, :, p), transpose(r)))))/young)
       end do
       call say('neo-Hookean, 10 turns: drift of invariants', drift)
       call say('neo-Hookean: stress against R sigma R^T, over E', turned)
-      call test%check_close(drift, 0.0_wp, 1.0e-12_wp, 'turning a neo-Hookean body changes no invariant of its stress')
+      call test%check_close(drift, 0.0_wp, 1.0e-12_wp, &
+                            'turning a neo-Hookean body changes no invariant of its stress')
       call test%check_close(turned, 0.0_wp, 1.0e-11_wp, 'turning a neo-Hookean body turns its stress')
       call test%check_close(column(:, layout%volume), volume, 1.0e-11_wp, 'turning changes no volume')
    end subroutine turning_neo_hookean
@@ -241,7 +250,8 @@ contains
       do p = 1, n
          l = e*reshape(gradient(p, :), [3, 3])
          strain = 0.5_wp*(l + transpose(l))
-         call keep_worst(off, maxval(abs(tensor(p) - lame*(strain(1, 1) + strain(2, 2) + strain(3, 3))*identity() &
+         call keep_worst(off, maxval(abs(tensor(p) &
+                                         - lame*(strain(1, 1) + strain(2, 2) + strain(3, 3))*identity() &
                                          - 2.0_wp*shear*strain))/(young*e))
       end do
       call say(name//': off Hooke''s law at strains of 1e-7, relative', off)
@@ -258,8 +268,10 @@ contains
          call reset()
          steps = 1 + mod(k, 3)*25
          do t = 1, steps
-            call step(neo_hookean, (stretch**(1.0_wp/steps) - 1.0_wp)*reshape([1.0_wp, 0.0_wp, 0.0_wp, 0.0_wp, 0.0_wp, 0.0_wp, &
-                                                                               0.0_wp, 0.0_wp, 0.0_wp], [3, 3]), 0.1_wp)
+            call step(neo_hookean, &
+                      (stretch**(1.0_wp/steps) - 1.0_wp) &
+                      *reshape([1.0_wp, 0.0_wp, 0.0_wp, 0.0_wp, 0.0_wp, 0.0_wp, 0.0_wp, 0.0_wp, 0.0_wp], &
+                                                                               [3, 3]), 0.1_wp)
          end do
          j = stretch
          expected = 0.0_wp
@@ -278,7 +290,8 @@ contains
          call keep_worst(off, maxval(abs(column(1, layout%stress:layout%stress + 5) - expected))/young)
       end do
       call say('neo-Hookean uniaxial (0.5 to 2.4) and simple shear, over E', off)
-      call test%check_close(off, 0.0_wp, 1.0e-13_wp, 'neo-Hookean stress in uniaxial stretch and simple shear')
+      call test%check_close(off, 0.0_wp, 1.0e-13_wp, &
+                            'neo-Hookean stress in uniaxial stretch and simple shear')
    end subroutine closed_forms
 
    !> dU/dt = V sigma : L, by central differences about random deformed states.
@@ -359,11 +372,12 @@ contains
       expected(n - 1:) = column(n - 1:, layout%volume)
       call test%check_close(column(:, layout%volume), expected, 1.0e-14_wp, 'volumes')
       call test%check_close(smallest, minval(expected(:n - 2)), 1.0e-14_wp, 'smallest volume')
-      call fastest(column(:, layout%velocity:layout%velocity + 2), column(:, layout%mass), column(:, layout%volume), 3, n - 1, &
-                   speed_squared, specific_volume)
-      call test%check_close([speed_squared, specific_volume], [maxval(sum(column(3:n - 1, layout%velocity:layout%velocity + 2)**2, &
-                            dim=2)), maxval(column(3:n - 1, layout%volume)/column(3:n - 1, layout%mass))], 1.0e-13_wp, &
-                            'largest speed and specific volume of a run')
+      call fastest(column(:, layout%velocity:layout%velocity + 2), column(:, layout%mass), &
+                   column(:, layout%volume), 3, n - 1, speed_squared, specific_volume)
+      call test%check_close([speed_squared, specific_volume], &
+                            [maxval(sum(column(3:n - 1, layout%velocity:layout%velocity + 2)**2, &
+                            dim=2)), maxval(column(3:n - 1, layout%volume)/column(3:n - 1, layout%mass))], &
+                            1.0e-13_wp, 'largest speed and specific volume of a run')
    end subroutine volumes
 
    !> A law touches the particles first to last and no other, and the energy is theirs alone.
@@ -379,14 +393,16 @@ contains
          before = column
          call laws%slots(law)%law%update(column, layout, gradient, 1.0e-3_wp, 4, n - 5)
          call test%check(all(abs(column(:3, :) - before(:3, :)) <= 0.0_wp) .and. &
-                         all(abs(column(n - 4:, :) - before(n - 4:, :)) <= 0.0_wp), 'a law leaves other particles alone')
+                         all(abs(column(n - 4:, :) - before(n - 4:, :)) <= 0.0_wp), &
+                         'a law leaves other particles alone')
          parts = 0.0_wp
          do p = 1, n
             parts = parts + laws%slots(law)%law%strain_energy(column, layout, p, p)
          end do
-         call test%check_close(laws%slots(law)%law%strain_energy(column, layout, 1, n)/parts, 1.0_wp, 1.0e-13_wp, &
-                               'the energy of all is the sum of each')
-         call test%check_close(laws%slots(law)%law%strain_energy(column, layout, 1, 3), 0.0_wp, 0.0_wp, 'no strain, no energy')
+         call test%check_close(laws%slots(law)%law%strain_energy(column, layout, 1, n)/parts, 1.0_wp, &
+                               1.0e-13_wp, 'the energy of all is the sum of each')
+         call test%check_close(laws%slots(law)%law%strain_energy(column, layout, 1, 3), 0.0_wp, 0.0_wp, &
+                               'no strain, no energy')
       end do
    end subroutine only_its_own
 

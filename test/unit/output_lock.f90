@@ -1,5 +1,6 @@
 !test: ranks 1 2
-!> The lock on an output directory (m_output_lock): it is touched, made again where it was removed, and lost to another run.
+!> The lock on an output directory (m_output_lock): it is touched, made again where it was removed, and lost
+!> to another run.
 program output_lock
    use m_kinds, only: i8
    use m_errors, only: error_t

@@ -1,5 +1,6 @@
-!> Surfaces of other bodies as elements meet them (theory.md, eqs partner-gap, partner-foot, partner-normal): gap, normal and place of
-!> the force between two spheres, two cylinders and two planes of irregular elements; the corner of a box over a plane.
+!> Surfaces of other bodies as elements meet them (theory.md, eqs partner-gap, partner-foot, partner-normal):
+!> gap, normal and place of the force between two spheres, two cylinders and two planes of irregular elements;
+!> the corner of a box over a plane.
 program partner_surface
    use m_kinds, only: wp
    use m_constants, only: pi
@@ -53,7 +54,8 @@ contains
       call find_meetings(elements, meetings, count)
    end subroutine meet
 
-   !> Elements about as dense as those of a lattice, at irregular places on the part of a sphere around a pole.
+   !> Elements about as dense as those of a lattice, at irregular places on the part of a sphere around a
+   !> pole.
    function cap(field, centre, radius, pole, outward, in) result(list)
       integer, intent(in) :: field
       real(wp), intent(in) :: centre(3), radius, pole(3), outward, in
@@ -70,8 +72,9 @@ contains
       end do
    end function cap
 
-   !> Two spheres of radii a and b; b below 0 is a hollow of that radius that holds a. Gaps are right within so much of an edge, and a
-   !> hundredth of themselves; those of planes in place of the spheres are 0.03 to 0.06 edges off.
+   !> Two spheres of radii a and b; b below 0 is a hollow of that radius that holds a. Gaps are right within
+   !> so much of an edge, and a hundredth of themselves; those of planes in place of the spheres are 0.03 to
+   !> 0.06 edges off.
    subroutine spheres(name, a, b, bound)
       character(len=*), intent(in) :: name
       real(wp), intent(in) :: a, b, bound
@@ -85,7 +88,8 @@ contains
       radius = [a, abs(b)]
       centre(:, 1) = 0.0_wp
       centre(:, 2) = (a + b + apart)*pole
-      list = [cap(1, centre(:, 1), a, pole, 1.0_wp, in), cap(2, centre(:, 2), abs(b), -sign(1.0_wp, b)*pole, sign(1.0_wp, b), in)]
+      list = [cap(1, centre(:, 1), a, pole, 1.0_wp, in), cap(2, centre(:, 2), abs(b), -sign(1.0_wp, b)*pole, &
+             sign(1.0_wp, b), in)]
       call meet(list, meetings, count)
       call test%check(count > 20, name//': elements meet')
       do m = 1, count
@@ -95,10 +99,12 @@ contains
             if (other == 2 .and. b < 0.0_wp) gap = -gap
             call test%check_close(meetings(m)%gap, gap, bound*edge + 0.01_wp*gap, name//': gap')
             place = it%face - (gap + in)*meetings(m)%normal
-            call test%check_close(norm2(meetings(m)%point - place), 0.0_wp, bound*edge + 0.01_wp*gap, name//': place')
+            call test%check_close(norm2(meetings(m)%point - place), 0.0_wp, bound*edge + 0.01_wp*gap, &
+                                  name//': place')
             n = n/norm2(n)*merge(-1, 1, other == 2 .and. b < 0.0_wp)
             n = n - it%normal
-            call test%check_close(norm2(cross(meetings(m)%normal, n/norm2(n))), 0.0_wp, 0.03_wp, name//': normal')
+            call test%check_close(norm2(cross(meetings(m)%normal, n/norm2(n))), 0.0_wp, 0.03_wp, &
+                                  name//': normal')
          end associate
       end do
    end subroutine spheres
@@ -123,9 +129,12 @@ contains
       do m = 1, count
          associate (it => list(meetings(m)%element))
             if (abs(it%face(1)) > 1.5_wp .or. abs(it%face(2) - 4.0_wp) > 2.0_wp) cycle
-            if (nint(it%field) == 2) call test%check_close(meetings(m)%gap, it%face(3), 1.0e-12_wp, 'cylinder over the plane: gap')
-            if (nint(it%field) == 1) call test%check_close(meetings(m)%gap, norm2(it%face([1, 3]) - [0.0_wp, apart + radius]) &
-                                                           - radius, 2.0e-3_wp*edge, 'plane under the cylinder: gap')
+            if (nint(it%field) == 2) &
+               call test%check_close(meetings(m)%gap, it%face(3), 1.0e-12_wp, 'cylinder over the plane: gap')
+            if (nint(it%field) == 1) &
+               call test%check_close(meetings(m)%gap, norm2(it%face([1, 3]) - [0.0_wp, apart + radius]) &
+                                                           - radius, 2.0e-3_wp*edge, &
+                                                           'plane under the cylinder: gap')
          end associate
       end do
    end subroutine cylinder
@@ -148,16 +157,18 @@ contains
       call meet(list, meetings, count)
       call test%check(count > 100, 'planes: elements meet')
       do m = 1, count
-         associate (it => list(meetings(m)%element), side => merge(1, -1, nint(list(meetings(m)%element)%field) == 1))
+         associate (it => list(meetings(m)%element), &
+                    side => merge(1, -1, nint(list(meetings(m)%element)%field) == 1))
             call test%check_close(meetings(m)%gap, apart, 1.0e-14_wp, 'planes: gap')
             call test%check_close(meetings(m)%normal, -side*n, 1.0e-13_wp, 'planes: normal')
-            call test%check_close(meetings(m)%point, it%face + side*(apart + in)*n, 1.0e-13_wp, 'planes: place of the force')
+            call test%check_close(meetings(m)%point, it%face + side*(apart + in)*n, 1.0e-13_wp, &
+                                  'planes: place of the force')
          end associate
       end do
    end subroutine planes
 
-   !> The edge of a box, turned by 45 degrees, over a plane: the plane gives the normal, and the plane's elements meet the edge about where
-   !> it is.
+   !> The edge of a box, turned by 45 degrees, over a plane: the plane gives the normal, and the plane's
+   !> elements meet the edge about where it is.
    subroutine corner()
       type(element_t), allocatable :: list(:)
       type(meeting_t), allocatable :: meetings(:)
@@ -170,7 +181,8 @@ contains
          end do
          do i = 0, 5
             do side = -1, 1, 2
-               list = [list, element(2, [side*s*(i + 0.5_wp)*edge, j*edge, up + s*(i + 0.5_wp)*edge], [side*s, 0.0_wp, -s], 0.0_wp)]
+               list = [list, element(2, [side*s*(i + 0.5_wp)*edge, j*edge, up + s*(i + 0.5_wp)*edge], &
+                                     [side*s, 0.0_wp, -s], 0.0_wp)]
             end do
          end do
       end do
@@ -178,7 +190,8 @@ contains
       met = 0
       do m = 1, count
          associate (it => list(meetings(m)%element))
-            if (nint(it%field) /= 1 .or. abs(it%face(1)) > 1.0e-9_wp .or. abs(it%face(2) - 3.0_wp) > 1.0_wp) cycle
+            if (nint(it%field) /= 1 .or. abs(it%face(1)) > 1.0e-9_wp .or. abs(it%face(2) - 3.0_wp) > 1.0_wp) &
+               cycle
             met = met + 1
             call test%check_close(meetings(m)%gap, up, 0.1_wp*edge, 'plane under an edge: gap')
             call test%check_close(meetings(m)%normal, [0.0_wp, 0.0_wp, -1.0_wp], 1.0e-12_wp, &

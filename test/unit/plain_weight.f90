@@ -1,5 +1,6 @@
-!> The weight of a particle on a node, plainly: the mean of the hat function over the particle's domain, integrated piece by piece
-!> between the kinks; its slope by a complex step. Shares nothing with the code under test.
+!> The weight of a particle on a node, plainly: the mean of the hat function over the particle's domain,
+!> integrated piece by piece between the kinks; its slope by a complex step. Shares nothing with the code
+!> under test.
 module m_plain_weight
    use m_kinds, only: wp
    implicit none
@@ -22,7 +23,8 @@ contains
       complex(wp), intent(in) :: distance !< from the node to the particle
       real(wp), intent(in) :: half_size
       complex(wp) :: from, to
-      real(wp), parameter :: kinks(2, 2) = reshape([-1.0_wp, 0.0_wp, 0.0_wp, 1.0_wp], [2, 2]), rise(2) = [1.0_wp, -1.0_wp]
+      real(wp), parameter :: kinks(2, 2) = reshape([-1.0_wp, 0.0_wp, 0.0_wp, 1.0_wp], [2, 2]), &
+         rise(2) = [1.0_wp, -1.0_wp]
       integer :: piece
       weight = 0.0_wp
       do piece = 1, 2
@@ -31,7 +33,8 @@ contains
          if (real(from, wp) < kinks(1, piece)) from = kinks(1, piece)
          if (real(to, wp) > kinks(2, piece)) to = kinks(2, piece)
          if (real(to, wp) <= real(from, wp)) cycle
-         weight = weight + (to - from)*(1.0_wp + 0.5_wp*rise(piece)*(from + to)) ! exact: the hat is linear there
+         weight = weight + (to - from)*(1.0_wp + 0.5_wp*rise(piece)*(from + to)) ! exact: the hat is linear
+                                                                                 ! there
       end do
       weight = weight/(2.0_wp*half_size)
    end function weight_complex

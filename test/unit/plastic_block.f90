@@ -1,5 +1,6 @@
 !test: ranks 1 2
-!> Laws with plastic flow in a whole model: first values, the energy balance of a free block that flows, and what a probe sees.
+!> Laws with plastic flow in a whole model: first values, the energy balance of a free block that flows, and
+!> what a probe sees.
 program plastic_block
    use m_kinds, only: wp, i8
    use m_errors, only: error_t
@@ -73,8 +74,9 @@ contains
             do p = 1, particles%count
                n = particles%body(p)
                found = [particles%column(p, warm), sum(particles%column(p, strained:strained + 8))]
-               call test%check_close(found, [merge(293.15_wp, 0.0_wp, n == 2), merge(3.0_wp, 0.0_wp, n == 3)], 0.0_wp, &
-                                     'first values by law')
+               call test%check_close(found, &
+                                     [merge(293.15_wp, 0.0_wp, n == 2), merge(3.0_wp, 0.0_wp, n == 3)], &
+                                     0.0_wp, 'first values by law')
             end do
             seen = seen + particles%count
          end associate
@@ -83,10 +85,11 @@ contains
       call model%release()
    end subroutine first_values
 
-   !> A free block set into isochoric extension, many times faster than it can bear elastically: most of its energy is dissipated,
-   !> and kinetic energy, strain energy and plastic work stay together what they were but for what the scheme loses: 5 % with
-   !> three times this step, 4 % with it, 3 % with a third. Transfer is plain, because with affine the particles' kinetic energy
-   !> leaves out what a linear motion has within the cells, 14 % in a block of four cells.
+   !> A free block set into isochoric extension, many times faster than it can bear elastically: most of its
+   !> energy is dissipated, and kinetic energy, strain energy and plastic work stay together what they were
+   !> but for what the scheme loses: 5 % with three times this step, 4 % with it, 3 % with a third. Transfer
+   !> is plain, because with affine the particles' kinetic energy leaves out what a linear motion has within
+   !> the cells, 14 % in a block of four cells.
    subroutine free_block()
       type(scene_t) :: scene
       type(model_t) :: model
@@ -116,10 +119,14 @@ contains
          if (mod(step, 20) == 0) call balance%follow(model)
       end do
       call test%check(.not. error%happened(), 'free block: runs')
-      if (comm%is_root()) call say('free block: plastic work over energy at the start', balance%now%plastic/balance%start%energy())
-      if (comm%is_root()) call say('free block: largest error of the balance over the same', balance%worst/balance%start%energy())
-      call test%check(balance%now%plastic > 0.8_wp*balance%start%energy(), 'free block: most energy is dissipated')
-      call test%check_close(balance%worst/balance%start%energy(), 0.0_wp, 0.06_wp, 'free block: the energy balance closes')
+      if (comm%is_root()) call say('free block: plastic work over energy at the start', &
+                                   balance%now%plastic/balance%start%energy())
+      if (comm%is_root()) call say('free block: largest error of the balance over the same', &
+                                   balance%worst/balance%start%energy())
+      call test%check(balance%now%plastic > 0.8_wp*balance%start%energy(), &
+                      'free block: most energy is dissipated')
+      call test%check_close(balance%worst/balance%start%energy(), 0.0_wp, 0.06_wp, &
+                            'free block: the energy balance closes')
       call read_probe(model, probe, position, stress, strain, recovered)
       call test%check(strain > 0.005_wp .and. strain < 0.2_wp, 'free block: the probe sees plastic strain')
       call model%release()
@@ -134,7 +141,8 @@ contains
       do b = 1, size(model%levels(1)%blocks)
          associate (particles => model%levels(1)%blocks(b)%particles, v => model%levels(1)%layout%velocity)
             do p = 1, particles%count
-               particles%column(p, v:v + 2) = rate*[1.0_wp, -0.5_wp, -0.5_wp]*(particles%column(p, x:x + 2) - middle)
+               particles%column(p, v:v + 2) = rate*[1.0_wp, -0.5_wp, -0.5_wp] &
+                  *(particles%column(p, x:x + 2) - middle)
             end do
          end associate
       end do

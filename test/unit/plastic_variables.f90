@@ -27,27 +27,36 @@ contains
       call test%check_close([j2%yield_stress, j2%hardening_modulus], [2.0e8_wp, 1.0e9_wp], 0.0_wp, 'j2: read')
       j2 = j2_t()
       call read_group(j2, 'hardening_strain=0,0.1, hardening_stress=1e8,3e8', '')
-      call test%check_close([j2%yield_stress, j2%hardening_strain, j2%hardening_stress], [1.0e8_wp, 0.0_wp, 0.1_wp, 1.0e8_wp, &
-                                                                                         3.0e8_wp], 0.0_wp, 'j2: table read')
+      call test%check_close([j2%yield_stress, j2%hardening_strain, j2%hardening_stress], &
+                            [1.0e8_wp, 0.0_wp, 0.1_wp, 1.0e8_wp, 3.0e8_wp], 0.0_wp, 'j2: table read')
       call refused('hardening_modulus=1e9', 'yield_stress: missing; must be a number above 0 Pa')
       call refused('yield_stress=1e8, hardening_modulus=-1', 'must be at least 0 Pa')
       call refused('hardening_strain=0,0.1', 'hardening_stress: missing')
-      call refused('hardening_strain=0,0.1, hardening_stress=1e8', 'must have as many numbers as hardening_strain')
+      call refused('hardening_strain=0,0.1, hardening_stress=1e8', &
+                   'must have as many numbers as hardening_strain')
       call refused('hardening_strain=0.1,0.2, hardening_stress=1e8,2e8', 'must begin with 0')
       call refused('hardening_strain=0,0.2,0.2, hardening_stress=1e8,2e8,3e8', 'must rise')
       call refused('hardening_strain=0,0.2, hardening_stress=1e8,0.9e8', 'must not fall')
       call refused('hardening_strain=0,0.2, hardening_stress=0,1e8', 'must be above 0 Pa')
-      call refused('hardening_strain=0,0.2, hardening_stress=1e8,2e8, yield_stress=2e8', 'must be the first of hardening_stress')
-      call refused('hardening_strain=0,0.2, hardening_stress=1e8,2e8, hardening_modulus=1', 'must be 0 or absent')
-      call read_group(jc, 'yield_stress=9e7, hardening_modulus=3e8, hardening_exponent=0.3, rate_coefficient=0.02, '// &
-                      'thermal_exponent=1.1, melting_temperature=1356, specific_heat=383, room_temperature=300', '')
-      call test%check_close([jc%yield_stress, jc%hardening_modulus, jc%hardening_exponent, jc%rate_coefficient, jc%reference_rate, &
-                             jc%thermal_exponent, jc%room_temperature, jc%melting_temperature, jc%specific_heat, &
-                             jc%heat_fraction], [9.0e7_wp, 3.0e8_wp, 0.3_wp, 0.02_wp, 1.0_wp, 1.1_wp, 300.0_wp, 1356.0_wp, &
-                                                 383.0_wp, 0.9_wp], 0.0_wp, 'Johnson-Cook: read')
+      call refused('hardening_strain=0,0.2, hardening_stress=1e8,2e8, yield_stress=2e8', &
+                   'must be the first of hardening_stress')
+      call refused('hardening_strain=0,0.2, hardening_stress=1e8,2e8, hardening_modulus=1', &
+                   'must be 0 or absent')
+      call read_group(jc, 'yield_stress=9e7, hardening_modulus=3e8, hardening_exponent=0.3, '// &
+                      'rate_coefficient=0.02, '// &
+                      'thermal_exponent=1.1, melting_temperature=1356, specific_heat=383, '// &
+                      'room_temperature=300', '')
+      call test%check_close([jc%yield_stress, jc%hardening_modulus, jc%hardening_exponent, &
+                             jc%rate_coefficient, jc%reference_rate, jc%thermal_exponent, &
+                             jc%room_temperature, jc%melting_temperature, jc%specific_heat, &
+                             jc%heat_fraction], [9.0e7_wp, 3.0e8_wp, 0.3_wp, 0.02_wp, 1.0_wp, 1.1_wp, &
+                                                 300.0_wp, 1356.0_wp, 383.0_wp, 0.9_wp], 0.0_wp, &
+                                                 'Johnson-Cook: read')
       jc = johnson_cook_t()
-      call read_group(jc, 'yield_stress=9e7, hardening_modulus=3e8, hardening_exponent=0.3, rate_coefficient=0.02, '// &
-                      'thermal_exponent=1.1, melting_temperature=290, specific_heat=383', 'must be above room_temperature')
+      call read_group(jc, 'yield_stress=9e7, hardening_modulus=3e8, hardening_exponent=0.3, '// &
+                      'rate_coefficient=0.02, '// &
+                      'thermal_exponent=1.1, melting_temperature=290, specific_heat=383', &
+                      'must be above room_temperature')
    end subroutine reading
 
    subroutine refused(variables, sentence)

@@ -1,4 +1,5 @@
-!> Laws of plastic flow, one particle at a time, against closed forms: curves, reversal, kinks, random paths, turning, heat.
+!> Laws of plastic flow, one particle at a time, against closed forms: curves, reversal, kinks, random paths,
+!> turning, heat.
 !test: limit 120
 program plasticity
    use m_kinds, only: wp
@@ -15,7 +16,8 @@ program plasticity
    use m_chance, only: chance_t, keep_worst, say
    implicit none
    real(wp), parameter :: young = 124.0e9_wp, poisson = 0.34_wp, density = 8960.0_wp
-   real(wp), parameter :: shear = young/(2.0_wp*(1.0_wp + poisson)), bulk = young/(3.0_wp*(1.0_wp - 2.0_wp*poisson))
+   real(wp), parameter :: shear = young/(2.0_wp*(1.0_wp + poisson)), &
+      bulk = young/(3.0_wp*(1.0_wp - 2.0_wp*poisson))
    real(wp), parameter :: lame = bulk - 2.0_wp*shear/3.0_wp
    real(wp), parameter :: yield = 200.0e6_wp
    real(wp), parameter :: kinks(4) = [0.0_wp, 0.003_wp, 0.01_wp, 0.05_wp]
@@ -142,7 +144,8 @@ contains
       integer :: k
       k = count(kinks <= strain)
       table_stress = levels(4)
-      if (k < 4) table_stress = (levels(k)*(kinks(k + 1) - strain) + levels(k + 1)*(strain - kinks(k)))/(kinks(k + 1) - kinks(k))
+      if (k < 4) table_stress = (levels(k)*(kinks(k + 1) - strain) + levels(k + 1)*(strain - kinks(k))) &
+         /(kinks(k + 1) - kinks(k))
    end function table_stress
 
    !> Below yield the laws are the elastic one to the bit, and above it they are not.
@@ -179,14 +182,15 @@ contains
       call test%check(all(abs(column(:, layout%stress:layout%stress + 5) - expected) <= 0.0_wp), &
                       name//': below yield the bits of the elastic law')
       call test%check(maxval(expected) > 5.0e6_wp .and. all(abs(column(:, law%strain)) <= 0.0_wp) &
-                      .and. law%plastic_energy(column, 1, size(strains, 1)) <= 0.0_wp, name//': below yield nothing flows')
+                      .and. law%plastic_energy(column, 1, size(strains, 1)) <= 0.0_wp, name// &
+                      ': below yield nothing flows')
       gradient = 50.0_wp*strains
       call advance(law, 1.0_wp)
       call test%check(count(column(:, law%strain) > 0.0_wp) > 250, name//': above yield it does')
    end subroutine compare
 
-   !> Isochoric extension e, -e/2, -e/2: q = 3 mu e, then q = yield + H (e - q/(3 mu)). The error is that of A - A^2/2 against the
-   !> logarithm: second order in the step. The work done is stored or dissipated.
+   !> Isochoric extension e, -e/2, -e/2: q = 3 mu e, then q = yield + H (e - q/(3 mu)). The error is that of A
+   !> - A^2/2 against the logarithm: second order in the step. The work done is stored or dissipated.
    subroutine extension()
       type(j2_t) :: law
       real(wp), parameter :: moduli(3) = [0.0_wp, 1.0e9_wp, 20.0e9_wp], e = 0.1_wp
@@ -201,23 +205,30 @@ contains
             off(half) = abs(column(1, law%strain)/expected - 1.0_wp)
          end do
          call say('j2 extension by 0.1, 500 steps: plastic strain, relative error', off(1))
-         call test%check(off(2) < 0.27_wp*off(1) .and. off(1) < 1.0e-5_wp, 'j2: extension, second order in the step')
-         call test%check_close(mises(1)/(yield + moduli(k)*expected), 1.0_wp, 1.0e-5_wp, 'j2: stress of extension')
+         call test%check(off(2) < 0.27_wp*off(1) .and. off(1) < 1.0e-5_wp, &
+                         'j2: extension, second order in the step')
+         call test%check_close(mises(1)/(yield + moduli(k)*expected), 1.0_wp, 1.0e-5_wp, &
+                               'j2: stress of extension')
          work = yield*expected + 0.5_wp*moduli(k)*expected**2
-         call test%check_close(law%plastic_energy(column, 1, 1)/work, 1.0_wp, 1.0e-5_wp, 'j2: plastic work of extension')
-         call test%check_close(law%strain_energy(column, layout, 1, 1)/((yield + moduli(k)*expected)**2/(6.0_wp*shear)), 1.0_wp, &
-                               1.0e-5_wp, 'j2: strain energy of extension')
+         call test%check_close(law%plastic_energy(column, 1, 1)/work, 1.0_wp, 1.0e-5_wp, &
+                               'j2: plastic work of extension')
+         call test%check_close(law%strain_energy(column, layout, 1, &
+                                                 1)/((yield + moduli(k)*expected)**2/(6.0_wp*shear)), &
+                                                 1.0_wp, 1.0e-5_wp, 'j2: strain energy of extension')
       end do
       law = table_law()
       call ready(law, 1)
       call stretch_by(law, e*[1.0_wp, -0.5_wp, -0.5_wp], 500, 1.0_wp)
       call test%check_close(column(1, law%strain)/(e - levels(4)/(3.0_wp*shear)), 1.0_wp, 1.0e-5_wp, &
                             'j2: extension by a table, held after its last point')
-      work = sum(0.5_wp*(levels(2:) + levels(:3))*(kinks(2:) - kinks(:3))) + levels(4)*(column(1, law%strain) - kinks(4))
-      call test%check_close(law%plastic_energy(column, 1, 1)/work, 1.0_wp, 1.0e-12_wp, 'j2: plastic work, area under the table')
+      work = sum(0.5_wp*(levels(2:) + levels(:3))*(kinks(2:) - kinks(:3))) &
+             + levels(4)*(column(1, law%strain) - kinks(4))
+      call test%check_close(law%plastic_energy(column, 1, 1)/work, 1.0_wp, 1.0e-12_wp, &
+                            'j2: plastic work, area under the table')
    end subroutine extension
 
-   !> Strain along x alone: q = 2 mu e until yield, then plastic strain (2 mu e - yield)/(3 mu + H); axial stress K e + 2/3 q.
+   !> Strain along x alone: q = 2 mu e until yield, then plastic strain (2 mu e - yield)/(3 mu + H); axial
+   !> stress K e + 2/3 q.
    subroutine uniaxial_strain()
       type(j2_t) :: law
       real(wp), parameter :: h = 2.0e9_wp, e = -0.02_wp
@@ -232,13 +243,16 @@ contains
          off(half) = abs(column(1, layout%stress)/axial - 1.0_wp)
       end do
       call say('j2 uniaxial strain -0.02, 100 steps: axial stress, relative error', off(1))
-      call test%check(off(2) < 0.27_wp*off(1) .and. off(1) < 1.0e-6_wp, 'j2: uniaxial strain, second order in the step')
-      call test%check_close(column(1, law%strain)/flowed, 1.0_wp, 1.0e-6_wp, 'j2: plastic strain of uniaxial strain')
+      call test%check(off(2) < 0.27_wp*off(1) .and. off(1) < 1.0e-6_wp, &
+                      'j2: uniaxial strain, second order in the step')
+      call test%check_close(column(1, law%strain)/flowed, 1.0_wp, 1.0e-6_wp, &
+                            'j2: plastic strain of uniaxial strain')
    end subroutine uniaxial_strain
 
-   !> Simple shear without hardening, with the turning of the objective rate. The stress turns on its circle of radius k =
-   !> yield/sqrt(3) by d(theta)/d(gamma) = 1 - a sin(theta), a = mu/k: from gamma/2 at yield (2 mu sin(gamma/2) = k) towards
-   !> sin(theta) = 1/a; the plastic strain is the integral of cos(theta)/sqrt(3). A soft material makes the angles large.
+   !> Simple shear without hardening, with the turning of the objective rate. The stress turns on its circle
+   !> of radius k = yield/sqrt(3) by d(theta)/d(gamma) = 1 - a sin(theta), a = mu/k: from gamma/2 at yield (2
+   !> mu sin(gamma/2) = k) towards sin(theta) = 1/a; the plastic strain is the integral of cos(theta)/sqrt(3).
+   !> A soft material makes the angles large.
    subroutine simple_shear()
       type(j2_t) :: law
       real(wp) :: a, k, root, start, gamma, ratio, t, theta, flowed, off(2), off_strain(2), increment(3, 3)
@@ -269,11 +283,14 @@ contains
       end do
       call say('j2 simple shear 0.5, 2000 steps: stress, relative error', off(1))
       call say('the same: plastic strain', off_strain(1))
-      call test%check(off(2) < 0.55_wp*off(1) .and. off(1) < 2.0e-3_wp, 'j2: simple shear, first order in the step')
-      call test%check(off_strain(2) < 0.55_wp*off_strain(1) .and. off_strain(1) < 2.0e-3_wp, 'j2: plastic strain of simple shear')
+      call test%check(off(2) < 0.55_wp*off(1) .and. off(1) < 2.0e-3_wp, &
+                      'j2: simple shear, first order in the step')
+      call test%check(off_strain(2) < 0.55_wp*off_strain(1) .and. off_strain(1) < 2.0e-3_wp, &
+                      'j2: plastic strain of simple shear')
    end subroutine simple_shear
 
-   !> Extension, then back: the second yield comes at the largest stress so far, twice its elastic strain away.
+   !> Extension, then back: the second yield comes at the largest stress so far, twice its elastic strain
+   !> away.
    subroutine reversal()
       type(j2_t) :: law
       real(wp), parameter :: h = 10.0e9_wp, e = 0.01_wp
@@ -286,16 +303,18 @@ contains
       flowed = column(1, law%strain)
       back = -2.0_wp*top/(3.0_wp*shear)
       call stretch_by(law, 0.999_wp*back*[1.0_wp, -0.5_wp, -0.5_wp], 100, 1.0_wp)
-      call test%check(column(1, law%strain) <= flowed, 'j2: reversed loading is elastic up to the stress of reversal')
+      call test%check(column(1, law%strain) <= flowed, &
+                      'j2: reversed loading is elastic up to the stress of reversal')
       call stretch_by(law, 0.002_wp*back*[1.0_wp, -0.5_wp, -0.5_wp], 1, 1.0_wp)
       call test%check(column(1, law%strain) > flowed, 'j2: reversed loading yields at the stress of reversal')
       call stretch_by(law, (-e - 0.001_wp*back)*[1.0_wp, -0.5_wp, -0.5_wp], 200, 1.0_wp)
       k = layout%stress
-      call test%check_close(column(1, k)/(-2.0_wp/3.0_wp*(top + h*e/(1.0_wp + h/(3.0_wp*shear)))), 1.0_wp, 1.0e-6_wp, &
-                            'j2: stress after reversed flow')
+      call test%check_close(column(1, k)/(-2.0_wp/3.0_wp*(top + h*e/(1.0_wp + h/(3.0_wp*shear)))), 1.0_wp, &
+                            1.0e-6_wp, 'j2: stress after reversed flow')
    end subroutine reversal
 
-   !> One big step over all kinks: the trial stress is 2 mu dev(A - A^2/2); the answer is sought by bisection on the table.
+   !> One big step over all kinks: the trial stress is 2 mu dev(A - A^2/2); the answer is sought by bisection
+   !> on the table.
    subroutine across_kinks()
       type(j2_t) :: law
       real(wp) :: a, trial, low, high, middle, off
@@ -325,8 +344,8 @@ contains
       call test%check_close(off, 0.0_wp, 1.0e-12_wp, 'j2: kinks of the table within one step are met exactly')
    end subroutine across_kinks
 
-   !> 10^4 random paths of 40 steps: outside the yield surface never, plastic strain and work never fall. The yield function is
-   !> that of the law, computed here anew.
+   !> 10^4 random paths of 40 steps: outside the yield surface never, plastic strain and work never fall. The
+   !> yield function is that of the law, computed here anew.
    subroutine random_paths()
       type(j2_t) :: j2
       type(johnson_cook_t) :: jc
@@ -365,7 +384,8 @@ contains
             if (hot == law%strain) then ! the law has no temperature
                strength = table_stress(column(p, law%strain))
             else
-               strength = copper_stress(column(p, law%strain), (column(p, law%strain) - strain(p))/dt, temperature(p))
+               strength = copper_stress(column(p, law%strain), (column(p, law%strain) - strain(p))/dt, &
+                                        temperature(p))
             end if
             outside = max(outside, mises(p)/strength - 1.0_wp)
             if (column(p, law%strain) > strain(p)) call keep_worst(left, mises(p)/strength - 1.0_wp)
@@ -375,7 +395,8 @@ contains
       end do
       call say(name//', 10^4 random paths: furthest outside the yield surface', outside)
       call say('the same, off the yield surface where it flows', left)
-      call test%check(outside <= 1.0e-10_wp .and. outside >= -1.0_wp, name//': random paths stay within the yield surface')
+      call test%check(outside <= 1.0e-10_wp .and. outside >= -1.0_wp, name// &
+                      ': random paths stay within the yield surface')
       call test%check_close(left, 0.0_wp, 1.0e-10_wp, name//': flow is on the yield surface')
       call test%check(least >= 0.0_wp, name//': plastic strain and plastic work never fall')
       call test%check(flowing > 10*many .and. flowing < 39*many, name//': random paths flow and unload')
@@ -390,7 +411,8 @@ contains
       if (rate > 1.0_wp) copper_stress = copper_stress*(1.0_wp + 0.025_wp*log(rate))
    end function copper_stress
 
-   !> The same path with a rigid turn of one radian on top: the invariants come closer with the square of the step.
+   !> The same path with a rigid turn of one radian on top: the invariants come closer with the square of the
+   !> step.
    subroutine turning()
       real(wp) :: still(3), turned(3), off(2)
       integer :: half
@@ -400,7 +422,8 @@ contains
          off(half) = maxval(abs(turned/still - 1.0_wp))
       end do
       call say('j2, turned by 1 rad in 200 steps: invariants, relative difference', off(1))
-      call test%check(off(2) < 0.3_wp*off(1) .and. off(1) < 1.0e-3_wp, 'j2: a turn on top, second order in the step')
+      call test%check(off(2) < 0.3_wp*off(1) .and. off(1) < 1.0e-3_wp, &
+                      'j2: a turn on top, second order in the step')
    end subroutine turning
 
    !> The path in `steps` steps with a turn by `angle`: trace, von Mises stress, plastic strain at the end.
@@ -413,7 +436,8 @@ contains
       integer :: k
       law = linear(5.0e9_wp)
       call ready(law, 1)
-      path = reshape([0.02_wp, 0.0_wp, 0.0_wp, 0.01_wp, -0.005_wp, 0.0_wp, 0.0_wp, 0.0_wp, -0.01_wp], [3, 3])/steps
+      path = reshape([0.02_wp, 0.0_wp, 0.0_wp, 0.01_wp, -0.005_wp, 0.0_wp, 0.0_wp, 0.0_wp, -0.01_wp], &
+                     [3, 3])/steps
       do k = 1, steps
          before = about_axis(angle*(k - 1)/steps)
          after = about_axis(angle*k/steps)
@@ -436,11 +460,12 @@ contains
       r = identity() + sin(angle)*w + 2.0_wp*sin(0.5_wp*angle)**2*matmul(w, w)
    end function about_axis
 
-   !> Without hardening and heat the rate of flow becomes that of the extension: yield A (1 + C ln rate)(1 - T*^m). With hardening
-   !> but no rate, e = ep + (A + B ep^n)/(3 mu).
+   !> Without hardening and heat the rate of flow becomes that of the extension: yield A (1 + C ln rate)(1 -
+   !> T*^m). With hardening but no rate, e = ep + (A + B ep^n)/(3 mu).
    subroutine rate_and_warmth()
       type(johnson_cook_t) :: law
-      real(wp), parameter :: rates(4) = [0.01_wp, 1.0_wp, 1.0e3_wp, 1.0e6_wp], warmth(3) = [294.0_wp, 600.0_wp, 1200.0_wp]
+      real(wp), parameter :: rates(4) = [0.01_wp, 1.0_wp, 1.0e3_wp, 1.0e6_wp], &
+         warmth(3) = [294.0_wp, 600.0_wp, 1200.0_wp]
       real(wp) :: expected, off, flowed
       integer :: r, w
       off = 0.0_wp
@@ -465,8 +490,8 @@ contains
       call ready(law, 1)
       call stretch_by(law, 0.1_wp*[1.0_wp, -0.5_wp, -0.5_wp], 500, 1.0_wp)
       flowed = column(1, law%strain)
-      call test%check_close((flowed + (90.0e6_wp + 292.0e6_wp*flowed**0.31_wp)/(3.0_wp*shear))/0.1_wp, 1.0_wp, 1.0e-5_wp, &
-                            'Johnson-Cook: hardening')
+      call test%check_close((flowed + (90.0e6_wp + 292.0e6_wp*flowed**0.31_wp)/(3.0_wp*shear))/0.1_wp, &
+                            1.0_wp, 1.0e-5_wp, 'Johnson-Cook: hardening')
       call ready(law, 1)
       column(1, law%temperature) = law%melting_temperature
       call stretch_by(law, 0.1_wp*[1.0_wp, -0.5_wp, -0.5_wp], 5, 1.0_wp)
@@ -474,8 +499,8 @@ contains
                       'Johnson-Cook: molten material bears no shear')
    end subroutine rate_and_warmth
 
-   !> Adiabatic, without hardening and rate, m = 1: the stress falls as A exp(-beta A ep/(rho c (T_melt - T_room))). The heat of a
-   !> particle is its share of its plastic work, whatever else is on.
+   !> Adiabatic, without hardening and rate, m = 1: the stress falls as A exp(-beta A ep/(rho c (T_melt -
+   !> T_room))). The heat of a particle is its share of its plastic work, whatever else is on.
    subroutine heating()
       type(johnson_cook_t) :: law
       real(wp) :: off(2), expected
@@ -492,7 +517,8 @@ contains
          off(half) = abs(mises(1)/expected - 1.0_wp)
       end do
       call say('Johnson-Cook, adiabatic extension by 1, 1000 steps: relative error', off(1))
-      call test%check(off(2) < 0.55_wp*off(1) .and. off(1) < 1.0e-3_wp, 'Johnson-Cook: adiabatic, first order in the step')
+      call test%check(off(2) < 0.55_wp*off(1) .and. off(1) < 1.0e-3_wp, &
+                      'Johnson-Cook: adiabatic, first order in the step')
       law = copper()
       call ready(law, 1)
       call stretch_by(law, [0.3_wp, -0.1_wp, -0.22_wp], 300, 1.0e-4_wp)
@@ -502,7 +528,8 @@ contains
       call test%check(expected > 10.0_wp, 'Johnson-Cook: plastic work heats')
    end subroutine heating
 
-   !> The thickness that contact asks for follows the whole deformation; nothing is carried where there are no tools.
+   !> The thickness that contact asks for follows the whole deformation; nothing is carried where there are no
+   !> tools.
    subroutine thickness()
       type(j2_t) :: law
       type(field_table_t) :: table

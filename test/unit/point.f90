@@ -1,5 +1,5 @@
-!> One law at points: a law read from the text of its group, particles of it, and steps that are driven by strain or, along some
-!> axes, by stress.
+!> One law at points: a law read from the text of its group, particles of it, and steps that are driven by
+!> strain or, along some axes, by stress.
 module m_point
    use m_kinds, only: wp
    use m_errors, only: error_t
@@ -112,14 +112,15 @@ contains
       s = tensor(self%column(p, self%layout%stress:self%layout%stress + 5))
    end function stress_of
 
-   !> A step of the only particle in which the fibre along x grows by `strain` and keeps its direction, and no other component of
-   !> the stress is left than xx: what grips that are far apart do. Newton's method by differences; `left` is the largest of the
-   !> others over xx.
+   !> A step of the only particle in which the fibre along x grows by `strain` and keeps its direction, and no
+   !> other component of the stress is left than xx: what grips that are far apart do. Newton's method by
+   !> differences; `left` is the largest of the others over xx.
    subroutine pull(self, strain, dt, left)
       class(point_t), intent(inout) :: self
       real(wp), intent(in) :: strain, dt
       real(wp), intent(out) :: left
-      real(wp) :: start(size(self%column, 1), size(self%column, 2)), x(5), f(5), g(5), matrix(5, 5), h, change(5), share
+      real(wp) :: start(size(self%column, 1), size(self%column, 2)), x(5), f(5), g(5), matrix(5, 5), h, &
+         change(5), share
       integer :: n, k
       start = self%column
       x = strain*self%last

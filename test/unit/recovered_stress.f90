@@ -1,8 +1,9 @@
 !test: ranks 1 2 4
-!> Recovered stress (theory.md, eq. recovered) of made-up fields. A stress that is linear in space comes back as it is: inside, at
-!> free surfaces, edges and corners, at a symmetry plane, at the edge of a level, on either side of where two bodies touch, for all
-!> kinds of domains; what alternates from layer to layer is gone; a single particle gets what it gets among all. In a sheet of one
-!> particle no slope is known across it: there it is the mean.
+!> Recovered stress (theory.md, eq. recovered) of made-up fields. A stress that is linear in space comes back
+!> as it is: inside, at free surfaces, edges and corners, at a symmetry plane, at the edge of a level, on
+!> either side of where two bodies touch, for all kinds of domains; what alternates from layer to layer is
+!> gone; a single particle gets what it gets among all. In a sheet of one particle no slope is known across
+!> it: there it is the mean.
 program recovered_stress
    use m_kinds, only: wp
    use m_errors, only: error_t
@@ -14,7 +15,8 @@ program recovered_stress
    use m_recovered_stress, only: block_stress_t, recover_stress, recover_stress_at
    use m_assertions, only: assertions_t
    implicit none
-   real(wp), parameter :: cell = 0.125_wp, low(3) = [0.0_wp, 0.31_wp, 0.33_wp], length(3) = [1.0_wp, 1.25_wp, 1.125_wp]
+   real(wp), parameter :: cell = 0.125_wp, low(3) = [0.0_wp, 0.31_wp, 0.33_wp], &
+      length(3) = [1.0_wp, 1.25_wp, 1.125_wp]
    type(communicator_t) :: comm
    type(assertions_t) :: test
    call comm%start()
@@ -99,7 +101,8 @@ contains
                   x = particles%column(p, at%position:at%position + 2)
                   s = 0.0_wp
                   if (linear) s = stress_at(particles%body(p), x)
-                  if (alternate) s(1:3) = 1.0e4_wp*(-1)**floor((x(3) - low(3))/(0.5_wp*model%levels(l)%grid%cell))
+                  if (alternate) &
+                     s(1:3) = 1.0e4_wp*(-1)**floor((x(3) - low(3))/(0.5_wp*model%levels(l)%grid%cell))
                   particles%column(p, at%stress:at%stress + 5) = s
                end do
             end associate
@@ -107,8 +110,8 @@ contains
       end do
    end subroutine give
 
-   !> The largest difference from the linear field; or from 0 for the alternating one, more than a cell below the
-   !> surfaces that cut its layers; over the largest stress.
+   !> The largest difference from the linear field; or from 0 for the alternating one, more than a cell below
+   !> the surfaces that cut its layers; over the largest stress.
    subroutine compare(model, name, linear, bound)
       type(model_t), intent(inout) :: model
       character(len=*), intent(in) :: name

@@ -32,8 +32,9 @@ program split
 
 contains
 
-   !> What a block's particles amount to: mass, volume, energy, volume of the domains, momentum, angular momentum with what turns
-   !> within the domains, their first and second moments; area and first moment of the faces that they carry.
+   !> What a block's particles amount to: mass, volume, energy, volume of the domains, momentum, angular
+   !> momentum with what turns within the domains, their first and second moments; area and first moment of
+   !> the faces that they carry.
    function sums(block, level) result(total)
       type(block_t), intent(in) :: block
       type(level_t), intent(in) :: level
@@ -55,8 +56,9 @@ contains
                second = second + m/3.0_wp*spread(r(:, k), 2, 3)*spread(r(:, k), 1, 3)
             end do
             total = total + [m, values(at%volume), values(level%table%column('energy')), &
-                             8.0_wp*dot_product(r(:, 1), cross(r(:, 2), r(:, 3))), m*v, turn, m*x, reshape(second, [9]), &
-                             face_of(values, level), norm2(face_of(values, level))*(x + arm_of(values, level))]
+                             8.0_wp*dot_product(r(:, 1), cross(r(:, 2), r(:, 3))), m*v, turn, m*x, &
+                             reshape(second, [9]), face_of(values, level), norm2(face_of(values, level)) &
+                             *(x + arm_of(values, level))]
          end associate
       end do
    end function sums
@@ -108,8 +110,8 @@ contains
       level%layout = level%table%layout()
    end subroutine declare
 
-   !> Parts that lie beyond symmetry sides become their mirror images, by a reflection of all that has a direction; others and those
-   !> beyond a free side stay as they are.
+   !> Parts that lie beyond symmetry sides become their mirror images, by a reflection of all that has a
+   !> direction; others and those beyond a free side stay as they are.
    subroutine beyond_sides()
       type(level_t) :: level
       type(grid_spec_t) :: spec
@@ -142,23 +144,28 @@ contains
                end associate
             end do
             if (all(side <= 0.0_wp) .and. all([(mirror(axis, axis) > 0.0_wp, axis=1, 3)])) &
-               call test%check(all(abs(values - was) <= 0.0_wp), 'sides: what is inside, or beyond a free side, stays')
-            call test%check_close(values(at%position:at%position + 2), side + matmul(mirror, was(at%position:at%position + 2)), &
+               call test%check(all(abs(values - was) <= 0.0_wp), &
+                               'sides: what is inside, or beyond a free side, stays')
+            call test%check_close(values(at%position:at%position + 2), side &
+                                  + matmul(mirror, was(at%position:at%position + 2)), &
                                   1.0e-15_wp, 'sides: the place of the image')
-            call test%check_close(values(at%velocity:at%velocity + 2), matmul(mirror, was(at%velocity:at%velocity + 2)), 0.0_wp, &
+            call test%check_close(values(at%velocity:at%velocity + 2), &
+                                  matmul(mirror, was(at%velocity:at%velocity + 2)), 0.0_wp, &
                                   'sides: its velocity')
             call test%check_close(reshape(values(at%gradient:at%gradient + 8), [9]), &
-               reshape(matmul(mirror, matmul(reshape(was(at%gradient:at%gradient + 8), [3, 3]), mirror)), [9]), 0.0_wp, &
-                                  'sides: its velocity gradient')
+               reshape(matmul(mirror, matmul(reshape(was(at%gradient:at%gradient + 8), [3, 3]), mirror)), &
+                       [9]), 0.0_wp, 'sides: its velocity gradient')
             s = matmul(mirror, matmul(stress_of(was, at%stress), mirror))
-            call test%check_close(values(at%stress:at%stress + 5), [s(1, 1), s(2, 2), s(3, 3), s(2, 3), s(1, 3), s(1, 2)], 0.0_wp, &
+            call test%check_close(values(at%stress:at%stress + 5), &
+                                  [s(1, 1), s(2, 2), s(3, 3), s(2, 3), s(1, 3), s(1, 2)], 0.0_wp, &
                                   'sides: its stress')
             r = matmul(mirror, half_edges(was, at))
-            call test%check_close(reshape(abs(half_edges(values, at)), [9]), reshape(abs(r), [9]), 0.0_wp, 'sides: its domain')
+            call test%check_close(reshape(abs(half_edges(values, at)), [9]), reshape(abs(r), [9]), 0.0_wp, &
+                                  'sides: its domain')
             call test%check_close(abs(sum(half_edges(values, at)*r, dim=1)), sum(r**2, dim=1), 1.0e-14_wp, &
                                   'sides: whose edges may point either way')
-            call test%check_close(dot_product(r(:, 1), cross(r(:, 2), r(:, 3)))*mirror(1, 1)*mirror(2, 2)*mirror(3, 3), &
-               triple(half_edges(values, at)), 1.0e-14_wp, 'sides: its handedness stays')
+            call test%check_close(dot_product(r(:, 1), cross(r(:, 2), r(:, 3)))*mirror(1, 1)*mirror(2, &
+               2)*mirror(3, 3), triple(half_edges(values, at)), 1.0e-14_wp, 'sides: its handedness stays')
          end do
       end associate
    end subroutine beyond_sides
@@ -228,13 +235,16 @@ contains
                             name//'mass, volume, energy, volume of the domains')
       call test%check_close(after(5:22), before(5:22), 1.0e-12_wp*after(1), &
                             name//'momentum, angular momentum, centre, moments of inertia')
-      call test%check_close(after(23:), before(23:), 1.0e-11_wp, name//'area and first moment of the faces carried')
-      call test%check_close(inward(block, level), 0.0_wp, 1.0e-9_wp, name//'which all lie on sides of their domains')
+      call test%check_close(after(23:), before(23:), 1.0e-11_wp, name// &
+                            'area and first moment of the faces carried')
+      call test%check_close(inward(block, level), 0.0_wp, 1.0e-9_wp, name// &
+                            'which all lie on sides of their domains')
       longest = 0.0_wp
       do p = 1, block%particles%count
          longest = max(longest, maxval(norm2(half_edges(block%particles%column(p, :), level%layout), dim=1)))
       end do
-      call test%check(longest > 0.3_wp*cell .and. longest <= 0.525_wp*cell, name//'no half edge is longer than 0.525 cells')
+      call test%check(longest > 0.3_wp*cell .and. longest <= 0.525_wp*cell, name// &
+                      'no half edge is longer than 0.525 cells')
       ids = block%particles%id(:block%particles%count)
       ids = ids(sorted_order(ids, ids))
       call test%check(all(ids(2:) > ids(:size(ids) - 1)) .and. ids(1) > 0, name//'ids are unique')
@@ -242,8 +252,10 @@ contains
       associate (particles => block%particles, s => level%layout%stress)
          do p = 101, particles%count
             round = int(iand(particles%id(p), 2_i8**id_bits - 1))
-            call test%check(all(abs(particles%column(p, s:s + 5) - particles%column(round, s:s + 5)) <= 0.0_wp) &
-                            .and. particles%body(p) == particles%body(round), name//'stress and body are the parent''s')
+            call test%check(all(abs(particles%column(p, s:s + 5) - particles%column(round, s:s + 5)) <= &
+                                0.0_wp) &
+                            .and. particles%body(p) == particles%body(round), name// &
+                            'stress and body are the parent''s')
          end do
       end associate
    end subroutine pieces
@@ -269,10 +281,12 @@ contains
       end do
    end function inward
 
-   !> Under tension particles are split that else would not be, and across all edges that are too long for it: into how many.
+   !> Under tension particles are split that else would not be, and across all edges that are too long for it:
+   !> into how many.
    subroutine pulled(corners)
       logical, intent(in) :: corners
-      real(wp), parameter :: eighth(3) = [0.25_wp, 0.25_wp, 0.36_wp], cube(3) = [0.45_wp, 0.5_wp, 0.51_wp], small(3) = 0.19_wp
+      real(wp), parameter :: eighth(3) = [0.25_wp, 0.25_wp, 0.36_wp], cube(3) = [0.45_wp, 0.5_wp, 0.51_wp], &
+         small(3) = 0.19_wp
       real(wp), parameter :: along_z(6) = [0.0_wp, 0.0_wp, 1.0_wp, 0.0_wp, 0.0_wp, 0.0_wp]
       real(wp), parameter :: along_x(6) = [1.0_wp, 0.0_wp, 0.0_wp, 0.0_wp, 0.0_wp, 0.0_wp]
       character(len=:), allocatable :: name
@@ -280,16 +294,26 @@ contains
       call test%check_equal(parts_of(corners, eighth, 0.0_wp*along_z, 0.2_wp), 1, name//'no stress')
       call test%check_equal(parts_of(corners, eighth, -along_z, 0.2_wp), 1, name//'compression')
       call test%check_equal(parts_of(corners, eighth, 2.0e4_wp*along_z, 0.2_wp), 2, name//'tension')
-      call test%check_equal(parts_of(corners, eighth, 8.0e3_wp*along_z, 0.2_wp), 1, name//'tension as in metals')
-      call test%check_equal(parts_of(corners, eighth, 2.0e4_wp*along_x, 0.2_wp), 2, name//'tension across the long edge')
-      call test%check_equal(parts_of(corners, eighth - 0.02_wp, 2.0e4_wp*along_z, 0.2_wp), 1, name//'tension, short')
-      call test%check_equal(parts_of(corners, eighth, 1.05e6_wp*along_z, 0.2_wp), 2, name//'tension of 1.05 moduli')
-      call test%check_equal(parts_of(corners, eighth, 1.2e6_wp*along_z, 0.2_wp), 8, name//'tension of 1.2 moduli')
-      call test%check_equal(parts_of(corners, small, 9.0e6_wp*along_z, 0.2_wp), 1, name//'tension of 9 moduli, small')
-      call test%check_equal(parts_of(corners, cube, along_z, 1.0_wp), 8, name//'all of a cell, tension along the longest')
-      call test%check_equal(parts_of(corners, cube, along_x, 1.0_wp), 1, name//'all of a cell, tension along another')
-      call test%check_equal(parts_of(corners, cube - 0.01_wp, along_z, 1.0_wp), 1, name//'all of a cell, hardly strained')
-      call test%check_equal(parts_of(corners, cube + 0.02_wp, -along_z, 1.0_wp), 2, name//'all of a cell, compression')
+      call test%check_equal(parts_of(corners, eighth, 8.0e3_wp*along_z, 0.2_wp), 1, name// &
+                            'tension as in metals')
+      call test%check_equal(parts_of(corners, eighth, 2.0e4_wp*along_x, 0.2_wp), 2, name// &
+                            'tension across the long edge')
+      call test%check_equal(parts_of(corners, eighth - 0.02_wp, 2.0e4_wp*along_z, 0.2_wp), 1, name// &
+                            'tension, short')
+      call test%check_equal(parts_of(corners, eighth, 1.05e6_wp*along_z, 0.2_wp), 2, name// &
+                            'tension of 1.05 moduli')
+      call test%check_equal(parts_of(corners, eighth, 1.2e6_wp*along_z, 0.2_wp), 8, name// &
+                            'tension of 1.2 moduli')
+      call test%check_equal(parts_of(corners, small, 9.0e6_wp*along_z, 0.2_wp), 1, name// &
+                            'tension of 9 moduli, small')
+      call test%check_equal(parts_of(corners, cube, along_z, 1.0_wp), 8, name// &
+                            'all of a cell, tension along the longest')
+      call test%check_equal(parts_of(corners, cube, along_x, 1.0_wp), 1, name// &
+                            'all of a cell, tension along another')
+      call test%check_equal(parts_of(corners, cube - 0.01_wp, along_z, 1.0_wp), 1, name// &
+                            'all of a cell, hardly strained')
+      call test%check_equal(parts_of(corners, cube + 0.02_wp, -along_z, 1.0_wp), 2, name// &
+                            'all of a cell, compression')
    end subroutine pulled
 
    !> Into how many parts a particle is split.
@@ -328,7 +352,8 @@ contains
       integer :: g, splits, worn_out
       call declare(level, corners=.true., affine=.true.)
       allocate (values(level%table%columns), source=1.0_wp)
-      values(level%layout%domain:level%layout%domain + 8) = reshape([1, 0, 0, 0, 1, 0, 0, 0, 1], [9])*0.1_wp*cell
+      values(level%layout%domain:level%layout%domain + 8) = reshape([1, 0, 0, 0, 1, 0, 0, 0, 1], [9]) &
+         *0.1_wp*cell
       values(level%layout%domain) = 0.9_wp*cell
       values(level%layout%generation) = 0.0_wp
       call block%reserve(1, level%table%columns)
@@ -357,7 +382,8 @@ contains
       n = [2.0_wp, -1.0_wp, 2.0_wp]/3.0_wp
       call test%check_close(level%thickness(values, n), 0.4_wp, 1.0e-15_wp, 'thickness of a cube')
       values(level%layout%domain:level%layout%domain + 8) = 0.3_wp*reshape([0, 1, 0, -2, 0, 0, 0, 0, 3], [9])
-      call test%check_close(level%thickness(values, [1.0_wp, 0.0_wp, 0.0_wp]), 1.2_wp, 1.0e-15_wp, 'thickness of a turned box')
+      call test%check_close(level%thickness(values, [1.0_wp, 0.0_wp, 0.0_wp]), 1.2_wp, 1.0e-15_wp, &
+                            'thickness of a turned box')
    end subroutine thickness
 
 end program split

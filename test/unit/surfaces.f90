@@ -1,6 +1,7 @@
-!> Closed surfaces of triangles (theory.md, eq. pseudonormal): the signed distance against every triangle asked by itself, and its
-!> side against the winding number, for a star with sharp spikes and hollows, a torus and a blade; a cube against the exact
-!> distance; that the bound is one; that surfaces which are not closed, twisted, inside out or flat are refused.
+!> Closed surfaces of triangles (theory.md, eq. pseudonormal): the signed distance against every triangle
+!> asked by itself, and its side against the winding number, for a star with sharp spikes and hollows, a torus
+!> and a blade; a cube against the exact distance; that the bound is one; that surfaces which are not closed,
+!> twisted, inside out or flat are refused.
 program surfaces
    use m_kinds, only: wp
    use m_constants, only: pi
@@ -80,7 +81,8 @@ contains
       real(wp), intent(in) :: a, b
       real(wp) :: x(3), c
       c = merge(0.0_wp, b, b >= 1.0_wp)
-      x = [(1.0_wp + 0.4_wp*cos(2*pi*c))*cos(2*pi*a), (1.0_wp + 0.4_wp*cos(2*pi*c))*sin(2*pi*a), 0.4_wp*sin(2*pi*c)]
+      x = [(1.0_wp + 0.4_wp*cos(2*pi*c))*cos(2*pi*a), (1.0_wp + 0.4_wp*cos(2*pi*c))*sin(2*pi*a), &
+           0.4_wp*sin(2*pi*c)]
    end function ring
 
    !> Two long faces that meet at a tenth of a degree.
@@ -88,8 +90,8 @@ contains
       character(len=:), allocatable :: fault
       real(wp) :: t
       t = 0.5_wp*tan(0.1_wp*pi/180.0_wp)
-      made%corner = reshape([0.0_wp, 0.0_wp, 0.0_wp, 0.0_wp, 1.0_wp, 0.0_wp, 1.0_wp, 0.0_wp, t, 1.0_wp, 1.0_wp, t, &
-                             1.0_wp, 0.0_wp, -t, 1.0_wp, 1.0_wp, -t], [3, 6])
+      made%corner = reshape([0.0_wp, 0.0_wp, 0.0_wp, 0.0_wp, 1.0_wp, 0.0_wp, 1.0_wp, 0.0_wp, t, 1.0_wp, &
+                             1.0_wp, t, 1.0_wp, 0.0_wp, -t, 1.0_wp, 1.0_wp, -t], [3, 6])
       made%of = reshape([1, 3, 4, 1, 4, 2, 1, 2, 6, 1, 6, 5, 3, 5, 6, 3, 6, 4, 1, 5, 3, 2, 4, 6], [3, 8])
       call made%close_up(fault)
       call test%check(fault == '', 'the blade is closed', fault)
@@ -99,7 +101,8 @@ contains
       character(len=*), intent(in) :: name
       type(triangles_t), intent(in) :: triangles
       type(closed_surface_t) :: surface
-      real(wp) :: x(3), distance, normal(3), expected, lower(3), upper(3), width, turns, ahead, unused(3), limit, short
+      real(wp) :: x(3), distance, normal(3), expected, lower(3), upper(3), width, turns, ahead, unused(3), &
+         limit, short
       integer :: n, t
       call surface%build(triangles)
       call triangles%bounds(lower, upper)
@@ -115,19 +118,23 @@ contains
          turns = winding(triangles, x)
          call test%check_close(abs(distance), expected, 1.0e-13_wp*width, name//': distance')
          if (expected > 1.0e-6_wp*width) &
-            call test%check((distance < 0.0_wp) .eqv. turns > 0.5_wp, name//': the side is that of the winding number')
+            call test%check((distance < 0.0_wp) .eqv. turns > 0.5_wp, name// &
+                            ': the side is that of the winding number')
          call test%check_close(norm2(normal), 1.0_wp, 1.0e-12_wp, name//': the normal has the length 1')
          call test%check(surface%least_distance(x) <= distance + 1.0e-12_wp*width, name//': the bound is one')
          limit = chance%between(0.0_wp, 2.0_wp)*expected
          call surface%distance_within(x, limit, short, unused)
          if (abs(distance) < limit) then
-            call test%check_close([short, unused], [distance, normal], 1.0e-13_wp*width, name//': within a limit it is the same')
+            call test%check_close([short, unused], [distance, normal], 1.0e-13_wp*width, name// &
+                                  ': within a limit it is the same')
          else
-            call test%check(abs(short) >= limit .and. short*distance >= 0.0_wp, name//': beyond a limit it is beyond, on its side')
+            call test%check(abs(short) >= limit .and. short*distance >= 0.0_wp, name// &
+                            ': beyond a limit it is beyond, on its side')
          end if
          if (expected > 1.0e-3_wp*width) then ! along the normal the distance grows as the way
             call surface%distance_and_normal(x - 0.5_wp*distance*normal, ahead, unused)
-            call test%check_close(ahead, 0.5_wp*distance, 1.0e-12_wp*width, name//': half way back it is half')
+            call test%check_close(ahead, 0.5_wp*distance, 1.0e-12_wp*width, name// &
+                                  ': half way back it is half')
          end if
       end do
       do t = 1, size(triangles%corner, 2)
@@ -148,8 +155,8 @@ contains
          n = triangles%face_normal(:, t)
          off = dot_product(x - c(:, 1), n)
          foot = x - off*n
-         if (all([(dot_product(cross(c(:, 1 + mod(k, 3)) - c(:, k), foot - c(:, k)), n) >= 0.0_wp, k=1, 3)])) &
-            distance = min(distance, abs(off))
+         if (all([(dot_product(cross(c(:, 1 + mod(k, 3)) - c(:, k), foot - c(:, k)), n) >= 0.0_wp, &
+                   k=1, 3)])) distance = min(distance, abs(off))
          do k = 1, 3
             associate (e => c(:, 1 + mod(k, 3)) - c(:, k))
                along = min(1.0_wp, max(0.0_wp, dot_product(x - c(:, k), e)/dot_product(e, e)))
@@ -159,7 +166,8 @@ contains
       end do
    end function by_all
 
-   !> Solid angle of all triangles over that of a sphere: 1 inside, 0 outside (van Oosterom and Strackee 1983).
+   !> Solid angle of all triangles over that of a sphere: 1 inside, 0 outside (van Oosterom and Strackee
+   !> 1983).
    pure real(wp) function winding(triangles, x) result(turns)
       type(triangles_t), intent(in) :: triangles
       real(wp), intent(in) :: x(3)
@@ -180,8 +188,8 @@ contains
    type(triangles_t) function made_cube() result(made)
       integer :: i
       made%corner = reshape([(real([mod(i, 2), mod(i/2, 2), i/4], wp), i=0, 7)], [3, 8])
-      made%of = reshape([1, 3, 4, 1, 4, 2, 5, 6, 8, 5, 8, 7, 1, 2, 6, 1, 6, 5, 3, 7, 8, 3, 8, 4, 1, 5, 7, 1, 7, 3, &
-                         2, 4, 8, 2, 8, 6], [3, 12])
+      made%of = reshape([1, 3, 4, 1, 4, 2, 5, 6, 8, 5, 8, 7, 1, 2, 6, 1, 6, 5, 3, 7, 8, 3, 8, 4, 1, 5, &
+                         7, 1, 7, 3, 2, 4, 8, 2, 8, 6], [3, 12])
    end function made_cube
 
    subroutine cube()
@@ -229,8 +237,8 @@ contains
       call test%check_close(distance, sqrt(0.5_wp), 1.0e-14_wp, 'above the slope')
    end subroutine heights
 
-   !> Stars with hollows, turned in space and begun at any corner, cut into triangles: all of them look the star's way, and together
-   !> they have its area.
+   !> Stars with hollows, turned in space and begun at any corner, cut into triangles: all of them look the
+   !> star's way, and together they have its area.
    subroutine polygons()
       integer, parameter :: corners = 14
       real(wp) :: corner(3, corners), frame(3, 3), area(3), part(3), radius, whole
@@ -245,7 +253,8 @@ contains
          begin = int(chance%between(0.0_wp, real(corners, wp)))
          do k = 1, corners
             radius = merge(1.0_wp, chance%between(0.1_wp, 0.5_wp), mod(k + begin, 2) == 0)
-            corner(:, k) = 3.0_wp + radius*(cos(2*pi*(k + begin)/corners)*frame(:, 1) + sin(2*pi*(k + begin)/corners)*frame(:, 2))
+            corner(:, k) = 3.0_wp + radius*(cos(2*pi*(k + begin)/corners)*frame(:, 1) &
+                                            + sin(2*pi*(k + begin)/corners)*frame(:, 2))
          end do
          call cut_ears(corner, triangle, good)
          call test%check(good, 'a star is cut')
@@ -257,7 +266,8 @@ contains
             area = area + part
             whole = whole + norm2(part)
          end do
-         call test%check_close(dot_product(area, frame(:, 3)), whole, 1.0e-13_wp, 'triangles of a star all look its way')
+         call test%check_close(dot_product(area, frame(:, 3)), whole, 1.0e-13_wp, &
+                               'triangles of a star all look its way')
          area = 0.0_wp
          do k = 1, corners
             area = area + 0.5_wp*cross(corner(:, k) - 3.0_wp, corner(:, 1 + mod(k, corners)) - 3.0_wp)

@@ -1,5 +1,5 @@
-!> Tools that slide and turn: rotations, places and gaps of points that go with a tool, velocities against the motion itself, turns
-!> one after another, points between the given times, levers.
+!> Tools that slide and turn: rotations, places and gaps of points that go with a tool, velocities against the
+!> motion itself, turns one after another, points between the given times, levers.
 program tool_motions
    use m_kinds, only: wp
    use m_communicator, only: communicator_t
@@ -39,7 +39,8 @@ contains
       real(wp), intent(in) :: place(3), axis(3), point(3), angle
       real(wp) :: to(3), arm(3)
       arm = place - point
-      to = point + cos(angle)*arm + sin(angle)*cross(axis, arm) + (1.0_wp - cos(angle))*dot_product(axis, arm)*axis
+      to = point + cos(angle)*arm + sin(angle)*cross(axis, arm) + (1.0_wp - cos(angle)) &
+           *dot_product(axis, arm)*axis
    end function turned
 
    subroutine rotations()
@@ -51,10 +52,13 @@ contains
          angle = chance%between(-10.0_wp, 10.0_wp)
          x = chance%several(3, -1.0_wp, 1.0_wp)
          a = turn_by(axis, angle)
-         call keep_worst(worst(1), norm2(matmul(matrix_of(a), x) - turned(x, axis, [0.0_wp, 0.0_wp, 0.0_wp], angle)))
+         call keep_worst(worst(1), &
+                         norm2(matmul(matrix_of(a), x) - turned(x, axis, [0.0_wp, 0.0_wp, 0.0_wp], angle)))
          b = turn_by(unit_vector(), chance%between(-10.0_wp, 10.0_wp))
-         call keep_worst(worst(2), norm2(matmul(matrix_of(followed_by(a, b)), x) - matmul(matrix_of(b), matmul(matrix_of(a), x))))
-         call keep_worst(worst(3), maxval(abs(matmul(transpose(matrix_of(b)), matrix_of(b)) - matrix_of(no_rotation))))
+         call keep_worst(worst(2), norm2(matmul(matrix_of(followed_by(a, b)), x) &
+                                         - matmul(matrix_of(b), matmul(matrix_of(a), x))))
+         call keep_worst(worst(3), &
+                         maxval(abs(matmul(transpose(matrix_of(b)), matrix_of(b)) - matrix_of(no_rotation))))
       end do
       call test%check_close(worst(1), 0.0_wp, 1.0e-14_wp, 'a turn is that of Rodrigues')
       call test%check_close(worst(2), 0.0_wp, 1.0e-14_wp, 'one rotation after another')
@@ -84,11 +88,13 @@ contains
       spec%speeds = [0.0_wp, 0.7_wp]
    end function cone_at
 
-   !> A cone slides along its axis and along another direction, and turns about an axis beside it: in many steps, and at once.
+   !> A cone slides along its axis and along another direction, and turns about an axis beside it: in many
+   !> steps, and at once.
    subroutine one_turn()
       type(tool_t) :: tool, start, at_once
       type(tool_spec_t) :: spec
-      real(wp) :: axis(3), side(3), point(3), place(3), now(3), gap(2), normal(3, 2), worst(4), time, before(3)
+      real(wp) :: axis(3), side(3), point(3), place(3), now(3), gap(2), normal(3, 2), worst(4), &
+         time, before(3)
       real(wp), parameter :: dt = 0.01_wp, small = 1.0e-6_wp
       integer :: n, p, step
       do n = 1, 10
@@ -118,17 +124,21 @@ contains
             call keep_worst(worst(2), norm2(normal(:, 2) - normal(:, 1)))
             ! the speeds of a step that is short: those of now
             call tool%begin_step(time, small)
-            before = (with_tool(spec, place, time + small) - with_tool(spec, place, time - small))/(2.0_wp*small)
+            before = (with_tool(spec, place, time + small) - with_tool(spec, place, time - small)) &
+                     /(2.0_wp*small)
             call keep_worst(worst(3), norm2(tool%velocity_at(now) - before))
             call at_once%gap_and_normal(now, gap(2), normal(:, 2))
             call keep_worst(worst(4), gap(2) - gap(1))
          end do
          call test%check_close(worst(1), 0.0_wp, 1.0e-12_wp, 'what goes with a tool keeps its gap')
          call test%check_close(worst(2), 0.0_wp, 1.0e-12_wp, 'normals turn with the tool')
-         call test%check_close(worst(3), 0.0_wp, 1.0e-5_wp, 'the velocity of a place is that of what goes with the tool')
+         call test%check_close(worst(3), 0.0_wp, 1.0e-5_wp, &
+                               'the velocity of a place is that of what goes with the tool')
          call test%check_close(worst(4), 0.0_wp, 1.0e-12_wp, 'many steps are one')
-         call test%check_close(tool%point, point + slid(spec, time), 1.0e-12_wp, 'the point goes with the slides')
-         call test%check_close(tool%depth(), dot_product(slid(spec, time), spec%axis), 1.0e-12_wp, 'depth is along the axis')
+         call test%check_close(tool%point, point + slid(spec, time), 1.0e-12_wp, &
+                               'the point goes with the slides')
+         call test%check_close(tool%depth(), dot_product(slid(spec, time), spec%axis), 1.0e-12_wp, &
+                               'depth is along the axis')
       end do
    end subroutine one_turn
 
@@ -137,7 +147,8 @@ contains
       type(tool_spec_t), intent(in) :: spec
       real(wp), intent(in) :: time
       real(wp) :: way(3)
-      way = integral_of(0.0_wp, 0.7_wp, time)*spec%axis + integral_of(-1.0_wp, 2.0_wp, time)*spec%motions(2)%axis
+      way = integral_of(0.0_wp, 0.7_wp, time)*spec%axis + integral_of(-1.0_wp, 2.0_wp, time) &
+            *spec%motions(2)%axis
    end function slid
 
    !> Of a speed that rises from a to b until 1 s.
@@ -158,7 +169,8 @@ contains
    subroutine planet()
       type(tool_t) :: tool, start
       type(tool_spec_t) :: spec
-      real(wp), parameter :: y(3) = [0.0_wp, 1.0_wp, 0.0_wp], dt = 1.0e-2_wp, sun(3) = [0.0_wp, 0.0_wp, 2.0_wp]
+      real(wp), parameter :: y(3) = [0.0_wp, 1.0_wp, 0.0_wp], dt = 1.0e-2_wp, &
+         sun(3) = [0.0_wp, 0.0_wp, 2.0_wp]
       real(wp) :: own(3), place(3), gap(2), normal(3)
       integer :: step
       spec = cone_at([1.0_wp, 0.0_wp, 2.0_wp], [0.0_wp, 0.0_wp, -1.0_wp])
@@ -176,9 +188,11 @@ contains
       ! its own turn first, then both go round the sun
       call tool%gap_and_normal(turned(turned(place, y, own, -5.0_wp), y, sun, 2.0_wp), gap(2), normal)
       call test%check_close(gap(2), gap(1), 1.0e-12_wp, 'planet: what goes with it keeps its gap')
-      call test%check_close(tool%freedoms(3)%point, turned(own, y, sun, 2.0_wp), 1.0e-12_wp, 'planet: its axis goes round')
+      call test%check_close(tool%freedoms(3)%point, turned(own, y, sun, 2.0_wp), 1.0e-12_wp, &
+                            'planet: its axis goes round')
       call test%check_close(tool%spin, -3.0_wp*y, 1.0e-14_wp, 'planet: spins add up')
-      call test%check_close(tool%velocity_at(tool%freedoms(3)%point), 2.0_wp*cross(y, tool%freedoms(3)%point - sun), 1.0e-12_wp, &
+      call test%check_close(tool%velocity_at(tool%freedoms(3)%point), &
+                            2.0_wp*cross(y, tool%freedoms(3)%point - sun), 1.0e-12_wp, &
                             'planet: its axis has the velocity of the first turn')
    end subroutine planet
 
@@ -202,9 +216,12 @@ contains
       end do
       call tool%gap_and_normal(point, gap(2), normal)
       call test%check_close(gap(2), gap(1), 1.0e-13_wp, 'three turns: the point stays')
-      call test%check_close(norm2(tool%tip - point), norm2(spec%tip - point), 1.0e-13_wp, 'three turns: distances stay')
-      far = turned(spec%tip, (axes(:, 1) + 2.0_wp*axes(:, 2) + 3.0_wp*axes(:, 3))/sqrt(14.0_wp), point, sqrt(14.0_wp))
-      call test%check_close(norm2(tool%tip - far), 0.0_wp, 5.0e-3_wp, 'three turns are nearly that about their sum')
+      call test%check_close(norm2(tool%tip - point), norm2(spec%tip - point), 1.0e-13_wp, &
+                            'three turns: distances stay')
+      far = turned(spec%tip, (axes(:, 1) + 2.0_wp*axes(:, 2) + 3.0_wp*axes(:, 3))/sqrt(14.0_wp), point, &
+                   sqrt(14.0_wp))
+      call test%check_close(norm2(tool%tip - far), 0.0_wp, 5.0e-3_wp, &
+                            'three turns are nearly that about their sum')
    end subroutine several
 
    !> Loads: their integrals, and what a force at a place does.
@@ -227,21 +244,23 @@ contains
       tool = make_tool(spec)
       dt = 0.25_wp
       call tool%begin_step(0.5_wp, dt)
-      call test%check_close(tool%spin, (-1.0_wp + (4.0_wp*0.25_wp + 0.5_wp*4.0_wp*0.25_wp**2)/0.5_wp)*axis, 1.0e-14_wp, &
-                            'a moment makes a spin')
-      call test%check_close(tool%velocity, (1.0_wp*0.25_wp + 0.5_wp*4.0_wp*0.25_wp**2)/4.0_wp*side, 1.0e-14_wp, &
-                            'a load makes a speed')
+      call test%check_close(tool%spin, (-1.0_wp + (4.0_wp*0.25_wp + 0.5_wp*4.0_wp*0.25_wp**2)/0.5_wp)*axis, &
+                            1.0e-14_wp, 'a moment makes a spin')
+      call test%check_close(tool%velocity, (1.0_wp*0.25_wp + 0.5_wp*4.0_wp*0.25_wp**2)/4.0_wp*side, &
+                            1.0e-14_wp, 'a load makes a speed')
       place = chance%several(3, -1.0_wp, 1.0_wp)
       force = chance%several(3, -1.0_wp, 1.0_wp)
       mobility = tool%mobilities(dt)
       along = tool%along(place, force)
       call test%check_close(mobility, [dt/0.5_wp, dt/4.0_wp], 1.0e-15_wp, 'mobilities')
       moment = cross(place - tool%point, force)
-      call test%check_close(along, [dot_product(moment, axis), dot_product(force, side)], 1.0e-14_wp, 'what a force pushes')
+      call test%check_close(along, [dot_product(moment, axis), dot_product(force, side)], 1.0e-14_wp, &
+                            'what a force pushes')
       point = tool%velocity
       axis = tool%spin
       call tool%react(force, moment, dt)
-      call test%check_close(tool%spin - axis, along(1)*mobility(1)*spec%motions(1)%axis, 1.0e-14_wp, 'it spins by that')
+      call test%check_close(tool%spin - axis, along(1)*mobility(1)*spec%motions(1)%axis, 1.0e-14_wp, &
+                            'it spins by that')
       call test%check_close(tool%velocity - point, along(2)*mobility(2)*side, 1.0e-14_wp, 'it moves by that')
    end subroutine pushes
 

@@ -1,5 +1,5 @@
-!> Tools: the gap is the distance to the surface, found here by searching the surface; the normal is its gradient; the way is the
-!> integral of the speed.
+!> Tools: the gap is the distance to the surface, found here by searching the surface; the normal is its
+!> gradient; the way is the integral of the speed.
 program tools
    use m_kinds, only: wp
    use m_constants, only: pi
@@ -17,9 +17,10 @@ program tools
    use m_assertions, only: assertions_t
    use m_chance, only: chance_t, keep_worst, say
    implicit none
-   character(len=9), parameter :: names(7) = ['sphere   ', 'cone     ', 'flat     ', 'berkovich', 'cylinder ', 'wedge    ', &
-                                               'pyramid  ']
-   integer, parameter :: sphere = 1, cone = 2, flat = 3, berkovich = 4, cylinder = 5, wedge = 6, pyramid = 7 !< in this order
+   character(len=9), parameter :: names(7) = ['sphere   ', 'cone     ', 'flat     ', 'berkovich', &
+                                              'cylinder ', 'wedge    ', 'pyramid  ']
+   !> in this order
+   integer, parameter :: sphere = 1, cone = 2, flat = 3, berkovich = 4, cylinder = 5, wedge = 6, pyramid = 7
    real(wp), parameter :: reach = 6.0_wp !< of what is searched of the infinite tools
    type(communicator_t) :: comm
    type(assertions_t) :: test
@@ -97,8 +98,8 @@ contains
       end associate
    end subroutine across_edge
 
-   !> A point of the surface: s in [0, 1] along the profile, angle about the axis; for rollers and wedges s goes round the profile,
-   !> and the angle along the line.
+   !> A point of the surface: s in [0, 1] along the profile, angle about the axis; for rollers and wedges s
+   !> goes round the profile, and the angle along the line.
    function surface(tool, s, angle) result(x)
       type(tool_t), intent(in) :: tool
       real(wp), intent(in) :: s, angle
@@ -116,7 +117,8 @@ contains
       end select
       call across(tool%spec%axis, u, v)
       select case (kind)
-      case (berkovich, pyramid) ! as far from the axis as the face is in that direction, whose middle lies in the direction of the edge
+      case (berkovich, pyramid) ! as far from the axis as the face is in that direction, whose middle lies in
+                                ! the direction of the edge
          call across_edge(tool, u, v)
          height = reach*s
          off_axis = height*tan(half_angle)/cos(modulo(angle + pi/faces, 2.0_wp*pi/faces) - pi/faces)
@@ -128,11 +130,12 @@ contains
          return
       case (wedge)
          call across_edge(tool, u, v)
-         x = tool%spec%tip + (tool%freedoms(1)%travel - reach*abs(2.0_wp*s - 1.0_wp)*cos(half_angle))*tool%spec%axis &
-             + reach*(2.0_wp*s - 1.0_wp)*sin(half_angle)*v + (angle - pi)*reach*u
+         x = tool%spec%tip + (tool%freedoms(1)%travel - reach*abs(2.0_wp*s - 1.0_wp)*cos(half_angle)) &
+             *tool%spec%axis + reach*(2.0_wp*s - 1.0_wp)*sin(half_angle)*v + (angle - pi)*reach*u
          return
       end select
-      x = tool%spec%tip + (tool%freedoms(1)%travel - height)*tool%spec%axis + off_axis*(cos(angle)*u + sin(angle)*v)
+      x = tool%spec%tip + (tool%freedoms(1)%travel - height)*tool%spec%axis &
+          + off_axis*(cos(angle)*u + sin(angle)*v)
    end function surface
 
    !> Whether a place is inside, from what the shapes are.
@@ -152,8 +155,8 @@ contains
          inside = height > 0.0_wp .and. off_axis < height*tan(half_angle)
       case (berkovich, pyramid)
          off = [dot_product(x - tip, u), dot_product(x - tip, v)]
-         inside = maxval(off(1)*cos(2.0_wp*pi*[(k, k=1, faces)]/faces) + off(2)*sin(2.0_wp*pi*[(k, k=1, faces)]/faces)) &
-                  < height*tan(half_angle)
+         inside = maxval(off(1)*cos(2.0_wp*pi*[(k, k=1, faces)]/faces) &
+                         + off(2)*sin(2.0_wp*pi*[(k, k=1, faces)]/faces)) < height*tan(half_angle)
       case (cylinder)
          inside = (height - radius)**2 + dot_product(x - tip, v)**2 < radius**2
       case (wedge)
@@ -163,8 +166,8 @@ contains
       end select
    end function inside
 
-   !> Distance from the surface of a pyramid: inside, of the nearest plane; outside, of the nearest point of all half spaces, to which
-   !> projections onto one after the other lead (Dykstra's algorithm).
+   !> Distance from the surface of a pyramid: inside, of the nearest plane; outside, of the nearest point of
+   !> all half spaces, to which projections onto one after the other lead (Dykstra's algorithm).
    real(wp) function projected_distance(tool, x) result(distance)
       type(tool_t), intent(in) :: tool
       real(wp), intent(in) :: x(3)
@@ -174,7 +177,8 @@ contains
       call across_edge(tool, u, v)
       tip = tool%spec%tip + tool%freedoms(1)%travel*tool%spec%axis
       do k = 1, faces
-         face(:, k) = cos(half_angle)*(cos(2.0_wp*pi*k/faces)*u + sin(2.0_wp*pi*k/faces)*v) + sin(half_angle)*tool%spec%axis
+         face(:, k) = cos(half_angle)*(cos(2.0_wp*pi*k/faces)*u + sin(2.0_wp*pi*k/faces)*v) &
+            + sin(half_angle)*tool%spec%axis
       end do
       distance = -maxval(matmul(x - tip, face))
       if (distance >= 0.0_wp) return
@@ -190,7 +194,8 @@ contains
       distance = norm2(x - tip - place)
    end function projected_distance
 
-   !> Smallest distance from the surface: a coarse search of each of its quarters, then ever finer ones about the best places.
+   !> Smallest distance from the surface: a coarse search of each of its quarters, then ever finer ones about
+   !> the best places.
    real(wp) function searched_distance(tool, x) result(best)
       type(tool_t), intent(in) :: tool
       real(wp), intent(in) :: x(3)
@@ -269,8 +274,8 @@ contains
       do k = 1, places
          tool = some_tool(shape_number)
          x = tool%spec%tip + tool%freedoms(1)%travel*tool%spec%axis + chance%several(3, -2.0_wp, 2.0_wp)
-         if (mod(k, 3) == 0) x = surface(tool, chance%between(0.05_wp, 0.5_wp), chance%between(0.0_wp, 6.0_wp)) &
-                                 + chance%several(3, -0.1_wp, 0.1_wp)
+         if (mod(k, 3) == 0) x = surface(tool, chance%between(0.05_wp, 0.5_wp), &
+                                         chance%between(0.0_wp, 6.0_wp)) + chance%several(3, -0.1_wp, 0.1_wp)
          call tool%gap_and_normal(x, gap, normal)
          if (inside(tool, x)) inner = inner + 1
          call keep_worst(off(1), gap - merge(-1.0_wp, 1.0_wp, inside(tool, x))*searched_distance(tool, x))
@@ -294,15 +299,18 @@ contains
          tool%freedoms(1)%travel = tool%freedoms(1)%travel + shift
          call tool%settle()
          call tool%gap_and_normal(x + shift*tool%spec%axis, gaps(1), sides(:, 1))
-         call test%check_close([gaps(1), sides(:, 1)], [gap, normal], 1.0e-12_wp, name//': moves along its axis')
+         call test%check_close([gaps(1), sides(:, 1)], [gap, normal], 1.0e-12_wp, name// &
+                               ': moves along its axis')
       end do
       call say(name//': gap against searched distance (size about 1)', off(1))
       call say(name//': normal against gradient of the gap', off(3))
-      print '(3x,a,i0,a,i0,a,i0)', name//': inside ', inner, ' of ', places, ' places, next to a ridge ', kinks
+      print '(3x,a,i0,a,i0,a,i0)', name//': inside ', inner, ' of ', places, ' places, next to a ridge ', &
+         kinks
       call test%check_close(off(1), 0.0_wp, 1.0e-9_wp, name//': the gap is the signed distance')
       call test%check_close(off(2), 0.0_wp, 1.0e-14_wp, name//': the normal has length 1')
       call test%check_close(off(3), 0.0_wp, 1.0e-6_wp, name//': the normal is the gradient of the gap')
-      call test%check(inner > places/20 .and. inner < places - places/20, name//': places inside and outside were tried')
+      call test%check(inner > places/20 .and. inner < places - places/20, name// &
+                      ': places inside and outside were tried')
       call test%check(kinks < places/10, name//': few places have no gradient')
    end subroutine distances
 
@@ -344,17 +352,21 @@ contains
       do k = 1, size(names)
          tool = upright_tool(k)
          call tool%gap_and_normal([0.0_wp, 0.0_wp, -0.3_wp], gap, normal)
-         call test%check_close([gap, normal], [0.3_wp, 0.0_wp, 0.0_wp, -1.0_wp], 1.0e-14_wp, trim(names(k))//': below the tip')
+         call test%check_close([gap, normal], [0.3_wp, 0.0_wp, 0.0_wp, -1.0_wp], 1.0e-14_wp, &
+                               trim(names(k))//': below the tip')
          call tool%gap_and_normal([0.0_wp, 0.0_wp, 0.0_wp], gap, normal)
-         call test%check_close([gap, normal], [0.0_wp, 0.0_wp, 0.0_wp, -1.0_wp], 1.0e-14_wp, trim(names(k))//': at the tip')
+         call test%check_close([gap, normal], [0.0_wp, 0.0_wp, 0.0_wp, -1.0_wp], 1.0e-14_wp, &
+                               trim(names(k))//': at the tip')
          call tool%gap_and_normal([0.0_wp, 0.0_wp, radius], gap, normal)
          call test%check(gap < 0.0_wp, trim(names(k))//': on the axis inside')
-         call test%check_close(norm2(normal), 1.0_wp, 1.0e-14_wp, trim(names(k))//': on the axis inside there is a normal')
+         call test%check_close(norm2(normal), 1.0_wp, 1.0e-14_wp, trim(names(k))// &
+                               ': on the axis inside there is a normal')
       end do
    end subroutine special_places
 
-   !> A rounded tip: the distance is that from a sharp tool within it, by the search of its surface, less the radius; its tip is where
-   !> the scene says; a sphere of the radius touches it there, and no other place is nearer to the middle of that.
+   !> A rounded tip: the distance is that from a sharp tool within it, by the search of its surface, less the
+   !> radius; its tip is where the scene says; a sphere of the radius touches it there, and no other place is
+   !> nearer to the middle of that.
    subroutine rounded(number)
       integer, intent(in) :: number
       integer, parameter :: kinds(3) = [cone, berkovich, pyramid]
@@ -373,9 +385,11 @@ contains
          deallocate (spec%shape)
          select case (kinds(number))
          case (cone); allocate (spec%shape, source=cone_t(half_angle=half_angle, tip_radius=round))
-         case (berkovich); allocate (spec%shape, source=berkovich_t(half_angle=half_angle, edge=edge, tip_radius=round))
+         case (berkovich); allocate (spec%shape, source=berkovich_t(half_angle=half_angle, edge=edge, &
+                                                                    tip_radius=round))
          case (pyramid)
-            allocate (spec%shape, source=regular_pyramid_t(half_angle=half_angle, edge=edge, tip_radius=round, sides=faces))
+            allocate (spec%shape, source=regular_pyramid_t(half_angle=half_angle, edge=edge, &
+                                                           tip_radius=round, sides=faces))
          end select
          tool = make_tool(spec)
          x = spec%tip + chance%several(3, -2.0_wp, 2.0_wp)
@@ -386,8 +400,10 @@ contains
          call keep_worst(off(2), max(abs(gap - 0.3_wp), maxval(abs(normal - spec%axis))))
       end do
       call say(trim(names(kinds(number)))//', rounded: gap against searched distance', off(1))
-      call test%check_close(off(1), 0.0_wp, 1.0e-9_wp, trim(names(kinds(number)))//', rounded: the gap is the signed distance')
-      call test%check_close(off(2), 0.0_wp, 1.0e-13_wp, trim(names(kinds(number)))//', rounded: below the tip')
+      call test%check_close(off(1), 0.0_wp, 1.0e-9_wp, trim(names(kinds(number)))// &
+                            ', rounded: the gap is the signed distance')
+      call test%check_close(off(2), 0.0_wp, 1.0e-13_wp, trim(names(kinds(number)))// &
+                            ', rounded: below the tip')
    end subroutine rounded
 
    !> A random table of speeds; between random times the way is the integral.
@@ -402,17 +418,19 @@ contains
       spec%speeds = chance%several(n, -2.0_wp, 2.0_wp)
       spec%shape = sphere_t(radius=1.0_wp)
       tool = make_tool(spec)
-      call test%check_close(tool%freedoms(1)%speed, tool%freedoms(1)%speed_at(0.0_wp), 0.0_wp, 'a tool starts with its speed')
+      call test%check_close(tool%freedoms(1)%speed, tool%freedoms(1)%speed_at(0.0_wp), 0.0_wp, &
+                            'a tool starts with its speed')
       do k = 1, n
-         call test%check_close(tool%freedoms(1)%speed_at(spec%times(k)), spec%speeds(k), 1.0e-14_wp, 'speeds at the given times')
+         call test%check_close(tool%freedoms(1)%speed_at(spec%times(k)), spec%speeds(k), 1.0e-14_wp, &
+                               'speeds at the given times')
       end do
       call test%check_close([tool%freedoms(1)%speed_at(-5.0_wp), tool%freedoms(1)%speed_at(99.0_wp)], &
                             [spec%speeds(1), spec%speeds(n)], 0.0_wp, &
                             'speeds are held outside the given times')
       do k = 1, n - 1
          time = 0.3_wp*spec%times(k) + 0.7_wp*spec%times(k + 1)
-         call test%check_close(tool%freedoms(1)%speed_at(time), 0.3_wp*spec%speeds(k) + 0.7_wp*spec%speeds(k + 1), 1.0e-14_wp, &
-                               'speeds are linear in between')
+         call test%check_close(tool%freedoms(1)%speed_at(time), 0.3_wp*spec%speeds(k) &
+                               + 0.7_wp*spec%speeds(k + 1), 1.0e-14_wp, 'speeds are linear in between')
       end do
       from = chance%between(0.0_wp, 4.0_wp)
       to = from + chance%between(0.0_wp, 4.0_wp)
@@ -421,9 +439,11 @@ contains
          edges = from + (to - from)*[k - 1, k]/real(slices, wp)
          whole = whole + tool%freedoms(1)%speed_at(0.5_wp*sum(edges))*(edges(2) - edges(1))
       end do
-      call test%check_close(tool%freedoms(1)%travel_between(from, to), whole, 1.0e-5_wp, 'the way is the integral of the speed')
+      call test%check_close(tool%freedoms(1)%travel_between(from, to), whole, 1.0e-5_wp, &
+                            'the way is the integral of the speed')
       time = chance%between(from, to)
-      call test%check_close(tool%freedoms(1)%travel_between(from, time) + tool%freedoms(1)%travel_between(time, to), &
+      call test%check_close(tool%freedoms(1)%travel_between(from, time) &
+                            + tool%freedoms(1)%travel_between(time, to), &
                             tool%freedoms(1)%travel_between(from, to), &
                             1.0e-14_wp, 'ways add up')
       call test%check_close(tool%freedoms(1)%travel_between(from, from), 0.0_wp, 0.0_wp, 'no time, no way')

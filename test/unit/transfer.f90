@@ -1,4 +1,5 @@
-!> Particles to nodes and back on one block, against plain loops over all particles and all nodes; what must be conserved.
+!> Particles to nodes and back on one block, against plain loops over all particles and all nodes; what must
+!> be conserved.
 program transfer
    use m_kinds, only: wp, i4
    use m_constants, only: block_size
@@ -24,7 +25,8 @@ program transfer
    real(wp), allocatable :: column(:, :), gradient(:, :)
    real(wp), dimension(lanes, 0:last, 0:last, 0:last) :: tile, plain, followed
    real(wp) :: body_force(2000, 3)
-   !> Ways to go through the particles: as they are stored, at first with hardly two of a bin beside each other, then bin by bin.
+   !> Ways to go through the particles: as they are stored, at first with hardly two of a bin beside each
+   !> other, then bin by bin.
    character(len=9), parameter :: ways(4) = ['as made  ', 'chosen   ', 'sorted   ', 'from 101 ']
    integer :: n, way
    call comm%start()
@@ -73,7 +75,8 @@ contains
       gradient = 0.0_wp
       do p = 1, n
          spot = chance%several(3, -0.5_wp, block_size - 0.5_wp)
-         if (mod(p, 4) == 0) spot = [3.0_wp, 3.0_wp, 7.0_wp] + chance%several(3, -0.49_wp, 0.49_wp) ! a crowded bin
+         ! a crowded bin
+         if (mod(p, 4) == 0) spot = [3.0_wp, 3.0_wp, 7.0_wp] + chance%several(3, -0.49_wp, 0.49_wp)
          if (mod(p, 4) == 1) spot(1) = min(spot(1), 2.0_wp)
          column(p, layout%position:layout%position + 2) = frame%origin + spot*frame%cell
          column(p, layout%half_size) = sizes(1 + mod(p, 3))*frame%cell
@@ -81,17 +84,20 @@ contains
          column(p, layout%volume) = chance%between(0.5_wp, 2.0_wp)
       end do
       call cells%reserve(n + 5, choosing=.true.)
-      call locate_particles(n, column(:, layout%position:layout%position + 2), frame, cells%bin, emigrants, emigrant_count, moved, &
-                            lowest, highest)
+      call locate_particles(n, column(:, layout%position:layout%position + 2), frame, cells%bin, emigrants, &
+                            emigrant_count, moved, lowest, highest)
       call test%check_equal(emigrant_count, 0, 'particles made inside the block do not leave it')
-      call test%check_close([lowest, highest], [minval(column(:n, layout%position:layout%position + 2), dim=1), &
-                            maxval(column(:n, layout%position:layout%position + 2), dim=1)], 0.0_wp, 'bounds of the centres')
+      call test%check_close([lowest, highest], &
+                            [minval(column(:n, layout%position:layout%position + 2), dim=1), &
+                            maxval(column(:n, layout%position:layout%position + 2), dim=1)], 0.0_wp, &
+                            'bounds of the centres')
       body_force(:n, 1) = chance%several(n, -1.0_wp, 1.0_wp)
       body_force(:n, 2) = chance%several(n, -1.0_wp, 1.0_wp)
       body_force(:n, 3) = chance%several(n, -1.0_wp, 1.0_wp)
    end subroutine make_particles
 
-   !> Runs of particles of one bin: hardly any as they were made, of dozens when they are chosen bin by bin or sorted.
+   !> Runs of particles of one bin: hardly any as they were made, of dozens when they are chosen bin by bin or
+   !> sorted.
    subroutine arrange(way)
       integer, intent(in) :: way
       integer(i4) :: order(n)
@@ -130,14 +136,16 @@ contains
       call test%check_equal(m, n, 'the lists have every particle')
    end function in_lists
 
-   !> P2G along the linked lists, while particles are out of order in memory, and along memory once they are sorted: the same bits.
+   !> P2G along the linked lists, while particles are out of order in memory, and along memory once they are
+   !> sorted: the same bits.
    subroutine follow(way)
       integer, intent(in) :: way
       tile = 0.0_wp
       call p2g_boxes(cells, column, layout, frame, tile)
       if (ways(way) == 'chosen') followed = tile
       if (ways(way) == 'sorted') &
-         call test%check(all(abs(tile - followed) <= 0.0_wp), 'P2G along the lists and along memory: the same bits')
+         call test%check(all(abs(tile - followed) <= 0.0_wp), &
+                         'P2G along the lists and along memory: the same bits')
    end subroutine follow
 
    pure function node_place(i, j, k) result(place)
@@ -166,15 +174,16 @@ contains
             do j = 0, last
                do i = 0, last
                   if (any(abs(of(p, layout%position, 3) - node_place(i, j, k)) > 1.5_wp*frame%cell)) cycle
-                  call plain_weights(of(p, layout%position, 3), node_place(i, j, k), column(p, layout%half_size), frame%cell, &
-                                     weight, slope)
+                  call plain_weights(of(p, layout%position, 3), node_place(i, j, k), &
+                                     column(p, layout%half_size), frame%cell, weight, slope)
                   velocity = of(p, layout%velocity, 3)
                   if (affine) velocity = velocity + matmul(reshape(of(p, layout%gradient, 9), [3, 3]), &
                                                            node_place(i, j, k) - of(p, layout%position, 3))
                   plain(1, i, j, k) = plain(1, i, j, k) + column(p, layout%mass)*weight
                   plain(2:4, i, j, k) = plain(2:4, i, j, k) + column(p, layout%mass)*weight*velocity
                   plain(5:7, i, j, k) = plain(5:7, i, j, k) - column(p, layout%volume)*matmul(sigma, slope)
-                  if (with_body_force) plain(5:7, i, j, k) = plain(5:7, i, j, k) + column(p, layout%mass)*weight*body_force(p, :)
+                  if (with_body_force) plain(5:7, i, j, k) = plain(5:7, i, j, k) + column(p, layout%mass) &
+                     *weight*body_force(p, :)
                end do
             end do
          end do
@@ -201,29 +210,34 @@ contains
       call say(kind//' to nodes: mass, relative', off(1)/scale(1))
       call say(kind//' to nodes: momentum, relative', off(2)/scale(2))
       call say(kind//' to nodes: internal force, relative', off(3)/scale(3))
-      call test%check_close(off/scale, [0.0_wp, 0.0_wp, 0.0_wp], 1.0e-13_wp, kind//' to nodes: as the plain sums')
+      call test%check_close(off/scale, [0.0_wp, 0.0_wp, 0.0_wp], 1.0e-13_wp, kind// &
+                            ' to nodes: as the plain sums')
       call test%check_close(sum(abs(tile(8, :, :, :))), 0.0_wp, 0.0_wp, 'the spare lane stays 0')
-      call test%check_close(sum(tile(1, :, :, :)), sum(column(cells%start:n, layout%mass)), 1.0e-13_wp*n, kind//': total mass')
+      call test%check_close(sum(tile(1, :, :, :)), sum(column(cells%start:n, layout%mass)), 1.0e-13_wp*n, &
+                            kind//': total mass')
       momentum = 0.0_wp
       angular = 0.0_wp
       force = 0.0_wp
       do q = 1, 3
          momentum(q) = sum(tile(1 + q, :, :, :)) &
-                       - sum(column(cells%start:n, layout%mass)*column(cells%start:n, layout%velocity + q - 1))
+                       - sum(column(cells%start:n, layout%mass)*column(cells%start:n, layout%velocity + q &
+                       - 1))
          force(q) = sum(tile(4 + q, :, :, :))
       end do
       call test%check_close(momentum, [0.0_wp, 0.0_wp, 0.0_wp], 1.0e-13_wp*n, kind//': total momentum')
-      call test%check_close(force/scale(3), [0.0_wp, 0.0_wp, 0.0_wp], 1.0e-13_wp*n, kind//': internal forces sum to zero')
+      call test%check_close(force/scale(3), [0.0_wp, 0.0_wp, 0.0_wp], 1.0e-13_wp*n, kind// &
+                            ': internal forces sum to zero')
       do k = 0, last ! the stress is symmetric: no torque either
          do j = 0, last
             do i = 0, last
                x = node_place(i, j, k)
-               angular = angular + [x(2)*tile(7, i, j, k) - x(3)*tile(6, i, j, k), x(3)*tile(5, i, j, k) - x(1)*tile(7, i, j, k), &
-                                    x(1)*tile(6, i, j, k) - x(2)*tile(5, i, j, k)]
+               angular = angular + [x(2)*tile(7, i, j, k) - x(3)*tile(6, i, j, k), x(3)*tile(5, i, j, k) &
+                                    - x(1)*tile(7, i, j, k), x(1)*tile(6, i, j, k) - x(2)*tile(5, i, j, k)]
             end do
          end do
       end do
-      call test%check_close(angular/scale(3), [0.0_wp, 0.0_wp, 0.0_wp], 1.0e-12_wp*n, kind//': internal forces have no torque')
+      call test%check_close(angular/scale(3), [0.0_wp, 0.0_wp, 0.0_wp], 1.0e-12_wp*n, kind// &
+                            ': internal forces have no torque')
       call add_body_force(cells, column, at, frame, body_force, tile)
       call plain_to_nodes(affine, with_body_force=.true.)
       call test%check_close(reshape(tile(5:7, :, :, :) - plain(5:7, :, :, :), [3*(last + 1)**3])/scale(3), &
@@ -243,8 +257,8 @@ contains
          do j = 0, last
             do i = 0, last
                if (any(abs(of(p, layout%position, 3) - node_place(i, j, k)) > 1.5_wp*frame%cell)) cycle
-               call plain_weights(of(p, layout%position, 3), node_place(i, j, k), column(p, layout%half_size), frame%cell, &
-                                  weight, slope)
+               call plain_weights(of(p, layout%position, 3), node_place(i, j, k), &
+                                  column(p, layout%half_size), frame%cell, weight, slope)
                velocity = velocity + weight*tile(2:4, i, j, k)
                acceleration = acceleration + weight*tile(5:7, i, j, k)
                do a = 1, 3
@@ -280,18 +294,24 @@ contains
                       'those before the first keep their bits')
       do p = cells%start, n
          call from_nodes(p, velocity, acceleration, slopes)
-         call keep_worst(off(1), maxval(abs(of(p, layout%next_position, 3) - (of(p, layout%position, 3) + dt*velocity))))
+         call keep_worst(off(1), &
+                         maxval(abs(of(p, layout%next_position, 3) &
+                                    - (of(p, layout%position, 3) + dt*velocity))))
          call keep_worst(off(2), maxval(abs(of(p, layout%velocity, 3) - (1.0_wp - flip)*velocity &
-                                           - flip*(before(p, layout%velocity:layout%velocity + 2) + dt*acceleration))))
+                                           - flip*(before(p, layout%velocity:layout%velocity + 2) &
+                                                   + dt*acceleration))))
          call keep_worst(off(3), maxval(abs(gradient(p, :) - reshape(slopes, [9])))*frame%cell)
       end do
       call say(trim(ways(way))//', to particles: place (m)', off(1))
       call say('to particles: velocity (m/s)', off(2))
       call say('to particles: velocity gradient, relative', off(3))
-      call test%check_close(off, [0.0_wp, 0.0_wp, 0.0_wp], 2.0e-14_wp, trim(ways(way))//', to particles: as the plain sums')
+      call test%check_close(off, [0.0_wp, 0.0_wp, 0.0_wp], 2.0e-14_wp, trim(ways(way))// &
+                            ', to particles: as the plain sums')
       column(:, layout%velocity:layout%velocity + 2) = before(:, layout%velocity:layout%velocity + 2)
-      column(:, layout%next_position:layout%next_position + 2) = before(:, layout%next_position:layout%next_position + 2)
-      call test%check(all(abs(column - before) <= 0.0_wp), 'to particles: touches nothing else, nor what is beyond the count')
+      column(:, layout%next_position:layout%next_position + 2) = before(:, &
+         layout%next_position:layout%next_position + 2)
+      call test%check(all(abs(column - before) <= 0.0_wp), &
+                      'to particles: touches nothing else, nor what is beyond the count')
    end subroutine to_particles
 
    !> With time step 0 and flip 1 only the velocity gradient is taken.
@@ -300,7 +320,8 @@ contains
       call fill_tile()
       before = column
       call g2p_boxes(cells, tile, layout, frame, motion_t(0.0_wp, 1.0_wp, layout%position), column, gradient)
-      call test%check(all(abs(column - before) <= 0.0_wp), 'gradient only: places and velocities keep their bits')
+      call test%check(all(abs(column - before) <= 0.0_wp), &
+                      'gradient only: places and velocities keep their bits')
    end subroutine gradient_only
 
    !> v = a + B x, carried to the nodes and back, with affine transfer: nothing is lost.
@@ -325,12 +346,14 @@ contains
                if (tile(1, i, j, k) <= 0.0_wp) then
                   call keep_worst(off(1), maxval(abs(tile(:, i, j, k))))
                else
-                  call keep_worst(off(1), maxval(abs(tile(2:4, i, j, k) - a - matmul(b, node_place(i, j, k)))))
+                  call keep_worst(off(1), &
+                                  maxval(abs(tile(2:4, i, j, k) - a - matmul(b, node_place(i, j, k)))))
                end if
             end do
          end do
       end do
-      call g2p_boxes(cells, tile, layout, frame, motion_t(0.0_wp, 0.0_wp, layout%next_position), column, gradient)
+      call g2p_boxes(cells, tile, layout, frame, motion_t(0.0_wp, 0.0_wp, layout%next_position), &
+                     column, gradient)
       do p = 1, n
          expected = a + matmul(b, of(p, layout%position, 3))
          call keep_worst(off(2), maxval(abs(of(p, layout%velocity, 3) - expected)))
@@ -339,7 +362,8 @@ contains
       call say('linear velocity field at the nodes (m/s, field of about 5)', off(1))
       call say('back at the particles (m/s)', off(2))
       call say('its gradient (1/s)', off(3))
-      call test%check_close(off, [0.0_wp, 0.0_wp, 0.0_wp], 1.0e-12_wp, 'affine transfer keeps a linear velocity field')
+      call test%check_close(off, [0.0_wp, 0.0_wp, 0.0_wp], 1.0e-12_wp, &
+                            'affine transfer keeps a linear velocity field')
    end subroutine linear_field
 
    !> A uniform stress makes no force on a node whose surroundings are full: 8 particles in every cell.
@@ -352,7 +376,8 @@ contains
             do i = 0, 11
                p = p + 1
                if (p > n) exit
-               column(p, layout%position:layout%position + 2) = frame%origin + (0.25_wp + 0.5_wp*real([i, j, k], wp))*frame%cell
+               column(p, layout%position:layout%position + 2) = frame%origin &
+                  + (0.25_wp + 0.5_wp*real([i, j, k], wp))*frame%cell
             end do
          end do
       end do

@@ -1,5 +1,5 @@
-!> What a law of a user's gets: stretch, increments and turns in the frame of R, by laws whose answer is known in another way.
-!> And moduli of any symmetry.
+!> What a law of a user's gets: stretch, increments and turns in the frame of R, by laws whose answer is known
+!> in another way. And moduli of any symmetry.
 module m_given_laws
    use m_kinds, only: wp
    use m_group_reader, only: group_reader_t
@@ -43,7 +43,8 @@ contains
       class(given_t), intent(in) :: self
       type(points_t), intent(inout) :: points
       real(wp) :: u(3, 3), b(3, 3), j, w(3), s(3, 3), r(3, 3), k(3, 3), strain(3, 3)
-      real(wp), parameter :: one(3, 3) = reshape([1.0_wp, 0.0_wp, 0.0_wp, 0.0_wp, 1.0_wp, 0.0_wp, 0.0_wp, 0.0_wp, 1.0_wp], [3, 3])
+      real(wp), parameter :: one(3, 3) = reshape([1.0_wp, 0.0_wp, 0.0_wp, 0.0_wp, 1.0_wp, 0.0_wp, 0.0_wp, &
+                                                  0.0_wp, 1.0_wp], [3, 3])
       integer :: p
       do p = 1, points%count
          strain = matrix(points%strain(p, :))
@@ -53,15 +54,18 @@ contains
             b = matmul(u, u)
             j = u(1, 1)*(u(2, 2)*u(3, 3) - u(2, 3)**2) - u(1, 2)*(u(1, 2)*u(3, 3) - u(2, 3)*u(1, 3)) &
                 + u(1, 3)*(u(1, 2)*u(2, 3) - u(2, 2)*u(1, 3))
-            s = self%shear*j**(-5.0_wp/3.0_wp)*(b - (b(1, 1) + b(2, 2) + b(3, 3))/3.0_wp*one) + self%bulk*(j - 1.0_wp)*one
-         case (jaumann, frame_only) ! rate forms: that of eq. elastic by the spin, that of Green and Naghdi without
+            s = self%shear*j**(-5.0_wp/3.0_wp)*(b - (b(1, 1) + b(2, 2) + b(3, 3))/3.0_wp*one) &
+                + self%bulk*(j - 1.0_wp)*one
+         case (jaumann, frame_only) ! rate forms: that of eq. elastic by the spin, that of Green and Naghdi
+                                    ! without
             w = points%spin(p, :)
             if (self%kind == frame_only) w = 0.0_wp
             k = reshape([0.0_wp, w(3), -w(2), -w(3), 0.0_wp, w(1), w(2), -w(1), 0.0_wp], [3, 3])
             r = one + (k + 0.5_wp*matmul(k, k))/(1.0_wp + 0.25_wp*sum(w**2))
             s = matmul(r, matmul(matrix(points%stress_old(p, :)), transpose(r))) + 2.0_wp*self%shear*strain &
                 + (self%bulk - 2.0_wp*self%shear/3.0_wp)*(strain(1, 1) + strain(2, 2) + strain(3, 3))*one
-         case default ! F^T F = U U of both times, seen from inside; the states are the sum of strains and the time
+         case default ! F^T F = U U of both times, seen from inside; the states are the sum of strains and the
+                      ! time
             b = reshape(points%deformation(p, [1, 7, 6, 4, 2, 8, 9, 5, 3]), [3, 3])
             u = matrix(points%stretch(p, :))
             points%state(p, 1) = maxval(abs(matmul(transpose(b), b) - matmul(u, u)))
@@ -171,7 +175,8 @@ contains
       stress = stress - column(:, layout%stress:layout%stress + 5)
       call say(what//': off the built-in law over the largest stress', maxval(abs(stress))/size_of_stress)
       call test%check(size_of_stress > 0.1_wp*shear, what//': the paths are long')
-      call test%check_close(maxval(abs(stress))/size_of_stress, 0.0_wp, 1.0e-12_wp, what//': the built-in law''s answer')
+      call test%check_close(maxval(abs(stress))/size_of_stress, 0.0_wp, 1.0e-12_wp, what// &
+                            ': the built-in law''s answer')
    end subroutine same_answer
 
    !> A stressed body turns ten times: the stress in the frame stays, with the frame alone and with the spin.
@@ -214,7 +219,8 @@ contains
       m = reshape([a(1), a(6), a(5), a(6), a(2), a(4), a(5), a(4), a(3)], [3, 3])
    end function symmetric
 
-   !> Along one path: U and F agree at both times, the strains add up to the logarithmic strain, the time goes on, and work is done.
+   !> Along one path: U and F agree at both times, the strains add up to the logarithmic strain, the time goes
+   !> on, and work is done.
    subroutine summing()
       type(given_t) :: law
       real(wp), parameter :: e(3) = [0.3_wp, -0.2_wp, 0.1_wp]
@@ -234,8 +240,10 @@ contains
          call advance(law, 1.0e-3_wp)
       end do
       first = law%sdv(1)
-      call test%check_close(maxval(column(:, first)), 0.0_wp, 1.0e-13_wp, 'stretch and deformation gradient agree')
-      call test%check_close(column(n, first + 1:first + 6), [e, 0.0_wp, 0.0_wp, 0.0_wp], 1.0e-6_wp, 'strains add up')
+      call test%check_close(maxval(column(:, first)), 0.0_wp, 1.0e-13_wp, &
+                            'stretch and deformation gradient agree')
+      call test%check_close(column(n, first + 1:first + 6), [e, 0.0_wp, 0.0_wp, 0.0_wp], 1.0e-6_wp, &
+                            'strains add up')
       call test%check_close(column(5, first + 7), 1.0_wp, 1.0e-12_wp, 'the time is that of the step''s end')
       law = given(frame_only)
       call ready(law)
@@ -264,10 +272,10 @@ contains
          tangent%stiffness(i + 3, i + 3) = c44
       end do
       call test%check(tangent%invert(), 'cubic moduli can be inverted')
-      call test%check_close(tangent%wave_modulus()/((c11 + 2.0_wp*c12 + 4.0_wp*c44)/3.0_wp), 1.0_wp, 1.0e-12_wp, &
-                            'copper: the fastest wave goes along the diagonal of the cube')
-      call test%check_close(1.0_wp/tangent%compliance(1, 1)/((c11 - c12)*(c11 + 2.0_wp*c12)/(c11 + c12)), 1.0_wp, 1.0e-12_wp, &
-                            'copper: Young''s modulus along an edge')
+      call test%check_close(tangent%wave_modulus()/((c11 + 2.0_wp*c12 + 4.0_wp*c44)/3.0_wp), 1.0_wp, &
+                            1.0e-12_wp, 'copper: the fastest wave goes along the diagonal of the cube')
+      call test%check_close(1.0_wp/tangent%compliance(1, 1)/((c11 - c12)*(c11 + 2.0_wp*c12)/(c11 + c12)), &
+                            1.0_wp, 1.0e-12_wp, 'copper: Young''s modulus along an edge')
       tangent%stiffness(4, 4) = -c44
       call test%check(.not. tangent%invert(), 'moduli that store nothing are refused')
    end subroutine moduli

@@ -1,5 +1,5 @@
-!> Models whose particles wander at random, the same way on any number of ranks, and what is known of them all the while:
-!> every rank can tell where each particle must be and what it must carry.
+!> Models whose particles wander at random, the same way on any number of ranks, and what is known of them all
+!> the while: every rank can tell where each particle must be and what it must carry.
 module m_wandering
    use mpi_f08
    use m_kinds, only: wp, i4, i8
@@ -21,7 +21,8 @@ module m_wandering
    use m_chance, only: chance_of
    implicit none
    private
-   public :: wandering_scene, build_wandering, mark, wander, wrong_values, wrong_bins, wrong_lists, all_ids, alone, ordered_ids
+   public :: wandering_scene, build_wandering, mark, wander, wrong_values, wrong_bins, wrong_lists, all_ids, &
+      alone, ordered_ids
 
    integer, protected, public :: came = 0 !< blocks into which something had come, in all steps, on this rank
 
@@ -60,8 +61,8 @@ contains
       integer :: b
       scene%title = 'wandering particles'
       scene%end_time = 1.0_wp
-      scene%grid = grid_spec_t(lower=[0.5_wp, -1.0_wp, 2.0_wp], upper=[0.5_wp, -1.0_wp, 2.0_wp] + 0.1_wp*[33, 24, 23], &
-                               cell_size=0.1_wp, cells=[33, 24, 23])
+      scene%grid = grid_spec_t(lower=[0.5_wp, -1.0_wp, 2.0_wp], upper=[0.5_wp, -1.0_wp, 2.0_wp] &
+                               + 0.1_wp*[33, 24, 23], cell_size=0.1_wp, cells=[33, 24, 23])
       scene%time%affine = .true.
       allocate (scene%materials(2), scene%bodies(3), scene%tools(0), scene%probes(0))
       scene%materials(1) = material_of('soft', 'elastic', 1000.0_wp, 1.0e6_wp, 0.3_wp)
@@ -124,8 +125,8 @@ contains
       is_place = (c >= layout%position .and. c < layout%position + 3) .or. c == layout%half_size
    end function is_place
 
-   !> Collective: every particle makes a random step of less than a cell along each axis, inside the grid; then what a step does
-   !> with particles that moved.
+   !> Collective: every particle makes a random step of less than a cell along each axis, inside the grid;
+   !> then what a step does with particles that moved.
    subroutine wander(model, step)
       type(model_t), intent(inout) :: model
       integer, intent(in) :: step
@@ -133,15 +134,17 @@ contains
       integer :: b, p
       logical :: moved
       do b = 1, size(model%levels(1)%blocks)
-         associate (level => model%levels(1), block => model%levels(1)%blocks(b), x => model%levels(1)%layout%position)
+         associate (level => model%levels(1), block => model%levels(1)%blocks(b), &
+                    x => model%levels(1)%layout%position)
             call block%cells%link(block%particles%count)
             if (block%particles%count == 0) cycle
             do p = 1, block%particles%count
                block%particles%column(p, x:x + 2) = next_place(model, block%particles%id(p), &
                                                                block%particles%column(p, x:x + 2), step)
             end do
-            call locate_particles(block%particles%count, block%particles%column(:, x:x + 2), frame_of(level, block), &
-                                  block%cells%bin, block%emigrants, block%emigrant_count, moved, lowest, highest)
+            call locate_particles(block%particles%count, block%particles%column(:, x:x + 2), &
+                                  frame_of(level, block), block%cells%bin, block%emigrants, &
+                                  block%emigrant_count, moved, lowest, highest)
             call block%particles%changed()
             if (moved) call block%cells%outdate()
             call model%migration(1)%emigrate(model%communicator, level, b)
@@ -170,7 +173,8 @@ contains
       integer :: axis
       associate (grid => model%levels(1)%grid)
          do axis = 1, 3
-            next(axis) = place(axis) + longest_step*grid%cell*(2.0_wp*chance_of(id, 1000 + 3*step + axis) - 1.0_wp)
+            next(axis) = place(axis) + longest_step*grid%cell*(2.0_wp*chance_of(id, 1000 + 3*step + axis) &
+                         - 1.0_wp)
             if (next(axis) < grid%lower(axis)) next(axis) = 2.0_wp*grid%lower(axis) - next(axis)
             if (next(axis) > grid%upper(axis)) next(axis) = 2.0_wp*grid%upper(axis) - next(axis)
          end do
@@ -195,10 +199,12 @@ contains
       end do
    end function wrong_values
 
-   !> Particles on this rank that are not in the list of their cell, once and behind those stored before, over all blocks.
+   !> Particles on this rank that are not in the list of their cell, once and behind those stored before, over
+   !> all blocks.
    integer function wrong_lists(model, afresh) result(wrong)
       type(model_t), intent(inout) :: model
-      logical, intent(in) :: afresh !< lists are made now; else those are asked that arrivals have been linked into
+      logical, intent(in) :: afresh !< lists are made now; else those are asked that arrivals have been linked
+                                    !< into
       logical, allocatable :: seen(:)
       integer :: b, bin, p
       wrong = 0
@@ -234,17 +240,19 @@ contains
                do p = 1, block%particles%count
                   associate (bin => block%cells%bin(p) - 1)
                      node = grid%lower + grid%cell*(block_size*block%place + [mod(bin, block_size), &
-                                                                              mod(bin/block_size, block_size), bin/block_size**2])
+                                                                              mod(bin/block_size, &
+                                                                              block_size), bin/block_size**2])
                   end associate
-                  if (any(abs(block%particles%column(p, x:x + 2) - node) > 0.5_wp*grid%cell*(1.0_wp + 1.0e-12_wp))) &
-                     wrong = wrong + 1
+                  if (any(abs(block%particles%column(p, x:x + 2) - node) > &
+                          0.5_wp*grid%cell*(1.0_wp + 1.0e-12_wp))) wrong = wrong + 1
                end do
             end associate
          end do
       end associate
    end function wrong_bins
 
-   !> Collective: ids of all ranks with the blocks and places in memory: rows block index, place, id, sorted by the first two.
+   !> Collective: ids of all ranks with the blocks and places in memory: rows block index, place, id, sorted
+   !> by the first two.
    function ordered_ids(model) result(rows)
       type(model_t), intent(in) :: model
       integer(i8), allocatable :: rows(:, :)
@@ -257,7 +265,8 @@ contains
       do b = 1, size(model%levels(1)%blocks)
          do p = 1, model%levels(1)%blocks(b)%particles%count
             n = n + 1
-            mine(:, n) = [int(model%levels(1)%blocks(b)%index, i8), int(p, i8), model%levels(1)%blocks(b)%particles%id(p)]
+            mine(:, n) = [int(model%levels(1)%blocks(b)%index, i8), int(p, i8), &
+                          model%levels(1)%blocks(b)%particles%id(p)]
          end do
       end do
       call MPI_Allgather(3*n, 1, MPI_INTEGER, counts, 1, MPI_INTEGER, model%communicator%comm)
@@ -266,7 +275,8 @@ contains
          offsets(r) = offsets(r - 1) + counts(r - 1)
       end do
       allocate (all(3, sum(counts)/3))
-      call MPI_Allgatherv(mine, 3*n, MPI_INTEGER8, all, counts, offsets, MPI_INTEGER8, model%communicator%comm)
+      call MPI_Allgatherv(mine, 3*n, MPI_INTEGER8, all, counts, offsets, MPI_INTEGER8, &
+                          model%communicator%comm)
       rows = all(:, sorted_order(all(1, :), all(2, :)))
    end function ordered_ids
 

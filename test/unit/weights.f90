@@ -40,7 +40,8 @@ program weights
    call test%check_close(off_slope, 0.0_wp, 1.0e-13_wp, 'slopes are the derivative of the weights')
    call test%check_close(off_unity, 0.0_wp, 1.0e-15_wp, 'partition of unity')
    call test%check_close(off_slopes, 0.0_wp, 1.0e-13_wp, 'slopes sum to zero')
-   call test%check_close(off_linear, 0.0_wp, 1.0e-15_wp, 'the weighted mean of the nodes is the particle''s place')
+   call test%check_close(off_linear, 0.0_wp, 1.0e-15_wp, &
+                         'the weighted mean of the nodes is the particle''s place')
    call test%check(least >= 0.0_wp, 'no weight below zero')
    call continuity()
    call stencils()
@@ -76,15 +77,17 @@ contains
          call gimp_weights(-0.5_wp, sizes(n), right(1), right(2), right(3), slope_right(1), slope_right(3))
          slope_left(2) = -(slope_left(1) + slope_left(3))
          slope_right(2) = -(slope_right(1) + slope_right(3))
-         call test%check_close(left(2:3), right(1:2), 1.0e-15_wp, 'the same weights from either of two nearest nodes')
-         call test%check_close(slope_left(2:3), slope_right(1:2), 1.0e-14_wp, 'the same slopes from either of two nearest nodes')
-         call test%check_close([left(1), right(3), slope_left(1), slope_right(3)], [0.0_wp, 0.0_wp, 0.0_wp, 0.0_wp], 1.0e-15_wp, &
-                               'no weight beyond')
+         call test%check_close(left(2:3), right(1:2), 1.0e-15_wp, &
+                               'the same weights from either of two nearest nodes')
+         call test%check_close(slope_left(2:3), slope_right(1:2), 1.0e-14_wp, &
+                               'the same slopes from either of two nearest nodes')
+         call test%check_close([left(1), right(3), slope_left(1), slope_right(3)], &
+                               [0.0_wp, 0.0_wp, 0.0_wp, 0.0_wp], 1.0e-15_wp, 'no weight beyond')
       end do
    end subroutine continuity
 
-   !> set_stencil in metres, for blocks far from the origin: chunks of lists whose bins hold none, one or many particles, in the
-   !> order of memory or not.
+   !> set_stencil in metres, for blocks far from the origin: chunks of lists whose bins hold none, one or many
+   !> particles, in the order of memory or not.
    subroutine stencils()
       integer, parameter :: most = 3*chunk
       type(stencil_t) :: stencil
@@ -102,7 +105,8 @@ contains
       shuffled = 0
       call cells%reserve(most, choosing=.true.)
       do round = 1, 300
-         layout%half_sizes = mod(round, 3) == 0 ! then one an axis; above half a cell they count as half a cell
+         layout%half_sizes = mod(round, 3) == 0 ! then one an axis; above half a cell they count as half a
+                                                ! cell
          frame%cell = 10.0_wp**chance%between(-8.0_wp, 2.0_wp)
          frame%per_cell = 1.0_wp/frame%cell
          frame%origin = chance%several(3, -50.0_wp, 50.0_wp)*frame%cell
@@ -131,25 +135,29 @@ contains
             call set_stencil(stencil, cells, first, column, layout, frame)
             if (stencil%in_order) in_order = in_order + 1
             if (.not. stencil%in_order) shuffled = shuffled + 1
-            if (stencil%in_order .and. any(stencil%member(:stencil%count) /= [(stencil%member(1) + p, p=0, stencil%count - 1)])) &
+            if (stencil%in_order .and. &
+                any(stencil%member(:stencil%count) /= [(stencil%member(1) + p, p=0, stencil%count - 1)])) &
                misplaced = misplaced + 1
             do r = 1, stencil%runs
                place = stencil%run_place(:, r)
                do m = stencil%run_first(r), stencil%run_first(r + 1) - 1
                   seen = seen + 1
                   p = stencil%member(m)
-                  if (p /= order(seen) .or. any(place /= bin_place(int(cells%bin(p))))) misplaced = misplaced + 1
+                  if (p /= order(seen) .or. any(place /= bin_place(int(cells%bin(p))))) &
+                     misplaced = misplaced + 1
                   do axis = 1, 3
                      node = frame%origin(axis) + place(axis)*frame%cell
                      half = column(p, 4)*frame%per_cell
-                     if (layout%half_sizes) half = min(0.5_wp, (1.0_wp - 1.0e-9_wp)*column(p, 3 + axis)*frame%per_cell)
-                     call keep_worst(off(3), stencil%offset(m, axis) - (column(p, axis) - node)*frame%per_cell)
+                     if (layout%half_sizes) &
+                        half = min(0.5_wp, (1.0_wp - 1.0e-9_wp)*column(p, 3 + axis)*frame%per_cell)
+                     call keep_worst(off(3), stencil%offset(m, axis) &
+                                     - (column(p, axis) - node)*frame%per_cell)
                      do a = -1, 1
                         call keep_worst(off(1), stencil%weight(m, a, axis) &
                                         - plain_weight((column(p, axis) - node)*frame%per_cell - a, half))
-                        call keep_worst(off(2), stencil%slope(m, a, axis)*frame%cell &
-                                        - aimag(plain_weight(cmplx((column(p, axis) - node)*frame%per_cell - a, 1.0e-30_wp, wp), &
-                                                             half))/1.0e-30_wp)
+                        call keep_worst(off(2), stencil%slope(m, a, axis)*frame%cell - &
+                                        aimag(plain_weight(cmplx((column(p, axis) - node)*frame%per_cell - a, &
+                                                                 1.0e-30_wp, wp), half))/1.0e-30_wp)
                      end do
                   end do
                end do

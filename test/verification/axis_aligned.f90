@@ -1,18 +1,21 @@
 !test: ranks 2
 !test: long
 !test: limit 300
-!> Measured order of convergence on the axis-aligned manufactured solution (m_manufactured), 8 particles a cell, usl.
+!> Measured order of convergence on the axis-aligned manufactured solution (m_manufactured), 8 particles a
+!> cell, usl.
 !>
-!> Small amplitude (A = 0.001 m, strain 0.6 %): particles stay in contact with each other and the scheme is of second order in
-!> space and, with velocities half a step apart from positions, in time. The bands are 2 -0.15/+0.3: on grids as coarse as 8
-!> cells a wave of one length the next order still shows.
+!> Small amplitude (A = 0.001 m, strain 0.6 %): particles stay in contact with each other and the scheme is of
+!> second order in space and, with velocities half a step apart from positions, in time. The bands are 2
+!> -0.15/+0.3: on grids as coarse as 8 cells a wave of one length the next order still shows.
 !>
-!> Large amplitude (A = 0.05 m, strain 31 %): the domains of uniform GIMP keep their first size while the material stretches, so
-!> they overlap and leave gaps, and the nodal force is wrong by a share of the strain, in a pattern of the size of a cell. That
-!> error falls more slowly than the second-order one that rules on coarse grids: the order sinks from 1.9 to 1.2 on these grids,
-!> and on still finer ones the error stays at 0.9 % of A (axis_aligned_long). Wallstedt and Guilkey (2008) conclude the same: GIMP
-!> is most accurate while particles stay contiguous and do not overlap. The bands hold what these grids show. Domains that follow
-!> the material (stretch, corners) bring the second order back, and the error on the finest grid to less than half (a fifth).
+!> Large amplitude (A = 0.05 m, strain 31 %): the domains of uniform GIMP keep their first size while the
+!> material stretches, so they overlap and leave gaps, and the nodal force is wrong by a share of the strain,
+!> in a pattern of the size of a cell. That error falls more slowly than the second-order one that rules on
+!> coarse grids: the order sinks from 1.9 to 1.2 on these grids, and on still finer ones the error stays at
+!> 0.9 % of A (axis_aligned_long). Wallstedt and Guilkey (2008) conclude the same: GIMP is most accurate while
+!> particles stay contiguous and do not overlap. The bands hold what these grids show. Domains that follow the
+!> material (stretch, corners) bring the second order back, and the error on the finest grid to less than half
+!> (a fifth).
 !>
 !> Wrong body forces, of an unphysical law and of a linear one, must not converge.
 program axis_aligned
@@ -43,8 +46,8 @@ program axis_aligned
 
 contains
 
-   !> The body force against central differences of the displacement in time and of the stress of the code's own law in space;
-   !> the first velocity, stretch and its rate likewise.
+   !> The body force against central differences of the displacement in time and of the stress of the code's
+   !> own law in space; the first velocity, stretch and its rate likewise.
    subroutine check_body_force()
       real(wp), parameter :: step = 1.0e-4_wp, instant = 0.3_wp/wave_speed, interval = 1.0e-4_wp/wave_speed
       real(wp), parameter :: x0(3) = [0.13_wp, 0.41_wp, 0.87_wp]
@@ -60,19 +63,25 @@ contains
          beyond = piola_of_law(solution%stretch(x0 + shifted, instant))
          before = piola_of_law(solution%stretch(x0 - shifted, instant))
          force(axis) = force(axis) - (beyond(axis) - before(axis))/(2.0_wp*step*reference_density)
-         change = (solution%displacement(x0 + shifted, instant) - solution%displacement(x0 - shifted, instant))/(2.0_wp*step)
+         change = (solution%displacement(x0 + shifted, instant) &
+                   - solution%displacement(x0 - shifted, instant))/(2.0_wp*step)
          shifted = solution%stretch(x0, instant)
          call test%check_close(1.0_wp + change(axis), shifted(axis), 1.0e-6_wp, 'stretch against differences')
       end do
       largest = maxval(abs(force))
       call test%check(largest > 100.0_wp, 'there is a body force')
-      call test%check_close(solution%body_force(x0, instant), force, 1.0e-5_wp*largest, 'body force against differences')
-      call test%check_close(solution%piola(x0, instant), piola_of_law(solution%stretch(x0, instant)), 1.0e-10_wp*solution%bulk, &
-                            'stress as the law has it')
-      change = (solution%displacement(x0, instant + interval) - solution%displacement(x0, instant - interval))/(2.0_wp*interval)
-      call test%check_close(solution%velocity(x0, instant), change, 1.0e-5_wp*wave_speed, 'velocity against differences')
-      change = (solution%stretch(x0, instant + interval) - solution%stretch(x0, instant - interval))/(2.0_wp*interval)
-      call test%check_close(solution%stretch_rate(x0, instant), change, 1.0e-5_wp*wave_speed, 'rate of stretch against differences')
+      call test%check_close(solution%body_force(x0, instant), force, 1.0e-5_wp*largest, &
+                            'body force against differences')
+      call test%check_close(solution%piola(x0, instant), piola_of_law(solution%stretch(x0, instant)), &
+                            1.0e-10_wp*solution%bulk, 'stress as the law has it')
+      change = (solution%displacement(x0, instant + interval) &
+                - solution%displacement(x0, instant - interval))/(2.0_wp*interval)
+      call test%check_close(solution%velocity(x0, instant), change, 1.0e-5_wp*wave_speed, &
+                            'velocity against differences')
+      change = (solution%stretch(x0, instant + interval) - solution%stretch(x0, instant - interval)) &
+               /(2.0_wp*interval)
+      call test%check_close(solution%stretch_rate(x0, instant), change, 1.0e-5_wp*wave_speed, &
+                            'rate of stretch against differences')
    end subroutine check_body_force
 
    !> The diagonal of P (Pa) for a diagonal F from the law in the library.
@@ -106,8 +115,10 @@ contains
       call test%check(.not. any(series%outcomes%failed), name//', small: runs')
       call in_band(series%order_l2, 1.85_wp, 2.3_wp, name//', small: order in L2')
       call in_band(series%order_largest, 1.85_wp, 2.3_wp, name//', small: order in Linf')
-      call in_band(series%last_order_l2, 1.85_wp, 2.3_wp, name//', small: order in L2 between the finest grids')
-      call in_band(series%outcomes(4)%l2/small, 1.0e-4_wp, 0.008_wp, name//', small: error on the finest grid over A')
+      call in_band(series%last_order_l2, 1.85_wp, 2.3_wp, name// &
+                   ', small: order in L2 between the finest grids')
+      call in_band(series%outcomes(4)%l2/small, 1.0e-4_wp, 0.008_wp, name// &
+                   ', small: error on the finest grid over A')
    end subroutine small_amplitude
 
    subroutine large_amplitude(affine, name, bound)
@@ -119,8 +130,10 @@ contains
       call test%check(.not. any(series%outcomes%failed), name//', large: runs')
       call in_band(series%order_l2, 1.15_wp, 1.9_wp, name//', large: order in L2')
       call in_band(series%order_largest, 1.0_wp, 1.9_wp, name//', large: order in Linf')
-      call in_band(series%last_order_l2, 0.9_wp, 1.7_wp, name//', large: order in L2 between the finest grids')
-      call in_band(series%outcomes(4)%l2/large, 1.0e-4_wp, bound, name//', large: error on the finest grid over A')
+      call in_band(series%last_order_l2, 0.9_wp, 1.7_wp, name// &
+                   ', large: order in L2 between the finest grids')
+      call in_band(series%outcomes(4)%l2/large, 1.0e-4_wp, bound, name// &
+                   ', large: error on the finest grid over A')
    end subroutine large_amplitude
 
    !> The large amplitude with domains that follow the material.
@@ -129,16 +142,19 @@ contains
       character(len=*), intent(in) :: name
       real(wp), intent(in) :: bound !< of the error on the finest grid over A
       type(series_t) :: series
-      series = run_series(comm, run_t(amplitude=large, domain=domain), grids, 'A = 0.05 m, affine, domains: '//name)
+      series = run_series(comm, run_t(amplitude=large, domain=domain), grids, &
+                          'A = 0.05 m, affine, domains: '//name)
       call test%check(.not. any(series%outcomes%failed), name//': runs')
       call in_band(series%order_l2, 1.9_wp, 2.6_wp, name//', large: order in L2')
       call in_band(series%order_largest, 1.75_wp, 2.6_wp, name//', large: order in Linf')
-      call in_band(series%last_order_l2, 1.9_wp, 2.6_wp, name//', large: order in L2 between the finest grids')
-      call in_band(series%outcomes(4)%l2/large, 1.0e-4_wp, bound, name//', large: error on the finest grid over A')
+      call in_band(series%last_order_l2, 1.9_wp, 2.6_wp, name// &
+                   ', large: order in L2 between the finest grids')
+      call in_band(series%outcomes(4)%l2/large, 1.0e-4_wp, bound, name// &
+                   ', large: error on the finest grid over A')
    end subroutine deforming_domains
 
-   !> The law without its shear term, at the small amplitude; the law of small strain at the large one, where only what is not
-   !> linear is wrong.
+   !> The law without its shear term, at the small amplitude; the law of small strain at the large one, where
+   !> only what is not linear is wrong.
    subroutine wrong_forces()
       type(series_t) :: series
       series = run_series(comm, run_t(amplitude=small, force=force_without_shear), few_grids, &

@@ -1,5 +1,5 @@
-!> Particle domains fixed, stretching and with corners: free flight, a block that turns, and a bar pulled to four times its length,
-!> which fixed domains break.
+!> Particle domains fixed, stretching and with corners: free flight, a block that turns, and a bar pulled to
+!> four times its length, which fixed domains break.
 program domains
    use m_kinds, only: wp
    use m_constants, only: pi
@@ -21,7 +21,8 @@ program domains
    character(len=7), parameter :: names(3) = ['fixed  ', 'stretch', 'corners']
    integer, parameter :: kinds(3) = [domain_fixed, domain_stretch, domain_corners]
    real(wp), parameter :: cell = 0.5_wp, density = 1000.0_wp
-   !> Bands of the density. Half edges up to 0.525 cells count as 0.5: 5 %. The mean over corners is a trapezoidal rule: 15 %.
+   !> Bands of the density. Half edges up to 0.525 cells count as 0.5: 5 %. The mean over corners is a
+   !> trapezoidal rule: 15 %.
    real(wp), parameter :: bands(3) = [0.15_wp, 0.05_wp, 0.15_wp]
    type(communicator_t) :: comm
    type(assertions_t) :: test
@@ -84,13 +85,15 @@ contains
          associate (particles => model%levels(1)%blocks(b)%particles, at => model%levels(1)%layout)
             do s = 1, particles%count
                x = (particles%column(s, at%position:at%position + 2) - velocity*step*steps)/cell
-               off(1) = max(off(1), maxval(abs(modulo(x, 0.5_wp) - 0.25_wp))) ! it started a quarter of a cell from a half cell
+               off(1) = max(off(1), maxval(abs(modulo(x, 0.5_wp) - 0.25_wp))) ! it started a quarter of a cell
+                                                                              ! from a half cell
                off(2) = max(off(2), maxval(abs(half_edges(particles%column(s, :), at) - 0.25_wp*cell &
                                                *reshape([1, 0, 0, 0, 1, 0, 0, 0, 1], [3, 3]))))
             end do
          end associate
       end do
-      call test%check_close(off, [0.0_wp, 0.0_wp], 1.0e-11_wp, trim(names(d))//': free flight, places and domains')
+      call test%check_close(off, [0.0_wp, 0.0_wp], 1.0e-11_wp, trim(names(d))// &
+                            ': free flight, places and domains')
       call test%check_close(now%momentum, start%momentum, 1.0e-12_wp*norm2(start%momentum), &
                             trim(names(d))//': free flight, momentum')
       call test%check(model%splits == 0, trim(names(d))//': free flight splits nothing')
@@ -118,8 +121,10 @@ contains
       now = measure(model)
       drift = norm2(now%angular_momentum - start%angular_momentum)/norm2(start%angular_momentum)
       print '(3x,2a,es10.2)', names(d), ': a quarter of a turn, angular momentum changed by', drift
-      call test%check(drift < 0.025_wp, trim(names(d))//': angular momentum within 2.5 % in a quarter of a turn')
-      call test%check_close(now%mass, start%mass, 1.0e-13_wp*start%mass, trim(names(d))//': mass of a block that turns')
+      call test%check(drift < 0.025_wp, trim(names(d))// &
+                      ': angular momentum within 2.5 % in a quarter of a turn')
+      call test%check_close(now%mass, start%mass, 1.0e-13_wp*start%mass, trim(names(d))// &
+                            ': mass of a block that turns')
       if (kinds(d) == domain_corners) call test%check_close(worst_volume(model), 0.0_wp, 1.0e-12_wp, &
                                                             'the volume of a domain is that of its particle')
       call model%release()
@@ -135,7 +140,8 @@ contains
          associate (particles => model%levels(1)%blocks(b)%particles, at => model%levels(1)%layout)
             do p = 1, particles%count
                r = half_edges(particles%column(p, :), at)
-               volume = 8.0_wp*(r(1, 1)*(r(2, 2)*r(3, 3) - r(2, 3)*r(3, 2)) - r(1, 2)*(r(2, 1)*r(3, 3) - r(2, 3)*r(3, 1)) &
+               volume = 8.0_wp*(r(1, 1)*(r(2, 2)*r(3, 3) - r(2, 3)*r(3, 2)) &
+                                - r(1, 2)*(r(2, 1)*r(3, 3) - r(2, 3)*r(3, 1)) &
                                 + r(1, 3)*(r(2, 1)*r(3, 2) - r(2, 2)*r(3, 1)))
                worst_volume = max(worst_volume, abs(volume/particles%column(p, at%volume) - 1.0_wp))
             end do
@@ -155,7 +161,8 @@ contains
       integer :: parts, s
       logical :: whole
       character(len=:), allocatable :: name
-      call model%build(comm, box(d, [40, 8, 8], [middle - 4, 3, 3], [middle + 4, 5, 5], 1.0e-4_wp, particles_per_cell), error)
+      call model%build(comm, box(d, [40, 8, 8], [middle - 4, 3, 3], [middle + 4, 5, 5], 1.0e-4_wp, &
+                                 particles_per_cell), error)
       call set_pull(model, cell*middle, rate)
       start = measure(model)
       lowest = huge(lowest)
@@ -171,9 +178,11 @@ contains
       now = measure(model)
       parts = pieces(model)
       off = velocity_off(model, cell*middle, rate/(1.0_wp + 3.0_wp*rate))
-      print '(3x,a,i4,a,i8,2f10.4,i12,es13.2)', names(d), particles_per_cell, ' a cell ', parts, lowest, highest, model%splits, off
+      print '(3x,a,i4,a,i8,2f10.4,i12,es13.2)', names(d), particles_per_cell, ' a cell ', parts, lowest, &
+         highest, model%splits, off
       call test%check_close(now%mass, start%mass, 1.0e-13_wp*start%mass, name//'mass')
-      call test%check_close(now%momentum, start%momentum, 1.0e-12_wp*sqrt(start%mass*start%kinetic), name//'momentum')
+      call test%check_close(now%momentum, start%momentum, 1.0e-12_wp*sqrt(start%mass*start%kinetic), &
+                            name//'momentum')
       whole = parts == 1 .and. lowest > 1.0_wp - bands(d) .and. highest < 1.0_wp + bands(d)
       if (kinds(d) == domain_fixed) then
          call test%check(.not. whole, name//'fixed domains do not hold the bar together')
@@ -183,7 +192,8 @@ contains
          call test%check(whole, name//'the bar stays one piece, its density within the band')
          call test%check(model%splits > 0, name//'particles were split')
       end if
-      call test%check(off < 0.01_wp, name//'velocities stay linear within 1 %') ! the gradient that is carried is one step old
+      call test%check(off < 0.01_wp, name//'velocities stay linear within 1 %') ! the gradient that is carried
+                                                                                ! is one step old
       call model%release()
    end subroutine pull
 
@@ -200,8 +210,8 @@ contains
       end do
    end subroutine set_pull
 
-   !> Bounds of the density at the nodes on the axis of the bar, two cells and more from its ends, over the exact one, of the
-   !> bar that is `stretch` times as long as it was.
+   !> Bounds of the density at the nodes on the axis of the bar, two cells and more from its ends, over the
+   !> exact one, of the bar that is `stretch` times as long as it was.
    subroutine inner_densities(model, middle, stretch, lowest, highest)
       type(model_t), intent(in) :: model
       integer, intent(in) :: middle
@@ -213,14 +223,15 @@ contains
          if (abs(i - middle) > 4.0_wp*stretch - 2.0_wp) cycle
          slot = model%levels(1)%slot_at([i/8, 0, 0], 1)
          relative = 0.0_wp
-         if (slot > 0) relative = model%levels(1)%nodes(1, mod(i, 8) + 1, 5, 5, slot)*stretch/(density*cell**3)
+         if (slot > 0) relative = model%levels(1)%nodes(1, mod(i, 8) + 1, 5, 5, slot)*stretch &
+            /(density*cell**3)
          lowest = min(lowest, relative)
          highest = max(highest, relative)
       end do
    end subroutine inner_densities
 
-   !> Into how many pieces the bar has come apart: runs of node planes across it that particles touch, and no particle touches both
-   !> the last plane of a run and the first of the next.
+   !> Into how many pieces the bar has come apart: runs of node planes across it that particles touch, and no
+   !> particle touches both the last plane of a run and the first of the next.
    integer function pieces(model)
       type(model_t), intent(in) :: model
       logical :: touched(0:40), tied(-1:40)
@@ -258,7 +269,8 @@ contains
       do b = 1, size(model%levels(1)%blocks)
          associate (particles => model%levels(1)%blocks(b)%particles, at => model%levels(1)%layout)
             do p = 1, particles%count
-               off = max(off, abs(particles%column(p, at%velocity) - rate*(particles%column(p, at%position) - middle)))
+               off = max(off, abs(particles%column(p, at%velocity) &
+                                  - rate*(particles%column(p, at%position) - middle)))
             end do
          end associate
       end do

@@ -1,4 +1,5 @@
-!> Effects against exact answers: free fall, viscous decay, a bar and a column brought to rest, and what every hook does.
+!> Effects against exact answers: free fall, viscous decay, a bar and a column brought to rest, and what every
+!> hook does.
 !test: ranks 1 2 4
 !test: limit 120
 program effects
@@ -24,7 +25,8 @@ program effects
    use m_test_effects, only: body_force_t, tile_force_t, rigid_t, counter_t
    implicit none
    integer, parameter :: viscous = 2, local = 1
-   real(wp), parameter :: cell = 0.1_wp, density = 1000.0_wp, young = 1.0e6_wp, time_step = 0.3_wp*cell/sqrt(1.4_wp*young/density)
+   real(wp), parameter :: cell = 0.1_wp, density = 1000.0_wp, young = 1.0e6_wp, time_step = 0.3_wp*cell &
+      /sqrt(1.4_wp*young/density)
    real(wp), parameter :: field(3) = [1.0_wp, -2.0_wp, -9.81_wp], start_velocity(3) = [1.3_wp, 2.2_wp, 0.7_wp]
    type(communicator_t) :: comm
    type(assertions_t) :: test
@@ -100,8 +102,11 @@ contains
       do b = 1, size(model%levels(1)%blocks)
          associate (particles => model%levels(1)%blocks(b)%particles, at => model%levels(1)%layout)
             do p = 1, particles%count
-               call keep_worst(off(1), maxval(abs(particles%column(p, at%velocity:at%velocity + 2) - velocity))/norm2(velocity))
-               place = (particles%column(p, at%position:at%position + 2) - way)/(0.5_wp*cell) - 0.5_wp ! of the lattice
+               call keep_worst(off(1), &
+                               maxval(abs(particles%column(p, at%velocity:at%velocity + 2) - velocity)) &
+                               /norm2(velocity))
+               ! of the lattice
+               place = (particles%column(p, at%position:at%position + 2) - way)/(0.5_wp*cell) - 0.5_wp
                call keep_worst(off(2), maxval(abs(place - anint(place)))*0.5_wp*cell/norm2(way))
             end do
          end associate
@@ -109,7 +114,8 @@ contains
       call test%check(norm2(way) > 4.0_wp*cell, name//': falls over several cells')
       call test%check_close(off, [0.0_wp, 0.0_wp], 1.0e-12_wp, name//': every particle falls as it must')
       mass = density*120*cell**3
-      call test%check_close(balance%now%momentum, mass*velocity, 1.0e-12_wp*mass*norm2(velocity), name//': momentum')
+      call test%check_close(balance%now%momentum, mass*velocity, 1.0e-12_wp*mass*norm2(velocity), name// &
+                            ': momentum')
       gained = 0.5_wp*mass*(sum(velocity**2) - sum(start_velocity**2))
       call test%check_close(balance%external_work, gained, 1.0e-12_wp*balance%now%kinetic, name//': work')
       call test%check_close(balance%error(), 0.0_wp, 1.0e-12_wp, name//': energy balance')
@@ -140,7 +146,9 @@ contains
       do b = 1, size(model%levels(1)%blocks)
          associate (particles => model%levels(1)%blocks(b)%particles, at => model%levels(1)%layout)
             do p = 1, particles%count
-               call keep_worst(off, maxval(abs(particles%column(p, at%velocity:at%velocity + 2) - velocity))/norm2(start_velocity))
+               call keep_worst(off, &
+                               maxval(abs(particles%column(p, at%velocity:at%velocity + 2) - velocity)) &
+                               /norm2(start_velocity))
             end do
          end associate
       end do
@@ -154,8 +162,8 @@ contains
       call model%release()
    end subroutine viscous_decay
 
-   !> Every particle's velocity decays as v = v0 (1 - c dt)^n, also where it differs from its neighbours' by what nodes do not see,
-   !> which else would stay for ever.
+   !> Every particle's velocity decays as v = v0 (1 - c dt)^n, also where it differs from its neighbours' by
+   !> what nodes do not see, which else would stay for ever.
    subroutine noise_decays(affine, name)
       logical, intent(in) :: affine
       character(len=*), intent(in) :: name
@@ -194,7 +202,8 @@ contains
          associate (particles => model%levels(1)%blocks(b)%particles, at => model%levels(1)%layout)
             do p = 1, particles%count
                do axis = 1, 3
-                  call keep_worst(off, abs(particles%column(p, at%velocity + axis - 1) - share*noise(int(particles%id(p)), axis)))
+                  call keep_worst(off, abs(particles%column(p, at%velocity + axis - 1) &
+                                           - share*noise(int(particles%id(p)), axis)))
                end do
             end do
          end associate
@@ -202,18 +211,22 @@ contains
       call test%check(share < 0.5_wp, name//': much is damped')
       call test%check_close(off, 0.0_wp, 1.0e-12_wp, name//': every particle decays as it must') ! m/s
       inner = inner_energy(model)
-      call test%check_close(balance%now%kinetic - inner, share**2*balance%start%kinetic, 1.0e-12_wp*balance%start%kinetic, &
-                            name//': energy')
+      call test%check_close(balance%now%kinetic - inner, share**2*balance%start%kinetic, &
+                            1.0e-12_wp*balance%start%kinetic, name//': energy')
       call test%check(inner < 0.02_wp*balance%now%kinetic, name//': what nodes make of noise is little')
-      if (.not. affine) call test%check_close(balance%error(), 0.0_wp, 0.01_wp, name//': energy balance') ! of first order in c dt
-      if (comm%is_root()) print '(3x,a,5es11.3)', name//': kinetic energy at the start and at the end, that within particles, '// &
-         'damped, balance error / J', balance%start%kinetic, balance%now%kinetic, inner, balance%damped, balance%excess()
+      ! of first order in c dt
+      if (.not. affine) call test%check_close(balance%error(), 0.0_wp, 0.01_wp, name//': energy balance')
+      if (comm%is_root()) print '(3x,a,5es11.3)', name// &
+         ': kinetic energy at the start and at the end, that within particles, '// &
+         'damped, balance error / J', balance%start%kinetic, balance%now%kinetic, inner, balance%damped, &
+         balance%excess()
       call model%release()
    end subroutine noise_decays
 
-   !> A box that turns so slowly that it hardly moves: its velocity is a linear field, all of it decays as (1 - c dt)^n, that within
-   !> particles too. Nodes have what lumping adds (theory.md, eq. inner-motion): with halves of a cell on a lattice along the grid
-   !> they see 3/16 h^2 of each particle along an axis, where its domain has 1/48 h^2. It is damped and booked as the rest.
+   !> A box that turns so slowly that it hardly moves: its velocity is a linear field, all of it decays as (1
+   !> - c dt)^n, that within particles too. Nodes have what lumping adds (theory.md, eq. inner-motion): with
+   !> halves of a cell on a lattice along the grid they see 3/16 h^2 of each particle along an axis, where its
+   !> domain has 1/48 h^2. It is damped and booked as the rest.
    subroutine turning_decays()
       integer, parameter :: steps = 60
       real(wp), parameter :: coefficient = 20.0_wp, lumped = 9.0_wp
@@ -238,10 +251,11 @@ contains
       if (error%happened()) return
       call balance%follow(model)
       share = (1.0_wp - coefficient*time_step)**steps
-      call test%check_close([balance%now%kinetic, inner_energy(model)], share**2*[balance%start%kinetic, inner], &
-                            1.0e-6_wp*inner, 'turning: energy, and that within particles')
-      call test%check_close(balance%damped, (1.0_wp - share**2)*(balance%start%kinetic + (lumped - 1.0_wp)*inner), &
-                            1.0e-6_wp*inner, 'turning: damped is what nodes had')
+      call test%check_close([balance%now%kinetic, inner_energy(model)], &
+                            share**2*[balance%start%kinetic, inner], 1.0e-6_wp*inner, &
+                            'turning: energy, and that within particles')
+      call test%check_close(balance%damped, (1.0_wp - share**2)*(balance%start%kinetic &
+         + (lumped - 1.0_wp)*inner), 1.0e-6_wp*inner, 'turning: damped is what nodes had')
       call model%release()
    end subroutine turning_decays
 
@@ -266,7 +280,8 @@ contains
       noise = chance_of(int(id, i8), axis) - 0.5_wp ! m/s
    end function noise
 
-   !> v = v0 (1 - c dt)^n with c dt = 2.4, which a scene may not have: what damping has put in is energy from nowhere.
+   !> v = v0 (1 - c dt)^n with c dt = 2.4, which a scene may not have: what damping has put in is energy from
+   !> nowhere.
    subroutine damping_that_drives()
       integer, parameter :: steps = 6
       type(model_t) :: model
@@ -281,11 +296,12 @@ contains
       end do
       seen = balance%glance(model)
       call balance%follow(model)
-      call test%check_close(balance%now%kinetic, 1.4_wp**(2*steps)*balance%start%kinetic, 1.0e-12_wp*balance%now%kinetic, &
-                            'driven: kinetic energy')
-      call test%check_close(seen%excess(), balance%now%kinetic - balance%start%kinetic, 1.0e-12_wp*balance%now%kinetic, &
-                            'driven: a glance sees what came from nowhere')
-      call test%check_close(balance%excess(), seen%excess(), 1.0e-12_wp*balance%now%kinetic, 'driven: so does the balance')
+      call test%check_close(balance%now%kinetic, 1.4_wp**(2*steps)*balance%start%kinetic, &
+                            1.0e-12_wp*balance%now%kinetic, 'driven: kinetic energy')
+      call test%check_close(seen%excess(), balance%now%kinetic - balance%start%kinetic, &
+                            1.0e-12_wp*balance%now%kinetic, 'driven: a glance sees what came from nowhere')
+      call test%check_close(balance%excess(), seen%excess(), 1.0e-12_wp*balance%now%kinetic, &
+                            'driven: so does the balance')
       call test%check(balance%error() > 0.9_wp, 'driven: which is off')
       call model%release()
    end subroutine damping_that_drives
@@ -307,7 +323,8 @@ contains
                                     upper=cell*[5, 5, merge(0, 4, on_roller) + high])
    end function bar
 
-   !> A bar that rings in its first mode: local damping takes all of its energy, and the balance knows where it went.
+   !> A bar that rings in its first mode: local damping takes all of its energy, and the balance knows where
+   !> it went.
    subroutine bar_to_rest()
       integer, parameter :: high = 16, steps = 1500
       real(wp), parameter :: speed = 0.1_wp
@@ -335,16 +352,17 @@ contains
       call test%check(.not. error%happened(), 'local: goes on')
       if (error%happened()) return
       call balance%follow(model)
-      if (comm%is_root()) print '(3x,a,4es11.3)', 'bar: start, kinetic, strain, damped / J', balance%start%kinetic, &
-         balance%now%kinetic, balance%now%strain, balance%damped
-      call test%check(balance%now%kinetic + balance%now%strain < 1.0e-4_wp*balance%start%kinetic, 'local: the bar comes to rest')
+      if (comm%is_root()) print '(3x,a,4es11.3)', 'bar: start, kinetic, strain, damped / J', &
+         balance%start%kinetic, balance%now%kinetic, balance%now%strain, balance%damped
+      call test%check(balance%now%kinetic + balance%now%strain < 1.0e-4_wp*balance%start%kinetic, &
+                      'local: the bar comes to rest')
       call test%check(balance%damped > 0.95_wp*balance%start%kinetic, 'local: most energy was damped')
       call test%check_close(balance%error(), 0.0_wp, 0.03_wp, 'local: energy balance')
       call model%release()
    end subroutine bar_to_rest
 
-   !> A column on a roller under its weight. At rest gravity has done the work (density g)^2 H^3 A/(3 E); half of it is strain
-   !> energy, half was damped. What holds the column does no work.
+   !> A column on a roller under its weight. At rest gravity has done the work (density g)^2 H^3 A/(3 E); half
+   !> of it is strain energy, half was damped. What holds the column does no work.
    subroutine column_to_rest()
       integer, parameter :: high = 16, steps = 2500
       real(wp), parameter :: weight = 2.0_wp, height = high*cell
@@ -365,16 +383,18 @@ contains
       if (error%happened()) return
       call balance%follow(model)
       work = (density*weight)**2*height**3*(2.0_wp*cell)**2/(3.0_wp*young)
-      if (comm%is_root()) print '(3x,a,4f9.5)', 'column: external, strain, damped, error over the exact work', &
+      if (comm%is_root()) print '(3x,a,4f9.5)', &
+         'column: external, strain, damped, error over the exact work', &
          [balance%external_work, balance%now%strain, balance%damped, balance%excess()]/work
       call test%check(balance%now%kinetic < 1.0e-6_wp*work, 'column: comes to rest')
-      call test%check_close([balance%external_work, balance%now%strain, balance%damped]/work, [1.0_wp, 0.5_wp, 0.5_wp], 0.02_wp, &
-                            'column: work and where it went')
+      call test%check_close([balance%external_work, balance%now%strain, balance%damped]/work, &
+                            [1.0_wp, 0.5_wp, 0.5_wp], 0.02_wp, 'column: work and where it went')
       call test%check_close(balance%error(), 0.0_wp, 0.02_wp, 'column: energy balance')
       call model%release()
    end subroutine column_to_rest
 
-   !> What changes gradient and stress: a turning block whose effect makes it rigid has no stress; a counter counts.
+   !> What changes gradient and stress: a turning block whose effect makes it rigid has no stress; a counter
+   !> counts.
    subroutine hooks_on_particles()
       integer, parameter :: steps = 7
       type(model_t) :: model
@@ -398,8 +418,8 @@ contains
             if (particles%count == 0) cycle
             largest = max(largest, maxval(abs(particles%column(:particles%count, at%stress:at%stress + 5))))
             call keep_worst(off, maxval(abs(particles%column(:particles%count, c) - (5.0_wp + steps))))
-            call test%check(maxval(abs(particles%column(:particles%count, at%gradient:at%gradient + 8))) > 1.0_wp, &
-                            'hooks: the gradient for the transfer is kept')
+            call test%check(maxval(abs(particles%column(:particles%count, at%gradient:at%gradient + 8))) > &
+                            1.0_wp, 'hooks: the gradient for the transfer is kept')
          end associate
       end do
       call test%check_close(largest, 0.0_wp, 0.0_wp, 'hooks: no gradient, no stress')
@@ -407,19 +427,21 @@ contains
       call test%check_equal(model%effects(1)%columns, 0, 'hooks: columns of none')
       call test%check_equal(model%effects(2)%columns, 1, 'hooks: columns of one')
       call test%check_equal(size(model%timers%names), phases + 2, 'hooks: a row each')
-      call test%check_equal(comm%sum_count(model%timers%calls(model%effects(1)%row)), 7_8*comm%sum_count(int(size( &
+      call test%check_equal(comm%sum_count(model%timers%calls(model%effects(1)%row)), &
+                            7_8*comm%sum_count(int(size( &
                             model%levels(1)%blocks), 8)), 'hooks: called once a block and step')
       call model%release()
    end subroutine hooks_on_particles
 
-   !> A scene without effects has no rows, no lists and no fields of theirs; the catalogue's names are what scenes say.
+   !> A scene without effects has no rows, no lists and no fields of theirs; the catalogue's names are what
+   !> scenes say.
    subroutine absent_is_free()
       type(model_t) :: model
       type(error_t) :: error
       type(catalogue_t) :: catalogue
       call known_effects(catalogue)
-      call test%check(offered(catalogue%effects, 'gravity') > 0 .and. offered(catalogue%effects, 'damping') > 0, &
-                      'absent: the catalogue')
+      call test%check(offered(catalogue%effects, 'gravity') > 0 .and. &
+                      offered(catalogue%effects, 'damping') > 0, 'absent: the catalogue')
       call model%build(comm, flying(update_usl), error)
       call advance(model, time_step, error)
       call test%check(.not. error%happened(), 'absent: goes on')

@@ -1,7 +1,8 @@
 !test: ranks 1 2
-!> Motion within particles (theory.md, eq. inner-motion): a block that turns has exactly the kinetic energy and the angular momentum
-!> of a rigid one, however few particles it is made of, and keeps them when its particles are split, change level or merge. The
-!> control, plain transfer, lacks what turns within particles: with n of them along an edge of a cube, 1/n^2.
+!> Motion within particles (theory.md, eq. inner-motion): a block that turns has exactly the kinetic energy
+!> and the angular momentum of a rigid one, however few particles it is made of, and keeps them when its
+!> particles are split, change level or merge. The control, plain transfer, lacks what turns within particles:
+!> with n of them along an edge of a cube, 1/n^2.
 program inner_motion_test
    use m_kinds, only: wp
    use m_errors, only: error_t
@@ -19,7 +20,8 @@ program inner_motion_test
    integer, parameter :: kinds(3) = [domain_fixed, domain_stretch, domain_corners], counts(3) = [1, 8, 27]
    character(len=7), parameter :: names(3) = ['fixed  ', 'stretch', 'corners']
    real(wp), parameter :: cell = 0.5_wp, density = 1000.0_wp
-   real(wp), parameter :: spin(3) = [0.3_wp, -0.7_wp, 1.1_wp], speed(3) = [2.0_wp, 1.0_wp, -3.0_wp] !< 1/s, m/s
+   !> 1/s, m/s
+   real(wp), parameter :: spin(3) = [0.3_wp, -0.7_wp, 1.1_wp], speed(3) = [2.0_wp, 1.0_wp, -3.0_wp]
    type(communicator_t) :: comm
    type(assertions_t) :: test
    integer :: d, n
@@ -55,8 +57,8 @@ contains
       scene%bodies(1)%angular_velocity = spin
    end function block
 
-   !> Kinetic energy and angular momentum about the origin of a rigid block between two corners (in cells), turning about its
-   !> middle.
+   !> Kinetic energy and angular momentum about the origin of a rigid block between two corners (in cells),
+   !> turning about its middle.
    subroutine exact(low, high, kinetic, angular)
       integer, intent(in) :: low(3), high(3)
       real(wp), intent(out) :: kinetic, angular(3)
@@ -66,8 +68,8 @@ contains
       mass = density*product(edge)
       own = mass/12.0_wp*(sum(edge**2) - edge**2)*spin
       kinetic = 0.5_wp*mass*sum(speed**2) + 0.5_wp*dot_product(own, spin)
-      angular = own + mass*[middle(2)*speed(3) - middle(3)*speed(2), middle(3)*speed(1) - middle(1)*speed(3), &
-                            middle(1)*speed(2) - middle(2)*speed(1)]
+      angular = own + mass*[middle(2)*speed(3) - middle(3)*speed(2), middle(3)*speed(1) &
+                            - middle(1)*speed(3), middle(1)*speed(2) - middle(2)*speed(1)]
    end subroutine exact
 
    subroutine check_rigid(sums, low, high, name)
@@ -77,7 +79,8 @@ contains
       real(wp) :: kinetic, angular(3)
       call exact(low, high, kinetic, angular)
       call test%check_close(sums%kinetic, kinetic, 1.0e-13_wp*kinetic, name//', kinetic energy')
-      call test%check_close(sums%angular_momentum, angular, 1.0e-13_wp*norm2(angular), name//', angular momentum')
+      call test%check_close(sums%angular_momentum, angular, 1.0e-13_wp*norm2(angular), name// &
+                            ', angular momentum')
    end subroutine check_rigid
 
    subroutine rigid(d, particles_per_cell)
@@ -100,7 +103,8 @@ contains
       real(wp) :: turn(3, 3)
       integer :: b, p, k, round, splits, worn_out, all
       if (kinds(d) == domain_fixed) return ! these are never split
-      turn = 1.9_wp*reshape([0.6_wp, 0.8_wp, 0.3_wp, -0.8_wp, 0.6_wp, 0.0_wp, -0.2_wp, 0.0_wp, 1.0_wp], [3, 3])
+      turn = 1.9_wp*reshape([0.6_wp, 0.8_wp, 0.3_wp, -0.8_wp, 0.6_wp, 0.0_wp, -0.2_wp, 0.0_wp, 1.0_wp], &
+                            [3, 3])
       call model%build(comm, block(d, 1, low, high), error)
       associate (level => model%levels(1))
          do b = 1, size(level%blocks)
@@ -110,7 +114,8 @@ contains
                      column(p, at%domain:at%domain + 8) = &
                         reshape(matmul(turn, reshape(column(p, at%domain:at%domain + 8), [3, 3])), [9])
                   else
-                     column(p, at%half_size:at%half_size + 2) = [1.3_wp, 2.9_wp, 0.7_wp]*column(p, at%half_size:at%half_size + 2)
+                     column(p, at%half_size:at%half_size + 2) = [1.3_wp, 2.9_wp, 0.7_wp] &
+                        *column(p, at%half_size:at%half_size + 2)
                   end if
                   do k = 0, 8
                      column(p, at%gradient + k) = sin(real(p + 3*k, wp))
@@ -130,13 +135,16 @@ contains
          after = measure(model)
       end associate
       call test%check(comm%maximum(real(all, wp)) > 20.0_wp, trim(names(d))//': particles are split')
-      call test%check_close(after%kinetic, before%kinetic, 1.0e-13_wp*before%kinetic, trim(names(d))//': split, kinetic energy')
-      call test%check_close(after%angular_momentum, before%angular_momentum, 1.0e-13_wp*norm2(before%angular_momentum), &
-                            trim(names(d))//': split, angular momentum')
+      call test%check_close(after%kinetic, before%kinetic, 1.0e-13_wp*before%kinetic, trim(names(d))// &
+                            ': split, kinetic energy')
+      call test%check_close(after%angular_momentum, before%angular_momentum, &
+                            1.0e-13_wp*norm2(before%angular_momentum), trim(names(d))// &
+                            ': split, angular momentum')
       call model%release()
    end subroutine pieces
 
-   !> Control: without gradients a cube that turns about its middle lacks exactly what turns within its particles.
+   !> Control: without gradients a cube that turns about its middle lacks exactly what turns within its
+   !> particles.
    subroutine plain()
       integer, parameter :: low(3) = 6, high(3) = 9
       type(model_t) :: model
@@ -150,12 +158,13 @@ contains
       sums = measure(model)
       call exact(low, high, kinetic, angular)
       flight = 0.5_wp*sums%mass*sum(speed**2)
-      call test%check_close((kinetic - sums%kinetic)/(kinetic - flight), 1.0_wp/9.0_wp, 1.0e-12_wp, 'plain transfer: lacks a ninth')
+      call test%check_close((kinetic - sums%kinetic)/(kinetic - flight), 1.0_wp/9.0_wp, 1.0e-12_wp, &
+                            'plain transfer: lacks a ninth')
       call model%release()
    end subroutine plain
 
-   !> A block inside a level, whose particles are small; the level goes elsewhere, and they merge; it comes back, and they are
-   !> split.
+   !> A block inside a level, whose particles are small; the level goes elsewhere, and they merge; it comes
+   !> back, and they are split.
    subroutine levels()
       integer, parameter :: low(3) = [5, 5, 5], high(3) = [7, 8, 9]
       type(model_t) :: model
@@ -172,7 +181,8 @@ contains
       call place(model, [18, 18, 18], [30, 30, 30], error)
       call test%check(8*int(comm%sum_count(model%particle_count())) == first, 'all merge')
       call check_rigid(measure(model), low, high, 'merged')
-      call test%check_close(comm%sum_real(sum(model%lost_in_merging)), 0.0_wp, 1.0e-13_wp*density, 'merged: nothing is lost')
+      call test%check_close(comm%sum_real(sum(model%lost_in_merging)), 0.0_wp, 1.0e-13_wp*density, &
+                            'merged: nothing is lost')
       call place(model, [6, 6, 6], [22, 22, 22], error)
       call test%check(int(comm%sum_count(model%particle_count())) == first, 'all are split again')
       call check_rigid(measure(model), low, high, 'split again')

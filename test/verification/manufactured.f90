@@ -1,16 +1,18 @@
-!> Axis-aligned manufactured solution in a unit cube, after Wallstedt and Guilkey (2008), An evaluation of explicit time
-!> integration schemes for use with the generalized interpolation material point method, J. Comput. Phys. 227, 9628-9642:
+!> Axis-aligned manufactured solution in a unit cube, after Wallstedt and Guilkey (2008), An evaluation of
+!> explicit time integration schemes for use with the generalized interpolation material point method, J.
+!> Comput. Phys. 227, 9628-9642:
 !>
 !>    u_i = A sin(2 pi X_i) sin(phase_i + pi c t),   phases 0, 2 pi/3, 4 pi/3,   c = sqrt(E/density)
 !>
-!> Theirs is for another neo-Hookean law; the body force here is that of ours. With F diagonal, I = sum F_k^2 and J = F1 F2 F3,
+!> Theirs is for another neo-Hookean law; the body force here is that of ours. With F diagonal, I = sum F_k^2
+!> and J = F1 F2 F3,
 !>
 !>    P_i = mu J^(-2/3) (F_i - I/(3 F_i)) + K (J - 1) J/F_i
 !>    d P_i/d X_i = M_i d F_i/d X_i,   M_i = mu J^(-2/3) (5 I/(9 F_i^2) - 1/3) + K (J/F_i)^2
 !>    b_i = d2 u_i/dt2 - M_i (d F_i/d X_i)/density
 !>
-!> since F_i depends on X_i only. The cube fills the grid; u_i vanishes on the faces across i and goes on beyond them as its
-!> mirror image, so that these are symmetry planes.
+!> since F_i depends on X_i only. The cube fills the grid; u_i vanishes on the faces across i and goes on
+!> beyond them as its mirror image, so that these are symmetry planes.
 module m_manufactured
    use mpi_f08, only: MPI_Allreduce, MPI_IN_PLACE, MPI_DOUBLE_PRECISION, MPI_SUM, MPI_MAX, MPI_Wtime
    use m_kinds, only: wp, i8
@@ -83,7 +85,8 @@ module m_manufactured
       real(wp) :: duration = 0.5_wp        !< periods of 2/c
       integer :: levels = 1                !< 2: cells half as large for x < 1/2
       logical :: subcycle = .true.
-      logical :: staggered = .true.        !< first velocity that of half a step before the start, as leapfrog wants it
+      logical :: staggered = .true.        !< first velocity that of half a step before the start, as leapfrog
+                                           !< wants it
    end type run_t
 
    !> Errors of the positions over all particles and steps of one run.
@@ -235,10 +238,12 @@ contains
       if (.not. error%happened()) then
          outcome%particles = communicator%sum_count(model%particle_count())
          span = setting%duration*2.0_wp/wave_speed
-         ! the fastest wave is where the body is stretched most; the same step all along, for its order to be seen
+         ! the fastest wave is where the body is stretched most; the same step all along, for its order to be
+         ! seen
          time_step = setting%safety*model%stepped_cell() &
                      /(sqrt((solution%bulk + 4.0_wp*solution%shear/3.0_wp)/reference_density &
-                     *(1.0_wp + 2.0_wp*pi*setting%amplitude)**3) + sqrt(3.0_wp)*pi*wave_speed*setting%amplitude)
+                     *(1.0_wp + 2.0_wp*pi*setting%amplitude)**3) + sqrt(3.0_wp)*pi*wave_speed &
+                     *setting%amplitude)
          outcome%steps = ceiling(span/time_step)
          time_step = span/outcome%steps
          call set_particles(model, solution, setting, time_step)
@@ -262,7 +267,8 @@ contains
       call model%release()
    end function run
 
-   !> Collective: error of the particles' stress where they are, true and estimated, over the norm of the stress.
+   !> Collective: error of the particles' stress where they are, true and estimated, over the norm of the
+   !> stress.
    subroutine judge_stress(model, solution, outcome)
       type(model_t), intent(inout) :: model
       type(solution_t), intent(in) :: solution
@@ -281,7 +287,8 @@ contains
                   f = solution%stretch(x0, model%time)
                   exact = 0.0_wp
                   exact(:3) = solution%piola(x0, model%time)*f/product(f)
-                  sums = sums + column(p, at%volume)*[law%complementary_energy(column(p, at%stress:at%stress + 5) - exact), &
+                  sums = sums + column(p, at%volume) &
+                         *[law%complementary_energy(column(p, at%stress:at%stress + 5) - exact), &
                                                       law%complementary_energy(exact)]
                end do
             end associate
@@ -316,8 +323,8 @@ contains
       scene%levels(1)%upper = [0.5_wp, 1.0_wp, 1.0_wp]
    end function make_scene
 
-   !> Collective: the state of the solution at time 0. The velocity is that of half a step before, for a leapfrog; a law that
-   !> is called first in a step (usf) then finds the deformation of one step before.
+   !> Collective: the state of the solution at time 0. The velocity is that of half a step before, for a
+   !> leapfrog; a law that is called first in a step (usf) then finds the deformation of one step before.
    subroutine set_particles(model, solution, setting, time_step)
       type(model_t), intent(inout) :: model
       type(solution_t), intent(in) :: solution
@@ -344,12 +351,15 @@ contains
                   column(p, at%position:at%position + 2) = x0 + solution%displacement(x0, 0.0_wp)
                   column(p, at%velocity:at%velocity + 2) = solution%velocity(x0, early)
                   column(p, at%volume) = column(p, at%volume)*product(f)
-                  if (at%half_sizes) column(p, at%half_size:at%half_size + 2) = column(p, at%half_size:at%half_size + 2)*f
-                  if (at%domain > 0) column(p, at%domain:at%domain + 8:4) = column(p, at%domain:at%domain + 8:4)*f
+                  if (at%half_sizes) &
+                     column(p, at%half_size:at%half_size + 2) = column(p, at%half_size:at%half_size + 2)*f
+                  if (at%domain > 0) &
+                     column(p, at%domain:at%domain + 8:4) = column(p, at%domain:at%domain + 8:4)*f
                   column(p, at%deformation:at%deformation + 8:4) = f
                   column(p, at%stress:at%stress + 5) = 0.0_wp
                   column(p, at%stress:at%stress + 2) = solution%piola(x0, lag)*f/product(f)
-                  if (at%gradient > 0) column(p, at%gradient:at%gradient + 8:4) = solution%stretch_rate(x0, early)/f
+                  if (at%gradient > 0) &
+                     column(p, at%gradient:at%gradient + 8:4) = solution%stretch_rate(x0, early)/f
                end do
             end associate
          end do
@@ -357,7 +367,8 @@ contains
       call settle(model)
    end subroutine set_particles
 
-   !> Collective: particles that have been moved by hand get their bins, and their blocks and levels where they left them.
+   !> Collective: particles that have been moved by hand get their bins, and their blocks and levels where
+   !> they left them.
    subroutine settle(model)
       type(model_t), intent(inout) :: model
       type(error_t) :: error
@@ -370,8 +381,9 @@ contains
                   block%emigrant_count = 0
                   call block%particles%changed()
                   if (block%particles%count == 0) cycle
-                  call locate_particles(block%particles%count, block%particles%column(:, x:x + 2), frame_of(level, block), &
-                                        block%cells%bin, block%emigrants, block%emigrant_count, moved, block%lowest, block%highest)
+                  call locate_particles(block%particles%count, block%particles%column(:, x:x + 2), &
+                                        frame_of(level, block), block%cells%bin, block%emigrants, &
+                                        block%emigrant_count, moved, block%lowest, block%highest)
                   call block%cells%outdate()
                end associate
             end do
@@ -407,7 +419,8 @@ contains
          do b = 1, size(model%levels(l)%blocks)
             associate (particles => model%levels(l)%blocks(b)%particles, x => model%levels(l)%layout%position)
                do p = 1, particles%count
-                  off = particles%column(p, x:x + 2) - particles%column(p, first:first + 2) - beat*particles%column(p, s:s + 2)
+                  off = particles%column(p, x:x + 2) - particles%column(p, first:first + 2) &
+                        - beat*particles%column(p, s:s + 2)
                   squares = squares + sum(off**2)
                   largest = max(largest, norm2(off))
                end do
@@ -430,7 +443,8 @@ contains
       allocate (series%outcomes(size(cells)))
       if (communicator%is_root()) then
          print '(/,a)', title
-         print '(a)', '   cells  particles  steps    L2 / m      Linf / m    L2 / A   order   Linf / A   order    time'
+         print '(a)', '   cells  particles  steps    L2 / m      Linf / m    L2 / A   order   Linf / A  '// &
+            ' order    time'
       end if
       one = setting
       coarser_cells = 0
@@ -439,10 +453,11 @@ contains
          series%outcomes(g) = run(communicator, one)
          orders = 0.0_wp
          associate (now => series%outcomes(g))
-            if (g > 1) orders = log([coarser%l2/now%l2, coarser%largest/now%largest])/log(real(cells(g), wp)/coarser_cells)
-            if (communicator%is_root()) print '(i8,i11,i7,2es12.3,2(f10.5,f8.2),f8.1,a)', cells(g), now%particles, now%steps, &
-               now%l2, now%largest, now%l2/setting%amplitude, orders(1), now%largest/setting%amplitude, orders(2), &
-               now%seconds, ' s'
+            if (g > 1) orders = log([coarser%l2/now%l2, coarser%largest/now%largest]) &
+               /log(real(cells(g), wp)/coarser_cells)
+            if (communicator%is_root()) print '(i8,i11,i7,2es12.3,2(f10.5,f8.2),f8.1,a)', cells(g), &
+               now%particles, now%steps, now%l2, now%largest, now%l2/setting%amplitude, orders(1), &
+               now%largest/setting%amplitude, orders(2), now%seconds, ' s'
             coarser = now
             coarser_cells = cells(g)
          end associate
@@ -450,7 +465,8 @@ contains
       series%last_order_l2 = orders(1)
       series%order_l2 = fitted_order(real(cells, wp), series%outcomes%l2)
       series%order_largest = fitted_order(real(cells, wp), series%outcomes%largest)
-      if (communicator%is_root()) print '(2(a,f6.2))', '   fitted order: L2 ', series%order_l2, ', Linf ', series%order_largest
+      if (communicator%is_root()) print '(2(a,f6.2))', '   fitted order: L2 ', series%order_l2, ', Linf ', &
+         series%order_largest
    end function run_series
 
    !> Slope of the line through log(error) over log(cell).

@@ -1,5 +1,5 @@
-!> What the tests of nested levels share: small scenes, first motions and stresses on all levels, all particles of all ranks,
-!> bodies that ring, and a force on one node.
+!> What the tests of nested levels share: small scenes, first motions and stresses on all levels, all
+!> particles of all ranks, bodies that ring, and a force on one node.
 module m_nested
    use mpi_f08
    use m_kinds, only: wp
@@ -19,20 +19,23 @@ module m_nested
    use m_energy, only: sums_t, measure
    implicit none
    private
-   public :: empty_scene, add_box, add_level, set_motion, all_particles, nearest, worst_difference, run_steps, largest_stress, &
-             particles_on, ring, ringing_bar, ringing_block, kick_t
+   public :: empty_scene, add_box, add_level, set_motion, all_particles, nearest, worst_difference, &
+      run_steps, largest_stress, particles_on, ring, ringing_bar, ringing_block, kick_t
 
    real(wp), parameter, public :: cell = 0.1_wp, density = 1000.0_wp, young = 1.0e6_wp, poisson = 0.3_wp
    real(wp), parameter, public :: lambda = young*poisson/((1.0_wp + poisson)*(1.0_wp - 2.0_wp*poisson))
    real(wp), parameter, public :: shear = young/(2.0_wp*(1.0_wp + poisson))
-   real(wp), parameter, public :: wave = sqrt((lambda + 2.0_wp*shear)/density) !< speed of waves of pressure, m/s
-   real(wp), parameter, public :: bar_wave = sqrt(young/density)               !< of waves along a thin bar, m/s
+   real(wp), parameter, public :: wave = sqrt((lambda + 2.0_wp*shear)/density) !< speed of waves of pressure,
+                                                                               !< m/s
+   real(wp), parameter, public :: bar_wave = sqrt(young/density)               !< of waves along a thin bar,
+                                                                               !< m/s
 
    real(wp), parameter :: strain = 0.005_wp !< of what rings, about
    integer :: bar_cells = 0                 !< of the bar that is being set in motion
 
    !> Rows of all_particles.
-   integer, parameter, public :: at_x = 1, at_v = 4, at_mass = 7, at_volume = 8, at_stress = 9, at_level = 15, kept = 15
+   integer, parameter, public :: at_x = 1, at_v = 4, at_mass = 7, at_volume = 8, at_stress = 9, &
+      at_level = 15, kept = 15
 
    !> How a scene is stepped.
    type, public :: manner_t
@@ -56,8 +59,9 @@ module m_nested
    end interface
    public :: state_interface
 
-   !> How a body rang. Energies are means over whole periods, over the energy at the start: within a period the sum swings by some
-   !> tenths of a percent, for velocities are known half a step before stresses, on the finer level half of that.
+   !> How a body rang. Energies are means over whole periods, over the energy at the start: within a period
+   !> the sum swings by some tenths of a percent, for velocities are known half a step before stresses, on the
+   !> finer level half of that.
    type, public :: ringing_t
       real(wp) :: last = 0.0_wp, lowest = huge(1.0_wp), highest = 0.0_wp
       real(wp) :: largest = 0.0_wp  !< not a mean
@@ -88,12 +92,13 @@ contains
       character(len=:), allocatable :: text
       character(len=4) :: flip
       write (flip, '(f4.2)') self%flip
-      text = trim(merge('affine', 'plain ', self%affine))//', '//trim(merge('subcycled', 'lockstep ', self%subcycle))//', flip '// &
+      text = trim(merge('affine', 'plain ', self%affine))//', '// &
+             trim(merge('subcycled', 'lockstep ', self%subcycle))//', flip '// &
              flip//', '//achar(iachar('0') + self%levels)//merge(' level ', ' levels', self%levels == 1)
    end function manner_text
 
-   !> Step of the coarsest level (m: s) at a share of its cell over the wave speed; all step with the finest's where there is no
-   !> subcycling.
+   !> Step of the coarsest level (m: s) at a share of its cell over the wave speed; all step with the finest's
+   !> where there is no subcycling.
    pure real(wp) function step_of(self, safety)
       class(manner_t), intent(in) :: self
       real(wp), intent(in) :: safety
@@ -186,8 +191,9 @@ contains
             associate (column => model%levels(n)%blocks(b)%particles%column, at => model%levels(n)%layout)
                do p = 1, model%levels(n)%blocks(b)%particles%count
                   q = q + 1
-                  own(:, q) = [column(p, at%position:at%position + 2), column(p, at%velocity:at%velocity + 2), &
-                               column(p, at%mass), column(p, at%volume), column(p, at%stress:at%stress + 5), real(n, wp)]
+                  own(:, q) = [column(p, at%position:at%position + 2), &
+                               column(p, at%velocity:at%velocity + 2), column(p, at%mass), &
+                               column(p, at%volume), column(p, at%stress:at%stress + 5), real(n, wp)]
                end do
             end associate
          end do
@@ -198,7 +204,8 @@ contains
          offsets(r) = offsets(r - 1) + counts(r - 1)
       end do
       allocate (all(kept, sum(counts)/kept))
-      call MPI_Allgatherv(own, kept*q, MPI_DOUBLE_PRECISION, all, counts, offsets, MPI_DOUBLE_PRECISION, model%communicator%comm)
+      call MPI_Allgatherv(own, kept*q, MPI_DOUBLE_PRECISION, all, counts, offsets, MPI_DOUBLE_PRECISION, &
+                          model%communicator%comm)
    end function all_particles
 
    !> The particle nearest to a place.
@@ -216,8 +223,8 @@ contains
       end do
    end function nearest
 
-   !> Largest differences of the particles of one model from the nearest ones of another: place (m), velocity (m/s), stress (Pa),
-   !> mass and volume (relative).
+   !> Largest differences of the particles of one model from the nearest ones of another: place (m), velocity
+   !> (m/s), stress (Pa), mass and volume (relative).
    pure function worst_difference(all, others) result(off)
       real(wp), intent(in) :: all(:, :), others(:, :)
       real(wp) :: off(5)
@@ -225,7 +232,8 @@ contains
       off = 0.0_wp
       do p = 1, size(all, 2)
          q = nearest(others, all(1:3, p))
-         off = max(off, [maxval(abs(all(1:3, p) - others(1:3, q))), maxval(abs(all(4:6, p) - others(4:6, q))), &
+         off = max(off, [maxval(abs(all(1:3, p) - others(1:3, q))), &
+                         maxval(abs(all(4:6, p) - others(4:6, q))), &
                          maxval(abs(all(9:14, p) - others(9:14, q))), abs(all(7, p)/others(7, q) - 1.0_wp), &
                          abs(all(8, p)/others(8, q) - 1.0_wp)])
       end do
@@ -246,8 +254,8 @@ contains
       particles_on = int(model%communicator%sum_count(model%levels(level)%particle_count()))
    end function particles_on
 
-   !> A bar of `long` x 4 x 4 cells, a quarter of it in long x 2 x 2 behind two symmetry planes, with level 2 over its middle third
-   !> and level 3 over the middle of that. `long`: a multiple of 12.
+   !> A bar of `long` x 4 x 4 cells, a quarter of it in long x 2 x 2 behind two symmetry planes, with level 2
+   !> over its middle third and level 3 over the middle of that. `long`: a multiple of 12.
    function ringing_bar(manner, long) result(scene)
       type(manner_t), intent(in) :: manner
       integer, intent(in) :: long
@@ -259,8 +267,8 @@ contains
       if (manner%levels > 2) call add_level(scene, [4 + 5*(long/12), 0, 0], [4 + 7*(long/12), 4, 4])
    end function ringing_bar
 
-   !> A cube of 12 cells, an eighth of it behind three symmetry planes, with a cube of 8 (and of 4) as level 2 (and 3): edges with
-   !> corners. Without cross contraction, so that what `ring` sets is a mode of it.
+   !> A cube of 12 cells, an eighth of it behind three symmetry planes, with a cube of 8 (and of 4) as level 2
+   !> (and 3): edges with corners. Without cross contraction, so that what `ring` sets is a mode of it.
    function ringing_block(manner) result(scene)
       type(manner_t), intent(in) :: manner
       type(scene_t) :: scene
@@ -311,7 +319,8 @@ contains
             sum_of_period = sum_of_period + now%energy()/start%energy()
             samples = samples + 1
             ringing%largest = max(ringing%largest, now%energy()/start%energy())
-            ringing%momentum = max(ringing%momentum, merge(abs(now%momentum(1) - start%momentum(1)), 0.0_wp, long > 0) &
+            ringing%momentum = max(ringing%momentum, merge(abs(now%momentum(1) - start%momentum(1)), &
+                                                           0.0_wp, long > 0) &
                                    /sqrt(2.0_wp*start%mass*start%kinetic))
             ringing%mass = max(ringing%mass, abs(now%mass/start%mass - 1.0_wp))
             if (ringing%largest > 10.0_wp) exit

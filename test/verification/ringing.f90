@@ -1,5 +1,5 @@
-!> A free block that rings from random motion, for the limits of stability: what the sweep of stability_limit and the map of
-!> test/stability share.
+!> A free block that rings from random motion, for the limits of stability: what the sweep of stability_limit
+!> and the map of test/stability share.
 module m_ringing
    use m_kinds, only: wp
    use m_constants, only: pi
@@ -21,7 +21,8 @@ module m_ringing
    real(wp), parameter :: density = 1.0_wp, young = 1.0_wp, cell = 1.0_wp !< kg/m3, Pa, m
    real(wp), parameter :: travel = 0.02_wp                  !< c
    integer, parameter :: places = 8
-   real(wp), parameter :: diagonal(6) = [0.0_wp, 0.03_wp, 0.1_wp, 0.2_wp, 0.35_wp, 0.5_wp] !< cells; the others by chance
+   !> cells; the others by chance
+   real(wp), parameter :: diagonal(6) = [0.0_wp, 0.03_wp, 0.1_wp, 0.2_wp, 0.35_wp, 0.5_wp]
    real(wp), parameter :: hopeless = 10.0_wp                !< a run is stopped there
 
    !> One block of one kind.
@@ -34,7 +35,8 @@ module m_ringing
       real(wp) :: poisson = 0.3_wp
       integer :: domain = domain_fixed
       integer :: steps = 2000
-      integer :: settle = 0 !< steps during which a larger energy, up to twice that at the start, counts as the first
+      integer :: settle = 0 !< steps during which a larger energy, up to twice that at the start, counts as
+                            !< the first
    end type setting_t
 
 contains
@@ -114,7 +116,8 @@ contains
                wave = particles%column(p, at%position:at%position + 2)/(block_cells*cell)
                do axis = 1, 3
                   particles%column(p, at%velocity + axis - 1) = particles%column(p, at%velocity + axis - 1) &
-                     + small*cos(2.0_wp*pi*wave(axis)) + small*(2.0_wp*chance(100 + 3*int(particles%id(p)) + axis) - 1.0_wp)
+                     + small*cos(2.0_wp*pi*wave(axis)) &
+                     + small*(2.0_wp*chance(100 + 3*int(particles%id(p)) + axis) - 1.0_wp)
                end do
             end do
          end associate

@@ -137,7 +137,8 @@ contains
       type(layout_t), intent(in) :: layout
       real(wp), intent(in), contiguous :: gradient(:, :)
       real(wp), intent(in) :: cell, time_step
-      particles%column(:particles%count, self%column) = particles%column(:particles%count, self%column) + 1.0_wp
+      particles%column(:particles%count, self%column) = particles%column(:particles%count, self%column) &
+         + 1.0_wp
    end subroutine count_step
 
 end module m_test_effects
