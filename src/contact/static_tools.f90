@@ -1,4 +1,4 @@
-!> Tools in a quasi-static step: where they are at its end, by given speeds and by the ways of what loads push.
+!> Tools in a quasi-static step: where they are at its end, by given speeds and by ways of what loads push.
 !> These ways are unknowns of the step's equilibrium (theory.md, eq. static-tools).
 module m_static_tools
    use m_kinds, only: wp

@@ -61,9 +61,7 @@ contains
             == self%linear%krylov%size())) > 0.5_wp
          call self%linear%krylov%fit(system%model%communicator%comm%MPI_VAL, unknowns, there)
          self%newton = 0
-         self%linear%solves = 0
-         self%linear%products = 0
-         self%linear%unsolved = 0
+         call self%linear%begin()
          best = huge(best)
          best_at = 0
          self%log = ''

@@ -335,8 +335,9 @@ contains
                       'body, or give it speeds')
          else if (mine .and. p > 0) then
             call fail(error, exit_numerical, particle_text(model, 1, b, p)//': no equilibrium with steps '// &
-                      'down to '//si(self%smallest, 's')//', '//reason(it%outcome)//'; try a smaller step, '// &
-                      'slower loads, smaller cells, or boundaries and tools that hold the body')
+                      'down to '//si(self%smallest, 's')//', '//reason(it%outcome)// &
+                      '; try a smaller step, slower loads, smaller cells, or boundaries and tools '// &
+                      'that hold the body')
          end if
       end associate
       call model%communicator%agree(error)

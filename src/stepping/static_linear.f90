@@ -13,6 +13,7 @@ module m_static_linear
       integer :: solves = 0, products = 0 !< of this step
       integer :: unsolved = 0             !< linear problems of this step that were not
    contains
+      procedure :: begin
       procedure :: improve
       procedure, private :: set_points
       procedure, private :: solve_linear
@@ -24,6 +25,14 @@ module m_static_linear
    real(wp), parameter :: unknown = huge(1.0_wp)
 
 contains
+
+   !> A step begins: nothing is counted yet.
+   pure subroutine begin(self)
+      class(static_linear_t), intent(inout) :: self
+      self%solves = 0
+      self%products = 0
+      self%unsolved = 0
+   end subroutine begin
 
    !> Collective: the change of the displacements that solves the linear problem with contact: of the convex
    !> energy of the linearised step, whose points press where their gaps would close, and rub by bounds that

@@ -16,7 +16,7 @@ module m_static_loads
 
 contains
 
-   !> Collective: points that the tools, where they are at the end of a step by given speeds, may press. A tool
+   !> Collective: points that the tools, where given speeds bring them by the end of a step, may press. A tool
    !> that a load moves along its axis, and that presses nothing, stands where it just touches at first.
    subroutine find_contact(contact, model, reach, compliance)
       type(static_contact_t), intent(inout) :: contact
