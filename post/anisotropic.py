@@ -85,6 +85,38 @@ def sphere_modulus(stiffness, normal):
     return force / (4 / 3 * math.sqrt(1 / curvature) * depth**1.5)
 
 
+def waves(stiffness, along, normal):
+    """Stroh's six waves exp(i k (x + p y)), x along a direction of the surface and y along its normal: p, displacements and tractions
+    (over i k) across the surface, as columns. Those with a negative imaginary part of p die away below."""
+    q, r, t = (np.einsum("j,ijkl,l->ik", x, stiffness, y) for x, y in ((along, along), (along, normal), (normal, normal)))
+    inverse = np.linalg.inv(t)
+    upper = -inverse @ r.T
+    p, both = np.linalg.eig(np.block([[upper, inverse], [r @ inverse @ r.T - q, upper.T]]))
+    return p, both[:3], both[3:]
+
+
+def base_compliance(stiffness, normal, directions=12, steps=200, largest=25.0):
+    """How much less (over P/(E't), E' of a punch) the surface of a layer of thickness t that is bonded to a rigid base goes down far
+    away from a small contact: the sum over all waves of what the base takes off their displacement. Not for isotropic bodies, whose
+    waves coincide (base_compliance of layered.py)."""
+    first, second, n = frame(normal)
+    place, weight = np.polynomial.legendre.leggauss(steps)
+    place, weight = 0.5 * largest * (place + 1), 0.5 * largest * weight  # wave numbers times t
+    total = 0.0
+    for angle in np.arange(directions) * math.pi / directions:
+        p, moved, drawn = waves(stiffness, math.cos(angle) * first + math.sin(angle) * second, n)
+        down = p.imag < 0
+        free = float(np.real(n @ moved[:, down] @ np.linalg.solve(1j * drawn[:, down], n)))
+        # each wave is 1 where it is largest, at the surface or at the base
+        turn = p * place[:, None]
+        top, base = np.exp(1j * np.where(down, 0, turn)), np.exp(1j * np.where(down, -turn, 0))
+        system = np.concatenate([1j * drawn * top[:, None], moved * base[:, None]], axis=1)
+        wanted = np.broadcast_to(np.concatenate([n, np.zeros(3)])[:, None], (steps, 6, 1))
+        shares = np.linalg.solve(system, wanted)[:, :, 0]
+        total += float(weight @ (free - np.real(((n @ moved) * top * shares).sum(axis=1))))
+    return total / (2 * math.pi * directions) * punch_modulus(stiffness, normal)
+
+
 if __name__ == "__main__":
     if len(sys.argv) != 4:
         sys.exit(__doc__)

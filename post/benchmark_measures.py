@@ -54,10 +54,11 @@ def load_at(directory, depth):
     return smooth_load(record.depth, record.load, depth)
 
 
-def load_of_half_space(directory, grid, depth, modulus=plane_modulus):
-    """The same of a half-space: what the rigid base takes off the depth is added, of a block of this plane modulus (Pa)."""
+def load_of_half_space(directory, grid, depth, modulus=plane_modulus, share=None):
+    """The same of a half-space: what the rigid base takes off the depth is added, of a block of this plane modulus (Pa); `share` is its
+    base_compliance."""
     _, record = record_of(str(directory))
-    added = base_share() * record.load / (modulus * grid.thickness)
+    added = (share or base_share()) * record.load / (modulus * grid.thickness)
     return smooth_load(record.depth + added, record.load, depth)
 
 

@@ -5,7 +5,7 @@ module m_j2
    use m_value_range, only: above, at_least
    use m_group_reader, only: group_reader_t
    use m_field_table, only: field_table_t, layout_t
-   use m_kinematic, only: kinematic_t, trial_t
+   use m_kinematic, only: kinematic_t, trial_t, few
    use m_plastic, only: plastic_t, lane_t, lanes, declare_plastic, update_plastic, follow_shape
    implicit none
    private
@@ -84,7 +84,8 @@ contains
       call self%kinematic%declare(table)
    end subroutine declare
 
-   !> As all laws of plastic flow; with back stresses each particle that flows is solved for by itself.
+   !> As all laws of plastic flow; with back stresses a few particles are solved for side by side, where one
+   !> of them flows.
    pure subroutine update(self, column, layout, gradient, time_step, first, last)
       class(j2_t), intent(in) :: self
       real(wp), intent(inout), contiguous :: column(:, :)
@@ -92,8 +93,9 @@ contains
       real(wp), intent(in), contiguous :: gradient(:, :)
       real(wp), intent(in) :: time_step
       integer, intent(in) :: first, last
-      real(wp) :: apart(lanes), strength, slope
-      integer :: from, p
+      real(wp) :: apart(few), strength(few), slope(few)
+      logical :: flows(few)
+      integer :: p, n
       if (.not. self%kinematic%is_used()) then
          call update_plastic(self, column, layout, gradient, time_step, first, last)
          return
@@ -101,40 +103,51 @@ contains
       call self%elastic_t%update(column, layout, gradient, time_step, first, last)
       call self%kinematic%turn(column, layout, gradient, time_step, first, last)
       if (self%shape > 0) call follow_shape(self%shape, column, gradient, time_step, first, last)
-      do from = first, last, lanes
-         call self%kinematic%measure(column, layout%stress, from, min(from + lanes - 1, last), apart)
-         do p = from, min(from + lanes - 1, last)
-            call self%curve(column(p, self%strain), strength, slope)
-            if (apart(p - from + 1) > strength) call return_to_moved(self, column, layout, p)
-         end do
+      do p = first, last, few
+         n = min(few, last - p + 1)
+         call self%kinematic%measure(column, layout%stress, p, p + n - 1, apart)
+         call self%curve(column(p:p + n - 1, self%strain), strength(:n), slope(:n))
+         flows(:n) = apart(:n) > strength(:n)
+         if (any(flows(:n))) call return_to_moved(self, column, layout, p, n)
       end do
    end subroutine update
 
-   !> Return of one particle to the yield surface about its back stresses (theory.md, eq. kinematic).
-   pure subroutine return_to_moved(self, column, layout, p)
+   !> Return of n particles from p on to the yield surface about their back stresses (theory.md, eq.
+   !> kinematic). What does not flow keeps its bits.
+   pure subroutine return_to_moved(self, column, layout, p, n)
       class(j2_t), intent(in) :: self
       real(wp), intent(inout), contiguous :: column(:, :)
       type(layout_t), intent(in) :: layout
-      integer, intent(in) :: p
+      integer, intent(in) :: p, n
       type(trial_t) :: trial
-      real(wp) :: strength, slope, d, dissipated, new_strength
-      integer :: c
-      if (layout%damage > 0) then ! its stress is gone; back stresses would flow against nothing
-         if (column(p, layout%damage) >= 1.0_wp) return
-      end if
-      trial = self%kinematic%relative(column, p, layout%stress)
-      call self%curve(column(p, self%strain), strength, slope)
-      if (trial%size <= strength) return
-      call self%find_flow(column(p, self%strain), trial, d)
-      call self%curve(column(p, self%strain) + d, new_strength, slope)
-      call self%kinematic%advance(d, trial, column, p, dissipated)
+      real(wp) :: strain(few), strength(few), slope(few), d(few), dissipated(few), new_strength(few), share
+      logical :: flows(few)
+      integer :: c, i
+      strain = column(p, self%strain)
+      strain(:n) = column(p:p + n - 1, self%strain)
+      call self%kinematic%relative(column, p, n, layout%stress, trial)
+      call self%curve(strain, strength, slope)
+      flows = trial%size > strength
+      flows(n + 1:) = .false.
+      if (layout%damage > 0) & ! its stress is gone; back stresses would flow against nothing
+         flows(:n) = flows(:n) .and. column(p:p + n - 1, layout%damage) < 1.0_wp
+      call self%find_flow(strain, flows, strength, slope, trial, d)
+      call self%curve(strain + d, new_strength, slope)
+      call self%kinematic%advance(d, trial, column, p, n, dissipated)
       do c = 1, 6
-         column(p, layout%stress + c - 1) = column(p, layout%stress + c - 1) &
-                                            - 3.0_wp*self%shear*d/trial%size*trial%x(c)
+         !$omp simd private(share)
+         do i = 1, n
+            share = 3.0_wp*self%shear*d(i)/max(trial%size(i), tiny(share))
+            column(p + i - 1, layout%stress + c - 1) = column(p + i - 1, layout%stress + c - 1) &
+                                                       - share*trial%x(i, c)
+         end do
       end do
-      column(p, self%strain) = column(p, self%strain) + d
-      column(p, self%work) = column(p, self%work) &
-                             + column(p, layout%volume)*(0.5_wp*(strength + new_strength)*d + dissipated)
+      !$omp simd
+      do i = 1, n
+         column(p + i - 1, self%strain) = strain(i) + d(i)
+         column(p + i - 1, self%work) = column(p + i - 1, self%work) + column(p + i - 1, layout%volume) &
+                                        *(0.5_wp*(strength(i) + new_strength(i))*d(i) + dissipated(i))
+      end do
    end subroutine return_to_moved
 
    !> That of elasticity, and what is stored in back stresses.
@@ -143,58 +156,70 @@ contains
       real(wp), intent(in), contiguous :: column(:, :)
       type(layout_t), intent(in) :: layout
       integer, intent(in) :: first, last
-      integer :: p
       energy = self%elastic_t%strain_energy(column, layout, first, last)
-      if (.not. self%kinematic%is_used()) return
-      do p = first, last
-         energy = energy + column(p, layout%volume)*self%kinematic%stored(column, p)
-      end do
+      if (self%kinematic%is_used()) &
+         energy = energy + self%kinematic%stored(column, layout%volume, first, last)
    end function strain_energy
 
-   !> The increment d of equivalent plastic strain with
+   !> The increments d of equivalent plastic strain with
    !>    size(d) - drop(d) - 3 mu d = yield stress(strain + d),
    !> by Newton's iteration kept within bounds: the left side less the right falls (by 3 mu at least) in d.
-   pure subroutine find_flow(self, strain, trial, d)
+   !> Each particle goes on until it is there, whatever those beside it do; what does not flow has d = 0.
+   pure subroutine find_flow(self, strain, flows, strength, slope, trial, d)
       class(j2_t), intent(in) :: self
-      real(wp), intent(in) :: strain !< before the step
+      real(wp), intent(in) :: strain(few) !< before the step
+      logical, intent(in) :: flows(few)
+      real(wp), intent(inout) :: strength(few), slope(few) !< of the yield stress, before the step
       type(trial_t), intent(inout) :: trial
-      real(wp), intent(out) :: d
+      real(wp), intent(out) :: d(few)
       integer, parameter :: most_iterations = 100
       real(wp), parameter :: residual_allowed = 1.0e-14_wp
-      real(wp) :: low, high, strength, slope, residual, first_size
-      integer :: iteration
-      first_size = trial%size
-      call self%curve(strain, strength, slope)
+      real(wp) :: low(few), high(few), now(few), residual(few), allowed(few), next
+      logical :: seeks(few)
+      integer :: i, iteration
+      allowed = residual_allowed*trial%size
       low = 0.0_wp
-      high = (trial%size - strength)/(3.0_wp*self%shear)
-      d = (trial%size - strength)/(3.0_wp*self%shear + slope - trial%slope)
+      high = merge((trial%size - strength)/(3.0_wp*self%shear), 0.0_wp, flows)
+      d = merge((trial%size - strength)/(3.0_wp*self%shear + slope - trial%slope), 0.0_wp, flows)
+      seeks = flows
       do iteration = 1, most_iterations
-         if (.not. (d >= low .and. d <= high)) d = 0.5_wp*(low + high)
+         d = merge(d, 0.5_wp*(low + high), d >= low .and. d <= high)
          call self%kinematic%look(d, trial)
-         call self%curve(strain + d, strength, slope)
-         residual = trial%size - trial%drop - 3.0_wp*self%shear*d - strength
-         if (abs(residual) <= residual_allowed*first_size) exit
-         if (residual > 0.0_wp) low = d
-         if (residual < 0.0_wp) high = d
-         d = d + residual/(3.0_wp*self%shear + slope - trial%slope)
+         call self%curve(strain + d, now, slope)
+         residual = trial%size - trial%drop - 3.0_wp*self%shear*d - now
+         seeks = seeks .and. abs(residual) > allowed
+         if (.not. any(seeks)) exit
+         !$omp simd private(next)
+         do i = 1, few
+            low(i) = merge(d(i), low(i), residual(i) > 0.0_wp)
+            high(i) = merge(d(i), high(i), residual(i) < 0.0_wp)
+            next = d(i) + residual(i)/(3.0_wp*self%shear + slope(i) - trial%slope(i))
+            d(i) = merge(next, d(i), seeks(i))
+         end do
       end do
    end subroutine find_flow
 
-   !> Yield stress (Pa) at an equivalent plastic strain, and its slope there.
+   !> Yield stresses (Pa) at equivalent plastic strains, and their slopes there.
    pure subroutine curve(self, at, stress, slope)
       class(j2_t), intent(in) :: self
-      real(wp), intent(in) :: at
-      real(wp), intent(out) :: stress, slope
-      integer :: k
-      stress = self%yield_stress + self%hardening_modulus*at
-      slope = self%hardening_modulus
-      if (.not. allocated(self%hardening_strain)) return
-      k = max(count(self%hardening_strain <= at), 1)
-      stress = self%hardening_stress(k)
+      real(wp), intent(in), contiguous :: at(:)
+      real(wp), intent(out), contiguous :: stress(:), slope(:)
+      real(wp) :: begin, end, rise
+      logical :: is_last
+      integer :: i, k
+      stress = self%yield_stress
       slope = 0.0_wp
-      if (k == size(self%hardening_strain)) return
-      slope = (self%hardening_stress(k + 1) - stress)/(self%hardening_strain(k + 1) - self%hardening_strain(k))
-      stress = stress + slope*(at - self%hardening_strain(k))
+      k = 0
+      is_last = .false.
+      do while (.not. is_last)
+         k = k + 1
+         call self%segment(k, begin, end, rise, is_last)
+         !$omp simd
+         do i = 1, size(at)
+            stress(i) = stress(i) + rise*min(max(at(i) - begin, 0.0_wp), end - begin)
+            slope(i) = merge(rise, slope(i), at(i) >= begin)
+         end do
+      end do
    end subroutine curve
 
    !> Segment k of the hardening curve: plastic strain at its two ends, and its slope (Pa). `is_last` has no

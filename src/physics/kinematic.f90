@@ -9,12 +9,13 @@ module m_kinematic
    use m_elastic, only: elastic_t
    implicit none
    private
-   public :: kinematic_t, trial_t
+   public :: kinematic_t, trial_t, few
 
    integer, parameter :: most = 8 !< back stresses
+   integer, parameter :: few = 16 !< particles solved for side by side: whole vectors, whatever their width
 
-   !> Each grows at 2/3 C times the rate of plastic strain and is recalled at gamma times itself times the rate
-   !> of equivalent plastic strain.
+   !> Each grows at 2/3 C times the rate of plastic strain and is recalled at gamma times itself times the
+   !> rate of equivalent plastic strain.
    type :: kinematic_t
       real(wp), allocatable :: modulus(:)  !< C, Pa
       real(wp), allocatable :: recovery(:) !< gamma; 0: linear
@@ -31,13 +32,16 @@ module m_kinematic
       procedure :: stored
    end type kinematic_t
 
-   !> One particle while its flow is sought: x = s - sum of exp(-gamma d) alpha.
+   !> Some particles side by side while their flow is sought: x = s - sum of exp(-gamma d) alpha.
    type :: trial_t
-      real(wp) :: stress(6)         !< deviator after the elastic step, Pa
-      real(wp) :: back(6, most)     !< alpha at the step's beginning, turned
-      real(wp) :: x(6)              !< Pa
-      real(wp) :: size              !< von Mises measure of x
-      real(wp) :: drop, slope       !< how much of `size` flow takes by the back stresses, Pa, and d (size - drop)/d d
+      real(wp) :: stress(few, 6)         !< deviator after the elastic step, Pa
+      real(wp) :: back(few, 6, most)     !< alpha at the step's beginning, turned
+      real(wp) :: x(few, 6)              !< Pa
+      real(wp) :: left(few, most)        !< exp(-gamma d): the share of alpha that is left
+      real(wp) :: grown(few, most)       !< (1 - exp(-gamma d))/gamma
+      real(wp) :: size(few)              !< von Mises measure of x
+      real(wp) :: drop(few)              !< what flow takes of `size` by growing back stresses, Pa
+      real(wp) :: slope(few)             !< d (size - drop)/d d, Pa
    end type trial_t
 
 contains
@@ -115,100 +119,160 @@ contains
                        + 3.0_wp*(x(:, 4)**2 + x(:, 5)**2 + x(:, 6)**2))
    end subroutine measure
 
-   !> The deviator of a particle's stress, its back stresses, and what is between them.
-   pure type(trial_t) function relative(self, column, p, s) result(trial)
+   !> The deviators of n particles' stresses from p on, their back stresses, and what is between them. Places
+   !> beyond n are those of the first, so that vectors are full.
+   pure subroutine relative(self, column, p, n, s, trial)
       class(kinematic_t), intent(in) :: self
       real(wp), intent(in), contiguous :: column(:, :)
-      integer, intent(in) :: p, s !< particle, first column of the stress
-      integer :: c, k
+      integer, intent(in) :: p, n, s !< first particle, number, first column of the stress
+      type(trial_t), intent(out) :: trial
+      real(wp) :: mean
+      integer :: c, i, k
       do c = 1, 6
-         trial%stress(c) = column(p, s + c - 1)
+         trial%stress(:, c) = column(p, s + c - 1)
+         trial%stress(:n, c) = column(p:p + n - 1, s + c - 1)
       end do
-      trial%stress(1:3) = trial%stress(1:3) - (trial%stress(1) + trial%stress(2) + trial%stress(3))/3.0_wp
+      !$omp simd private(mean)
+      do i = 1, few
+         mean = (trial%stress(i, 1) + trial%stress(i, 2) + trial%stress(i, 3))/3.0_wp
+         trial%stress(i, 1) = trial%stress(i, 1) - mean
+         trial%stress(i, 2) = trial%stress(i, 2) - mean
+         trial%stress(i, 3) = trial%stress(i, 3) - mean
+      end do
       do k = 1, size(self%back)
          do c = 1, 6
-            trial%back(c, k) = column(p, self%back(k) + c - 1)
+            trial%back(:, c, k) = column(p, self%back(k) + c - 1)
+            trial%back(:n, c, k) = column(p:p + n - 1, self%back(k) + c - 1)
          end do
       end do
-      call self%look(0.0_wp, trial)
-   end function relative
+      trial%left = 1.0_wp
+      trial%grown = 0.0_wp
+      call weigh(self, trial)
+   end subroutine relative
 
-   !> What the trial is like after flow by d (equivalent plastic strain). For flow in one direction the law is
-   !> integrated exactly.
+   !> What the trials are like after flow by d (equivalent plastic strain). For flow in one direction the law
+   !> is integrated exactly.
    pure subroutine look(self, d, trial)
       class(kinematic_t), intent(in) :: self
-      real(wp), intent(in) :: d
+      real(wp), intent(in) :: d(few)
       type(trial_t), intent(inout) :: trial
-      real(wp) :: e, rate(6)
       integer :: k
-      trial%x = trial%stress
-      trial%drop = 0.0_wp
-      trial%slope = 0.0_wp
-      rate = 0.0_wp
       do k = 1, size(self%back)
-         e = exp(-self%recovery(k)*d)
-         trial%x = trial%x - e*trial%back(:, k)
-         rate = rate + self%recovery(k)*e*trial%back(:, k)
-         trial%drop = trial%drop + self%modulus(k)*grown(self%recovery(k), d)
-         trial%slope = trial%slope - self%modulus(k)*e
+         call shares(self%recovery(k), d, trial%left(:, k), trial%grown(:, k))
       end do
-      trial%size = sqrt(1.5_wp*product_of(trial%x, trial%x))
-      trial%slope = trial%slope + 1.5_wp*product_of(trial%x, rate)/max(trial%size, tiny(trial%size))
+      call weigh(self, trial)
    end subroutine look
 
-   !> (1 - exp(-gamma d))/gamma, d without recovery; to all digits where gamma d is small.
-   pure real(wp) function grown(gamma, d)
-      real(wp), intent(in) :: gamma, d
-      real(wp) :: t
+   !> What follows from the shares of the back stresses that are left and grown.
+   pure subroutine weigh(self, trial)
+      class(kinematic_t), intent(in) :: self
+      type(trial_t), intent(inout) :: trial
+      real(wp) :: along(few)
+      integer :: c, i, k
+      trial%drop = 0.0_wp
+      trial%slope = 0.0_wp
+      do k = 1, size(self%back)
+         trial%drop = trial%drop + self%modulus(k)*trial%grown(:, k)
+         trial%slope = trial%slope - self%modulus(k)*trial%left(:, k)
+      end do
+      do c = 1, 6
+         trial%x(:, c) = trial%stress(:, c)
+         do k = 1, size(self%back)
+            trial%x(:, c) = trial%x(:, c) - trial%left(:, k)*trial%back(:, c, k)
+         end do
+      end do
+      associate (x => trial%x, b => trial%back)
+         !$omp simd
+         do i = 1, few
+            trial%size(i) = sqrt(1.5_wp*product_of(x(i, 1), x(i, 2), x(i, 3), x(i, 4), x(i, 5), x(i, 6), &
+                                                   x(i, 1), x(i, 2), x(i, 3), x(i, 4), x(i, 5), x(i, 6)))
+         end do
+         along = 0.0_wp
+         do k = 1, size(self%back)
+            if (.not. self%recovery(k) > 0.0_wp) cycle
+            !$omp simd
+            do i = 1, few
+               along(i) = along(i) + self%recovery(k)*trial%left(i, k) &
+                          *product_of(x(i, 1), x(i, 2), x(i, 3), x(i, 4), x(i, 5), x(i, 6), b(i, 1, k), &
+                                      b(i, 2, k), b(i, 3, k), b(i, 4, k), b(i, 5, k), b(i, 6, k))
+            end do
+         end do
+      end associate
+      trial%slope = trial%slope + 1.5_wp*along/max(trial%size, tiny(along))
+   end subroutine weigh
+
+   !> exp(-gamma d), and (1 - exp(-gamma d))/gamma to all digits: by its series where gamma d is small. Linear
+   !> without recovery.
+   pure subroutine shares(gamma, d, left, grown)
+      real(wp), intent(in) :: gamma, d(few)
+      real(wp), intent(out) :: left(few), grown(few)
+      real(wp), parameter :: small = 0.05_wp !< the series' next term is below round-off there
+      real(wp) :: t, series
+      integer :: i
+      left = 1.0_wp
       grown = d
       if (.not. gamma > 0.0_wp) return
-      t = tanh(0.5_wp*gamma*d)
-      grown = 2.0_wp*t/(1.0_wp + t)/gamma
-   end function grown
+      !$omp simd private(t, series)
+      do i = 1, few
+         t = gamma*d(i)
+         left(i) = exp(-t)
+         series = 1.0_wp - t/2.0_wp*(1.0_wp - t/3.0_wp*(1.0_wp - t/4.0_wp*(1.0_wp - t/5.0_wp*(1.0_wp &
+                  - t/6.0_wp*(1.0_wp - t/7.0_wp*(1.0_wp - t/8.0_wp))))))
+         grown(i) = merge(d(i)*series, (1.0_wp - left(i))/gamma, t < small)
+      end do
+   end subroutine shares
 
-   !> a : b of symmetric tensors, xx yy zz yz xz xy.
-   pure real(wp) function product_of(a, b)
-      real(wp), intent(in) :: a(6), b(6)
-      product_of = a(1)*b(1) + a(2)*b(2) + a(3)*b(3) + 2.0_wp*(a(4)*b(4) + a(5)*b(5) + a(6)*b(6))
+   !> a : b of symmetric tensors, xx yy zz yz xz xy. Scalars, so that loops around it become those of vectors.
+   pure elemental real(wp) function product_of(a1, a2, a3, a4, a5, a6, b1, b2, b3, b4, b5, b6)
+      real(wp), intent(in) :: a1, a2, a3, a4, a5, a6, b1, b2, b3, b4, b5, b6
+      product_of = a1*b1 + a2*b2 + a3*b3 + 2.0_wp*(a4*b4 + a5*b5 + a6*b6)
    end function product_of
 
-   !> Back stresses of a particle after flow by d along x, as `look` has left it, and what they dissipate
-   !> meanwhile per volume: their work less what they store (J/m3).
-   pure subroutine advance(self, d, trial, column, p, dissipated)
+   !> Back stresses of n particles from p on after flow by d along x, as `look` has left them, and what they
+   !> dissipate meanwhile per volume: their work less what they store (J/m3). Those with d = 0 stay.
+   pure subroutine advance(self, d, trial, column, p, n, dissipated)
       class(kinematic_t), intent(in) :: self
-      real(wp), intent(in) :: d
+      real(wp), intent(in) :: d(few)
       type(trial_t), intent(in) :: trial
       real(wp), intent(inout), contiguous :: column(:, :)
-      integer, intent(in) :: p
-      real(wp), intent(out) :: dissipated
-      real(wp) :: flow(6), new(6)
-      integer :: c, k
-      flow = 1.5_wp*trial%x/trial%size
+      integer, intent(in) :: p, n
+      real(wp), intent(out) :: dissipated(few)
+      real(wp) :: flow, old, new, twice
+      integer :: c, i, k
       dissipated = 0.0_wp
       do k = 1, size(self%back)
-         new = exp(-self%recovery(k)*d)*trial%back(:, k) &
-               + 2.0_wp/3.0_wp*self%modulus(k)*grown(self%recovery(k), d)*flow
-         dissipated = dissipated + 0.5_wp*d*product_of(flow, trial%back(:, k) + new) &
-                      - 0.75_wp/self%modulus(k)*product_of(new - trial%back(:, k), new + trial%back(:, k))
          do c = 1, 6
-            column(p, self%back(k) + c - 1) = new(c)
+            twice = merge(1.0_wp, 2.0_wp, c <= 3)
+            !$omp simd private(flow, old, new)
+            do i = 1, n
+               flow = 1.5_wp*trial%x(i, c)/max(trial%size(i), tiny(flow))
+               old = trial%back(i, c, k)
+               new = trial%left(i, k)*old + 2.0_wp/3.0_wp*self%modulus(k)*trial%grown(i, k)*flow
+               dissipated(i) = dissipated(i) + twice*(0.5_wp*d(i)*flow*(old + new) &
+                               - 0.75_wp/self%modulus(k)*(new - old)*(new + old))
+               column(p + i - 1, self%back(k) + c - 1) = new
+            end do
          end do
       end do
    end subroutine advance
 
-   !> Energy in the back stresses of a particle, 3/4 alpha : alpha/C each, J/m3.
-   pure real(wp) function stored(self, column, p)
+   !> Energy in the back stresses of particles first..last, V 3/4 alpha : alpha/C each, J.
+   pure real(wp) function stored(self, column, volume, first, last)
       class(kinematic_t), intent(in) :: self
       real(wp), intent(in), contiguous :: column(:, :)
-      integer, intent(in) :: p
-      real(wp) :: alpha(6)
-      integer :: c, k
+      integer, intent(in) :: volume, first, last !< volume: its column
+      integer :: k, p
       stored = 0.0_wp
       do k = 1, size(self%back)
-         do c = 1, 6
-            alpha(c) = column(p, self%back(k) + c - 1)
-         end do
-         stored = stored + 0.75_wp/self%modulus(k)*product_of(alpha, alpha)
+         associate (b => self%back(k))
+            !$omp simd reduction(+: stored)
+            do p = first, last
+               stored = stored + column(p, volume)*0.75_wp/self%modulus(k) &
+                        *product_of(column(p, b), column(p, b + 1), column(p, b + 2), column(p, b + 3), &
+                                    column(p, b + 4), column(p, b + 5), column(p, b), column(p, b + 1), &
+                                    column(p, b + 2), column(p, b + 3), column(p, b + 4), column(p, b + 5))
+            end do
+         end associate
       end do
    end function stored
 

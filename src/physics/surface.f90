@@ -21,8 +21,11 @@ module m_surface
    integer, parameter :: few_elements = 3 !< of the corner of a box, a sphere or a cylinder that is two
                                           !< particles thick or more
    real(wp), parameter :: one_element = 0.7_wp !< cosine: the surface at two sides of a particle bends by less
-   integer, parameter :: steps = 20 !< along a normal to the surface
-   real(wp), parameter :: near = 1.0e-9_wp !< enough to it, in particle edges
+   integer, parameter :: steps = 24 !< along a normal, until one of them ends outside
+   real(wp), parameter :: near = 1.0e-9_wp !< enough to the surface, in particle edges
+   real(wp), parameter :: just_inside = 1.0e-4_wp !< in particle edges: there the nearest face is that above
+   real(wp), parameter :: one_face = 0.99_wp !< cosine between the normals on both sides of a surface where it
+                                             !< is smooth
 
    type, extends(effect_t) :: surface_t
       type(body_spec_t), allocatable :: bodies(:)
@@ -127,7 +130,7 @@ contains
       type(grid_level_t), intent(in) :: grid
       integer, intent(out) :: found
       real(wp), intent(out) :: area(3, most_elements), arm(3, most_elements) !< the largest first
-      real(wp) :: out(3), normal(3), distance, size_of(most_elements), swap(3)
+      real(wp) :: out(3), normal(3), size_of(most_elements), swap(3)
       integer :: axis, e, k, side
       found = 0
       area = 0.0_wp
@@ -137,8 +140,7 @@ contains
             out = 0.0_wp
             out(axis) = side*edge
             if (is_held(place + out)) cycle
-            call self%bodies(body)%shape%distance_and_normal(place + 0.5_wp*out, distance, normal)
-            if (.not. dot_product(normal, out) > 0.0_wp) normal = out/edge
+            normal = normal_at(out)
             do e = 1, found
                if (dot_product(area(:, e), normal) > one_element*norm2(area(:, e))) exit
             end do
@@ -148,7 +150,7 @@ contains
       end do
       do e = 1, found
          normal = area(:, e)/norm2(area(:, e))
-         arm(:, e) = way_out(normal)*normal
+         arm(:, e) = max(way_out(normal), 0.01_wp*edge)*normal
          size_of(e) = norm2(area(:, e))
       end do
       do e = 1, found - 1
@@ -170,18 +172,48 @@ contains
          end do
       end function is_held
 
-      !> How far the surface of the shape is from the particle's centre along a normal, m.
-      real(wp) function way_out(normal)
-         real(wp), intent(in) :: normal(3)
-         real(wp) :: distance
+      !> Normal of the surface that a side of the place stands for: that nearest to the side's middle. Beside
+      !> an edge of the shape, where that is a mean of two faces, it is the normal of the face through which
+      !> one leaves the shape on the way out of the side.
+      function normal_at(out) result(normal)
+         real(wp), intent(in) :: out(3) !< from the middle of the place to that of the next one, m
+         real(wp) :: normal(3), inside(3), distance, way
+         associate (shape => self%bodies(body)%shape, middle => place + 0.5_wp*out)
+            call shape%distance_and_normal(middle, distance, normal)
+            call shape%distance_and_normal(middle - (distance + just_inside*edge)*normal, way, inside)
+            if (dot_product(normal, inside) < one_face .or. .not. dot_product(normal, out) > 0.0_wp) then
+               way = way_out(out/edge)
+               if (way > 0.0_wp) call shape%distance_and_normal(centre + (way - just_inside*edge)*out/edge, &
+                                                                distance, normal)
+            end if
+         end associate
+         if (.not. dot_product(normal, out) > 0.0_wp) normal = out/edge
+      end function normal_at
+
+      !> How far one goes from the particle's centre along a direction until one leaves the shape, m; 0 where
+      !> the centre is outside, at most 1.5 edges.
+      real(wp) function way_out(direction)
+         real(wp), intent(in) :: direction(3)
+         real(wp) :: beyond
          integer :: s
-         way_out = 0.0_wp
-         do s = 1, steps
-            distance = self%bodies(body)%shape%distance(centre + way_out*normal)
-            way_out = way_out - distance
-            if (abs(distance) <= near*edge) exit
-         end do
-         way_out = min(max(way_out, 0.01_wp*edge), 1.5_wp*edge)
+         associate (shape => self%bodies(body)%shape)
+            way_out = 0.0_wp
+            if (shape%distance(centre) > 0.0_wp) return
+            do s = 1, steps
+               beyond = 1.5_wp*edge*s/steps
+               if (shape%distance(centre + beyond*direction) > 0.0_wp) exit
+               way_out = beyond
+            end do
+            do while (beyond - way_out > near*edge .and. s <= steps)
+               associate (middle => 0.5_wp*(way_out + beyond))
+                  if (shape%distance(centre + middle*direction) > 0.0_wp) then
+                     beyond = middle
+                  else
+                     way_out = middle
+                  end if
+               end associate
+            end do
+         end associate
       end function way_out
    end subroutine elements_of
 

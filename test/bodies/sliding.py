@@ -63,29 +63,27 @@ def sticks(name, ratio=0.9, steps=4000, **kind):
     check(f"{name}: creep at {ratio} mu, cells in 1000 steps", creep, 1e-4)
 
 
-def turned(name, angle, ratio, friction=FRICTION, steps=6000, domain="fixed", damped=None, groups=True):
-    """A round block on a round base, both turned by an angle (rad) about y and filled by the lattice of the grid; the base
-    sticks to a rough rigid tool, on which it falls from 0.3 cells. What the lattice makes the two overlap by at the start is no gap. Gravity is turned on by tan = ratio mu."""
+def turned(name, angle, ratio, friction=FRICTION, steps=6000, domain="fixed", damped=None, shots=4):
+    """A round block on a plane that is turned by an angle (rad) about y to the grid, both filled by the lattice of the grid; what is below
+    the plane sticks to the sides of the grid. Gravity is turned on by tan = ratio mu."""
     normal, along = np.array([math.sin(angle), 0, math.cos(angle)]), np.array([math.cos(angle), 0, -math.sin(angle)])
     slope = math.atan(ratio * friction)
     pull = 2e-4 * YOUNG / (DENSITY * 4)
-    foot, end = np.array([9.0, 9.0, 6 * math.sin(angle) + 1.0]), steps * 0.3 / BAR_WAVE
+    foot, end = np.array([7.0, 6.0, 5.0]), steps * 0.3 / BAR_WAVE
     rate = 0.2 * BAR_WAVE if damped is None else damped
     run = Run(name, f"""&scene title='turned', end_time={end!r} /
-&grid lower=0,0,0, upper=20,18,16, cell_size=1 /
+&grid lower=0,0,0, upper=14,12,13, cell_size=1, boundary='fixed','fixed','fixed','fixed','fixed','free' /
 &time domain='{domain}' /
 &material name='m', model='elastic', density={DENSITY}, young={YOUNG}, poisson=0.3 /
-&body material='m', shape='cylinder', center={numbers(foot)}, axis={numbers(normal)}, radius=6, height=3 {group(groups and 'base')} /
-&body material='m', shape='cylinder', center={numbers(foot + 3 * normal - 1.0 * along)}, axis={numbers(normal)}, radius=3, height=3
-      {group(groups and 'block')} /
+&body name='base', material='m', shape='box', lower=0,0,0, upper=14,12,10 {group('base')} /
+&cut body='base', shape='cylinder', center={numbers(foot)}, axis={numbers(normal)}, radius=40, height=30 /
+&body material='m', shape='cylinder', center={numbers(foot - 0.5 * along)}, axis={numbers(normal)}, radius=3, height=3 {group('block')} /
 &body_contact start='as_is', friction={friction!r} /
-&tool name='floor', shape='flat', radius=30, tip={numbers(foot - 0.3 * normal)}, axis={numbers(normal)}, times=0, speeds=0,
-      penetration_factor=0.5, friction=5 /
 &gravity acceleration={numbers(pull * (math.sin(slope) * along - math.cos(slope) * normal))} /
 &damping kind='viscous', coefficient={rate!r} /
-&output directory='OUT', every={end / 4!r}, history_every={end / 400!r} /
-""".replace("&body_contact", "&body_contact" if groups else "! &body_contact"))
-    return run, along, pull, slope, rate
+&output directory='OUT', every={end / shots!r}, history_every={end / 400!r} /
+""")
+    return run, normal, along, pull, slope, rate
 
 
 def along_of(run, along):
@@ -109,28 +107,35 @@ def along_of(run, along):
 
 
 def sticks_turned(name, angle, ratio, **kind):
-    run, along, *_ = turned(name, angle, ratio, **kind)
+    run, _, along, *_ = turned(name, angle, ratio, **kind)
     time, place, _ = along_of(run, along)
     creep = (place[-1] - place[-2]) / (time[-1] - time[-2]) * (1000 * 0.3 / BAR_WAVE)
     print(f"   {name}: turned by {angle} rad, {ratio} mu: creep {creep:.2e} cells in 1000 steps", flush=True)
     check(f"{name}: creep, cells in 1000 steps", creep, 1e-4)
 
 
-def slides_turned(name, angle, ratio, bound, **kind):
-    run, along, pull, slope, rate = turned(name, angle, ratio, damped=40.0, steps=2000, **kind)
+def slides_turned(name, angle, ratio, bound, steps=2000, **kind):
+    """Speed at the end over the exact one; and the force between the bodies, over the second half, lies in the interface by the coefficient
+    of friction: what the gaps of two flat faces differ by, a block would have to climb."""
+    run, normal, along, pull, slope, rate = turned(name, angle, ratio, damped=40.0, steps=steps, **kind)
     time, place, speed = along_of(run, along)
     exact = pull * (math.sin(slope) - FRICTION * math.cos(slope)) * (1 - np.exp(-rate * time)) / rate
-    print(f"   {name}: turned by {angle} rad, tan {ratio} mu: speed over the exact {speed[-1] / exact[-1]:.4f}, way {place[-1] - place[0]:.3f}",
-          flush=True)
+    rows = run.history("contact_base_block")
+    force = np.array([rows[f"force_{axis}"] for axis in "xyz"]).T[rows["time"].size // 2:].sum(axis=0)
+    print(f"   {name}: turned by {angle} rad, tan {ratio} mu: speed over the exact {speed[-1] / exact[-1]:.4f}, way {place[-1] - place[0]:.3f}, "
+          f"friction {-(force @ along) / (force @ normal):.5f}", flush=True)
     check(f"{name}: speed over the exact, off 1", speed[-1] / exact[-1] - 1, bound)
+    check(f"{name}: force along the interface over that across it, over the coefficient, off 1",
+          -(force @ along) / (force @ normal) / FRICTION - 1, 2e-3)
 
 
 CASES = {
     "turned_long": lambda: (
         [sticks_turned(f"stick_{domain}_{angle}_{ratio}", angle, ratio, domain=domain) for domain in ("fixed", "corners")
          for angle in (0.0, 0.2, 0.35, 0.55) for ratio in (0.5, 0.9)],
-        [slides_turned(f"slide_{angle}_{ratio}", angle, ratio, bound) for angle in (0.0, 0.35)
+        [slides_turned(f"slide_{angle}_{ratio}", angle, ratio, bound) for angle in (0.0, 0.2, 0.35, 0.55)
          for ratio, bound in ((1.2, 0.05), (1.5, 0.02), (2.0, 0.01), (3.0, 0.01))]),
+    "turned": lambda: slides_turned("turned", 0.35, 3.0, 0.05, steps=500),
     "slides": lambda: slides("fixed", (2.0,), (0.02,), steps=500),
     "sticks": lambda: sticks("sticks", steps=800),
     "slides_long": lambda: [slides(f"{domain} {height}", (1.2, 1.5, 2.0, 3.0, 5.0), (0.05, 0.02, 0.01, 0.01, 0.01), domain=domain, height=height,

@@ -150,6 +150,10 @@ check(f"anisotropic: compliance of copper by integrals and by eigenvectors, {wor
 moduli = [[f(crystal, n) for n in anisotropic.SURFACES.values()] for f in (anisotropic.punch_modulus, anisotropic.sphere_modulus)]
 check("anisotropic: on (100) and (111) a sphere's contact is a circle, on (110) nearly",
       near(moduli[0][0], moduli[1][0], 1e-9) and near(moduli[0][2], moduli[1][2], 1e-9) and 1e-4 < moduli[1][1] / moduli[0][1] - 1 < 1e-2)
+nearly = anisotropic.cubic(*(stiff[i] * f for i, f in (((0, 0, 0, 0), 1), ((0, 0, 1, 1), 1), ((0, 1, 0, 1), 1.0001))))
+shares = [anisotropic.base_compliance(c, n, 6) for c, n in ((nearly, (0, 0, 1)), (crystal, (1, 1, 1)))]
+check(f"anisotropic: a bonded base under a nearly isotropic layer as exact layers have it, not so under (111) of copper: {shares[0]:.4f}, {shares[1]:.4f}",
+      near(shares[0], base_compliance(poisson), 1e-3) and shares[1] > 1.2 * shares[0])
 check("ten rows of the cone, three of the pyramid", (len(cases.cone_rows()), len(cases.berkovich_rows())) == (10, 3))
 for ratio, hardness, modulus in tables["oliver_pharr_error"]["rows"]:
     line = next(r for r in tables["cone"]["rows"] if r[0] == ratio and r[1] == 0.0)

@@ -8,7 +8,7 @@ sys.path.insert(0, str(Path(__file__).resolve().parents[2] / "post"))
 from run_data import Particles
 
 MIDDLE = np.array([6.0, 6.0, 10.0])  # of the contact, um
-RINGS = [(1.3, 1.7), (1.7, 2.1), (2.1, 2.5)]  # um from the axis, beyond the contact's radius of 1.3 um
+RINGS = [(1.5, 1.9), (1.9, 2.3), (2.3, 2.7)]  # um from the axis, beyond the contact's radius of 1.5 um
 SECTORS = 48
 FOLDS = {"001": 4, "011": 2, "111": 3}
 # Where the surface is highest, by the harmonic of the fold, when the crystal is turned by 20 degrees: it turns with the crystal

@@ -2,7 +2,7 @@
 #test: long
 #test: beside
 #test: limit 3600
-# input/crystal.nml on the faces (001), (011) and (111): the pile-up has four, two and three places (crystal.py). The crystal is
+# input/crystal.nml, to a depth of three cells, on the faces (001), (011) and (111): the pile-up has four, two and three places (crystal.py). The crystal is
 # turned by 20 degrees about the tool's axis, so that its planes are not the grid's.
 . "$(dirname "$0")/../harness/env.sh"
 for face in "001 20,0,0" "011 20,45,0" "111 20,54.7356103172453,45"; do
