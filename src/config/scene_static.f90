@@ -61,14 +61,6 @@ contains
             call fail(error, exit_input, scene%effects(i)%it%group_text()//': not with &quasi_static, '// &
                       'whose effects are '//joined(effects)//'; leave it out, or take the explicit scheme')
       end do
-      do i = 1, size(scene%tools)
-         if (scene%tools(i)%friction > 0.0_wp) &
-            call fail(error, exit_input, text%place('tool', i, 'friction')//': not with &quasi_static, '// &
-                      'whose tools are smooth; take friction=0, or the explicit scheme')
-         if (is_pushed(scene, i)) &
-            call fail(error, exit_input, text%line_of('tool', i)//', &tool: a tool that loads push, '// &
-                      'not with &quasi_static; take speeds, or the explicit scheme')
-      end do
       if (size(scene%levels) > 0) &
          call fail(error, exit_input, text%line_of('level', 1)//', &level: not with &quasi_static, '// &
                    'which has one level; take a smaller cell_size, or the explicit scheme')
@@ -83,17 +75,5 @@ contains
          call fail(error, exit_input, text%place('time', 1, 'time_step')//': not with &quasi_static, '// &
                    'whose own step counts; leave it out')
    end subroutine check_quasi_static
-
-   !> True when loads move a tool.
-   pure logical function is_pushed(scene, i)
-      type(scene_t), intent(in) :: scene
-      integer, intent(in) :: i
-      integer :: k
-      is_pushed = allocated(scene%tools(i)%loads)
-      if (.not. allocated(scene%tools(i)%motions)) return
-      do k = 1, size(scene%tools(i)%motions)
-         is_pushed = is_pushed .or. allocated(scene%tools(i)%motions(k)%loads)
-      end do
-   end function is_pushed
 
 end module m_scene_static

@@ -4,13 +4,13 @@ module m_static_contact
    use m_kinds, only: wp
    use m_constants, only: block_size
    use m_node_values, only: v_x, v_z, f_x, f_z
-   use m_tool, only: tool_t
    use m_level, only: level_t
    use m_materials, only: materials_t
    use m_split, only: fitted_edges
    use m_stencil, only: bin_place
    use m_face_weights, only: find_face, flattening
    use m_face_gap, only: find_gap, particles_near, deform, thickest
+   use m_static_tools, only: static_tools_t
    use m_contact_point, only: candidate_t, no_candidate, set_face
    implicit none
    private
@@ -24,49 +24,67 @@ module m_static_contact
       real(wp) :: gap = 0.0_wp           !< to the tool at the step's end, m
       real(wp) :: normal(3) = 0.0_wp     !< outward from the tool there
       real(wp) :: turning(3, 3) = 0.0_wp !< how the normal turns as the point moves, 1/m
+      real(wp) :: place(3) = 0.0_wp      !< where it is there, m
       real(wp) :: force = 0.0_wp         !< N
+      real(wp) :: kept(3) = 0.0_wp       !< slip by which friction gives way, from the last step, m
+      real(wp) :: slip(3) = 0.0_wp       !< that and the step's slip, at the step's end, m
+      real(wp) :: rub(3) = 0.0_wp        !< friction on the body, N
+      real(wp) :: holds = 0.0_wp         !< stiffness of friction in the linear problem, N/m
+      real(wp) :: slides(3) = 0.0_wp     !< where it slides there, a unit vector; else 0
+      logical :: barred = .false.        !< its tool is drawn off: it does not press
       logical :: pressed = .false.       !< in the guess that the linear problem is solved with
    end type static_point_t
 
    type :: static_contact_t
       type(static_point_t), allocatable :: list(:)
       integer :: count = 0
-      type(tool_t), allocatable :: tools(:) !< where they are at the step's end
+      type(static_tools_t) :: tools
+      logical :: rubs = .false.             !< some tool has friction
    contains
       procedure :: find
       procedure :: move
       procedure :: curve
-      procedure :: add_forces
       procedure :: way
+      procedure :: law
+      procedure :: misfit
+      procedure :: resist
+      procedure :: self_stiffness
+      procedure :: set_friction
+      procedure :: stiffness_of_ways
       procedure :: add_force_at
       procedure :: add_diagonal
    end type static_contact_t
 
+   real(wp), parameter :: far = 1.0e30_wp       !< m: gap of a point that does not press
+   real(wp), parameter :: touches = 1.0e-6_wp   !< cells: points so near a tool are thought to press at first
+   real(wp), parameter :: along_slip = 1.0e-3_wp  !< of the secant of friction: stiffness along a slip
    real(wp), parameter :: probe = 1.0e-3_wp !< cells: over which the turning of the normal is looked at
 
 contains
 
    !> The points within `reach` of the tools as they stand at the step's end; forces begin as they were.
-   subroutine find(self, level, materials, reach, compliance, pressure)
+   subroutine find(self, level, materials, reach, compliance, pressure, friction)
       class(static_contact_t), intent(inout) :: self
       type(level_t), intent(inout) :: level
       type(materials_t), intent(in) :: materials
       real(wp), intent(in) :: reach      !< m
       real(wp), intent(in) :: compliance !< of a point: gap over cell under a pressure of Young's modulus
       integer, intent(in) :: pressure    !< column of the last step's contact pressure
+      integer, intent(in) :: friction    !< first column of its friction; 0: none
       integer :: b, n, t
       self%count = 0
       if (.not. allocated(self%list)) allocate (self%list(64))
       do b = 1, size(level%blocks)
          if (level%blocks(b)%particles%count == 0) cycle
-         do t = 1, size(self%tools)
-            associate (tool => self%tools(t), block => level%blocks(b))
+         do t = 1, size(self%tools%now)
+            associate (tool => self%tools%now(t), block => level%blocks(b))
                if (tool%least_gap(block%origin + 0.5_wp*(block_size - 1)*level%grid%cell) &
                    > 0.5_wp*block_size*sqrt(3.0_wp)*level%grid%cell + reach + thickest(level)) cycle
                call level%blocks(b)%cells%link(level%blocks(b)%particles%count)
                associate (near => particles_near(tool, level, level%blocks(b), thickest(level) + reach))
                   do n = 1, size(near)
-                     call consider(self, level, materials, b, near(n), t, reach, compliance, pressure)
+                     call consider(self, level, materials, [b, near(n), t], reach, compliance, &
+                                   [pressure, friction])
                   end do
                end associate
             end associate
@@ -75,16 +93,20 @@ contains
    end subroutine find
 
    !> Take a particle's point if it is near enough.
-   subroutine consider(self, level, materials, b, p, t, reach, compliance, pressure)
+   subroutine consider(self, level, materials, number, reach, compliance, columns)
       type(static_contact_t), intent(inout) :: self
       type(level_t), intent(in) :: level
       type(materials_t), intent(in) :: materials
-      integer, intent(in) :: b, p, t, pressure
+      integer, intent(in) :: number(3)  !< of the block, the particle, the tool
+      integer, intent(in) :: columns(2) !< of pressure and friction
       real(wp), intent(in) :: reach, compliance
       type(static_point_t) :: new
       real(wp) :: gap, normal(3), edge, thickness, to_face, span(3, 3), r(3, 3), centre(3), young
-      integer :: k
-      call find_gap(self%tools(t), level, materials, b, p, reach, gap, normal, edge, thickness)
+      integer :: b, k, p, t
+      b = number(1)
+      p = number(2)
+      t = number(3)
+      call find_gap(self%tools%now(t), level, materials, b, p, reach, gap, normal, edge, thickness)
       if (.not. gap <= reach) return
       new%point = no_candidate
       associate (c => new%point, block => level%blocks(b), column => level%blocks(b)%particles%column, &
@@ -110,14 +132,20 @@ contains
          call set_face(c, level%grid, block%place, bin_place(int(block%cells%bin(p))), at%domain > 0, &
                        (centre - to_face*normal - block%origin)*level%grid%per_cell, span*level%grid%per_cell)
          c%from = centre
-         c%arm = -self%tools(t)%spec%penetration_factor*thickness*normal
+         c%arm = -self%tools%now(t)%spec%penetration_factor*thickness*normal
          new%start = centre + c%arm
          k = materials%of_body(block%particles%body(p))
          young = 0.5_wp/materials%slots(k)%law%complementary_energy( &
                  [1.0_wp, 0.0_wp, 0.0_wp, 0.0_wp, 0.0_wp, 0.0_wp])
          new%yielding = compliance*level%grid%cell/(young*c%area)
-         new%force = column(p, pressure)*c%area
-         new%pressed = new%force > 0.0_wp
+         new%barred = self%tools%away(t)
+         if (.not. new%barred) new%force = column(p, columns(1))*c%area
+         new%pressed = (new%force > 0.0_wp .or. gap <= touches*level%grid%cell) .and. .not. new%barred
+         c%friction = self%tools%now(t)%spec%friction
+         if (c%friction > 0.0_wp) then
+            new%rub = column(p, columns(2):columns(2) + 2)*c%area
+            new%kept = -new%yielding*new%rub
+         end if
       end associate
       call append(self, new)
    end subroutine consider
@@ -157,22 +185,71 @@ contains
       end associate
    end function way
 
-   !> Gaps and normals under the displacements of the nodes.
+   !> Gaps, normals and slips under the displacements of the nodes, with the tools as they stand.
    subroutine move(self, motion)
       class(static_contact_t), intent(inout) :: self
       real(wp), intent(in), contiguous :: motion(:, 0:, 0:, 0:, :)
+      real(wp) :: u(3)
       integer :: n
       do n = 1, self%count
-         associate (it => self%list(n))
-            call self%tools(it%point%tool)%gap_and_normal(it%start + self%way(n, motion), it%gap, it%normal)
+         associate (it => self%list(n), t => self%list(n)%point%tool)
+            u = self%way(n, motion)
+            it%place = it%start + u
+            call self%tools%now(t)%gap_and_normal(it%place, it%gap, it%normal)
+            if (it%barred) it%gap = far
+            if (.not. it%point%friction > 0.0_wp) cycle
+            it%slip = across(it%normal, it%kept + u - self%tools%material_way(t, it%place))
          end associate
       end do
    end subroutine move
 
+   !> The part of a vector across a normal.
+   pure function across(normal, vector) result(part)
+      real(wp), intent(in) :: normal(3), vector(3)
+      real(wp) :: part(3)
+      part = vector - dot_product(normal, vector)*normal
+   end function across
+
+   !> What a point exerts on its body when it has moved by `ahead` over the tool beyond where it is: a normal
+   !> force that does not pull, and friction that is not beyond its bound (theory.md, eqs static-contact,
+   !> static-friction).
+   pure subroutine law(self, n, ahead, bound, pressing, rub)
+      class(static_contact_t), intent(in) :: self
+      integer, intent(in) :: n
+      real(wp), intent(in) :: ahead(3) !< m
+      real(wp), intent(in) :: bound    !< of friction, N
+      real(wp), intent(out) :: pressing, rub(3) !< N
+      real(wp) :: length
+      associate (it => self%list(n))
+         pressing = max(0.0_wp, -(it%gap + dot_product(it%normal, ahead))/it%yielding)
+         rub = 0.0_wp
+         if (.not. (bound > 0.0_wp .and. it%point%friction > 0.0_wp)) return
+         rub = it%slip + across(it%normal, ahead)
+         length = norm2(rub)
+         rub = -rub*min(1.0_wp/it%yielding, bound/max(length, tiny(1.0_wp)))
+      end associate
+   end subroutine law
+
+   !> By how much a point's forces and its place do not belong together: gaps and slips, m.
+   pure real(wp) function misfit(self, n)
+      class(static_contact_t), intent(in) :: self
+      integer, intent(in) :: n
+      real(wp) :: pressing, rub(3)
+      associate (it => self%list(n))
+         if (it%force > 0.0_wp) then
+            misfit = abs(it%gap + it%yielding*it%force)
+         else
+            misfit = max(0.0_wp, -it%gap)
+         end if
+         if (.not. it%point%friction > 0.0_wp) return
+         call self%law(n, [0.0_wp, 0.0_wp, 0.0_wp], it%point%friction*it%force, pressing, rub)
+         misfit = max(misfit, it%yielding*norm2(rub - it%rub))
+      end associate
+   end function misfit
+
    !> How the normals of pressed points turn, by differences about where they are.
-   subroutine curve(self, motion, cell)
+   subroutine curve(self, cell)
       class(static_contact_t), intent(inout) :: self
-      real(wp), intent(in), contiguous :: motion(:, 0:, 0:, 0:, :)
       real(wp), intent(in) :: cell !< m
       real(wp) :: place(3), aside(3), gap, ahead(3), behind(3)
       integer :: k, n
@@ -180,12 +257,12 @@ contains
          associate (it => self%list(n))
             it%turning = 0.0_wp
             if (.not. it%force > 0.0_wp) cycle
-            place = it%start + self%way(n, motion)
+            place = it%place
             do k = 1, 3
                aside = 0.0_wp
                aside(k) = probe*cell
-               call self%tools(it%point%tool)%gap_and_normal(place + aside, gap, ahead)
-               call self%tools(it%point%tool)%gap_and_normal(place - aside, gap, behind)
+               call self%tools%now(it%point%tool)%gap_and_normal(place + aside, gap, ahead)
+               call self%tools%now(it%point%tool)%gap_and_normal(place - aside, gap, behind)
                it%turning(:, k) = (ahead - behind)/(2.0_wp*probe*cell)
             end do
             it%turning = 0.5_wp*(it%turning + transpose(it%turning))
@@ -217,17 +294,6 @@ contains
       end associate
    end subroutine add_force_at
 
-   !> Add what pressed points do by their forces as they stand.
-   pure subroutine add_forces(self, tiles)
-      class(static_contact_t), intent(in) :: self
-      real(wp), intent(inout), contiguous :: tiles(:, 0:, 0:, 0:, :)
-      integer :: n
-      do n = 1, self%count
-         if (self%list(n)%force > 0.0_wp) call self%add_force_at(n, &
-               self%list(n)%force*self%list(n)%normal, tiles)
-      end do
-   end subroutine add_forces
-
    !> Add the pressed points' part of the diagonal.
    pure subroutine add_diagonal(self, tiles)
       class(static_contact_t), intent(in) :: self
@@ -235,7 +301,7 @@ contains
       integer :: i, j, k, n
       do n = 1, self%count
          if (.not. self%list(n)%pressed) cycle
-         associate (c => self%list(n)%point, stiffness => self%list(n)%normal**2/self%list(n)%yielding)
+         associate (c => self%list(n)%point, stiffness => self%self_stiffness(n))
             do k = 0, c%face%last
                do j = 0, c%face%last
                   do i = 0, c%face%last
@@ -249,5 +315,72 @@ contains
          end associate
       end do
    end subroutine add_diagonal
+
+   !> Stiffness of a point in the linear problem, as it acts on a way over the tool, N: of pressed ones, along
+   !> the normal, and across it where friction may grow; where it slides, that of the chord, less along the
+   !> slip, so that the energy goes down whatever slides.
+   pure function resist(self, n, way) result(force)
+      class(static_contact_t), intent(in) :: self
+      integer, intent(in) :: n
+      real(wp), intent(in) :: way(3) !< m
+      real(wp) :: force(3)
+      associate (it => self%list(n))
+         force = dot_product(it%normal, way)/it%yielding*it%normal
+         if (it%holds > 0.0_wp) force = force + it%holds*(across(it%normal, way) &
+            - (1.0_wp - along_slip)*dot_product(it%slides, way)*it%slides)
+      end associate
+   end function resist
+
+   !> Stiffness of pressed points against ways of what loads push, and what it would be if they held every
+   !> way, N/m.
+   pure subroutine stiffness_of_ways(self, sums, most)
+      class(static_contact_t), intent(in) :: self
+      real(wp), intent(out) :: sums(:), most(:)
+      real(wp) :: one(3)
+      integer :: k, n
+      sums = 0.0_wp
+      most = 0.0_wp
+      do k = 1, self%tools%count
+         do n = 1, self%count
+            associate (it => self%list(n), freedom => self%tools%freedom(k))
+               if (it%point%tool /= self%tools%tool(k) .or. .not. it%pressed) cycle
+               one = self%tools%now(it%point%tool)%freedoms(freedom)%velocity_at(it%place)/self%tools%reach(k)
+               sums(k) = sums(k) + dot_product(one, self%resist(n, one))
+               most(k) = most(k) + dot_product(one, one)/it%yielding
+            end associate
+         end do
+      end do
+   end subroutine stiffness_of_ways
+
+   !> Components of the stiffness of a point on themselves, N/m.
+   pure function self_stiffness(self, n) result(stiffness)
+      class(static_contact_t), intent(in) :: self
+      integer, intent(in) :: n
+      real(wp) :: stiffness(3)
+      associate (it => self%list(n))
+         stiffness = it%normal**2/it%yielding + it%holds*(1.0_wp - it%normal**2 &
+                                                          - (1.0_wp - along_slip)*it%slides**2)
+      end associate
+   end function self_stiffness
+
+   !> Friction of the linear problem about where points are by `ahead`: whether they hold, or how they slide.
+   pure subroutine set_friction(self, n, ahead, bound)
+      class(static_contact_t), intent(inout) :: self
+      integer, intent(in) :: n
+      real(wp), intent(in) :: ahead(3) !< m
+      real(wp), intent(in) :: bound    !< N
+      real(wp) :: length, slip(3)
+      associate (it => self%list(n))
+         it%holds = 0.0_wp
+         it%slides = 0.0_wp
+         if (.not. (it%pressed .and. it%point%friction > 0.0_wp)) return
+         slip = it%slip + across(it%normal, ahead)
+         length = norm2(slip)
+         it%holds = 1.0_wp/it%yielding
+         if (length <= bound*it%yielding) return
+         it%holds = bound/length
+         it%slides = slip/length
+      end associate
+   end subroutine set_friction
 
 end module m_static_contact

@@ -37,6 +37,7 @@ module m_tool
       procedure :: react
       procedure :: end_step
       procedure :: carry_to
+      procedure :: carry_by
       procedure :: settle
       procedure :: depth
       procedure :: displacement
@@ -162,6 +163,16 @@ contains
       real(wp), intent(in) :: time
       call self%end_step(time, 0.0_wp)
    end subroutine carry_to
+
+   !> Take the tool through a step in which what loads push makes given ways (m or rad).
+   pure subroutine carry_by(self, time, time_step, ways)
+      class(tool_t), intent(inout) :: self
+      real(wp), intent(in) :: time, time_step !< of the step's beginning; s
+      real(wp), intent(in) :: ways(:)         !< (pushed)
+      call self%begin_step(time, time_step, have_pushed=.true.)
+      self%freedoms(self%pushed)%speed = ways/time_step
+      call self%end_step(time + time_step, time_step)
+   end subroutine carry_by
 
    !> Turn about the axis of a freedom by an angle (rad): the tool, and the points of later turns.
    pure subroutine turn(self, k, angle)
@@ -290,13 +301,17 @@ contains
       end do
    end function speed_at
 
-   !> The same for all times between two, s.
-   pure real(wp) function fastest(self, from, to)
+   !> The same for all times between two, s; of the given speeds alone where that is asked.
+   pure real(wp) function fastest(self, from, to, given)
       class(tool_t), intent(in) :: self
       real(wp), intent(in) :: from, to
+      logical, intent(in), optional :: given
       integer :: k
       fastest = 0.0_wp
       do k = 1, size(self%freedoms)
+         if (present(given)) then
+            if (given .and. self%freedoms(k)%is_pushed()) cycle
+         end if
          fastest = fastest + self%freedoms(k)%fastest(from, to)*self%freedoms(k)%reach
       end do
    end function fastest

@@ -139,7 +139,8 @@ contains
       time_step = min(time_step, remaining)
       if (self%creeps) time_step = time_step*creep_share(model, time_step, self%spec%creep_limit)
       do t = 1, size(model%contact%tools)
-         speed = model%contact%tools(t)%fastest(model%time, model%time + time_step)
+         speed = model%contact%tools(t)%fastest(model%time, model%time + time_step, &
+                                                given=.true.)
          if (speed*time_step > most_cells*model%levels(1)%grid%cell) &
             time_step = most_cells*model%levels(1)%grid%cell/speed
       end do
@@ -217,16 +218,20 @@ contains
       type(model_t), intent(inout), target :: model
       real(wp), intent(in) :: time_step !< s
       logical, intent(out) :: done
+      call self%equilibrium%system%contact%tools%begin(model%contact%tools, model%time, time_step, &
+                                                       self%spec%ramp)
+      self%equilibrium%system%goes_on = self%equilibrium%system%contact%rubs .and. .not. self%failed_before
       call self%equilibrium%system%begin(model, model%time, time_step, self%spec%stabilisation)
-      call find_contact(self%equilibrium%system%contact, model, time_step, &
-                        reach*model%levels(1)%grid%cell, self%compliance)
+      call find_contact(self%equilibrium%system%contact, model, reach*model%levels(1)%grid%cell, &
+                        self%compliance)
       call self%equilibrium%solve(self%spec%tolerance)
       self%told = self%told//self%equilibrium%log
       self%newton = self%newton + self%equilibrium%newton
-      self%solves = self%solves + self%equilibrium%solves
-      self%products = self%products + self%equilibrium%products
+      self%solves = self%solves + self%equilibrium%linear%solves
+      self%products = self%products + self%equilibrium%linear%products
       call self%equilibrium%system%set_motion(self%equilibrium%z)
-      self%way = self%equilibrium%system%farthest()
+      self%way = max(self%equilibrium%system%farthest(), &
+                     maxval(abs([0.0_wp, self%equilibrium%system%contact%tools%way])))
       if (self%equilibrium%outcome == found .and. self%way > most_cells_a_step*model%levels(1)%grid%cell) &
          self%equilibrium%outcome = too_far
       done = self%equilibrium%outcome == found
@@ -304,49 +309,56 @@ contains
       class(quasi_static_t), intent(in) :: self
       type(model_t), intent(in) :: model
       type(error_t), intent(inout) :: error
-      character(len=:), allocatable :: text
       real(wp) :: worst
+      logical :: mine
       integer :: b, n, p
-      associate (it => self%equilibrium, level => model%levels(1))
+      b = 0
+      p = 0
+      n = 0
+      associate (it => self%equilibrium, nodes => self%equilibrium%system%unknowns)
          if (it%outcome == turned) then
             worst = -it%verdict%smallest
             b = it%verdict%block
             p = it%verdict%particle
          else
             worst = maxval([-1.0_wp, abs(it%left)])
-            b = 0
-            p = 0
-            if (size(it%left) > 0) then
-               n = maxloc(abs(it%left), dim=1)
-               associate (at => it%system%unknowns%at(:, n))
-                  b = at(5)
-                  p = nearest(level%blocks(b)%origin + (at(2:4) - 1)*level%grid%cell)
-               end associate
+            if (size(it%left) > 0) n = maxloc(abs(it%left), dim=1)
+            if (n > 0 .and. n <= nodes%count) then
+               b = nodes%at(5, n)
+               p = nearest_to(model, b, nodes%at(2:4, n))
             end if
          end if
-         if (worst >= model%communicator%maximum(worst) .and. p > 0) then
-            text = particle_text(model, 1, b, p)//': no equilibrium with steps down to '// &
-                   si(self%smallest, 's')//', '//reason(it%outcome)
-            call fail(error, exit_numerical, text//'; try a smaller step, slower loads, smaller cells, '// &
-                      'or boundaries and tools that hold the body')
+         mine = worst >= model%communicator%maximum(worst)
+         if (mine .and. n > nodes%count) then
+            call fail(error, exit_numerical, 'tool '//it%system%contact%tools%name_of(n - nodes%count)// &
+                      ': nothing holds it against the loads that push it; move it to where it meets a '// &
+                      'body, or give it speeds')
+         else if (mine .and. p > 0) then
+            call fail(error, exit_numerical, particle_text(model, 1, b, p)//': no equilibrium with steps '// &
+                      'down to '//si(self%smallest, 's')//', '//reason(it%outcome)// &
+                      '; try a smaller step, slower loads, smaller cells, or boundaries and tools '// &
+                      'that hold the body')
          end if
       end associate
       call model%communicator%agree(error)
       if (.not. error%happened()) call fail(error, exit_numerical, 'step '//to_text(model%step + 1)// &
          ': no equilibrium with steps down to '//si(self%smallest, 's'))
-   contains
-      !> Particle of block b nearest to a place; 0: it has none.
-      pure integer function nearest(place) result(found_one)
-         real(wp), intent(in) :: place(3)
-         integer :: q
-         associate (particles => model%levels(1)%blocks(b)%particles, x => model%levels(1)%layout%position)
-            found_one = 0
-            if (particles%count == 0) return
-            found_one = minloc([(sum((particles%column(q, x:x + 2) - place)**2), q=1, particles%count)], &
-                               dim=1)
-         end associate
-      end function nearest
    end subroutine complain
+
+   !> Particle of block b nearest to a node of its tile; 0: it has none.
+   pure integer function nearest_to(model, b, at) result(p)
+      type(model_t), intent(in) :: model
+      integer, intent(in) :: b, at(3)
+      real(wp) :: place(3)
+      integer :: q
+      associate (level => model%levels(1), particles => model%levels(1)%blocks(b)%particles, &
+                 x => model%levels(1)%layout%position)
+         place = level%blocks(b)%origin + (at - 1)*level%grid%cell
+         p = 0
+         if (particles%count == 0) return
+         p = minloc([(sum((particles%column(q, x:x + 2) - place)**2), q=1, particles%count)], dim=1)
+      end associate
+   end function nearest_to
 
    pure logical function keeps_state(self)
       class(quasi_static_t), intent(in) :: self
@@ -372,13 +384,13 @@ contains
 
    subroutine release(self)
       class(quasi_static_t), intent(inout) :: self
-      call self%equilibrium%krylov%dismiss()
+      call self%equilibrium%linear%krylov%dismiss()
    end subroutine release
 
    !> Collective: end PETSc, if this began it and nobody else has anything of it any more.
    subroutine finish(self)
       class(quasi_static_t), intent(inout) :: self
-      call self%equilibrium%krylov%finish()
+      call self%equilibrium%linear%krylov%finish()
    end subroutine finish
 
 end module m_quasi_static

@@ -5,28 +5,78 @@ module m_static_loads
    use m_vectors, only: cross
    use m_model, only: model_t
    use m_static_contact, only: static_contact_t
+   use m_face_gap, only: find_gap, thickest
    use m_tool_reactions, only: reaction_t, add_up
    implicit none
    private
    public :: find_contact, book_contact
 
+   integer, parameter :: most_looks = 50        !< for where a tool touches
+   real(wp), parameter :: touches = 1.0e-7_wp   !< cells: a tool so near touches
+
 contains
 
-   !> Points that the tools, where they are at the end of a step, may press.
-   subroutine find_contact(contact, model, time_step, reach, compliance)
+   !> Collective: points that the tools, where given speeds bring them by the end of a step, may press. A tool
+   !> that a load moves along its axis, and that presses nothing, stands where it just touches at first.
+   subroutine find_contact(contact, model, reach, compliance)
       type(static_contact_t), intent(inout) :: contact
       type(model_t), intent(inout) :: model
-      real(wp), intent(in) :: time_step, reach, compliance !< s, m, 1
-      integer :: t
-      if (allocated(contact%tools)) deallocate (contact%tools)
-      contact%tools = model%contact%tools
-      do t = 1, size(contact%tools)
-         call contact%tools(t)%begin_step(model%time, time_step)
-         call contact%tools(t)%end_step(model%time + time_step, time_step)
+      real(wp), intent(in) :: reach, compliance !< m, 1
+      real(wp) :: gap
+      integer :: t, try
+      contact%rubs = any([(contact%tools%now(t)%spec%friction > 0.0_wp, t=1, size(contact%tools%now))])
+      do t = 1, size(contact%tools%now)
+         if (.not. contact%tools%is_driven(t) .or. contact%tools%away(t)) cycle
+         if (presses(model, t)) cycle
+         do try = 1, most_looks
+            gap = least_gap(contact, model, t)
+            if (gap > 0.5_wp*huge(gap)) exit ! nothing is there
+            call contact%tools%shift(t, gap)
+            if (abs(gap) <= touches*model%levels(1)%grid%cell) exit
+         end do
       end do
       call contact%find(model%levels(1), model%materials, reach, compliance, &
-                        model%contact%candidates%pressure)
+                        model%contact%candidates%pressure, model%contact%candidates%traction)
    end subroutine find_contact
+
+   !> Collective: true of a tool that pressed something in the last step.
+   logical function presses(model, t)
+      type(model_t), intent(in) :: model
+      integer, intent(in) :: t
+      integer :: b
+      presses = .false.
+      associate (at => model%contact%candidates%carried + t - 1)
+         do b = 1, size(model%levels(1)%blocks)
+            associate (particles => model%levels(1)%blocks(b)%particles)
+               if (particles%count == 0) cycle
+               presses = presses .or. any(abs(particles%column(:particles%count, at)) > 0.0_wp)
+            end associate
+         end do
+      end associate
+      presses = model%communicator%maximum(merge(1.0_wp, 0.0_wp, presses)) > 0.5_wp
+   end function presses
+
+   !> Collective: the smallest gap of the points to a tool, m.
+   real(wp) function least_gap(contact, model, t) result(least)
+      type(static_contact_t), intent(in) :: contact
+      type(model_t), intent(in) :: model
+      integer, intent(in) :: t
+      real(wp) :: gap, normal(3), edge, thickness
+      integer :: b, p
+      least = huge(least)
+      associate (level => model%levels(1))
+         do b = 1, size(level%blocks)
+            do p = 1, level%blocks(b)%particles%count
+               if (contact%tools%now(t)%least_gap(level%blocks(b)%particles%column(p, &
+                   level%layout%position:level%layout%position + 2)) > least + thickest(level)) cycle
+               call find_gap(contact%tools%now(t), level, model%materials, b, p, huge(1.0_wp), gap, normal, &
+                             edge, thickness)
+               least = min(least, gap)
+            end do
+         end do
+      end associate
+      least = model%communicator%minimum(least)
+   end function least_gap
 
    !> Collective: loads, works and pressures of the equilibrium, of which the nodes hold the displacements;
    !> tools go to the step's end. Work is that of the mean of the loads at both ends.
@@ -34,35 +84,24 @@ contains
       type(static_contact_t), intent(in) :: contact
       type(model_t), intent(inout) :: model
       real(wp), intent(in) :: time_step !< s
-      type(reaction_t) :: reactions(size(contact%tools))
-      real(wp) :: load(3), moment(3), arm(3)
-      integer :: n, t
-      if (size(contact%tools) == 0) return
+      type(reaction_t) :: reactions(size(contact%tools%now))
+      real(wp) :: load(3), moment(3)
+      integer :: t
+      if (size(reactions) == 0) return
       call keep_pressures(contact, model)
       reactions = reaction_t()
       model%contact%states%overlap = 0.0_wp
-      do n = 1, contact%count
-         associate (it => contact%list(n), sums => reactions(contact%list(n)%point%tool), &
-                    state => model%contact%states(contact%list(n)%point%tool))
-            state%overlap = max(state%overlap, -it%gap)
-            sums%candidates = sums%candidates + 1.0_wp
-            if (.not. it%force > 0.0_wp) cycle
-            arm = it%start + contact%way(n, model%levels(1)%nodes) - contact%tools(it%point%tool)%point
-            sums%load = sums%load - it%force*it%normal
-            sums%moment = sums%moment - it%force*cross(arm, it%normal)
-         end associate
-      end do
+      call gather(contact, model, reactions)
       call add_up(model%communicator, reactions, model%contact%states%overlap)
       do t = 1, size(reactions)
          associate (tool => model%contact%tools(t), state => model%contact%states(t))
             load = state%load
             moment = state%moment
-            call tool%begin_step(model%time, time_step)
+            tool = contact%tools%now(t)
             call state%book(reactions(t), tool, [0.0_wp, 0.0_wp, 0.0_wp], [0.0_wp, 0.0_wp, 0.0_wp], time_step)
             state%work = state%work + 0.5_wp*time_step*dot_product(state%load - load, tool%velocity)
             if (tool%pivot > 0) &
                state%work = state%work + 0.5_wp*time_step*dot_product(state%moment - moment, tool%spin)
-            call tool%end_step(model%time + time_step, time_step)
          end associate
       end do
       model%contact%worst_overlap = maxval([model%contact%worst_overlap, model%contact%states%overlap])
@@ -72,13 +111,35 @@ contains
       end associate
    end subroutine book_contact
 
+   !> Reactions of the tools to the points of this rank. Friction makes heat by what slips.
+   subroutine gather(contact, model, reactions)
+      type(static_contact_t), intent(in) :: contact
+      type(model_t), intent(inout) :: model
+      type(reaction_t), intent(inout) :: reactions(:) !< (tools)
+      real(wp) :: force(3)
+      integer :: n
+      do n = 1, contact%count
+         associate (it => contact%list(n), sums => reactions(contact%list(n)%point%tool), &
+                    state => model%contact%states(contact%list(n)%point%tool))
+            sums%candidates = sums%candidates + 1.0_wp
+            if (it%barred) cycle
+            state%overlap = max(state%overlap, -it%gap)
+            if (.not. it%force > 0.0_wp) cycle
+            force = it%force*it%normal + it%rub
+            sums%load = sums%load - force
+            sums%moment = sums%moment - cross(it%place - contact%tools%now(it%point%tool)%point, force)
+            sums%heat = sums%heat - dot_product(it%rub, it%slip + it%yielding*it%rub)
+         end associate
+      end do
+   end subroutine gather
+
    !> Pressures of the points into the columns of their particles; and gaps: those that are pressed touch,
    !> whatever they yield, and no 0 says so.
    subroutine keep_pressures(contact, model)
       type(static_contact_t), intent(in) :: contact
       type(model_t), intent(inout) :: model
       integer :: b, n, tools
-      tools = size(contact%tools)
+      tools = size(contact%tools%now)
       associate (level => model%levels(1), at => model%contact%candidates)
          do b = 1, size(level%blocks)
             associate (block => level%blocks(b), last => level%blocks(b)%particles%count)
@@ -87,6 +148,8 @@ contains
                block%particles%column(:last, at%earlier) = block%particles%column(:last, at%pressure)
                block%particles%column(:last, at%pressure) = 0.0_wp
                block%particles%column(:last, at%carried:at%carried + tools - 1) = 0.0_wp
+               if (at%traction > 0) &
+                  block%particles%column(:last, at%traction:at%traction + 2) = 0.0_wp
             end associate
          end do
          do n = 1, contact%count
@@ -96,6 +159,8 @@ contains
                associate (column => block%particles%column, p => it%point%particle)
                   column(p, at%pressure) = column(p, at%pressure) + it%force/it%point%area
                   column(p, at%carried + it%point%tool - 1) = tiny(1.0_wp)
+                  if (it%point%friction > 0.0_wp) column(p, at%traction:at%traction + 2) &
+                     = column(p, at%traction:at%traction + 2) + it%rub/it%point%area
                end associate
             end associate
          end do

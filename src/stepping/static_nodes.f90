@@ -113,7 +113,7 @@ contains
       class(static_nodes_t), intent(in) :: self
       integer, intent(in) :: first
       real(wp), intent(in), contiguous :: tiles(:, 0:, 0:, 0:, :)
-      real(wp), intent(out) :: values(:)
+      real(wp), intent(inout) :: values(:) !< (count or more)
       integer :: n
       do n = 1, self%count
          associate (at => self%at(:, n))

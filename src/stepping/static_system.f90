@@ -2,21 +2,20 @@
 !> the P2G, G2P and sums over blocks and ranks of the explicit step (theory.md, eqs static-residual,
 !> static-tangent).
 module m_static_system
+   use mpi_f08
    use m_kinds, only: wp
    use m_timers
-   use m_node_values, only: mass_, v_x, a_x, a_z, f_x
-   use m_level, only: level_t
-   use m_boundary, only: fold_symmetry, apply_boundary, motion_parity
-   use m_node_exchange, only: sum_tiles
+   use m_node_values, only: v_x, a_x, f_x
+   use m_boundary, only: apply_boundary, motion_parity
    use m_migration, only: frame_of
-   use m_p2g_boxes, only: clear
-   use m_g2p_boxes, only: motion_t, fastest_t
-   use m_particle_transfer, only: p2g, g2p
+   use m_g2p_boxes, only: fastest_t
    use m_static_transfer, only: p2g_stress, p2g_diagonal
    use m_krylov, only: krylov_operator_t
    use m_static_contact, only: static_contact_t
    use m_model, only: model_t
    use m_static_nodes, only: static_nodes_t
+   use m_static_tiles, only: put_loads, put_accelerations, read_motion, fold_all, sum_up, take_gradients, &
+                             stiffest
    use m_trial_state, only: trial_block_t, verdict_t
    use m_ghost_penalty, only: ghost_penalty_t, mark_cells
    implicit none
@@ -33,6 +32,10 @@ module m_static_system
       real(wp), allocatable :: forces(:, :, :, :, :) !< tiles as the level's
       real(wp), allocatable :: load(:)               !< (unknowns): of effects at the step's end, N
       real(wp), allocatable :: diagonal(:)           !< (unknowns): of the stiffness, N/m
+      real(wp), allocatable :: bare(:)               !< the same without pressed points
+      real(wp), allocatable :: guess(:)              !< (unknowns): where Newton's method begins, m
+      logical :: goes_on = .false.                   !< that is as in the last step, not at rest
+      integer :: extra = 0 !< unknowns besides those of nodes: ways of what loads push, on the first rank
       real(wp), allocatable :: work(:, :)            !< (particles of the largest block, 27)
       real(wp), allocatable :: product(:, :)         !< (the same, 9)
       real(wp) :: time_step = 0.0_wp                 !< s
@@ -50,13 +53,19 @@ module m_static_system
       procedure :: linearise
       procedure :: multiply
       procedure :: contact_forces
+      procedure :: renew_diagonal
+      procedure :: ways_of
+      procedure :: size => size_of
+      procedure, private :: give_ways
+      procedure, private :: total
       procedure :: dot
       procedure :: steepest
       procedure :: farthest
       procedure, private :: clear_forces
-      procedure, private :: sum_forces
    end type static_system_t
 
+   real(wp), parameter :: no_force = 1.0e-6_wp !< of a modulus on the face of a cell: less is no load
+   real(wp), parameter :: loose = 1.0e-10_wp !< of a stiffness: less is none
    real(wp), parameter :: even(8, 3) = 1.0_wp !< what a mirror image does to a diagonal
 
 contains
@@ -101,69 +110,50 @@ contains
       else
          call self%hold_loads(time + time_step, number=.true.)
       end if
+      associate (tools => self%contact%tools)
+         if (self%extra > 0) self%load(self%unknowns%count + 1:) = &
+            merge(0.0_wp, tools%load, tools%away(tools%tool))
+      end associate
       if (stabilisation > 0.0_wp) call self%make_ghost(stabilisation)
    end subroutine begin
 
-   !> Collective: masses of the nodes, and the forces of effects at a time.
+   !> Collective: forces of effects at a time on the nodes.
    subroutine hold_loads(self, time, number)
       class(static_system_t), intent(inout) :: self
       real(wp), intent(in) :: time
       logical, intent(in), optional :: number !< number the unknowns, and keep the loads
       real(wp), allocatable :: more(:)
-      integer :: b, c
-      call self%model%timers%enter(phase_p2g)
       if (.not. allocated(self%load)) allocate (self%load(0))
       associate (model => self%model, level => self%model%levels(1))
-         do b = 1, size(level%blocks)
-            call level%update_extents(b, whole=.true.)
-            call clear(level%nodes(:, :, :, :, b))
-            call p2g(level%blocks(b)%cells, level%blocks(b)%particles%column, level%layout, &
-                     frame_of(level, level%blocks(b)), level%nodes(:, :, :, :, b))
-            level%nodes(v_x:a_z, :, :, :, b) = 0.0_wp
-            if (model%effect_step(1)%acts_on_nodes) &
-               call model%effect_step(1)%add_body_forces(model%effects, level, b, time, model%timers)
-            call fold_symmetry(level%grid, level%blocks(b)%place, level%nodes(:, :, :, :, b), motion_parity)
-         end do
-         call model%effect_step(1)%keep_masses(level)
-         call model%timers%enter(phase_exchange)
-         call model%exchange(1)%start(level%nodes)
-         call model%exchange(1)%wait(level%nodes)
-         call sum_tiles(level%blocks, level%interior_first, level%nodes)
+         call put_loads(model, time)
          if (present(number)) then
             call self%unknowns%number(level)
+            self%extra = 0
+            if (model%communicator%is_root()) self%extra = self%contact%tools%count
             call fit(self%load)
             call fit(self%diagonal)
+            call fit(self%bare)
+            call fit(self%guess)
             call self%unknowns%gather(f_x, level%nodes, self%load)
+            if (self%goes_on) call read_motion(self%unknowns, level, self%time_step, self%guess)
+            if (self%goes_on .and. self%extra > 0) &
+               self%guess(self%unknowns%count + 1:) = self%contact%tools%ways_before()
          end if
-         if (size(model%effect_step(1)%on_nodes) > 0) call add_by_nodes(present(number))
+         if (size(model%effect_step(1)%on_nodes) > 0) then
+            call put_accelerations(model, time)
+            call fit(more)
+            call self%unknowns%gather(a_x, level%nodes, more)
+            if (present(number)) self%load = self%load + more
+         end if
          if (.not. time < self%ramp) return
          call model%effect_step(1)%scale_push(max(0.0_wp, time/self%ramp))
-         self%load = max(0.0_wp, time/self%ramp)*self%load
+         self%load = max(0.0_wp, time/self%ramp)*self%load ! of tools: m_static_tools knows of the ramp
       end associate
    contains
-      !> Those that act on nodes as accelerations.
-      subroutine add_by_nodes(wanted)
-         logical, intent(in) :: wanted
-         associate (model => self%model, level => self%model%levels(1))
-            do b = 1, size(level%blocks)
-               level%nodes(v_x:a_z, :, :, :, b) = 0.0_wp
-               call model%effect_step(1)%change_nodes(model%effects, level, b, time, 0.0_wp, &
-                                                      model%composite(1)%constrained(b), model%timers)
-               do c = a_x, a_z
-                  level%nodes(c, :, :, :, b) = level%nodes(c, :, :, :, b)*level%nodes(mass_, :, :, :, b)
-               end do
-            end do
-            if (.not. wanted) return
-            allocate (more(self%unknowns%count))
-            call self%unknowns%gather(a_x, level%nodes, more)
-            self%load = self%load + more
-         end associate
-      end subroutine add_by_nodes
-
       subroutine fit(values)
          real(wp), allocatable, intent(inout) :: values(:)
          if (allocated(values)) deallocate (values)
-         allocate (values(self%unknowns%count), source=0.0_wp)
+         allocate (values(self%size()), source=0.0_wp)
       end subroutine fit
    end subroutine hold_loads
 
@@ -178,9 +168,9 @@ contains
          do b = 1, size(level%blocks)
             call mark_cells(level, model%materials, b, self%forces(:, :, :, :, b))
          end do
-         call self%sum_forces()
+         call sum_up(self%model, self%forces)
          call self%ghost%find_edges(level, self%forces)
-         call self%sum_forces()
+         call sum_up(self%model, self%forces)
          call self%ghost%find_faces(level, self%forces, share)
       end associate
    end subroutine make_ghost
@@ -193,9 +183,7 @@ contains
       associate (model => self%model, level => self%model%levels(1))
          level%nodes(:, :, :, :, :size(level%blocks)) = 0.0_wp
          call self%unknowns%scatter(z, v_x, level%nodes)
-         call model%exchange(1)%start(level%nodes)
-         call model%exchange(1)%wait(level%nodes)
-         call sum_tiles(level%blocks, level%interior_first, level%nodes)
+         call sum_up(model, level%nodes)
          do b = 1, size(level%blocks)
             call apply_boundary(level%grid, level%blocks(b)%place, level%nodes(:, :, :, :, b))
          end do
@@ -213,6 +201,7 @@ contains
       real(wp) :: squares
       call self%model%timers%enter(self%residual_row)
       call self%set_motion(z)
+      if (self%contact%tools%count > 0) call self%contact%tools%place(self%ways_of(z))
       call self%clear_forces()
       squares = 0.0_wp
       associate (model => self%model, level => self%model%levels(1))
@@ -231,11 +220,13 @@ contains
          end do
          call self%ghost%add_forces(level%nodes, -1.0_wp, self%forces)
          call self%contact%move(level%nodes)
-         call fold_all(self, motion_parity)
-         call self%sum_forces()
+         call fold_all(level, motion_parity, self%forces)
+         call sum_up(self%model, self%forces)
          call self%unknowns%gather(f_x, self%forces, force)
+         if (self%extra > 0) force(self%unknowns%count + 1:) = 0.0_wp
          force = force + self%load
-         self%scale = 2.0_wp*sqrt(level%grid%cell*model%communicator%sum_real(squares))
+         self%scale = max(2.0_wp*sqrt(level%grid%cell*model%communicator%sum_real(squares)), &
+                          no_force*stiffest(model)*level%grid%cell**2)
       end associate
    end subroutine evaluate
 
@@ -256,14 +247,73 @@ contains
             end associate
          end do
          call self%ghost%add_diagonal(self%forces)
-         call self%contact%add_diagonal(self%forces)
-         call self%contact%curve(level%nodes, level%grid%cell)
-         call fold_all(self, even)
-         call self%sum_forces()
-         call self%unknowns%gather(f_x, self%forces, self%diagonal)
-         where (.not. self%diagonal > 0.0_wp) self%diagonal = 1.0_wp
+         call self%contact%curve(level%grid%cell)
+         call fold_all(level, even, self%forces)
+         call sum_up(self%model, self%forces)
+         call self%unknowns%gather(f_x, self%forces, self%bare)
+         if (self%extra > 0) self%bare(self%unknowns%count + 1:) = 0.0_wp
       end associate
    end subroutine linearise
+
+   !> Collective: the diagonal with the points that are pressed now.
+   subroutine renew_diagonal(self)
+      class(static_system_t), intent(inout) :: self
+      real(wp), dimension(self%contact%tools%count) :: sums, most
+      integer :: k
+      call self%clear_forces()
+      call self%contact%add_diagonal(self%forces)
+      call fold_all(self%model%levels(1), even, self%forces)
+      call sum_up(self%model, self%forces)
+      call self%unknowns%gather(f_x, self%forces, self%diagonal)
+      call self%contact%stiffness_of_ways(sums, most)
+      call self%give_ways(sums, self%diagonal)
+      self%diagonal = self%diagonal + self%bare
+      most = self%total(most)
+      do k = 1, self%extra ! what nothing holds but round-off stays where it is
+         associate (own => self%diagonal(self%unknowns%count + k))
+            if (own <= loose*most(k)) own = most(k)
+         end associate
+      end do
+      where (.not. self%diagonal > 0.0_wp) self%diagonal = 1.0_wp
+   end subroutine renew_diagonal
+
+   !> Unknowns of this rank.
+   pure integer function size_of(self)
+      class(static_system_t), intent(in) :: self
+      size_of = self%unknowns%count + self%extra
+   end function size_of
+
+   !> Collective: of values of the unknowns, those of what loads push.
+   function ways_of(self, values) result(ways)
+      class(static_system_t), intent(in) :: self
+      real(wp), intent(in) :: values(:)
+      real(wp) :: ways(self%contact%tools%count)
+      if (size(ways) == 0) return
+      ways = 0.0_wp
+      if (self%extra > 0) ways = values(self%unknowns%count + 1:)
+      call MPI_Bcast(ways, size(ways), MPI_DOUBLE_PRECISION, 0, self%model%communicator%comm)
+   end function ways_of
+
+   !> Collective: sums of all ranks into the places of what loads push.
+   subroutine give_ways(self, sums, values)
+      class(static_system_t), intent(in) :: self
+      real(wp), intent(in) :: sums(:)
+      real(wp), intent(inout) :: values(:)
+      real(wp) :: all_sums(size(sums))
+      if (size(sums) == 0) return
+      all_sums = self%total(sums)
+      if (self%extra > 0) values(self%unknowns%count + 1:) = all_sums
+   end subroutine give_ways
+
+   !> Collective: sums over the ranks.
+   function total(self, sums)
+      class(static_system_t), intent(in) :: self
+      real(wp), intent(in) :: sums(:)
+      real(wp) :: total(size(sums))
+      total = sums
+      if (size(sums) > 0) call MPI_Allreduce(MPI_IN_PLACE, total, size(total), MPI_DOUBLE_PRECISION, &
+                                             MPI_SUM, self%model%communicator%comm)
+   end function total
 
    !> Collective: to = K from, with the stiffness of pressed points where `presses`; the nodes hold `from`
    !> afterwards.
@@ -271,10 +321,12 @@ contains
       class(static_system_t), intent(inout) :: self
       real(wp), intent(in), contiguous :: from(:)
       real(wp), intent(out), contiguous :: to(:)
-      real(wp) :: u(3), f(3)
+      real(wp) :: u(3), f(3), g(3), ways(self%contact%tools%count), sums(self%contact%tools%count)
       integer :: b, n
       call self%model%timers%enter(self%product_row)
       call self%set_motion(from)
+      ways = self%ways_of(from)
+      sums = 0.0_wp
       call self%clear_forces()
       associate (model => self%model, level => self%model%levels(1))
          do b = 1, size(level%blocks)
@@ -293,44 +345,47 @@ contains
                if (.not. ((self%presses .and. it%pressed) .or. it%force > 0.0_wp)) cycle
                u = self%contact%way(n, level%nodes)
                f = 0.0_wp
-               if (it%force > 0.0_wp) f = -it%force*matmul(it%turning, u)
-               if (self%presses .and. it%pressed) f = f + dot_product(it%normal, u)/it%yielding*it%normal
+               g = 0.0_wp
+               if (it%force > 0.0_wp) &
+                  f = -it%force*matmul(it%turning, u - self%contact%tools%slides_at(it%point%tool, ways))
+               if (self%presses .and. it%pressed) &
+                  g = self%contact%resist(n, u - self%contact%tools%way_at(it%point%tool, it%place, ways))
+               call self%contact%tools%push(it%point%tool, it%place, -f, sums, slides_only=.true.)
+               call self%contact%tools%push(it%point%tool, it%place, -g, sums)
+               f = f + g
                call self%contact%add_force_at(n, f, self%forces)
             end associate
          end do
-         call fold_all(self, motion_parity)
-         call self%sum_forces()
+         call fold_all(level, motion_parity, self%forces)
+         call sum_up(self%model, self%forces)
          call self%unknowns%gather(f_x, self%forces, to)
+         call self%give_ways(sums, to)
       end associate
    end subroutine multiply
 
-   !> Collective: what forces of the points, along their normals, do to the unknowns, N.
-   subroutine contact_forces(self, pressing, force)
+   !> Collective: what forces of the points do to the unknowns, N.
+   subroutine contact_forces(self, pressing, rub, force)
       class(static_system_t), intent(inout) :: self
-      real(wp), intent(in) :: pressing(:) !< (points), N
+      real(wp), intent(in) :: pressing(:) !< (points): along their normals, N
+      real(wp), intent(in) :: rub(:, :)   !< (3, points): friction on the body, N
       real(wp), intent(out) :: force(:)
+      real(wp) :: vector(3), sums(self%contact%tools%count)
       integer :: n
       call self%clear_forces()
+      sums = 0.0_wp
       do n = 1, self%contact%count
-         if (abs(pressing(n)) > 0.0_wp) &
-            call self%contact%add_force_at(n, pressing(n)*self%contact%list(n)%normal, self%forces)
+         associate (it => self%contact%list(n))
+            vector = pressing(n)*it%normal + rub(:, n)
+            if (.not. any(abs(vector) > 0.0_wp)) cycle
+            call self%contact%add_force_at(n, vector, self%forces)
+            call self%contact%tools%push(it%point%tool, it%place, -vector, sums)
+         end associate
       end do
-      call fold_all(self, motion_parity)
-      call self%sum_forces()
+      call fold_all(self%model%levels(1), motion_parity, self%forces)
+      call sum_up(self%model, self%forces)
       call self%unknowns%gather(f_x, self%forces, force)
+      call self%give_ways(sums, force)
    end subroutine contact_forces
-
-   !> Gradients of the displacements of the nodes at the particles of a block, which stay where they are.
-   pure subroutine take_gradients(level, b, gradient, longest)
-      type(level_t), intent(inout) :: level
-      integer, intent(in) :: b
-      real(wp), intent(inout), contiguous :: gradient(:, :) !< (:, 9)
-      type(fastest_t), intent(inout), optional :: longest   !< component of a particle's way, m
-      associate (block => level%blocks(b))
-         call g2p(block%cells, level%nodes(:, :, :, :, b), level%layout, frame_of(level, block), &
-                  motion_t(0.0_wp, 1.0_wp, level%layout%position), block%particles%column, gradient, longest)
-      end associate
-   end subroutine take_gradients
 
    !> Collective: largest component of the gradients of displacements, of all particles.
    real(wp) function steepest(self, z)
@@ -381,27 +436,5 @@ contains
       class(static_system_t), intent(inout) :: self
       self%forces(:, :, :, :, :size(self%model%levels(1)%blocks)) = 0.0_wp
    end subroutine clear_forces
-
-   !> What stands outside symmetry planes goes to its mirror nodes, in all own tiles.
-   subroutine fold_all(self, parity)
-      type(static_system_t), intent(inout) :: self
-      real(wp), intent(in) :: parity(:, :)
-      integer :: b
-      associate (level => self%model%levels(1))
-         do b = 1, size(level%blocks)
-            call fold_symmetry(level%grid, level%blocks(b)%place, self%forces(:, :, :, :, b), parity)
-         end do
-      end associate
-   end subroutine fold_all
-
-   !> Collective: sums over blocks and ranks.
-   subroutine sum_forces(self)
-      class(static_system_t), intent(inout) :: self
-      associate (model => self%model, level => self%model%levels(1))
-         call model%exchange(1)%start(self%forces)
-         call model%exchange(1)%wait(self%forces)
-         call sum_tiles(level%blocks, level%interior_first, self%forces)
-      end associate
-   end subroutine sum_forces
 
 end module m_static_system

@@ -1,0 +1,183 @@
+!> Tools in a quasi-static step: where they are at its end, by given speeds and by ways of what loads push.
+!> These ways are unknowns of the step's equilibrium (theory.md, eq. static-tools).
+module m_static_tools
+   use m_kinds, only: wp
+   use m_vectors, only: cross
+   use m_piecewise, only: value_at
+   use m_tool, only: tool_t
+   implicit none
+   private
+   public :: static_tools_t
+
+   !> Freedom k of all that loads push is freedom(k) of tool(k). All ranks have the same.
+   type :: static_tools_t
+      type(tool_t), allocatable :: before(:) !< as they stand at the step's beginning
+      type(tool_t), allocatable :: now(:)    !< and at its end, by the ways that were set last
+      integer :: count = 0                   !< of freedoms that loads push
+      integer, allocatable :: tool(:), freedom(:)
+      real(wp), allocatable :: load(:)       !< at the step's end, over the reach; N
+      real(wp), allocatable :: reach(:)      !< 1, or of a turn: the tool's largest lever, m
+      real(wp), allocatable :: way(:)        !< of the surface there, m
+      logical, allocatable :: away(:)        !< (tools): drawn off by the load along its axis; presses nothing
+      real(wp) :: time = 0.0_wp, time_step = 0.0_wp !< of the beginning; s
+   contains
+      procedure :: begin
+      procedure :: place
+      procedure :: shift
+      procedure :: material_way
+      procedure :: way_at
+      procedure :: slides_at
+      procedure :: push
+      procedure :: is_driven
+      procedure :: ways_before
+      procedure :: name_of
+   end type static_tools_t
+
+contains
+
+   !> A step begins; loads come on until `ramp` (s).
+   subroutine begin(self, tools, time, time_step, ramp)
+      class(static_tools_t), intent(inout) :: self
+      type(tool_t), intent(in) :: tools(:)
+      real(wp), intent(in) :: time, time_step, ramp
+      real(wp) :: share
+      integer :: k, t
+      if (allocated(self%before)) deallocate (self%before, self%now, self%away)
+      self%before = tools
+      self%now = tools
+      self%time = time
+      self%time_step = time_step
+      self%tool = [((t, k=1, size(tools(t)%pushed)), t=1, size(tools))]
+      self%freedom = [(tools(t)%pushed, t=1, size(tools))]
+      self%count = size(self%tool)
+      if (allocated(self%load)) deallocate (self%load, self%reach, self%way)
+      allocate (self%load(self%count), self%reach(self%count), self%way(self%count), source=0.0_wp)
+      allocate (self%away(size(tools)), source=.false.)
+      share = 1.0_wp
+      if (time + time_step < ramp) share = (time + time_step)/ramp
+      do k = 1, self%count
+         associate (it => tools(self%tool(k))%freedoms(self%freedom(k)))
+            self%reach(k) = merge(it%reach, 1.0_wp, it%spec%turns)
+            self%load(k) = share*value_at(it%spec%times, it%spec%loads, time + time_step)/self%reach(k)
+            if (self%freedom(k) == 1 .and. .not. self%load(k) > 0.0_wp) self%away(self%tool(k)) = .true.
+         end associate
+      end do
+      call self%place(self%way)
+   end subroutine begin
+
+   !> Have the tools where ways of what loads push bring them.
+   subroutine place(self, way)
+      class(static_tools_t), intent(inout) :: self
+      real(wp), intent(in) :: way(:)
+      integer :: t
+      self%way = way
+      do t = 1, size(self%before)
+         associate (now => self%now(t), before => self%before(t)) ! not the shape, which may be large
+            now%freedoms = before%freedoms
+            now%aside = before%aside
+            now%orientation = before%orientation
+         end associate
+         call self%now(t)%carry_by(self%time, self%time_step, pack(way/self%reach, self%tool == t))
+      end do
+   end subroutine place
+
+   !> A tool stands elsewhere along its axis from the step's beginning on.
+   subroutine shift(self, t, way)
+      class(static_tools_t), intent(inout) :: self
+      integer, intent(in) :: t
+      real(wp), intent(in) :: way !< m
+      self%before(t)%freedoms(1)%travel = self%before(t)%freedoms(1)%travel + way
+      call self%before(t)%settle()
+      call self%place(self%way)
+   end subroutine shift
+
+   !> True when its load moves a tool along its axis.
+   pure logical function is_driven(self, t)
+      class(static_tools_t), intent(in) :: self
+      integer, intent(in) :: t
+      is_driven = self%before(t)%freedoms(1)%is_pushed()
+   end function is_driven
+
+   !> Way in the step of what of a tool is at a place at the end, m.
+   pure function material_way(self, t, at) result(way)
+      class(static_tools_t), intent(in) :: self
+      integer, intent(in) :: t
+      real(wp), intent(in) :: at(3)
+      real(wp) :: way(3)
+      associate (before => self%before(t), now => self%now(t))
+         way = now%tip - before%tip
+         if (now%pivot == 0) return
+         way = at - before%tip - matmul(before%rotation, matmul(at - now%tip, now%rotation))
+      end associate
+   end function material_way
+
+   !> Name of the tool of a freedom.
+   pure function name_of(self, k) result(name)
+      class(static_tools_t), intent(in) :: self
+      integer, intent(in) :: k
+      character(len=:), allocatable :: name
+      name = trim(self%before(self%tool(k))%spec%name)
+   end function name_of
+
+   !> What the ways would be if all went on as in the last step, m.
+   pure function ways_before(self) result(ways)
+      class(static_tools_t), intent(in) :: self
+      real(wp) :: ways(self%count)
+      integer :: k
+      do k = 1, self%count
+         ways(k) = self%time_step*self%reach(k)*self%before(self%tool(k))%freedoms(self%freedom(k))%speed
+         if (self%away(self%tool(k))) ways(k) = 0.0_wp
+      end do
+   end function ways_before
+
+   !> What of a tool is at a place moves by this when what loads push goes small ways, m.
+   pure function way_at(self, t, at, way) result(moved)
+      class(static_tools_t), intent(in) :: self
+      integer, intent(in) :: t
+      real(wp), intent(in) :: at(3), way(:)
+      real(wp) :: moved(3)
+      integer :: k
+      moved = 0.0_wp
+      do k = 1, self%count
+         if (self%tool(k) == t) moved = moved + way(k)/self%reach(k) &
+                                        *self%now(t)%freedoms(self%freedom(k))%velocity_at(at)
+      end do
+   end function way_at
+
+   !> The same by slides alone: a turn does not move the surface of what is round about its axis.
+   pure function slides_at(self, t, way) result(moved)
+      class(static_tools_t), intent(in) :: self
+      integer, intent(in) :: t
+      real(wp), intent(in) :: way(:)
+      real(wp) :: moved(3)
+      integer :: k
+      moved = 0.0_wp
+      do k = 1, self%count
+         associate (it => self%now(self%tool(k))%freedoms(self%freedom(k)))
+            if (self%tool(k) == t .and. .not. it%spec%turns) moved = moved + way(k)*it%spec%axis
+         end associate
+      end do
+   end function slides_at
+
+   !> Add what a force (N) at a place of a tool pushes its freedoms; `slides_only`: those.
+   pure subroutine push(self, t, at, force, sums, slides_only)
+      class(static_tools_t), intent(in) :: self
+      integer, intent(in) :: t
+      real(wp), intent(in) :: at(3), force(3)
+      real(wp), intent(inout) :: sums(:)
+      logical, intent(in), optional :: slides_only
+      integer :: k
+      do k = 1, self%count
+         if (self%tool(k) /= t) cycle
+         associate (it => self%now(t)%freedoms(self%freedom(k)))
+            if (it%spec%turns) then
+               if (present(slides_only)) cycle
+               sums(k) = sums(k) + dot_product(force, cross(it%spec%axis, at - it%point))/self%reach(k)
+            else
+               sums(k) = sums(k) + dot_product(force, it%spec%axis)
+            end if
+         end associate
+      end do
+   end subroutine push
+
+end module m_static_tools

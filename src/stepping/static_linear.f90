@@ -1,0 +1,260 @@
+!> The linear problem of a Newton iteration, with contact and friction: active sets and an exact line search
+!> (theory.md, eqs static-contact, static-friction).
+module m_static_linear
+   use m_kinds, only: wp
+   use m_krylov, only: krylov_t
+   use m_static_system, only: static_system_t
+   implicit none
+   private
+   public :: static_linear_t
+
+   type :: static_linear_t
+      type(krylov_t) :: krylov
+      integer :: solves = 0, products = 0 !< of this step
+      integer :: unsolved = 0             !< linear problems of this step that were not
+   contains
+      procedure :: begin
+      procedure :: improve
+      procedure, private :: set_points
+      procedure, private :: solve_linear
+   end type static_linear_t
+
+   integer, parameter, public :: most_unsolved = 3 !< linear problems of a step: then nothing holds the body
+   integer, parameter :: most_guesses = 20
+   real(wp), parameter :: rough = 1.0e-3_wp !< linear problems are solved to this, of the forces left over
+   real(wp), parameter :: unknown = huge(1.0_wp)
+
+contains
+
+   !> A step begins: nothing is counted yet.
+   pure subroutine begin(self)
+      class(static_linear_t), intent(inout) :: self
+      self%solves = 0
+      self%products = 0
+      self%unsolved = 0
+   end subroutine begin
+
+   !> Collective: the change of the displacements that solves the linear problem with contact: of the convex
+   !> energy of the linearised step, whose points press where their gaps would close, and rub by bounds that
+   !> follow the pressing. Forces of the points become those of the linear problem. `left`: forces that
+   !> nothing balances.
+   subroutine improve(self, system, force, left, change)
+      class(static_linear_t), intent(inout) :: self
+      type(static_system_t), intent(inout) :: system
+      real(wp), intent(in) :: force(:) !< without contact, N
+      real(wp), intent(in) :: left(:)  !< N
+      real(wp), intent(out) :: change(:)
+      real(wp), dimension(size(change)) :: direction, right, stiff, moved
+      real(wp), dimension(3, system%contact%count) :: ahead, along
+      real(wp) :: bound(system%contact%count), aim, length
+      integer :: guess
+      logical :: symmetric, done
+      associate (contact => system%contact)
+         change = 0.0_wp
+         moved = 0.0_wp ! K change, without the stiffness of points
+         ahead = 0.0_wp ! way of the points over their tools by the change
+         call start_bounds(system, bound)
+         aim = max(rough*what_is_left(system, force, left, bound), tiny(aim))
+         symmetric = .true.
+         do guess = 1, most_guesses
+            call self%set_points(system, ahead, bound, force - moved, right)
+            call self%solve_linear(system, right, direction, aim, symmetric)
+            call move_points(system, direction, along)
+            if (self%unsolved >= most_unsolved) exit
+            if (.not. contact%rubs .and. fits(system, ahead + along)) then
+               change = change + direction
+               ahead = ahead + along
+               exit
+            end if
+            system%presses = .false.
+            call system%multiply(direction, stiff)
+            self%products = self%products + 1
+            length = way_to_least(system, force - moved, direction, stiff, ahead, along, bound)
+            change = change + length*direction
+            moved = moved + length*stiff
+            ahead = ahead + length*along
+            call press_by_gaps(system, ahead, bound)
+            if (.not. contact%rubs) cycle
+            call self%set_points(system, ahead, bound, force - moved, right)
+            done = sqrt(system%dot(right, right)) <= 2.0_wp*aim
+            if (done) exit
+         end do
+         call take_forces(system, ahead, bound)
+      end associate
+   end subroutine improve
+
+   !> Bounds of friction at first: of what has not pressed yet nothing is known, and it holds.
+   subroutine start_bounds(system, bound)
+      type(static_system_t), intent(in) :: system
+      real(wp), intent(out) :: bound(:)
+      integer :: n
+      do n = 1, size(bound)
+         associate (it => system%contact%list(n))
+            bound(n) = it%point%friction*it%force
+            if (.not. it%force > 0.0_wp) bound(n) = unknown
+         end associate
+      end do
+   end subroutine start_bounds
+
+   !> Collective: size of the forces that are left over with points as their gaps have it, which the linear
+   !> problem is to take away, N.
+   real(wp) function what_is_left(system, force, left, bound) result(most)
+      type(static_system_t), intent(inout) :: system
+      real(wp), intent(in) :: force(:), left(:), bound(:)
+      real(wp) :: pressing(size(bound)), rub(3, size(bound)), right(size(force))
+      integer :: n
+      do n = 1, size(bound)
+         call system%contact%law(n, [0.0_wp, 0.0_wp, 0.0_wp], merge(0.0_wp, bound(n), bound(n) >= unknown), &
+                                 pressing(n), rub(:, n))
+      end do
+      call system%contact_forces(pressing, rub, right)
+      right = right + force
+      most = sqrt(system%dot(right, right))
+      if (system%model%communicator%sum_real(real(size(bound), wp)) < 0.5_wp) &
+         most = max(most, sqrt(system%dot(left, left)))
+   end function what_is_left
+
+   !> Collective: the points of the linear problem about where they are by `ahead`, and its right side.
+   subroutine set_points(self, system, ahead, bound, force, right)
+      class(static_linear_t), intent(inout) :: self
+      type(static_system_t), intent(inout) :: system
+      real(wp), intent(in) :: ahead(:, :), bound(:), force(:)
+      real(wp), intent(out) :: right(:)
+      real(wp) :: pressing(size(bound)), rub(3, size(bound))
+      integer :: n
+      do n = 1, size(bound)
+         associate (it => system%contact%list(n))
+            call system%contact%set_friction(n, ahead(:, n), bound(n))
+            pressing(n) = 0.0_wp
+            rub(:, n) = 0.0_wp
+            if (.not. it%pressed) cycle
+            call system%contact%law(n, ahead(:, n), bound(n), pressing(n), rub(:, n))
+            pressing(n) = -(it%gap + dot_product(it%normal, ahead(:, n)))/it%yielding
+         end associate
+      end do
+      call system%contact_forces(pressing, rub, right)
+      right = right + force
+      self%products = self%products + 1
+   end subroutine set_points
+
+   !> Collective: ways of the points over their tools by displacements.
+   subroutine move_points(system, z, along)
+      type(static_system_t), intent(inout) :: system
+      real(wp), intent(in) :: z(:)
+      real(wp), intent(out) :: along(:, :)
+      real(wp) :: ways(system%contact%tools%count)
+      integer :: n
+      call system%set_motion(z)
+      ways = system%ways_of(z)
+      do n = 1, system%contact%count
+         associate (it => system%contact%list(n))
+            along(:, n) = system%contact%way(n, system%model%levels(1)%nodes) &
+                          - system%contact%tools%way_at(it%point%tool, it%place, ways)
+         end associate
+      end do
+   end subroutine move_points
+
+   !> Collective: true where those points press whose gaps are closed.
+   logical function fits(system, ahead)
+      type(static_system_t), intent(in) :: system
+      real(wp), intent(in) :: ahead(:, :)
+      integer :: n
+      fits = .true.
+      do n = 1, system%contact%count
+         associate (it => system%contact%list(n))
+            fits = fits .and. (it%pressed .eqv. it%gap + dot_product(it%normal, ahead(:, n)) < 0.0_wp)
+         end associate
+      end do
+      fits = system%model%communicator%minimum(merge(1.0_wp, 0.0_wp, fits)) > 0.5_wp
+   end function fits
+
+   !> Those points press whose gaps are closed; friction is bounded by what they press.
+   subroutine press_by_gaps(system, ahead, bound)
+      type(static_system_t), intent(inout) :: system
+      real(wp), intent(in) :: ahead(:, :)
+      real(wp), intent(out) :: bound(:)
+      real(wp) :: pressing, rub(3)
+      integer :: n
+      do n = 1, system%contact%count
+         associate (it => system%contact%list(n))
+            call system%contact%law(n, ahead(:, n), 0.0_wp, pressing, rub)
+            it%pressed = pressing > 0.0_wp
+            bound(n) = it%point%friction*pressing
+         end associate
+      end do
+   end subroutine press_by_gaps
+
+   !> Forces of the points are those of the linear problem.
+   subroutine take_forces(system, ahead, bound)
+      type(static_system_t), intent(inout) :: system
+      real(wp), intent(in) :: ahead(:, :), bound(:)
+      integer :: n
+      do n = 1, system%contact%count
+         associate (it => system%contact%list(n))
+            call system%contact%law(n, ahead(:, n), bound(n), it%force, it%rub)
+         end associate
+      end do
+   end subroutine take_forces
+
+   !> Collective: K direction = right to `aim`, with pressed points; another method where conjugate gradients
+   !> meet a direction of negative stiffness, or go on too long.
+   subroutine solve_linear(self, system, right, direction, aim, symmetric)
+      class(static_linear_t), intent(inout) :: self
+      type(static_system_t), intent(inout) :: system
+      real(wp), intent(in) :: right(:), aim
+      real(wp), intent(out) :: direction(:)
+      logical, intent(inout) :: symmetric
+      real(wp), allocatable :: diagonal(:)
+      integer :: products
+      logical :: solved
+      call system%renew_diagonal()
+      diagonal = system%diagonal
+      system%presses = .true.
+      call self%krylov%solve(system, diagonal, right, direction, aim, symmetric, products, solved)
+      self%products = self%products + products
+      self%solves = self%solves + 1
+      if (solved .or. .not. symmetric) return
+      symmetric = .false.
+      call self%krylov%solve(system, diagonal, right, direction, aim, symmetric, products, solved)
+      self%products = self%products + products
+      if (.not. solved) self%unsolved = self%unsolved + 1
+   end subroutine solve_linear
+
+   !> Collective: how far to go along a direction, at most all of it: to where the energy of the linear
+   !> problem, with bounds of friction as they are, is least.
+   real(wp) function way_to_least(system, force, direction, stiff, ahead, along, bound) result(length)
+      type(static_system_t), intent(in) :: system
+      real(wp), intent(in) :: force(:), direction(:), stiff(:), ahead(:, :), along(:, :), bound(:)
+      real(wp) :: low, constant, linear
+      integer :: halving
+      constant = -system%dot(direction, force)
+      linear = system%dot(direction, stiff)
+      length = 1.0_wp
+      if (slope(1.0_wp) <= 0.0_wp) return
+      low = 0.0_wp
+      do halving = 1, 30
+         associate (middle => 0.5_wp*(low + length))
+            if (slope(middle) > 0.0_wp) then
+               length = middle
+            else
+               low = middle
+            end if
+         end associate
+      end do
+   contains
+      real(wp) function slope(s)
+         real(wp), intent(in) :: s
+         real(wp) :: pressing, rub(3)
+         integer :: n
+         slope = 0.0_wp
+         do n = 1, size(bound)
+            associate (it => system%contact%list(n))
+               call system%contact%law(n, ahead(:, n) + s*along(:, n), bound(n), pressing, rub)
+               slope = slope - dot_product(along(:, n), pressing*it%normal + rub)
+            end associate
+         end do
+         slope = constant + s*linear + system%model%communicator%sum_real(slope)
+      end function slope
+   end function way_to_least
+
+end module m_static_linear

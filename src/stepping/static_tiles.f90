@@ -1,0 +1,122 @@
+!> What a quasi-static step does to node tiles as a whole: masses, motion and forces of effects on them, sums
+!> over blocks and ranks, and the gradients that particles read off them.
+module m_static_tiles
+   use m_kinds, only: wp
+   use m_timers
+   use m_node_values, only: mass_, v_x, a_x, a_z
+   use m_level, only: level_t
+   use m_boundary, only: fold_symmetry, motion_parity
+   use m_node_exchange, only: sum_tiles
+   use m_migration, only: frame_of
+   use m_p2g_boxes, only: clear
+   use m_g2p_boxes, only: motion_t, fastest_t
+   use m_particle_transfer, only: p2g, g2p
+   use m_model, only: model_t
+   use m_static_nodes, only: static_nodes_t
+   implicit none
+   private
+   public :: put_loads, put_accelerations, read_motion, fold_all, sum_up, take_gradients, stiffest
+
+contains
+
+   !> Collective: masses and momenta of the nodes, and the forces on them of effects at a time.
+   subroutine put_loads(model, time)
+      type(model_t), intent(inout) :: model
+      real(wp), intent(in) :: time !< s
+      integer :: b
+      call model%timers%enter(phase_p2g)
+      associate (level => model%levels(1))
+         do b = 1, size(level%blocks)
+            call level%update_extents(b, whole=.true.)
+            call clear(level%nodes(:, :, :, :, b))
+            call p2g(level%blocks(b)%cells, level%blocks(b)%particles%column, level%layout, &
+                     frame_of(level, level%blocks(b)), level%nodes(:, :, :, :, b))
+            level%nodes(a_x:a_z, :, :, :, b) = 0.0_wp
+            if (model%effect_step(1)%acts_on_nodes) &
+               call model%effect_step(1)%add_body_forces(model%effects, level, b, time, model%timers)
+         end do
+         call fold_all(level, motion_parity, level%nodes)
+         call model%effect_step(1)%keep_masses(level)
+         call model%timers%enter(phase_exchange)
+         call sum_up(model, level%nodes)
+      end associate
+   end subroutine put_loads
+
+   !> The forces of effects that act on nodes as accelerations, in the places of these; nodes have masses.
+   subroutine put_accelerations(model, time)
+      type(model_t), intent(inout) :: model
+      real(wp), intent(in) :: time !< s
+      integer :: b, c
+      associate (level => model%levels(1))
+         do b = 1, size(level%blocks)
+            level%nodes(v_x:a_z, :, :, :, b) = 0.0_wp
+            call model%effect_step(1)%change_nodes(model%effects, level, b, time, 0.0_wp, &
+                                                   model%composite(1)%constrained(b), model%timers)
+            do c = a_x, a_z
+               level%nodes(c, :, :, :, b) = level%nodes(c, :, :, :, b)*level%nodes(mass_, :, :, :, b)
+            end do
+         end do
+      end associate
+   end subroutine put_accelerations
+
+   !> What displacements there are in a step if nodes go on as the particles do; after put_loads.
+   pure subroutine read_motion(unknowns, level, time_step, z)
+      type(static_nodes_t), intent(in) :: unknowns
+      type(level_t), intent(in) :: level
+      real(wp), intent(in) :: time_step !< s
+      real(wp), intent(inout) :: z(:)   !< m
+      integer :: n
+      call unknowns%gather(v_x, level%nodes, z)
+      do n = 1, unknowns%count
+         associate (at => unknowns%at(:, n))
+            z(n) = time_step*z(n)/level%nodes(mass_, at(2), at(3), at(4), at(5))
+         end associate
+      end do
+   end subroutine read_motion
+
+   !> What stands outside symmetry planes goes to its mirror nodes, in all own tiles.
+   subroutine fold_all(level, parity, tiles)
+      type(level_t), intent(in) :: level
+      real(wp), intent(in) :: parity(:, :)
+      real(wp), intent(inout), contiguous :: tiles(:, 0:, 0:, 0:, :)
+      integer :: b
+      do b = 1, size(level%blocks)
+         call fold_symmetry(level%grid, level%blocks(b)%place, tiles(:, :, :, :, b), parity)
+      end do
+   end subroutine fold_all
+
+   !> Collective: sums over blocks and ranks.
+   subroutine sum_up(model, tiles)
+      type(model_t), intent(inout) :: model
+      real(wp), intent(inout), contiguous :: tiles(:, 0:, 0:, 0:, :)
+      associate (level => model%levels(1))
+         call model%exchange(1)%start(tiles)
+         call model%exchange(1)%wait(tiles)
+         call sum_tiles(level%blocks, level%interior_first, tiles)
+      end associate
+   end subroutine sum_up
+
+   !> Gradients of the displacements of the nodes at the particles of a block, which stay where they are.
+   pure subroutine take_gradients(level, b, gradient, longest)
+      type(level_t), intent(inout) :: level
+      integer, intent(in) :: b
+      real(wp), intent(inout), contiguous :: gradient(:, :) !< (:, 9)
+      type(fastest_t), intent(inout), optional :: longest   !< component of a particle's way, m
+      associate (block => level%blocks(b))
+         call g2p(block%cells, level%nodes(:, :, :, :, b), level%layout, frame_of(level, block), &
+                  motion_t(0.0_wp, 1.0_wp, level%layout%position), block%particles%column, gradient, longest)
+      end associate
+   end subroutine take_gradients
+
+   !> The largest of the materials' moduli, Pa.
+   real(wp) function stiffest(model)
+      type(model_t), intent(in) :: model
+      integer :: m
+      stiffest = 0.0_wp
+      do m = 1, size(model%materials%slots)
+         stiffest = max(stiffest, 0.5_wp/model%materials%slots(m)%law%complementary_energy( &
+                        [1.0_wp, 0.0_wp, 0.0_wp, 0.0_wp, 0.0_wp, 0.0_wp]))
+      end do
+   end function stiffest
+
+end module m_static_tiles
