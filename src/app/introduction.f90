@@ -235,7 +235,8 @@ contains
       associate (specs => model%level_specs, by_error => model%level_specs%criterion == criterion_error)
          if (any(by_error)) then
             part = findloc(by_error, .true., dim=1)
-            call console%line('budget     '//to_text(specs(part)%max_cells)//' cells of all levels that the error '// &
+            call console%line('budget     '//to_text(specs(part)%max_cells)// &
+                              ' cells of all levels that the error '// &
                               'places together, '//to_text(sum([(model%levels(l)%region%cells(), &
                                                                  l=specs(part)%of + 1, n)]))//' at the start')
          end if

@@ -61,9 +61,10 @@ contains
       if (group%is_writing()) return
       level%has_box = group%is_given('lower') .and. group%is_given('upper')
       if (level%has_box .or. level%shape /= level_box) return
-      if (level%criterion == criterion_error .and. size(scene%leaders()) > 0 .and. .not. (group%is_given('lower') &
-                                                                   .or. group%is_given('upper'))) return
-      call group%refuse(trim(merge('upper', 'lower', group%is_given('lower'))), 'missing; must be 3 numbers in m')
+      if (level%criterion == criterion_error .and. size(scene%leaders()) > 0 .and. &
+          .not. (group%is_given('lower') .or. group%is_given('upper'))) return
+      call group%refuse(trim(merge('upper', 'lower', group%is_given('lower'))), &
+                        'missing; must be 3 numbers in m')
    end subroutine describe_place
 
    !> Where the box or the ball of a level is.
@@ -73,11 +74,14 @@ contains
       logical :: ball
       ball = level%shape == level_sphere
       if (.not. ((ball .or. .not. level%has_box) .and. group%is_writing())) then
-         call group%get('lower', level%lower, any_value('m'), required=.not. (ball .or. group%is_given('criterion')))
-         call group%get('upper', level%upper, any_value('m'), required=.not. (ball .or. group%is_given('criterion')))
+         call group%get('lower', level%lower, any_value('m'), &
+                        required=.not. (ball .or. group%is_given('criterion')))
+         call group%get('upper', level%upper, any_value('m'), &
+                        required=.not. (ball .or. group%is_given('criterion')))
       end if
       if (ball .or. .not. group%is_writing()) then
-         call group%get('center', level%center, any_value('m'), required=ball .and. .not. group%is_given('follow'))
+         call group%get('center', level%center, any_value('m'), required=ball .and. &
+                        .not. group%is_given('follow'))
          call group%get('radius', level%radius, above(0.0_wp, 'm'), required=ball)
          call group%get('inner_radius', level%inner_radius, at_least(0.0_wp, 'm'))
       end if
@@ -86,7 +90,8 @@ contains
       call keep_to('center', level_box)
       call keep_to('radius', level_box)
       call keep_to('inner_radius', level_box)
-      if (ball .and. level%inner_radius >= level%radius) call group%refuse('inner_radius', 'must be below radius')
+      if (ball .and. level%inner_radius >= level%radius) &
+         call group%refuse('inner_radius', 'must be below radius')
    contains
       !> Refuse what does not belong to a shape.
       subroutine keep_to(name, shape)

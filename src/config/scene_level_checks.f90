@@ -86,8 +86,9 @@ contains
             return
          end if
          if (levels(l)%criterion == criterion_none) return
-         if (levels(l)%shape /= level_box) call fail(error, exit_input, text%place('level', l, 'criterion')// &
-                                                     ": must be none with shape='sphere'; a criterion places a box")
+         if (levels(l)%shape /= level_box) &
+            call fail(error, exit_input, text%place('level', l, 'criterion')// &
+                      ": must be none with shape='sphere'; a criterion places a box")
          do other = 1, size(levels)
             if (other == l .or. levels(other)%of /= levels(l)%of) cycle
             call fail(error, exit_input, text%place('level', l, 'criterion')// &

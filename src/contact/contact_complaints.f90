@@ -84,7 +84,8 @@ contains
                place = level%blocks(it%block)%particles%column(it%particle, x:x + 2)
             end associate
             call fail(error, exit_numerical, opponent(it, tools)//' presses on particle '// &
-                      to_text(level%blocks(it%block)%particles%id(it%particle))//' at ('//to_text(place(1))// &
+                      to_text(level%blocks(it%block)%particles%id(it%particle))//' at ('// &
+                      to_text(place(1))// &
                       ', '//to_text(place(2))//', '//to_text(place(3))//') m, at the edge of level '// &
                       to_text(level%number)//'; '//allowed_text(level))
             return

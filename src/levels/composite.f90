@@ -397,7 +397,7 @@ contains
                   associate (node => coarse%nodes(:, i, j, k, b), sums => coarse%restricted(:, i, j, k, b), &
                              velocity => change(v_x:v_z, i, j, k), kick => change(a_x:a_z, i, j, k))
                      if (.not. (sums(mass_) > 0.0_wp .and. &
-                                abs(sums(spare_)) + abs(sums(mass_) - node(mass_)) > 0.0_wp)) cycle ! no constrained nodes
+                                abs(sums(spare_)) + abs(sums(mass_) - node(mass_)) > 0.0_wp)) cycle
                      if (allocated(self%pushed)) push = self%pushed(:, i, j, k, b)
                      middle = node(v_x:v_z) - half*node(a_x:a_z) ! velocity after the first half step
                      momentum = (sums(mass_) - sums(spare_))*middle + sums(p_x:p_z)

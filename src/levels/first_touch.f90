@@ -10,8 +10,8 @@ module m_first_touch
    private
    public :: touched_at_start, mark_neighbours
 
-   real(wp), parameter, public :: reach = 1.5_wp !< what is nearer to a tool, in the cells that are refined, is
-                                                 !< touched
+   real(wp), parameter, public :: reach = 1.5_wp !< what is nearer to a tool, in the cells that are refined,
+                                                 !< is touched
 
 contains
 
@@ -76,7 +76,8 @@ contains
                if (highest(i, j, k) == 0) cycle
                a = max([i, j, k] - 1, 0)
                z = min([i, j, k] + 1, ubound(touched))
-               if (maxval(highest(a(1):z(1), a(2):z(2), a(3):z(3))) > minval(lowest(a(1):z(1), a(2):z(2), a(3):z(3)))) &
+               if (maxval(highest(a(1):z(1), a(2):z(2), a(3):z(3))) > &
+                   minval(lowest(a(1):z(1), a(2):z(2), a(3):z(3)))) &
                   touched(a(1):z(1), a(2):z(2), a(3):z(3)) = .true.
             end do
          end do

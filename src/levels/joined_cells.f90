@@ -15,11 +15,11 @@ module m_joined_cells
 
 contains
 
-   !> Where the cells of all blocks of a level stand in their tiles (block%cells%standing): a cell alone at the
-   !> place of its lowest node, one that is joined at the middle node of its coarser cell, along the axes along
-   !> which it is joined; so no two stand at one place, and all do within the tiles of the blocks that they
-   !> reach. -1: the level has no particles there, but such as are on their way out. Not allocated where every
-   !> cell stands alone.
+   !> Where the cells of all blocks of a level stand in their tiles (block%cells%standing): a cell alone at
+   !> the place of its lowest node, one that is joined at the middle node of its coarser cell, along the axes
+   !> along which it is joined; so no two stand at one place, and all do within the tiles of the blocks that
+   !> they reach. -1: the level has no particles there, but such as are on their way out. Not allocated where
+   !> every cell stands alone.
    subroutine join_cells(level)
       type(level_t), intent(inout) :: level
       integer :: b
@@ -57,7 +57,8 @@ contains
    !> Along which axes a cell is joined with the other half of its coarser cell.
    pure function joined(region, coarse, half) result(along)
       type(region_t), intent(in) :: region
-      integer, intent(in) :: coarse(3), half(3) !< the coarser cell, and which half of it along each axis: 0, 1
+      integer, intent(in) :: coarse(3), half(3) !< the coarser cell, and which half of it along each axis:
+                                                !< 0, 1
       logical :: along(3), outside(-1:1, 3)     !< the next coarser cell along each axis is outside
       integer :: axis, side, to(3)
       along = .true.

@@ -13,7 +13,8 @@ module m_marking
    integer, parameter :: classes = 48           !< of errors, each smaller by a factor
    real(wp), parameter :: factor = 0.8_wp
    real(wp), parameter :: kept = 1.5_wp**2      !< what is refined now stays until its error is so much lower
-   real(wp), parameter :: too_many = 1.2_wp     !< a region stays until it has so many more cells than it should
+   real(wp), parameter :: too_many = 1.2_wp     !< a region stays until it has so many more cells than it
+                                                !< should
 
    !> Of the cells of the level above, one that a level may refine: the largest error (J/m3) that the stress
    !> would have if they were not refined, whether something is near that is touched, with its margin, and
@@ -57,7 +58,8 @@ contains
       if (short > 0) return
       largest = maxval([(maxval(weighed(l)%error), l=1, size(marks))])
       lowest = 0
-      if (largest > minval(marks%least)) lowest = min(classes, ceiling(log(minval(marks%least)/largest)/log(factor)))
+      if (largest > minval(marks%least)) &
+         lowest = min(classes, ceiling(log(minval(marks%least)/largest)/log(factor)))
       low = -1
       high = lowest
       do while (low < high) ! the lowest class that the budgets allow
@@ -112,7 +114,8 @@ contains
       do l = size(marks), 1, -1
          associate (it => marks(l))
             chosen(l)%of = it%touched
-            if (any(it%error >= max(least, it%least) .and. it%error > 0.0_wp)) chosen(l)%of = chosen(l)%of .or. &
+            if (any(it%error >= max(least, it%least) .and. it%error > 0.0_wp)) &
+               chosen(l)%of = chosen(l)%of .or. &
                spread_out(it%error >= max(least, it%least) .and. it%error > 0.0_wp) .and. it%may
             if (l < size(marks)) chosen(l)%of = chosen(l)%of .or. &
                                                 above_cells(chosen(l + 1)%of, shape(it%touched))
@@ -172,10 +175,12 @@ contains
       integer :: l
       do l = size(regions), 1, -1
          cells = chosen(l)%of
-         if (l < size(regions)) cells = closed(grids(l), cells .or. needed_above(regions(l + 1), shape(cells)))
+         if (l < size(regions)) &
+            cells = closed(grids(l), cells .or. needed_above(regions(l + 1), shape(cells)))
          if (.not. any(cells)) then
             if (.not. any(marks(l)%error > 0.0_wp)) cycle
-            cells = closed(grids(l), spread_out(only(maxloc(marks(l)%error), shape(cells))) .and. marks(l)%may)
+            cells = closed(grids(l), spread_out(only(maxloc(marks(l)%error), shape(cells))) .and. &
+                           marks(l)%may)
          end if
          if (stay) then
             if (stays(regions(l), cells)) cycle

@@ -75,7 +75,8 @@ contains
             end if
             changes = lives_on(fine, x, e, half, margin) .neqv. on_fine
             if (on_fine .and. .not. changes) &
-               changes = must_split(fine%grid, fine%region, fine%number, nint(column(p, at%refinement)), x, half)
+               changes = must_split(fine%grid, fine%region, fine%number, nint(column(p, at%refinement)), x, &
+                                    half)
             if (.not. changes) cycle
             n = n + 1
             found(n) = p

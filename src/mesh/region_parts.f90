@@ -34,7 +34,8 @@ contains
             do j = a(2)/2, z(2)/2 - 1
                do i = a(1)/2, z(1)/2 - 1
                   cell = [i, j, k]
-                  if (parts(n)%has_all(cell, cell)) chosen(i - low(1) + 1, j - low(2) + 1, k - low(3) + 1) = .true.
+                  if (parts(n)%has_all(cell, cell)) &
+                     chosen(i - low(1) + 1, j - low(2) + 1, k - low(3) + 1) = .true.
                end do
             end do
          end do
@@ -43,8 +44,8 @@ contains
       region = make_region(grid, 2*low, chosen)
    end function unite
 
-   !> The cells of the level above that a ball reaches into and, for a shell, that are not all inside the inner
-   !> ball.
+   !> The cells of the level above that a ball reaches into and, for a shell, that are not all inside the
+   !> inner ball.
    pure type(region_t) function make_ball(grid, center, radius, inner_radius) result(region)
       type(grid_level_t), intent(in) :: grid !< the level's
       real(wp), intent(in) :: center(3)      !< in the grid, m
@@ -85,9 +86,12 @@ contains
       if (low(2) == 0 .and. n(2) > 1) chosen(:, 1, :) = chosen(:, 1, :) .or. chosen(:, 2, :)
       if (low(3) == 0 .and. n(3) > 1) chosen(:, :, 1) = chosen(:, :, 1) .or. chosen(:, :, 2)
       associate (last => grid%cells/2 - low)
-         if (n(1) == last(1) .and. n(1) > 1) chosen(n(1), :, :) = chosen(n(1), :, :) .or. chosen(n(1) - 1, :, :)
-         if (n(2) == last(2) .and. n(2) > 1) chosen(:, n(2), :) = chosen(:, n(2), :) .or. chosen(:, n(2) - 1, :)
-         if (n(3) == last(3) .and. n(3) > 1) chosen(:, :, n(3)) = chosen(:, :, n(3)) .or. chosen(:, :, n(3) - 1)
+         if (n(1) == last(1) .and. n(1) > 1) &
+            chosen(n(1), :, :) = chosen(n(1), :, :) .or. chosen(n(1) - 1, :, :)
+         if (n(2) == last(2) .and. n(2) > 1) &
+            chosen(:, n(2), :) = chosen(:, n(2), :) .or. chosen(:, n(2) - 1, :)
+         if (n(3) == last(3) .and. n(3) > 1) &
+            chosen(:, :, n(3)) = chosen(:, :, n(3)) .or. chosen(:, :, n(3) - 1)
       end associate
    end subroutine leave_no_strip
 

@@ -112,7 +112,8 @@ contains
             do v = 0, last
                do u = 0, last
                   on = row_node(axis, plane, u, v)
-                  tile(:, on(1), on(2), on(3)) = 0.5_wp*(1.0_wp + parity(:, axis))*tile(:, on(1), on(2), on(3))
+                  tile(:, on(1), on(2), on(3)) = 0.5_wp*(1.0_wp + parity(:, axis)) &
+                     *tile(:, on(1), on(2), on(3))
                   if (plane < 1 .or. plane > last - 1) cycle
                   out = row_node(axis, plane + outward(side), u, v)
                   in = row_node(axis, plane - outward(side), u, v)

@@ -10,8 +10,8 @@ module m_c_law
    public :: c_law_t
 
    abstract interface
-      !> Component c of particle p stands at [c*points + p]. Tensors are xx yy zz xy yz xz, F is 11 22 33 12 23
-      !> 31 21 32 13, as in points_t.
+      !> Component c of particle p stands at [c*points + p]. Tensors are xx yy zz xy yz xz, F is 11 22 33 12
+      !> 23 31 21 32 13, as in points_t.
       pure subroutine c_law_interface(points, states, constants, constant, time, time_step, density, strain, &
                                       spin, deformation_old, deformation, stress_old, state_old, energy_old, &
                                       stress, state, energy, inelastic) bind(c)
@@ -49,7 +49,8 @@ contains
          call c_f_procpointer(address, law)
          self%law => law
       else if (opened) then
-         call group%refuse('library', 'has no c_law; allowed: a library made by `make vumat FILE=mylaw.c`, '// &
+         call group%refuse('library', &
+                           'has no c_law; allowed: a library made by `make vumat FILE=mylaw.c`, '// &
                            'of a file with a procedure c_law')
       else
          call group%refuse('library', 'cannot be opened ('//complaint// &
@@ -62,8 +63,8 @@ contains
       type(points_t), intent(inout) :: points
       call self%law(points%count, self%states, size(self%constants), self%constants, points%time, &
                     points%time_step, points%density, points%strain, points%spin, points%deformation_old, &
-                    points%deformation, points%stress_old, points%state_old, points%energy_old, points%stress, &
-                    points%state, points%energy, points%inelastic)
+                    points%deformation, points%stress_old, points%state_old, points%energy_old, &
+                    points%stress, points%state, points%energy, points%inelastic)
    end subroutine evaluate
 
 end module m_c_law

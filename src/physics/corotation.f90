@@ -4,7 +4,8 @@ module m_corotation
    use m_kinds, only: wp
    implicit none
    private
-   public :: split_gradient, into_frame, out_of_frame, relative_spin, advance_gradient, strain_and_spin, turn_by
+   public :: split_gradient, into_frame, out_of_frame, relative_spin, advance_gradient, &
+      strain_and_spin, turn_by
 
    integer, parameter :: most_iterations = 60 !< stretches of 1e6 need 25
    real(wp), parameter :: close_enough = 1.0e-8_wp !< last change of R: what is still missing is of its square
@@ -117,16 +118,19 @@ contains
       integer :: p
       !$omp simd
       do p = 1, n
-         call increments(time_step, gradient(p, 1), gradient(p, 2), gradient(p, 3), gradient(p, 4), gradient(p, 5), &
-                         gradient(p, 6), gradient(p, 7), gradient(p, 8), gradient(p, 9), strain(p, 1), strain(p, 2), &
-                         strain(p, 3), strain(p, 4), strain(p, 5), strain(p, 6), spin(p, 1), spin(p, 2), spin(p, 3), &
-                         half(p))
-         call push(time_step, gradient(p, 1), gradient(p, 2), gradient(p, 3), gradient(p, 4), gradient(p, 5), &
-                   gradient(p, 6), gradient(p, 7), gradient(p, 8), gradient(p, 9), f(p, 1), f(p, 2), f(p, 3))
-         call push(time_step, gradient(p, 1), gradient(p, 2), gradient(p, 3), gradient(p, 4), gradient(p, 5), &
-                   gradient(p, 6), gradient(p, 7), gradient(p, 8), gradient(p, 9), f(p, 4), f(p, 5), f(p, 6))
-         call push(time_step, gradient(p, 1), gradient(p, 2), gradient(p, 3), gradient(p, 4), gradient(p, 5), &
-                   gradient(p, 6), gradient(p, 7), gradient(p, 8), gradient(p, 9), f(p, 7), f(p, 8), f(p, 9))
+         call increments(time_step, gradient(p, 1), gradient(p, 2), gradient(p, 3), gradient(p, 4), &
+                         gradient(p, 5), gradient(p, 6), gradient(p, 7), gradient(p, 8), gradient(p, 9), &
+                         strain(p, 1), strain(p, 2), strain(p, 3), strain(p, 4), strain(p, 5), strain(p, 6), &
+                         spin(p, 1), spin(p, 2), spin(p, 3), half(p))
+         call push(time_step, gradient(p, 1), gradient(p, 2), gradient(p, 3), gradient(p, 4), &
+                   gradient(p, 5), gradient(p, 6), gradient(p, 7), gradient(p, 8), gradient(p, 9), f(p, 1), &
+                   f(p, 2), f(p, 3))
+         call push(time_step, gradient(p, 1), gradient(p, 2), gradient(p, 3), gradient(p, 4), &
+                   gradient(p, 5), gradient(p, 6), gradient(p, 7), gradient(p, 8), gradient(p, 9), f(p, 4), &
+                   f(p, 5), f(p, 6))
+         call push(time_step, gradient(p, 1), gradient(p, 2), gradient(p, 3), gradient(p, 4), &
+                   gradient(p, 5), gradient(p, 6), gradient(p, 7), gradient(p, 8), gradient(p, 9), f(p, 7), &
+                   f(p, 8), f(p, 9))
       end do
    end subroutine advance_gradient
 
@@ -140,10 +144,10 @@ contains
       integer :: p
       !$omp simd private(half)
       do p = 1, n
-         call increments(time_step, gradient(p, 1), gradient(p, 2), gradient(p, 3), gradient(p, 4), gradient(p, 5), &
-                         gradient(p, 6), gradient(p, 7), gradient(p, 8), gradient(p, 9), strain(p, 1), strain(p, 2), &
-                         strain(p, 3), strain(p, 4), strain(p, 5), strain(p, 6), spin(p, 1), spin(p, 2), spin(p, 3), &
-                         half)
+         call increments(time_step, gradient(p, 1), gradient(p, 2), gradient(p, 3), gradient(p, 4), &
+                         gradient(p, 5), gradient(p, 6), gradient(p, 7), gradient(p, 8), gradient(p, 9), &
+                         strain(p, 1), strain(p, 2), strain(p, 3), strain(p, 4), strain(p, 5), strain(p, 6), &
+                         spin(p, 1), spin(p, 2), spin(p, 3), half)
       end do
    end subroutine strain_and_spin
 
@@ -176,8 +180,8 @@ contains
       z = w + dt*(l31*u + l32*v + l33*w)
    end subroutine push
 
-   pure elemental subroutine increments(dt, l11, l21, l31, l12, l22, l32, l13, l23, l33, xx, yy, zz, yz, xz, xy, &
-                                        wx, wy, wz, half)
+   pure elemental subroutine increments(dt, l11, l21, l31, l12, l22, l32, l13, l23, l33, xx, yy, zz, &
+                                        yz, xz, xy, wx, wy, wz, half)
       real(wp), intent(in) :: dt, l11, l21, l31, l12, l22, l32, l13, l23, l33
       real(wp), intent(out) :: xx, yy, zz, yz, xz, xy, wx, wy, wz, half
       real(wp) :: a11, a21, a31, a12, a22, a32, a13, a23, a33, g21, g31, g12, g32, g13, g23
@@ -213,19 +217,20 @@ contains
       integer :: p
       !$omp simd
       do p = 1, n
-         call take_off(r_old(p, 1), r_old(p, 2), r_old(p, 3), r_old(p, 4), r_old(p, 5), r_old(p, 6), r_old(p, 7), &
-                       r_old(p, 8), r_old(p, 9), r(p, 1), r(p, 2), r(p, 3), r(p, 4), r(p, 5), r(p, 6), r(p, 7), &
-                       r(p, 8), r(p, 9), spin(p, 1), spin(p, 2), spin(p, 3))
+         call take_off(r_old(p, 1), r_old(p, 2), r_old(p, 3), r_old(p, 4), r_old(p, 5), r_old(p, 6), &
+                       r_old(p, 7), r_old(p, 8), r_old(p, 9), r(p, 1), r(p, 2), r(p, 3), r(p, 4), r(p, 5), &
+                       r(p, 6), r(p, 7), r(p, 8), r(p, 9), spin(p, 1), spin(p, 2), spin(p, 3))
       end do
    end subroutine relative_spin
 
    !> One particle; o is R_old.
-   pure elemental subroutine take_off(o11, o21, o31, o12, o22, o32, o13, o23, o33, r11, r21, r31, r12, r22, r32, &
-                                      r13, r23, r33, wx, wy, wz)
+   pure elemental subroutine take_off(o11, o21, o31, o12, o22, o32, o13, o23, o33, r11, r21, r31, &
+                                      r12, r22, r32, r13, r23, r33, wx, wy, wz)
       real(wp), intent(in) :: o11, o21, o31, o12, o22, o32, o13, o23, o33
       real(wp), intent(in) :: r11, r21, r31, r12, r22, r32, r13, r23, r33
       real(wp), intent(inout) :: wx, wy, wz
-      real(wp) :: c, q11, q21, q31, q12, q22, q32, q13, q23, q33, t11, t21, t31, t12, t22, t32, t13, t23, t33, turned
+      real(wp) :: c, q11, q21, q31, q12, q22, q32, q13, q23, q33, t11, t21, t31, t12, t22, t32, t13, &
+         t23, t33, turned
       c = 1.0_wp/(1.0_wp + 0.25_wp*(wx*wx + wy*wy + wz*wz))
       q11 = 1.0_wp - 0.5_wp*c*(wy*wy + wz*wz)
       q22 = 1.0_wp - 0.5_wp*c*(wx*wx + wz*wz)

@@ -174,7 +174,8 @@ contains
             column(p, layout%stress:layout%stress + 5) = ieee_value(1.0_wp, ieee_quiet_nan)
             cycle
          end if
-         column(p, self%work) = column(p, self%work) + column(p, layout%volume)/determinant(one%stretch)*one%work
+         column(p, self%work) = column(p, self%work) + column(p, layout%volume)/determinant(one%stretch) &
+                                *one%work
          column(p, self%strain) = column(p, self%strain) + one%strain
          column(p, self%slip) = column(p, self%slip) + one%slip
          column(p, self%resistance:self%resistance + n - 1) = one%resistance(:n)

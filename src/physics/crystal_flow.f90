@@ -1,5 +1,6 @@
 !> The slip of one crystal in one step: power law on all systems with hardening, solved together with the
-!> stress, implicitly (theory.md, eqs crystal-flow, crystal-solve). Everything stands along the lattice's axes.
+!> stress, implicitly (theory.md, eqs crystal-flow, crystal-solve). Everything stands along the lattice's
+!> axes.
 module m_crystal_flow
    use m_kinds, only: wp
    use m_polar, only: cofactors, determinant
@@ -74,10 +75,11 @@ contains
       a(3, 3) = 1.0_wp
    end function unit
 
-   !> One solve: the stress and the slip that it drives, so that both agree. With resistances, the skew part of
-   !> the stress and what small strains leave out held, the deviator of the stress is the minimum of a convex
-   !> function (`minimise`). These follow: near the solution with each of Newton's steps; else, and where that
-   !> does not converge fast, from minimum to minimum, which converges by a factor of about the strain.
+   !> One solve: the stress and the slip that it drives, so that both agree. With resistances, the skew part
+   !> of the stress and what small strains leave out held, the deviator of the stress is the minimum of a
+   !> convex function (`minimise`). These follow: near the solution with each of Newton's steps; else, and
+   !> where that does not converge fast, from minimum to minimum, which converges by a factor of about the
+   !> strain.
    pure subroutine solve(constants, width, time_step, threshold, trial, is_first, stress, one, flown)
       type(crystal_constants_t), intent(in) :: constants
       integer, intent(in) :: width
@@ -159,9 +161,10 @@ contains
       resistance(:width) = harder(:width)
    end subroutine take_newton_step
 
-   !> What grown resistances and a change of the skew part of the stress do to the slip, to first order, in the
-   !> five deviators.
-   pure function follow_slip(systems, width, by_system, exponent, rates, resistance, harder, skew) result(more)
+   !> What grown resistances and a change of the skew part of the stress do to the slip, to first order, in
+   !> the five deviators.
+   pure function follow_slip(systems, width, by_system, exponent, rates, resistance, harder, &
+                             skew) result(more)
       integer, intent(in) :: systems, width
       real(wp), intent(in) :: by_system(8, width), exponent
       type(rates_t), intent(in) :: rates
@@ -172,18 +175,19 @@ contains
       together = 0.0_wp
       do a = 1, systems
          if (.not. rates%rises(a) > 0.0_wp) cycle
-         change = rates%rises(a)*(by_system(6, a)*skew(1) + by_system(7, a)*skew(2) + by_system(8, a)*skew(3)) &
+         change = rates%rises(a)*(by_system(6, a)*skew(1) + by_system(7, a)*skew(2) &
+                                  + by_system(8, a)*skew(3)) &
                   - exponent*rates%slips(a)*(harder(a)/resistance(a) - 1.0_wp)
          together = together + change*by_system(:, a)
       end do
       more = together(:5)
    end function follow_slip
 
-   !> The deviator of the stress where compliance (stress - target) + slip P = 0, the slope of a convex function
-   !> of the deviator. Newton's method; steps in which the fastest slip would grow by more than `growth` are
-   !> cut, and halved where they lead well beyond the minimum along them.
-   pure subroutine minimise(constants, width, time_step, threshold, target, resistance, reach, enough, stress, &
-                            rates, one)
+   !> The deviator of the stress where compliance (stress - target) + slip P = 0, the slope of a convex
+   !> function of the deviator. Newton's method; steps in which the fastest slip would grow by more than
+   !> `growth` are cut, and halved where they lead well beyond the minimum along them.
+   pure subroutine minimise(constants, width, time_step, threshold, target, resistance, reach, &
+                            enough, stress, rates, one)
       type(crystal_constants_t), intent(in) :: constants
       integer, intent(in) :: width
       real(wp), intent(in) :: time_step, threshold
@@ -229,7 +233,8 @@ contains
       inverse = cofactors(c)
       inverse = inverse/(c(1, 1)*inverse(1, 1) + c(1, 2)*inverse(1, 2) + c(1, 3)*inverse(1, 3))
       t = (0.5_wp*constants%c44)*(c - inverse)
-      volume = 0.25_wp*constants%c12*(c(1, 1) - inverse(1, 1) + c(2, 2) - inverse(2, 2) + c(3, 3) - inverse(3, 3))
+      volume = 0.25_wp*constants%c12*(c(1, 1) - inverse(1, 1) + c(2, 2) - inverse(2, 2) + c(3, 3) &
+                                      - inverse(3, 3))
       t(1, 1) = volume + 0.25_wp*(constants%c11 - constants%c12)*(c(1, 1) - inverse(1, 1))
       t(2, 2) = volume + 0.25_wp*(constants%c11 - constants%c12)*(c(2, 2) - inverse(2, 2))
       t(3, 3) = volume + 0.25_wp*(constants%c11 - constants%c12)*(c(3, 3) - inverse(3, 3))
@@ -284,8 +289,8 @@ contains
       end do
    end subroutine newton_step
 
-   !> The largest share, at most 1, of a change that leaves all resolved shear stresses within `ratio` times the
-   !> resistance, or brings none further out.
+   !> The largest share, at most 1, of a change that leaves all resolved shear stresses within `ratio` times
+   !> the resistance, or brings none further out.
    pure real(wp) function step_share(width, schmid, stress, change, ratio, resistance) result(share)
       integer, intent(in) :: width
       real(wp), intent(in) :: schmid(width, 8), stress(8), change(8)

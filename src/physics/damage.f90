@@ -1,5 +1,5 @@
-!> Damage that ends in failure: Johnson and Cook's (1985), and a largest tension. What has failed bears neither
-!> tension nor shear (theory.md, eqs damage, failed).
+!> Damage that ends in failure: Johnson and Cook's (1985), and a largest tension. What has failed bears
+!> neither tension nor shear (theory.md, eqs damage, failed).
 module m_damage
    use m_kinds, only: wp, i8
    use m_constants, only: exit_input
@@ -27,7 +27,8 @@ module m_damage
    type :: stuff_t
       logical :: acts = .false.      !< its law is one that the effect can act on
       logical :: flows = .false.     !< it has plastic strain
-      logical :: by_volume = .false. !< its pressure follows from its volume: tension that was lost is not owed
+      logical :: by_volume = .false. !< its pressure follows from its volume: tension that was lost is not
+                                     !< owed
       logical :: warms = .false.     !< it has a temperature
       type(elastic_t) :: elastic     !< its moduli, of which the energy of a stress is made
       real(wp) :: room = 0.0_wp, melting = 1.0_wp !< K
@@ -79,8 +80,8 @@ contains
       has_strain_to_failure = any(abs(self%constants(:3)) > 0.0_wp)
    end function has_strain_to_failure
 
-   !> The damage, 1 where a particle has failed; the plastic strain up to which it has been counted; the tension
-   !> that is owed, Pa; the energy of the stress that was lost, and the plastic work until then, J.
+   !> The damage, 1 where a particle has failed; the plastic strain up to which it has been counted; the
+   !> tension that is owed, Pa; the energy of the stress that was lost, and the plastic work until then, J.
    subroutine declare(self, table)
       class(damage_t), intent(inout) :: self
       type(field_table_t), intent(inout) :: table
@@ -144,10 +145,12 @@ contains
       integer, intent(in) :: tools
       type(error_t), intent(inout) :: error
       if (.not. any(self%stuff%acts)) &
-         call fail(error, exit_input, self%group_text()//': no body is of a law that can fail; allowed: elastic, '// &
+         call fail(error, exit_input, self%group_text()// &
+                   ': no body is of a law that can fail; allowed: elastic, '// &
                    'j2, johnson_cook, norton, drucker_prager, mie_grueneisen')
       if (self%has_strain_to_failure() .and. self%plastic == 0) &
-         call fail(error, exit_input, self%group_text()//' constants: no body flows; allowed: with a law of plastic flow')
+         call fail(error, exit_input, self%group_text()// &
+                   ' constants: no body flows; allowed: with a law of plastic flow')
    end subroutine verify
 
    !> Damage grows by the stress that the law has just made; what has failed loses its part of it.
@@ -174,8 +177,8 @@ contains
       end do
    end subroutine on_stress
 
-   !> D <- D + d/e_f with the increment d of plastic strain; 1 at once where the mean stress reaches the largest
-   !> tension. The mean stress is that which acts: with &anti_locking the cell's.
+   !> D <- D + d/e_f with the increment d of plastic strain; 1 at once where the mean stress reaches the
+   !> largest tension. The mean stress is that which acts: with &anti_locking the cell's.
    pure subroutine grow(self, stuff, column, p, layout, time_step)
       class(damage_t), intent(in) :: self
       type(stuff_t), intent(in) :: stuff
@@ -194,14 +197,16 @@ contains
       grown = column(p, self%plastic) - column(p, self%strain)
       column(p, self%strain) = column(p, self%plastic)
       if (.not. grown > 0.0_wp) return
-      mises = sqrt(1.5_wp*((column(p, s) - mean)**2 + (column(p, s + 1) - mean)**2 + (column(p, s + 2) - mean)**2) &
+      mises = sqrt(1.5_wp*((column(p, s) - mean)**2 + (column(p, s + 1) - mean)**2 &
+                           + (column(p, s + 2) - mean)**2) &
                    + 3.0_wp*(column(p, s + 3)**2 + column(p, s + 4)**2 + column(p, s + 5)**2))
       associate (d => self%constants)
          triaxiality = acting/max(mises, abs(acting)/most_triaxial, tiny(mises))
          ductility = d(1) + d(2)*exp(min(d(3)*triaxiality, 300.0_wp))
          ductility = ductility*(1.0_wp + d(4)*log(max(1.0_wp, grown/(time_step*self%reference_rate))))
          warmth = 0.0_wp
-         if (stuff%warms) warmth = min(max((column(p, self%temperature) - stuff%room)/(stuff%melting - stuff%room), &
+         if (stuff%warms) &
+            warmth = min(max((column(p, self%temperature) - stuff%room)/(stuff%melting - stuff%room), &
                                            0.0_wp), 1.0_wp)
          ductility = ductility*(1.0_wp + d(5)*warmth)
       end associate
@@ -212,7 +217,8 @@ contains
       end if
    end subroutine grow
 
-   !> A particle fails: the energy of the stress that it loses is booked, its plastic strain and work are kept.
+   !> A particle fails: the energy of the stress that it loses is booked, its plastic strain and work are
+   !> kept.
    pure subroutine give_up(self, stuff, column, p, layout)
       class(damage_t), intent(in) :: self
       type(stuff_t), intent(in) :: stuff
@@ -227,8 +233,9 @@ contains
       if (self%work > 0) column(p, self%worked) = column(p, self%work)
    end subroutine give_up
 
-   !> Of the stress the pressure stays, where it is one. Where the pressure is summed up from rates, tension that
-   !> was lost is owed: it is paid back before pressure comes again, so that what has opened must close first.
+   !> Of the stress the pressure stays, where it is one. Where the pressure is summed up from rates, tension
+   !> that was lost is owed: it is paid back before pressure comes again, so that what has opened must close
+   !> first.
    pure subroutine relieve(self, stuff, column, p, layout)
       class(damage_t), intent(in) :: self
       type(stuff_t), intent(in) :: stuff

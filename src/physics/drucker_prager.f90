@@ -52,7 +52,8 @@ contains
       type(group_reader_t), intent(inout) :: group
       logical :: caps
       call self%elastic_variables(group)
-      call group%get('friction_angle', self%friction_angle, at_least(0.0_wp, 'degrees', below=90.0_wp), required=.true.)
+      call group%get('friction_angle', self%friction_angle, at_least(0.0_wp, 'degrees', below=90.0_wp), &
+                     required=.true.)
       call group%get('cohesion', self%cohesion, at_least(0.0_wp, 'Pa'), required=.true.)
       call group%get('dilation_angle', self%dilation_angle, at_least(0.0_wp, 'degrees', below=90.0_wp))
       call group%get('cap_pressure', self%cap_pressure, at_least(0.0_wp, 'Pa'))
@@ -161,7 +162,8 @@ contains
       if (abs(ends(1) - pressure) <= 0.0_wp .and. .not. sheared > 0.0_wp) return
       if (trial(1) > ends(1)) column(p, self%compaction) = column(p, self%compaction) + squeezed
       column(p, self%strain) = column(p, self%strain) + sheared
-      column(p, self%work) = column(p, self%work) + column(p, layout%volume)*(ends(1)*squeezed + ends(2)*sheared)
+      column(p, self%work) = column(p, self%work) + column(p, layout%volume) &
+                             *(ends(1)*squeezed + ends(2)*sheared)
       share = 0.0_wp
       if (trial(2) > 0.0_wp) share = ends(2)/trial(2)
       column(p, s:s + 2) = share*(column(p, s:s + 2) + pressure) - ends(1)
@@ -239,7 +241,8 @@ contains
    pure real(wp) function cap_begins(self, compaction) result(begin)
       class(drucker_prager_t), intent(in) :: self
       real(wp), intent(in) :: compaction
-      begin = (self%cap_pressure + self%cap_hardening*compaction - self%cap_ratio*self%a)/(1.0_wp + self%cap_ratio*self%b)
+      begin = (self%cap_pressure + self%cap_hardening*compaction - self%cap_ratio*self%a) &
+              /(1.0_wp + self%cap_ratio*self%b)
    end function cap_begins
 
    pure real(wp) function plastic_energy(self, column, first, last)

@@ -1,5 +1,6 @@
-!> Grains from a file: a text of lines `phi1 Phi phi2` or `x y z phi1 Phi phi2`, a grain each, or HDF5 with the
-!> datasets `orientations` and, where they are known, `positions` of seeds or the number `grain` of each voxel.
+!> Grains from a file: a text of lines `phi1 Phi phi2` or `x y z phi1 Phi phi2`, a grain each, or HDF5 with
+!> the datasets `orientations` and, where they are known, `positions` of seeds or the number `grain` of each
+!> voxel.
 module m_grain_file
    use, intrinsic :: ieee_arithmetic, only: ieee_is_finite
    use hdf5
@@ -25,7 +26,8 @@ module m_grain_file
 
    integer, parameter :: longest_text = 64*1024*1024          !< bytes
    integer, parameter :: longest_hdf5 = 2*1024*1024*1024 - 1024 !< bytes
-   character(len=*), parameter :: form = 'orientations (grains, 3) and positions (grains, 3) or grain (along z, y, x)'
+   character(len=*), parameter :: form = &
+      'orientations (grains, 3) and positions (grains, 3) or grain (along z, y, x)'
    integer(i8), parameter :: most_values = 2_i8**28           !< of a dataset
 
 contains
@@ -77,8 +79,8 @@ contains
          if (ok .and. size(row) == 0) cycle
          if (width == 0) width = size(row)
          if (.not. ok .or. size(row) /= width .or. .not. any(width == [3, 6])) then
-            fault = 'line '//to_text(number)//' of it must be 3 angles, or 3 coordinates and 3 angles, as in all its '// &
-                    'lines'
+            fault = 'line '//to_text(number)// &
+                    ' of it must be 3 angles, or 3 coordinates and 3 angles, as in all its lines'
             return
          end if
          rows = [rows, row]
@@ -121,8 +123,8 @@ contains
       row = values(:n)
    end subroutine read_row
 
-   !> The datasets of an HDF5 file, as C and Python count: `orientations` (grains, 3), `positions` (grains, 3),
-   !> `grain` (along z, y, x).
+   !> The datasets of an HDF5 file, as C and Python count: `orientations` (grains, 3), `positions` (grains,
+   !> 3), `grain` (along z, y, x).
    subroutine read_hdf5(self, path, fault)
       class(grain_file_t), intent(inout) :: self
       character(len=*), intent(in) :: path
@@ -201,7 +203,8 @@ contains
       else if (allocated(self%voxels)) then
          if (minval(self%voxels) < 0 .or. maxval(self%voxels) > size(self%orientations)/3) &
             fault = 'holds grains '//to_text(minval(self%voxels))//' to '//to_text(maxval(self%voxels))// &
-                    '; allowed: 0, and 1 to the number of its orientations, '//to_text(size(self%orientations)/3)
+                    '; allowed: 0, and 1 to the number of its orientations, '// &
+                    to_text(size(self%orientations)/3)
       end if
    end subroutine check
 

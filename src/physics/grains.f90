@@ -1,6 +1,6 @@
-!> A polycrystal: each particle in a box takes the orientation of the nearest seed (Voronoi's cells), or of the
-!> voxel that it is in. The lattice of particles goes through the boundaries of grains, so that there is no seam
-!> (theory.md, eq. grains). It acts at the start only.
+!> A polycrystal: each particle in a box takes the orientation of the nearest seed (Voronoi's cells), or of
+!> the voxel that it is in. The lattice of particles goes through the boundaries of grains, so that there is
+!> no seam (theory.md, eq. grains). It acts at the start only.
 module m_grains
    use m_kinds, only: wp, i4, i8
    use m_constants, only: exit_input, pi
@@ -70,7 +70,8 @@ contains
       end if
       if (mod(size_of(self%orientations), 3) /= 0) &
          call group%refuse('orientations', 'must be three angles a grain')
-      if (mod(size_of(self%positions), 3) /= 0) call group%refuse('positions', 'must be three numbers a grain')
+      if (mod(size_of(self%positions), 3) /= 0) &
+         call group%refuse('positions', 'must be three numbers a grain')
       if (allocated(self%positions) .and. allocated(self%orientations)) then
          if (size(self%positions) /= size(self%orientations)) &
             call group%refuse('orientations', 'must be as many as positions')
@@ -79,7 +80,8 @@ contains
       call group%get('count', self%count, least=1, required=grains == 0)
       if (grains > 0 .and. self%count == 0) self%count = grains
       if (grains > 0 .and. self%count /= grains) &
-         call group%refuse('count', 'must be absent, or the number of grains that are given, '//to_text(grains))
+         call group%refuse('count', 'must be absent, or the number of grains that are given, '// &
+                           to_text(grains))
       call group%get('seed', self%seed, least=0)
    end subroutine variables
 
@@ -91,7 +93,8 @@ contains
       character(len=:), allocatable :: fault
       call found%read(self%file, fault)
       if (fault == '' .and. self%checksum /= '' .and. self%checksum /= found%checksum) &
-         fault = 'has been changed: its checksum is '//found%checksum//', the scene was made with '//self%checksum
+         fault = 'has been changed: its checksum is '//found%checksum//', the scene was made with '// &
+                 self%checksum
       if (fault /= '') then
          call group%refuse('file', fault)
          return
@@ -128,8 +131,8 @@ contains
       hooks = hooks_t()
    end function hooks
 
-   !> What is not given is left to chance: seeds all over the box, orientations all alike likely (Shoemake 1992:
-   !> here as Euler angles, phi1 and phi2 uniform and Phi by its cosine).
+   !> What is not given is left to chance: seeds all over the box, orientations all alike likely (Shoemake
+   !> 1992: here as Euler angles, phi1 and phi2 uniform and Phi by its cosine).
    subroutine draw(self)
       class(grains_t), intent(inout) :: self
       integer(i8) :: state
@@ -193,8 +196,8 @@ contains
       end do
    end subroutine initialise
 
-   !> Number of the grain at a place in the box (m): of the voxel, or of the nearest seed, of two as near that with
-   !> the lower number.
+   !> Number of the grain at a place in the box (m): of the voxel, or of the nearest seed, of two as near that
+   !> with the lower number.
    pure integer function grain_at(self, x) result(found)
       class(grains_t), intent(in) :: self
       real(wp), intent(in) :: x(3)

@@ -1,6 +1,6 @@
 !> What laws of anisotropic elasticity share: axes of the material that turn with it, moduli along these axes,
-!> and the stress (theory.md, eqs lattice, lattice-stress). The state is the elastic stretch along the axes and
-!> their orientation: a tensor and a rotation, each of which can be averaged when particles merge.
+!> and the stress (theory.md, eqs lattice, lattice-stress). The state is the elastic stretch along the axes
+!> and their orientation: a tensor and a rotation, each of which can be averaged when particles merge.
 module m_lattice
    use m_kinds, only: wp
    use m_field_table, only: field_table_t, layout_t
@@ -171,8 +171,8 @@ contains
       end do
    end subroutine initial_lattice
 
-   !> The elastic stretch with a given stress, by steps of the linear law: they come nearer by a factor of about
-   !> the strain each.
+   !> The elastic stretch with a given stress, by steps of the linear law: they come nearer by a factor of
+   !> about the strain each.
    pure subroutine begin_stressed(self, stress, column, layout, first, last)
       class(lattice_t), intent(in) :: self
       real(wp), intent(in) :: stress(6)

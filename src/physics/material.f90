@@ -173,8 +173,8 @@ contains
                                                  0.0_wp])
    end function von_mises_modulus
 
-   !> Largest modulus of a plane wave in particles first..last as they are (all of this material), Pa, in the sense
-   !> of p_wave_modulus; a law that stiffens says more than that.
+   !> Largest modulus of a plane wave in particles first..last as they are (all of this material), Pa, in the
+   !> sense of p_wave_modulus; a law that stiffens says more than that.
    pure real(wp) function present_modulus(self, column, layout, first, last) result(modulus)
       class(material_t), intent(in) :: self
       real(wp), intent(in), contiguous :: column(:, :)

@@ -33,9 +33,11 @@ contains
       block; use m_neo_hookean, only: neo_hookean_t; call add('neo_hookean', neo_hookean_t()); end block
       block; use m_j2, only: j2_t; call add('j2', j2_t()); end block
       block; use m_johnson_cook, only: johnson_cook_t; call add('johnson_cook', johnson_cook_t()); end block
-      block; use m_mie_grueneisen, only: mie_grueneisen_t; call add('mie_grueneisen', mie_grueneisen_t()); end block
+      block; use m_mie_grueneisen, only: mie_grueneisen_t; call add('mie_grueneisen', mie_grueneisen_t())
+      end block
       block; use m_norton, only: norton_t; call add('norton', norton_t()); end block
-      block; use m_drucker_prager, only: drucker_prager_t; call add('drucker_prager', drucker_prager_t()); end block
+      block; use m_drucker_prager, only: drucker_prager_t; call add('drucker_prager', drucker_prager_t())
+      end block
       block; use m_maxwell, only: maxwell_t; call add('maxwell', maxwell_t()); end block
       block; use m_vumat, only: vumat_t; call add('vumat', vumat_t()); end block
       block; use m_c_law, only: c_law_t; call add('c_law', c_law_t()); end block

@@ -14,10 +14,11 @@ module m_maxwell
    public :: maxwell_t
 
    integer, parameter :: lanes = 128, most_branches = 16
-   real(wp), parameter :: short = 0.1_wp !< of a relaxation time: such a step's work is taken by Simpson's rule
+   real(wp), parameter :: short = 0.1_wp !< of a relaxation time: such a step's work is taken by Simpson's
+                                         !< rule
 
-   !> `young` and `poisson` are the moduli at once. A branch has the share shear_ratios of the shear modulus and
-   !> bulk_ratios of the bulk modulus; what is left stays for ever.
+   !> `young` and `poisson` are the moduli at once. A branch has the share shear_ratios of the shear modulus
+   !> and bulk_ratios of the bulk modulus; what is left stays for ever.
    type, extends(isotropic_t) :: maxwell_t
       real(wp), allocatable :: relaxation_times(:) !< s
       real(wp), allocatable :: shear_ratios(:), bulk_ratios(:)
@@ -216,10 +217,12 @@ contains
          call add_stored(n, shear, bulk, half, 4.0_wp*x/3.0_wp, work)
          call add_stored(n, shear, bulk, after, x/3.0_wp, work)
       else ! h = steady + (before - steady) exp(-t/tau), steady = force/x
-         call add_stored(n, shear, bulk, force, 2.0_wp*(x - 2.0_wp*(1.0_wp - e) + 0.5_wp*(1.0_wp - e**2))/x**2, work)
+         call add_stored(n, shear, bulk, force, &
+                         2.0_wp*(x - 2.0_wp*(1.0_wp - e) + 0.5_wp*(1.0_wp - e**2))/x**2, work)
          call add_stored(n, shear, bulk, stress, 1.0_wp - e**2, work)
          do p = 1, n
-            work(p) = work(p) + (1.0_wp - e - 0.5_wp*(1.0_wp - e**2))/x*mixed(shear, bulk, force(p, :), stress(p, :))
+            work(p) = work(p) + (1.0_wp - e - 0.5_wp*(1.0_wp - e**2))/x*mixed(shear, bulk, force(p, :), &
+                      stress(p, :))
          end do
       end if
       stress = after

@@ -1,5 +1,5 @@
-!> Pressure by the equation of state of Mie and Grueneisen about a straight Hugoniot curve, beside the strength
-!> of another law (theory.md, eqs mie-grueneisen, shock-energy).
+!> Pressure by the equation of state of Mie and Grueneisen about a straight Hugoniot curve, beside the
+!> strength of another law (theory.md, eqs mie-grueneisen, shock-energy).
 module m_mie_grueneisen
    use m_kinds, only: wp, i8
    use m_group_reader, only: group_reader_t
@@ -137,8 +137,8 @@ contains
       call self%apply_pressure(column, layout, gradient, time_step, first, last, pressure, plastic)
    end subroutine update
 
-   !> p and the energy at the step's end: de = -(p + q) dv + plastic work, with the mean of the pressures of both
-   !> ends and the viscous pressure q that acts in the step; linear in e (theory.md, eq. shock-energy).
+   !> p and the energy at the step's end: de = -(p + q) dv + plastic work, with the mean of the pressures of
+   !> both ends and the viscous pressure q that acts in the step; linear in e (theory.md, eq. shock-energy).
    pure subroutine apply_pressure(self, column, layout, gradient, time_step, first, last, before, plastic)
       class(mie_grueneisen_t), intent(in) :: self
       real(wp), intent(inout), contiguous :: column(:, :)
@@ -148,7 +148,8 @@ contains
       integer, intent(in) :: first, last
       real(wp), intent(in) :: before(:)  !< pressure of the step's beginning, Pa
       real(wp), intent(in) :: plastic(:) !< plastic work of the step, J
-      real(wp) :: viscous(last - first + 1), failed(last - first + 1), volume, change, pressure, mean, gain, bears_shear
+      real(wp) :: viscous(last - first + 1), failed(last - first + 1), volume, change, pressure, mean, &
+         gain, bears_shear
       integer :: i, p, s
       s = layout%stress
       gain = self%grueneisen*self%density
@@ -160,10 +161,12 @@ contains
          if (q > 0) then
             ! the work of the viscosity, as it is booked there
             do p = first, last
-               viscous(p - first + 1) = -time_step*column(p, q)*(gradient(p, 1) + gradient(p, 5) + gradient(p, 9)) &
+               viscous(p - first + 1) = -time_step*column(p, q)*&
+                                        (gradient(p, 1) + gradient(p, 5) + gradient(p, 9)) &
                                         *column(p, layout%volume) &
-                                        *stretched(time_step, gradient(p, 1), gradient(p, 2), gradient(p, 3), &
-                                                   gradient(p, 4), gradient(p, 5), gradient(p, 6), gradient(p, 7), &
+                                        *stretched(time_step, gradient(p, 1), gradient(p, 2), &
+                                                   gradient(p, 3), gradient(p, 4), gradient(p, 5), &
+                                                   gradient(p, 6), gradient(p, 7), &
                                                    gradient(p, 8), gradient(p, 9))
             end do
             column(first:last, self%heat) = column(first:last, self%heat) + viscous
@@ -171,17 +174,19 @@ contains
          !$omp simd private(i, volume, change, pressure, mean)
          do p = first, last
             i = p - first + 1
-            volume = column(p, layout%volume)*stretched(time_step, gradient(p, 1), gradient(p, 2), gradient(p, 3), &
-                                                        gradient(p, 4), gradient(p, 5), gradient(p, 6), &
-                                                        gradient(p, 7), gradient(p, 8), gradient(p, 9))
+            volume = column(p, layout%volume)*stretched(time_step, gradient(p, 1), gradient(p, 2), &
+                                                        gradient(p, 3), gradient(p, 4), gradient(p, 5), &
+                                                        gradient(p, 6), gradient(p, 7), gradient(p, 8), &
+                                                        gradient(p, 9))
             change = (volume - column(p, layout%volume))/column(p, layout%mass)
             ! what has failed bears no shear that could flow
-            column(p, e) = column(p, e) + (viscous(i) + (1.0_wp - failed(i))*plastic(i))/column(p, layout%mass) &
-                           - 0.5_wp*before(i)*change
+            column(p, e) = column(p, e) + (viscous(i) + (1.0_wp - failed(i))*plastic(i)) &
+                           /column(p, layout%mass) - 0.5_wp*before(i)*change
             pressure = (cold(self%density*self%sound_speed**2, self%grueneisen, self%hugoniot_slope, &
                              1.0_wp - volume*self%density/column(p, layout%mass)) + gain*column(p, e)) &
                        /(1.0_wp + 0.5_wp*gain*change)
-            pressure = merge(max(pressure, 0.0_wp), pressure, failed(i) > 0.0_wp) ! it is pulled apart without work
+            pressure = merge(max(pressure, 0.0_wp), pressure, failed(i) > 0.0_wp) ! it is pulled apart without
+                                                                                  ! work
             column(p, e) = column(p, e) - 0.5_wp*pressure*change
             mean = (column(p, s) + column(p, s + 1) + column(p, s + 2))/3.0_wp
             column(p, s) = bears_shear*(column(p, s) - mean) - pressure
@@ -199,8 +204,8 @@ contains
                   + dt*l13*(dt*l21*dt*l32 - (1.0_wp + dt*l22)*dt*l31)
    end function stretched
 
-   !> Pressure (Pa) without internal energy at eta = 1 - rho0/rho; in tension straight on. Not a number where the
-   !> Hugoniot curve has ended (s eta = 1).
+   !> Pressure (Pa) without internal energy at eta = 1 - rho0/rho; in tension straight on. Not a number where
+   !> the Hugoniot curve has ended (s eta = 1).
    pure elemental real(wp) function cold(stiffness, grueneisen, slope, eta)
       real(wp), intent(in) :: stiffness !< rho0 c0^2, Pa
       real(wp), intent(in) :: grueneisen, slope, eta
@@ -260,8 +265,10 @@ contains
          slope = 1.0_wp
          rest = 1.0_wp - self%hugoniot_slope*eta
          if (eta > 0.0_wp) slope = (1.0_wp - self%grueneisen*eta)/rest**2 &
-                                   + 2.0_wp*self%hugoniot_slope*eta*(1.0_wp - 0.5_wp*self%grueneisen*eta)/rest**3
-         modulus = max(modulus, (1.0_wp - eta)*(self%density*self%sound_speed**2*slope + self%grueneisen*pressure))
+                                   + 2.0_wp*self%hugoniot_slope*eta*(1.0_wp - 0.5_wp*self%grueneisen*eta) &
+                                   /rest**3
+         modulus = max(modulus, (1.0_wp - eta)*(self%density*self%sound_speed**2*slope &
+                                                + self%grueneisen*pressure))
       end do
       modulus = modulus + 4.0_wp/3.0_wp*self%shear()
    end function present_modulus
@@ -282,7 +289,8 @@ contains
       modulus = 3.0_wp*self%shear()
    end function von_mises_modulus
 
-   !> Work of the pressure, without what plastic work and shocks have heated, and the energy of the deviator, J.
+   !> Work of the pressure, without what plastic work and shocks have heated, and the energy of the deviator,
+   !> J.
    pure real(wp) function strain_energy(self, column, layout, first, last) result(energy)
       class(mie_grueneisen_t), intent(in) :: self
       real(wp), intent(in), contiguous :: column(:, :)

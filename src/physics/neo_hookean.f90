@@ -44,8 +44,8 @@ contains
       column(first:last, layout%deformation:layout%deformation + 8:4) = 1.0_wp
    end subroutine initial
 
-   !> J = 1 + p/K; b = J^(5/3)/mu dev sigma + m I with the m that makes det b = J^2; F is the lower triangle of
-   !> its Cholesky factors (theory.md, eq. first-stress).
+   !> J = 1 + p/K; b = J^(5/3)/mu dev sigma + m I with the m that makes det b = J^2; F is the lower triangle
+   !> of its Cholesky factors (theory.md, eq. first-stress).
    pure subroutine begin_stressed(self, stress, column, layout, first, last)
       class(neo_hookean_t), intent(in) :: self
       real(wp), intent(in) :: stress(6)
@@ -110,17 +110,18 @@ contains
       do k = d, d + 6, 3
          !$omp simd
          do p = first, last
-            call push(time_step, gradient(p, 1), gradient(p, 2), gradient(p, 3), gradient(p, 4), gradient(p, 5), &
-                      gradient(p, 6), gradient(p, 7), gradient(p, 8), gradient(p, 9), column(p, k), &
-                      column(p, k + 1), column(p, k + 2))
+            call push(time_step, gradient(p, 1), gradient(p, 2), gradient(p, 3), gradient(p, 4), &
+                      gradient(p, 5), gradient(p, 6), gradient(p, 7), gradient(p, 8), gradient(p, 9), &
+                      column(p, k), column(p, k + 1), column(p, k + 2))
          end do
       end do
       !$omp simd
       do p = first, last
          call stress_of(self%shear, self%lame + 2.0_wp*self%shear/3.0_wp, column(p, d), column(p, d + 1), &
-                        column(p, d + 2), column(p, d + 3), column(p, d + 4), column(p, d + 5), column(p, d + 6), &
-                        column(p, d + 7), column(p, d + 8), column(p, s), column(p, s + 1), column(p, s + 2), &
-                        column(p, s + 3), column(p, s + 4), column(p, s + 5))
+                        column(p, d + 2), column(p, d + 3), column(p, d + 4), column(p, d + 5), &
+                        column(p, d + 6), column(p, d + 7), column(p, d + 8), column(p, s), &
+                        column(p, s + 1), column(p, s + 2), column(p, s + 3), column(p, s + 4), &
+                        column(p, s + 5))
       end do
    end subroutine update
 
@@ -136,7 +137,8 @@ contains
    end subroutine push
 
    !> The stress of F. Scalars, so that the loop above becomes one of vectors.
-   pure elemental subroutine stress_of(shear, bulk, f11, f21, f31, f12, f22, f32, f13, f23, f33, xx, yy, zz, yz, xz, xy)
+   pure elemental subroutine stress_of(shear, bulk, f11, f21, f31, f12, f22, f32, f13, f23, f33, xx, yy, &
+                                       zz, yz, xz, xy)
       real(wp), intent(in) :: shear, bulk, f11, f21, f31, f12, f22, f32, f13, f23, f33
       real(wp), intent(out) :: xx, yy, zz, yz, xz, xy
       real(wp) :: jacobian, b11, b22, b33, mean, pressure, factor
@@ -174,18 +176,21 @@ contains
       !$omp simd reduction(+: energy)
       do p = first, last
          energy = energy + column(p, layout%volume) &
-                  *density_of(self%shear, bulk, column(p, d), column(p, d + 1), column(p, d + 2), column(p, d + 3), &
-                              column(p, d + 4), column(p, d + 5), column(p, d + 6), column(p, d + 7), column(p, d + 8))
+                  *density_of(self%shear, bulk, column(p, d), column(p, d + 1), column(p, d + 2), &
+                              column(p, d + 3), column(p, d + 4), column(p, d + 5), column(p, d + 6), &
+                              column(p, d + 7), column(p, d + 8))
       end do
    end function strain_energy
 
    !> U/J, per present volume, J/m3.
-   pure elemental real(wp) function density_of(shear, bulk, f11, f21, f31, f12, f22, f32, f13, f23, f33) result(density)
+   pure elemental real(wp) function density_of(shear, bulk, f11, f21, f31, f12, f22, f32, f13, f23, &
+                                               f33) result(density)
       real(wp), intent(in) :: shear, bulk, f11, f21, f31, f12, f22, f32, f13, f23, f33
       real(wp) :: jacobian, trace
       jacobian = determinant(f11, f21, f31, f12, f22, f32, f13, f23, f33)
       trace = f11*f11 + f21*f21 + f31*f31 + f12*f12 + f22*f22 + f32*f32 + f13*f13 + f23*f23 + f33*f33
-      density = (0.5_wp*shear*(trace*jacobian**(-2.0_wp/3.0_wp) - 3.0_wp) + 0.5_wp*bulk*(jacobian - 1.0_wp)**2)/jacobian
+      density = (0.5_wp*shear*(trace*jacobian**(-2.0_wp/3.0_wp) - 3.0_wp) &
+                 + 0.5_wp*bulk*(jacobian - 1.0_wp)**2)/jacobian
    end function density_of
 
    !> sqrt(n . b . n), b = F F^T.

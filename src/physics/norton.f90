@@ -17,8 +17,8 @@ module m_norton
    real(wp), parameter :: least_stress = 1.0e-100_wp !< Pa, in place of none
    integer, parameter :: most_iterations = 60      !< three to eight are needed
 
-   !> The creep rate at the von Mises stress q: creep_rate (q/creep_stress)^creep_exponent, or by the points of
-   !> a table, straight between them on logarithmic axes, and beyond them as in the last interval.
+   !> The creep rate at the von Mises stress q: creep_rate (q/creep_stress)^creep_exponent, or by the points
+   !> of a table, straight between them on logarithmic axes, and beyond them as in the last interval.
    type, extends(j2_t) :: norton_t
       real(wp), allocatable :: creep_stress(:)      !< Pa, rising
       real(wp), allocatable :: creep_rate(:)        !< 1/s
@@ -26,7 +26,8 @@ module m_norton
       real(wp) :: primary_strain = 0.0_wp           !< at creep_stress after primary_time; 0: none
       real(wp) :: primary_time = 1.0_wp             !< s
       real(wp) :: primary_exponent = 1.0_wp/3.0_wp  !< of time
-      integer :: creep = 0, primary = 0             !< columns: equivalent creep strain, the primary part of it
+      integer :: creep = 0, primary = 0             !< columns: equivalent creep strain, the primary part of
+                                                    !< it
    contains
       procedure :: variables
       procedure :: declare
@@ -50,7 +51,8 @@ contains
       call group%get('creep_exponent', self%creep_exponent, at_least(1.0_wp, ''), required=needs_exponent())
       call group%get('primary_strain', self%primary_strain, at_least(0.0_wp, ''))
       call group%get('primary_time', self%primary_time, above(0.0_wp, 's'), used=has_primary)
-      call group%get('primary_exponent', self%primary_exponent, above(0.0_wp, '', at_most=1.0_wp), used=has_primary)
+      call group%get('primary_exponent', self%primary_exponent, above(0.0_wp, '', at_most=1.0_wp), &
+                     used=has_primary)
       if (.not. (allocated(self%creep_stress) .and. allocated(self%creep_rate))) return
       associate (stress => self%creep_stress, rate => self%creep_rate)
          if (size(stress) /= size(rate)) then
@@ -112,8 +114,8 @@ contains
             if (.not. lane%trial(i) - q(i) > negligible*lane%trial(i)) q(i) = lane%trial(i)
             call return_along_deviator(lane%trial(i) - q(i), lane%trial(i), column(p, s), column(p, s + 1), &
                                        column(p, s + 2), column(p, s + 3), column(p, s + 4), column(p, s + 5))
-            column(p, self%work) = column(p, self%work) + column(p, layout%volume)*(lane%trial(i)**2 - q(i)**2) &
-                                   /(6.0_wp*self%shear)
+            column(p, self%work) = column(p, self%work) + column(p, layout%volume) &
+                                   *(lane%trial(i)**2 - q(i)**2)/(6.0_wp*self%shear)
             column(p, self%creep) = column(p, self%creep) + (lane%trial(i) - q(i))/(3.0_wp*self%shear)
             lane%trial(i) = q(i)
          end do
@@ -195,8 +197,8 @@ contains
       end associate
    end subroutine rate_of
 
-   !> Growth of the primary creep strain y in a step at the stress q: y^(1/m) grows at a constant rate, so that
-   !> at constant stress y = primary_strain (q/creep_stress)^n (t/primary_time)^m. Its slope is d/d ln q.
+   !> Growth of the primary creep strain y in a step at the stress q: y^(1/m) grows at a constant rate, so
+   !> that at constant stress y = primary_strain (q/creep_stress)^n (t/primary_time)^m. Its slope is d/d ln q.
    pure subroutine grow(self, q, dt, before, grown, slope)
       class(norton_t), intent(in) :: self
       real(wp), intent(in) :: q, dt, before
@@ -207,7 +209,8 @@ contains
       if (.not. self%primary_strain > 0.0_wp) return
       m = self%primary_exponent
       clock = before**(1.0_wp/m)
-      added = (self%primary_strain*(q/self%creep_stress(1))**self%creep_exponent)**(1.0_wp/m)*dt/self%primary_time
+      added = (self%primary_strain*(q/self%creep_stress(1))**self%creep_exponent)**(1.0_wp/m)*dt &
+              /self%primary_time
       grown = (clock + added)**m - before
       if (clock > 1.0e6_wp*added) grown = m*added/clock*before ! to all digits
       slope = self%creep_exponent*added*(clock + added)**(m - 1.0_wp)

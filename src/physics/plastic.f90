@@ -7,8 +7,8 @@ module m_plastic
    use m_elastic, only: elastic_t
    implicit none
    private
-   public :: plastic_t, lane_t, lanes, declare_plastic, initial_plastic, update_plastic, follow_shape, shape_stretch, &
-      return_along_deviator, von_mises
+   public :: plastic_t, lane_t, lanes, declare_plastic, initial_plastic, update_plastic, follow_shape, &
+      shape_stretch, return_along_deviator, von_mises
 
    integer, parameter :: lanes = 128 !< particles at once: what a law needs between its vector loops stays in
                                      !< the nearest cache

@@ -1,5 +1,5 @@
-!> A pressure on a patch of a body's face, or on all surface within a box, that follows the surface (theory.md,
-!> eq. pressure).
+!> A pressure on a patch of a body's face, or on all surface within a box, that follows the surface
+!> (theory.md, eq. pressure).
 module m_pressure
    use m_kinds, only: wp
    use m_constants, only: exit_input
@@ -114,15 +114,16 @@ contains
       integer :: c, count, p
       if (.not. self%is_box()) return
       do p = 1, size(cells, 2)
-         associate (middle => cells(1:3, p), half => cells(4, p), column => particles%column(first + p - 1, :))
+         associate (middle => cells(1:3, p), half => cells(4, p), &
+                    column => particles%column(first + p - 1, :))
             if (any(middle + 3.0_wp*half < self%lower) .or. any(middle - 3.0_wp*half > self%upper)) cycle
             call cells_of_particle(shape, middle, half, places, count)
             area = 0.0_wp
             size_of = 0.0_wp
             weighted = 0.0_wp
             do c = 1, count
-               call find_surface(shape, places(:, c), half, grid%lower, grid%upper, self%lower, self%upper, area, &
-                                 size_of, weighted)
+               call find_surface(shape, places(:, c), half, grid%lower, grid%upper, self%lower, &
+                                 self%upper, area, size_of, weighted)
             end do
             if (.not. norm2(area) > 0.0_wp) cycle
             column(self%area:self%area + 2) = area
@@ -195,7 +196,8 @@ contains
       if (abs(found - patch) <= covered*patch) return
       call fail(error, exit_input, self%group_text()//': '//to_text(found, 6)//' m2 of the patch of '// &
                 to_text(patch, 6)// &
-                ' m2 lie on faces of bodies; allowed: a patch that lies wholly on faces of bodies, along the grid')
+                ' m2 lie on faces of bodies; allowed: a patch that lies wholly on faces of bodies, '// &
+                'along the grid')
    end subroutine verify
 
    !> -p A over each particle's share, through the hat functions of the grid, as a tool's contact force: a
@@ -218,7 +220,8 @@ contains
             force = -now*column(p, self%area:self%area + 2)
             if (.not. any(abs(force) > 0.0_wp)) cycle
             call fit_share(fitted_edges(column(p, :), layout, grid%cell), column(p, self%arm:self%arm + 2), &
-                           force, grid%cell, turns .or. self%whole_faces, .not. (turns .or. layout%half_sizes), middle, span)
+                           force, grid%cell, turns .or. self%whole_faces, &
+                           .not. (turns .or. layout%half_sizes), middle, span)
             place = (column(p, layout%position:layout%position + 2) + middle - block%origin)*grid%per_cell
             where (abs(place - nint(place)) < hair) place = nint(place)
             call weigh(face, bin_place(int(block%cells%bin(p))), place, span*grid%per_cell, turns)

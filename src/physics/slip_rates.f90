@@ -1,5 +1,5 @@
-!> How fast the systems of a crystal slip under a stress: resolved shear stresses, the power law, sums over the
-!> systems (theory.md, eqs schmid, crystal-flow).
+!> How fast the systems of a crystal slip under a stress: resolved shear stresses, the power law, sums over
+!> the systems (theory.md, eqs schmid, crystal-flow).
 module m_slip_rates
    use m_kinds, only: wp
    implicit none
@@ -83,13 +83,13 @@ contains
       ratio(:width) = max(abs(tau(:width))/resistance, threshold)
       call raise(width, constants%sensitivity, constants%power, ratio, slip)
       call sum_systems(constants%systems, width, constants%by_system, constants%squares, &
-                       time_step*constants%reference_rate, 1.0_wp/constants%sensitivity, threshold, tau, ratio, &
-                       slip, rates)
+                       time_step*constants%reference_rate, 1.0_wp/constants%sensitivity, threshold, &
+                       tau, ratio, slip, rates)
    end subroutine find_rates
 
    !> From ratios raised to their power to slips and their sums over the systems.
-   pure subroutine sum_systems(systems, width, by_system, squares, most, exponent, threshold, tau, ratio, raised, &
-                               rates)
+   pure subroutine sum_systems(systems, width, by_system, squares, most, exponent, threshold, tau, &
+                               ratio, raised, rates)
       integer, intent(in) :: systems, width
       real(wp), intent(in) :: by_system(8, width), squares(16, width)
       real(wp), intent(in) :: most      !< slip of the step where the stress is the resistance

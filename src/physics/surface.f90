@@ -120,8 +120,9 @@ contains
    end subroutine cover
 
    !> The elements of a particle, by its place in the lattice: where it has no neighbour of its contact group
-   !> on a side, the side's area as the shape's surface has it there, and the way along the surface's normal to it.
-   !> Sides where the surface hardly bends share one: a body that is filled by a lattice has no staircase.
+   !> on a side, the side's area as the shape's surface has it there, and the way along the surface's normal
+   !> to it. Sides where the surface hardly bends share one: a body that is filled by a lattice has no
+   !> staircase.
    subroutine elements_of(self, body, centre, place, edge, grid, found, area, arm)
       class(surface_t), intent(in) :: self
       integer, intent(in) :: body

@@ -85,7 +85,8 @@ module m_user_law
       end subroutine evaluate_interface
    end interface
 
-   !> Where xx yy zz yz xz xy stand among xx yy zz xy yz xz, and 11 21 31 12 22 32 13 23 33 among the matrices.
+   !> Where xx yy zz yz xz xy stand among xx yy zz xy yz xz, and 11 21 31 12 22 32 13 23 33 among the
+   !> matrices.
    integer, parameter :: tensor_place(6) = [1, 2, 3, 5, 6, 4], matrix_place(9) = [1, 7, 6, 4, 2, 8, 9, 5, 3]
 
 contains
@@ -226,7 +227,8 @@ contains
       do p = 1, points%count
          if (points%energy(p) <= not_written) points%energy(p) = points%energy_old(p) &
             + (0.5_wp*sum((points%stress_old(p, 1:3) + points%stress(p, 1:3))*points%strain(p, 1:3)) &
-               + sum((points%stress_old(p, 4:6) + points%stress(p, 4:6))*points%strain(p, 4:6)))/points%density(p)
+               + sum((points%stress_old(p, 4:6) + points%stress(p, 4:6))*points%strain(p, 4:6))) &
+               /points%density(p)
          if (points%inelastic(p) <= not_written) points%inelastic(p) = points%inelastic_old(p)
          if (.not. (all(ieee_is_finite(points%state(p, :))) .and. ieee_is_finite(points%energy(p)) &
                     .and. ieee_is_finite(points%inelastic(p)))) &
@@ -325,7 +327,8 @@ contains
       end do
       self%tangent%stiffness = 0.5_wp*(answer(:, 1:6) - answer(:, 7:12))
       if (.not. self%tangent%invert()) call group%refuse('library', &
-         'the law shows no stiffness against strains of 1e-6 at the start; allowed: a law that is elastic there')
+         'the law shows no stiffness against strains of 1e-6 at the start; allowed: a law that is '// &
+         'elastic there')
       if (self%wave_modulus > 0.0_wp) self%modulus = self%wave_modulus
    end subroutine probe
 

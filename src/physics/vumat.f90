@@ -58,7 +58,8 @@ contains
          call c_f_procpointer(address, law)
          self%law => law
       else if (opened) then
-         call group%refuse('library', 'has no vumat_; allowed: a library made by `make vumat FILE=mylaw.f`, '// &
+         call group%refuse('library', &
+                           'has no vumat_; allowed: a library made by `make vumat FILE=mylaw.f`, '// &
                            'of a file with a SUBROUTINE VUMAT')
       else
          call group%refuse('library', 'cannot be opened ('//complaint// &
@@ -86,9 +87,9 @@ contains
       end do
       call self%law(jblock, 3, 3, self%states, 0, size(self%constants), 0, points%time, points%time, &
                     points%time_step, cmname, points%place, points%size, props, points%density, &
-                    points%strain, points%spin, nothing, points%stretch_old, points%deformation_old, nothing, &
-                    points%stress_old, points%state_old, points%energy_old, points%inelastic_old, nothing, &
-                    points%stretch, points%deformation, nothing, points%stress, points%state, &
+                    points%strain, points%spin, nothing, points%stretch_old, points%deformation_old, &
+                    nothing, points%stress_old, points%state_old, points%energy_old, points%inelastic_old, &
+                    nothing, points%stretch, points%deformation, nothing, points%stress, points%state, &
                     points%energy, points%inelastic, int(name_size, c_size_t))
    end subroutine evaluate
 

@@ -81,7 +81,8 @@ contains
       if (model%method%stress_update /= update_usl .and. size(model%effect_step(1)%add_forces) > 0 &
           .and. .not. self%told(4)) then
          self%told(4) = .true.
-         news = 'range      stress_update=''usf'' or ''musl'' with loads on faces: the stress does not follow a face near a '// &
+         news = 'range      stress_update=''usf'' or ''musl'' with loads on faces: the stress does not '// &
+                'follow a face near a '// &
                 'plane of nodes, which creeps; ends and works may be off by some per cent; take ''usl'''
       else if (worst(1) > most_tension .and. .not. self%told(1)) then
          self%told(1) = .true.
@@ -103,8 +104,8 @@ contains
                 ' %: fixed domains '// &
                 'leave gaps'//trim(merge(', which &anti_locking widens', '                            ', &
                                          means))// &
-                '; lengths and stresses may be off by some per cent, and soon by much; take domain=''stretch'' '// &
-                'or ''corners'''
+                '; lengths and stresses may be off by some per cent, and soon by much; take '// &
+                'domain=''stretch'' or ''corners'''
       end if
       if (self%said == '') self%said = news
    end subroutine look

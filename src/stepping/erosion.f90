@@ -11,8 +11,8 @@ module m_erosion
 
 contains
 
-   !> Take what has failed out of one block. Its energy is booked as lost, with the block; its mass and momentum
-   !> are missing in the sums from now on.
+   !> Take what has failed out of one block. Its energy is booked as lost, with the block; its mass and
+   !> momentum are missing in the sums from now on.
    subroutine erode(model, l, b)
       type(model_t), intent(inout) :: model
       integer, intent(in) :: l, b
@@ -42,8 +42,10 @@ contains
       associate (particles => model%levels(l)%blocks(b)%particles, at => model%levels(l)%layout)
          call inner_motion(particles%column, p, p, at, energy, angular)
          associate (law => model%materials%slots(model%materials%of_body(particles%body(p)))%law)
-            energy = energy + 0.5_wp*particles%column(p, at%mass)*sum(particles%column(p, at%velocity:at%velocity + 2)**2) &
-                     + law%strain_energy(particles%column, at, p, p) + law%plastic_energy(particles%column, p, p)
+            energy = energy + 0.5_wp*particles%column(p, at%mass) &
+                     *sum(particles%column(p, at%velocity:at%velocity + 2)**2) &
+                     + law%strain_energy(particles%column, at, p, p) &
+                     + law%plastic_energy(particles%column, p, p)
          end associate
          do e = 1, size(model%effects)
             energy = energy + model%effects(e)%effect%dissipated(particles%column, p, p)

@@ -16,10 +16,11 @@ module m_error_placing
    private
    public :: place_by_error, is_due
 
-   integer, parameter :: between(4) = [50, 25, 5, 1] !< steps of the coarsest level from one look to the next: each
-                                                     !< a part of the one before, so that a shorter one is kept
-                                                     !< as soon as it is asked for
-   real(wp), parameter :: furthest = 0.5_wp  !< and way that may have come together, in the smallest cells refined
+   integer, parameter :: between(4) = [50, 25, 5, 1] !< steps of the coarsest level from one look to the next:
+                                                     !< each a part of the one before, so that a shorter one
+                                                     !< is kept as soon as it is asked for
+   real(wp), parameter :: furthest = 0.5_wp  !< and way that may have come together, in the smallest cells
+                                             !< refined
 
 contains
 
@@ -80,8 +81,10 @@ contains
          marks(l)%least = model%level_specs(part)%tolerance**2*largest
          marks(l)%budget = model%level_specs(part)%max_cells
          if (.not. any(marks(l)%touched .and. .not. marks(l)%may)) cycle
-         call fail(error, exit_numerical, 'time '//to_text(model%time)//' s: what is touched comes too near to the '// &
-                   'edge of level '//to_text(l - 1)//', which level '//to_text(l)//' refines; try a larger one')
+         call fail(error, exit_numerical, 'time '//to_text(model%time)// &
+                   ' s: what is touched comes too near to the '// &
+                   'edge of level '//to_text(l - 1)//', which level '//to_text(l)// &
+                   ' refines; try a larger one')
          return
       end do
       call choose_regions(model%levels(first:)%grid, marks, regions(first:), short, needs, bound)
@@ -91,7 +94,8 @@ contains
       l = first - 1 + short
       part = findloc(model%level_specs%of, l - 1, dim=1)
       call fail(error, exit_numerical, 'time '//to_text(model%time)//' s: level '//to_text(l)//' needs '// &
-                to_text(needs)//' cells, with those of finer levels, where tools are near, more than its max_cells='// &
+                to_text(needs)// &
+                ' cells, with those of finer levels, where tools are near, more than its max_cells='// &
                 to_text(model%level_specs(part)%max_cells)//'; try a larger one')
    end subroutine place_by_error
 
@@ -126,7 +130,8 @@ contains
                   own = particles%column(p, at%stress:at%stress + 5)
                   associate (law => model%materials%slots(model%materials%of_body(particles%body(p)))%law)
                      largest = max(largest, law%energy_of_stress(particles%column(p, :), at, own))
-                     difference = law%energy_of_stress(particles%column(p, :), at, recovered(b)%of(:, p) - own)
+                     difference = law%energy_of_stress(particles%column(p, :), at, recovered(b)%of(:, p) &
+                                                       - own)
                   end associate
                   do m = first, ubound(marks, 1)
                      associate (grid => model%levels(m - 1)%grid)

@@ -262,7 +262,8 @@ contains
       type(balance_t), intent(in) :: balance
       character(len=:), allocatable :: text
       if (abs(balance%effects_apart) >= abs(balance%tools_apart)) then
-         text = 'the work of &pressure and &gravity by the motion of the grid is not their work by the motion of the particles'
+         text = 'the work of &pressure and &gravity by the motion of the grid is not their work by the '// &
+                'motion of the particles'
       else
          text = 'the work of the tools is not their work by the motion of the particles that they press'
       end if

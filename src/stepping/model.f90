@@ -56,11 +56,11 @@ module m_model
       real(wp) :: unseen = 1.0_wp !< what the step leaves of the velocity that nodes do not see
       type(level_spec_t), allocatable :: level_specs(:) !< what the scene says of the parts of levels 2 and on
       type(region_t), allocatable :: first_parts(:)     !< the regions of these, at the start
-      real(wp), allocatable :: first_centres(:, :)      !< (3, fields): of mass, at the start, m; where a level
-                                                        !< follows a contact group
+      real(wp), allocatable :: first_centres(:, :)      !< (3, fields): of mass, at the start, m; where a
+                                                        !< level follows a contact group
       integer(i8) :: moves = 0                        !< times that boxes of levels have moved
-      integer(i8) :: placings = 0, bound_placings = 0 !< by the error, since the start or the last checkpoint, and
-                                                      !< those at which a budget kept out cells
+      integer(i8) :: placings = 0, bound_placings = 0 !< by the error, since the start or the last checkpoint,
+                                                      !< and those at which a budget kept out cells
       real(wp) :: time = 0.0_wp                       !< s
       real(wp) :: last_step = 0.0_wp                  !< of the coarsest level, s
       integer(i8) :: step = 0
@@ -100,8 +100,8 @@ module m_model
       procedure :: release
    end type model_t
 
-   real(wp), parameter :: first_radius = 4.0_wp !< of the ball around a tool's tip in which a level begins that the
-                                                !< error places, in the cells that it refines
+   real(wp), parameter :: first_radius = 4.0_wp !< of the ball around a tool's tip in which a level begins
+                                                !< that the error places, in the cells that it refines
    real(wp), parameter :: largest_move = 0.45_wp !< way of a particle in a step of the coarsest level, in its
                                                  !< cells: above safety
 
@@ -111,8 +111,8 @@ module m_model
          class(model_t), intent(inout) :: self
          type(scene_t), intent(in) :: scene
       end subroutine make_levels
-      !> The regions of all levels keep their distance from the edges of those that they refine. (Of single boxes
-      !> the reader has said so.)
+      !> The regions of all levels keep their distance from the edges of those that they refine. (Of single
+      !> boxes the reader has said so.)
       module subroutine check_nests(self, scene, error)
          class(model_t), intent(in) :: self
          type(scene_t), intent(in) :: scene

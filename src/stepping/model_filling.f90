@@ -182,7 +182,8 @@ contains
       call MPI_Allreduce(MPI_IN_PLACE, of_body, size(of_body), MPI_INTEGER8, MPI_SUM, self%communicator%comm)
       do body = 1, size(of_body)
          if (of_body(body) == 0) call fail(error, exit_input, scene%place('body', body)// &
-            ': the body holds no particle: the centre of none lies in it; allowed: a larger body, or a smaller cell_size')
+            ': the body holds no particle: the centre of none lies in it; allowed: a larger body, or a '// &
+            'smaller cell_size')
       end do
    end subroutine count_particles
 

@@ -32,10 +32,12 @@ contains
             if (spec%shape == level_sphere) then
                self%first_parts(part) = make_ball(grid, spec%center, spec%radius, spec%inner_radius)
             else if (.not. spec%has_box .and. size(scene%tools) > 0) then
-               self%first_parts(part) = unite(grid, [(make_ball(grid, min(max(scene%tools(t)%tip, grid%lower), &
+               self%first_parts(part) = unite(grid, &
+                                              [(make_ball(grid, min(max(scene%tools(t)%tip, grid%lower), &
                   grid%upper), 2.0_wp*first_radius*grid%cell, 0.0_wp), t=1, size(scene%tools))])
             else if (.not. spec%has_box) then
-               self%first_parts(part) = make_ball(grid, between_bodies(scene), 2.0_wp*first_radius*grid%cell, 0.0_wp)
+               self%first_parts(part) = make_ball(grid, between_bodies(scene), &
+                                                  2.0_wp*first_radius*grid%cell, 0.0_wp)
             else
                self%first_parts(part) = make_region(grid, 2*nint(0.5_wp*(spec%lower &
                      - grid%lower)*grid%per_cell), &
@@ -44,7 +46,8 @@ contains
          end associate
       end do
       do l = n, 2, -1
-         part = findloc(scene%levels%of == l - 1 .and. scene%levels%criterion == criterion_error, .true., dim=1)
+         part = findloc(scene%levels%of == l - 1 .and. scene%levels%criterion == criterion_error, &
+                        .true., dim=1)
          if (part > 0) call add_touched(self, scene, l, part)
          self%levels(l)%region = unite(self%levels(l)%grid, pack(self%first_parts, scene%levels%of == l - 1))
       end do
@@ -88,8 +91,8 @@ contains
                call fail(error, exit_input, scene%place('level', part)//': the level reaches ('// &
                          reals_text(grid%lower + (cell + 0.5_wp)*grid%cell, 6)//') m, less than '// &
                          to_text(smallest_gap)//' cells of '//si(grid%cell, 'm')// &
-                         ' inside the edge of level '//to_text(l - 1)//', which it refines; allowed: at least '// &
-                         to_text(smallest_gap))
+                         ' inside the edge of level '//to_text(l - 1)// &
+                         ', which it refines; allowed: at least '//to_text(smallest_gap))
             end associate
             return
          end do
@@ -119,12 +122,14 @@ contains
       integer :: l, part
       needs = 0
       do l = size(self%levels), 2, -1
-         part = findloc(scene%levels%of == l - 1 .and. scene%levels%criterion == criterion_error, .true., dim=1)
+         part = findloc(scene%levels%of == l - 1 .and. scene%levels%criterion == criterion_error, &
+                        .true., dim=1)
          if (part == 0) return
          needs = needs + self%levels(l)%region%cells()
          if (needs <= scene%levels(part)%max_cells .or. scene%levels(part)%has_box) cycle
          call fail(error, exit_input, scene%place('level', part)//' max_cells='// &
-                   to_text(scene%levels(part)%max_cells)//': what is touched at the start needs '//to_text(needs)// &
+                   to_text(scene%levels(part)%max_cells)//': what is touched at the start needs '// &
+                   to_text(needs)// &
                    ' cells of the level'//trim(merge(' and of finer ones', '                  ', &
                                                      l < size(self%levels)))//'; allowed: at least so many')
          return

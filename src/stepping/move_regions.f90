@@ -112,7 +112,8 @@ contains
             call parts(size(parts))%node_box(low, high)
             if (specs(part)%follow == 0 .or. all(high - low >= 2*smallest_width)) cycle
             call fail(error, exit_numerical, 'time '//to_text(model%time)//' s: level '//to_text(l)// &
-                      ' has followed its tool or body until its box has less than '//to_text(smallest_width)// &
+                      ' has followed its tool or body until its box has less than '// &
+                      to_text(smallest_width)// &
                       ' cells of the next coarser level in a direction; try a larger box or grid')
             return
          end do

@@ -37,9 +37,9 @@ contains
          first = 1
          do while (first <= particles%count)
             last = particles%run_end(first)
-            call model%materials%slots(model%materials%of_body(particles%body(first)))%law%update(particles%column, &
-                                                                     level%layout, level%gradient, &
-                                                                           time_step, first, last)
+            associate (law => model%materials%slots(model%materials%of_body(particles%body(first)))%law)
+               call law%update(particles%column, level%layout, level%gradient, time_step, first, last)
+            end associate
             first = last + 1
          end do
          call particles%changed()

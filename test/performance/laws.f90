@@ -1,7 +1,6 @@
-!> What material laws take, by themselves: nanoseconds a particle of an update and of the strain energy, blocks of 512 particles
-!> that stay in the cache. Strains go to and fro, below yield and beyond it. A line a law: name, update below yield, update while it
-!> flows, strain energy.
-!> usage: laws
+!> What material laws take, by themselves: nanoseconds a particle of an update and of the strain energy,
+!> blocks of 512 particles that stay in the cache. Strains go to and fro, below yield and beyond it. A line a
+!> law: name, update below yield, update while it flows, strain energy. usage: laws
 program laws
    use mpi_f08
    use m_kinds, only: wp
@@ -20,19 +19,24 @@ program laws
    use m_mie_grueneisen, only: mie_grueneisen_t
    implicit none
    integer, parameter :: n = 512
-   character(len=*), parameter :: elastic = 'young=200e9, poisson=0.3', yield = ', yield_stress=300e6, hardening_modulus=1e9'
-   character(len=*), parameter :: cook = elastic//', yield_stress=300e6, hardening_modulus=300e6, hardening_exponent=0.3, '// &
-                                  'rate_coefficient=0.02, thermal_exponent=1.1, melting_temperature=1800, specific_heat=450'
+   character(len=*), parameter :: elastic = 'young=200e9, poisson=0.3', &
+      yield = ', yield_stress=300e6, hardening_modulus=1e9'
+   character(len=*), parameter :: cook = elastic// &
+      ', yield_stress=300e6, hardening_modulus=300e6, hardening_exponent=0.3, '// &
+                                  'rate_coefficient=0.02, thermal_exponent=1.1, '// &
+                                  'melting_temperature=1800, specific_heat=450'
    character(len=*), parameter :: state = ', sound_speed=4500, hugoniot_slope=1.5, grueneisen=2'
    call MPI_Init()
    call measure('elastic', elastic_t(), elastic)
    call measure('neo_hookean', neo_hookean_t(), elastic)
    call measure('j2', j2_t(), elastic//yield)
-   call measure('j2, one back stress', j2_t(), elastic//yield//', kinematic_modulus=1e10, kinematic_recovery=100')
+   call measure('j2, one back stress', j2_t(), elastic//yield// &
+                ', kinematic_modulus=1e10, kinematic_recovery=100')
    call measure('johnson_cook', johnson_cook_t(), cook)
    call measure('norton', norton_t(), elastic//yield//', creep_stress=1e8, creep_rate=1e-3, creep_exponent=4')
    call measure('maxwell, one branch', maxwell_t(), elastic//', relaxation_times=1, shear_ratios=0.5')
-   call measure('maxwell, four branches', maxwell_t(), elastic//', relaxation_times=1,2,3,4, shear_ratios=0.1,0.1,0.1,0.1')
+   call measure('maxwell, four branches', maxwell_t(), elastic// &
+                ', relaxation_times=1,2,3,4, shear_ratios=0.1,0.1,0.1,0.1')
    call measure('drucker_prager', drucker_prager_t(), elastic//', friction_angle=20, cohesion=1e8')
    call measure('mie_grueneisen', mie_grueneisen_t(), 'density=7850'//state)
    call measure('mie_grueneisen, j2', mie_grueneisen_t(), elastic//yield//state//', strength=''j2''')
@@ -67,7 +71,8 @@ contains
       start(:, layout%mass) = law%density
       call law%initial(start, layout, 1, n)
       do p = 1, n
-         strain(p, :) = 1.0e-4_wp*[1.0_wp, 0.3_wp, 0.0_wp, 0.2_wp, -0.5_wp, 0.1_wp, -0.1_wp, 0.2_wp, -0.5_wp]*(1.0_wp + 1.0e-3_wp*p)
+         strain(p, :) = 1.0e-4_wp*[1.0_wp, 0.3_wp, 0.0_wp, 0.2_wp, -0.5_wp, 0.1_wp, -0.1_wp, 0.2_wp, &
+                                   -0.5_wp]*(1.0_wp + 1.0e-3_wp*p)
       end do
       column = start
       took(1) = time_of(law, column, layout, strain)

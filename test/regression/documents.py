@@ -85,7 +85,7 @@ for path in sources:
         if floors.index(there) < floors.index(here):
             say(path, f"uses {name} of {there}, which is further up than {here} (doc/developer/design.md, Floors)")
 
-MODULE_LINES, PROCEDURE_LINES = 450, 60
+MODULE_LINES, PROCEDURE_LINES, COLUMNS = 450, 60, 110
 opening = re.compile(r"^\s*(?:(?:pure|elemental|recursive|impure|module|logical|integer|real|type|character|complex)"
                      r"(?:\([^)]*\))?\s+)*(?:function|subroutine)\s+(\w+)|^\s*module procedure\s+(\w+)\s*$")
 
@@ -109,6 +109,11 @@ def names_used(code):
     for names in re.findall(r"(?mi)^\s*use\b[^:\n]*(?:::\s*\w+\s*)?,\s*only\s*:(.*)$", code):
         yield from (name.split("=>")[0].strip() for name in names.split(",") if "(" not in name)
 
+
+for path in sources + sorted(path for path in root.glob("test/**/*") if path.suffix in (".f90", ".F90")):
+    for number, line in enumerate(path.read_text().splitlines(), 1):
+        if len(line) > COLUMNS:
+            say(path, f"line {number} has {len(line)} columns, more than {COLUMNS}")
 
 codes = {}
 for path in sources:

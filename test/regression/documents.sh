@@ -25,6 +25,7 @@ planted 'bar.nml: doc/user/nowhere.md: no such file' input/bar.nml '! doc/user/n
 planted 'kinds.f90: uses m_model of stepping, which is further up' src/base/kinds.f90 '   use m_model, only: model_t'
 echo 'kinds.f90: imports model_t and does not use it' >>expected
 planted 'kinds.f90: .* lines, more than 450' src/base/kinds.f90 "$(yes '!' | head -450)"
+planted 'kinds.f90: line .* has 118 columns' src/base/kinds.f90 "! $(printf 'word%.0s' $(seq 29))"
 planted "the README's scene" input/hertz.nml '&gravity acceleration=0,0,1 /'
 if check tree >planted.log; then fail 'nothing planted was noticed'; fi
 while read -r fault; do grep -q -- "$fault" planted.log || { cat planted.log; fail "not noticed: $fault"; }; done <expected

@@ -1,4 +1,5 @@
-!> Creep and relaxation of one particle against closed forms: norton (secondary, primary, table) and maxwell (Prony series).
+!> Creep and relaxation of one particle against closed forms: norton (secondary, primary, table) and maxwell
+!> (Prony series).
 program creep
    use m_kinds, only: wp
    use m_communicator, only: communicator_t
@@ -10,7 +11,8 @@ program creep
    use m_chance, only: say
    implicit none
    real(wp), parameter :: young = 150.0e9_wp, density = 7850.0_wp
-   character(len=*), parameter :: steel = 'young=150e9, poisson=0.3, creep_stress=100e6, creep_rate=1e-6, creep_exponent=5'
+   character(len=*), &
+      parameter :: steel = 'young=150e9, poisson=0.3, creep_stress=100e6, creep_rate=1e-6, creep_exponent=5'
    character(len=*), parameter :: polymer = 'young=3e9, poisson=0.35, relaxation_times=0.1,2,30'
    type(communicator_t) :: comm
    type(assertions_t) :: test
@@ -38,7 +40,8 @@ contains
       call test%check(complaint == '', 'read', complaint)
    end subroutine law_of
 
-   !> 200 MPa for 100 s: the strain grows by 2^5 1e-6 a second, beside the elastic one; the volume is the elastic one.
+   !> 200 MPa for 100 s: the strain grows by 2^5 1e-6 a second, beside the elastic one; the volume is the
+   !> elastic one.
    subroutine constant_stress()
       type(norton_t) :: law
       type(material_point_t) :: point
@@ -52,12 +55,16 @@ contains
       do k = 1, 1000
          call point%stress_to(law, stress, time/1000)
       end do
-      call say('Norton at constant stress: strain, relative error', point%axial/(stress/young + 32.0e-6_wp*time) - 1.0_wp)
-      call test%check_close(point%axial/(stress/young + 32.0e-6_wp*time), 1.0_wp, 1.0e-6_wp, 'Norton: strain at constant stress')
-      call test%check_close(point%field('creep_strain')/(32.0e-6_wp*time), 1.0_wp, 1.0e-6_wp, 'Norton: the creep strain')
-      call test%check_close(point%axial + 2.0_wp*point%lateral, stress*(1.0_wp - 2.0_wp*0.3_wp)/young, 1.0e-9_wp, &
-                            'creep keeps the volume')
-      call test%check_close((law%plastic_energy(point%column, 1, 1) + law%strain_energy(point%column, point%layout, 1, 1)) &
+      call say('Norton at constant stress: strain, relative error', &
+               point%axial/(stress/young + 32.0e-6_wp*time) - 1.0_wp)
+      call test%check_close(point%axial/(stress/young + 32.0e-6_wp*time), 1.0_wp, 1.0e-6_wp, &
+                            'Norton: strain at constant stress')
+      call test%check_close(point%field('creep_strain')/(32.0e-6_wp*time), 1.0_wp, 1.0e-6_wp, &
+                            'Norton: the creep strain')
+      call test%check_close(point%axial + 2.0_wp*point%lateral, stress*(1.0_wp - 2.0_wp*0.3_wp)/young, &
+                            1.0e-9_wp, 'creep keeps the volume')
+      call test%check_close((law%plastic_energy(point%column, 1, 1) &
+                             + law%strain_energy(point%column, point%layout, 1, 1)) &
                             /point%work, 1.0_wp, 2.0e-3_wp, 'Norton: work is stored or dissipated')
    end subroutine constant_stress
 
@@ -82,11 +89,13 @@ contains
       call say('Norton, relaxation in 500 steps: stress, relative error', off(1))
       call say('the same in one step', off(3))
       call test%check(expected < 0.6_wp*stress, 'it relaxes much')
-      call test%check(off(1) < 5.0e-3_wp .and. off(2) < 0.52_wp*off(1), 'Norton: relaxation, first order in the step')
+      call test%check(off(1) < 5.0e-3_wp .and. off(2) < 0.52_wp*off(1), &
+                      'Norton: relaxation, first order in the step')
       call test%check(off(3) < 0.5_wp, 'Norton: one large step is stable')
    end subroutine relaxation
 
-   !> Primary creep by a power of time at constant stress, exact whatever the step, and strain hardening at a jump.
+   !> Primary creep by a power of time at constant stress, exact whatever the step, and strain hardening at a
+   !> jump.
    subroutine primary()
       type(norton_t) :: law
       type(material_point_t) :: point
@@ -99,14 +108,18 @@ contains
          call point%stress_to(law, 100.0e6_wp, 1.0_wp)
       end do
       expected = 2.0e-4_wp*2.0_wp**0.4_wp + 1.0e-6_wp*20.0_wp
-      call test%check_close(point%field('creep_strain')/expected, 1.0_wp, 1.0e-4_wp, 'primary creep: a power of time')
+      call test%check_close(point%field('creep_strain')/expected, 1.0_wp, 1.0e-4_wp, &
+                            'primary creep: a power of time')
       do k = 1, 20
          call point%stress_to(law, 150.0e6_wp, 1.0_wp)
       end do
       clock = 20.0_wp/1.5_wp**(5.0_wp/0.4_wp) ! that the strain would have taken at the higher stress
-      expected = 1.5_wp**5*2.0e-4_wp*((clock + 20.0_wp)/10.0_wp)**0.4_wp + 1.0e-6_wp*(20.0_wp + 1.5_wp**5*20.0_wp)
-      call say('primary creep after a jump of stress: relative error', point%field('creep_strain')/expected - 1.0_wp)
-      call test%check_close(point%field('creep_strain')/expected, 1.0_wp, 1.0e-4_wp, 'primary creep: strain hardening')
+      expected = 1.5_wp**5*2.0e-4_wp*((clock + 20.0_wp)/10.0_wp)**0.4_wp &
+                 + 1.0e-6_wp*(20.0_wp + 1.5_wp**5*20.0_wp)
+      call say('primary creep after a jump of stress: relative error', point%field('creep_strain')/expected &
+               - 1.0_wp)
+      call test%check_close(point%field('creep_strain')/expected, 1.0_wp, 1.0e-4_wp, &
+                            'primary creep: strain hardening')
    end subroutine primary
 
    !> A table: its points, between them and beyond them.
@@ -143,16 +156,19 @@ contains
       do k = 1, 10
          call point%stress_to(law, 300.0e6_wp, 1.0_wp)
       end do
-      call test%check_close(point%field('plastic_strain'), 100.0e6_wp/20.0e9_wp, 1.0e-8_wp, 'norton: creep does not harden')
+      call test%check_close(point%field('plastic_strain'), 100.0e6_wp/20.0e9_wp, 1.0e-8_wp, &
+                            'norton: creep does not harden')
       call test%check_close(point%field('creep_strain')/(3.0_wp**5*1.0e-6_wp*10.0_wp), 1.0_wp, 1.0e-4_wp, &
             'norton: creep beside flow')
    end subroutine with_plasticity
 
-   !> Strain at once, then held: shear and bulk modulus fall by their series; a long step ends where many short ones do.
+   !> Strain at once, then held: shear and bulk modulus fall by their series; a long step ends where many
+   !> short ones do.
    subroutine shear_and_bulk()
       type(maxwell_t) :: law
       type(material_point_t) :: point
-      real(wp), parameter :: g(3) = [0.3_wp, 0.2_wp, 0.1_wp], b(3) = [0.1_wp, 0.0_wp, 0.2_wp], tau(3) = [0.1_wp, 2.0_wp, 30.0_wp]
+      real(wp), parameter :: g(3) = [0.3_wp, 0.2_wp, 0.1_wp], b(3) = [0.1_wp, 0.0_wp, 0.2_wp], &
+         tau(3) = [0.1_wp, 2.0_wp, 30.0_wp]
       real(wp), parameter :: e = 1.0e-4_wp, times(4) = [0.05_wp, 0.5_wp, 5.0_wp, 60.0_wp]
       real(wp) :: shear, bulk, m(3, 3), s(3, 3), off
       integer :: k, n
@@ -170,11 +186,12 @@ contains
             call point%strain_by(law, m, 1.0e-9_wp)
             call hold(point, law, times(k), n)
             s = point%stress()
-            off = max(off, abs(s(1, 2)/(2.0_wp*shear*e) - 1.0_wp), abs((s(1, 1) + s(2, 2) + s(3, 3))/(3.0_wp*bulk*e) - 1.0_wp), &
+            off = max(off, abs(s(1, 2)/(2.0_wp*shear*e) - 1.0_wp), &
+                      abs((s(1, 1) + s(2, 2) + s(3, 3))/(3.0_wp*bulk*e) - 1.0_wp), &
                       abs((s(3, 3) - s(1, 1))/(2.0_wp*shear*e) - 1.0_wp))
             call test%check_close((law%plastic_energy(point%column, 1, 1) &
-                                   + law%strain_energy(point%column, point%layout, 1, 1))/point%work, 1.0_wp, 1.0e-3_wp, &
-                                  'maxwell: what relaxes is dissipated')
+                                   + law%strain_energy(point%column, point%layout, 1, 1))/point%work, &
+                                   1.0_wp, 1.0e-3_wp, 'maxwell: what relaxes is dissipated')
          end do
       end do
       call say('maxwell, relaxation of shear and bulk: relative error', off)
@@ -192,7 +209,8 @@ contains
       end do
    end subroutine hold
 
-   !> Shear and bulk alike: a standard solid in tension, J(t) = 1/Ei - (1/Ei - 1/E) exp(-t/tau'), tau' = tau E/Ei.
+   !> Shear and bulk alike: a standard solid in tension, J(t) = 1/Ei - (1/Ei - 1/E) exp(-t/tau'), tau' = tau
+   !> E/Ei.
    subroutine creep_of_maxwell()
       type(maxwell_t) :: law
       type(material_point_t) :: point
@@ -205,7 +223,8 @@ contains
       off = 0.0_wp
       do k = 1, 500
          call point%stress_to(law, stress, 0.02_wp)
-         expected = stress*(1.0_wp/at_last - (1.0_wp/at_last - 1.0_wp/3.0e9_wp)*exp(-0.02_wp*k/(2.0_wp*3.0e9_wp/at_last)))
+         expected = stress*(1.0_wp/at_last - (1.0_wp/at_last - 1.0_wp/3.0e9_wp) &
+                            *exp(-0.02_wp*k/(2.0_wp*3.0e9_wp/at_last)))
          off = max(off, abs(point%axial/expected - 1.0_wp))
       end do
       call say('maxwell at constant stress: strain, relative error', off)
@@ -222,10 +241,12 @@ contains
       call test%check(law%is_at_rest(point%column, point%layout, 1, 1), 'maxwell: at rest at the start')
       point%column(1, law%branch(2) + 3) = 1.0_wp
       point%column(1, law%branch(3) + 3) = -1.0_wp
-      call test%check(.not. law%is_at_rest(point%column, point%layout, 1, 1), 'maxwell: what relaxes is not at rest')
+      call test%check(.not. law%is_at_rest(point%column, point%layout, 1, 1), &
+                      'maxwell: what relaxes is not at rest')
       call law_of(metal, steel)
       call point%ready(metal, density)
-      call test%check(metal%is_at_rest(point%column, point%layout, 1, 1), 'norton: without stress nothing creeps')
+      call test%check(metal%is_at_rest(point%column, point%layout, 1, 1), &
+                      'norton: without stress nothing creeps')
    end subroutine at_rest
 
    subroutine all_laws_do()
@@ -242,11 +263,14 @@ contains
    end subroutine all_laws_do
 
    subroutine refusals()
-      call refused('young=1e9, poisson=0.3, relaxation_times=1', 'one of shear_ratios and bulk_ratios must be there')
+      call refused('young=1e9, poisson=0.3, relaxation_times=1', &
+                   'one of shear_ratios and bulk_ratios must be there')
       call refused('young=1e9, poisson=0.3, relaxation_times=1,2, shear_ratios=0.5', &
             'must have as many numbers as relaxation_times')
-      call refused('young=1e9, poisson=0.3, relaxation_times=1,2, shear_ratios=0.5,0.6', 'must be at most 1 together')
-      call refused_metal('young=1e9, poisson=0.3, creep_stress=1e6, creep_rate=1e-6', 'creep_exponent: missing')
+      call refused('young=1e9, poisson=0.3, relaxation_times=1,2, shear_ratios=0.5,0.6', &
+                   'must be at most 1 together')
+      call refused_metal('young=1e9, poisson=0.3, creep_stress=1e6, creep_rate=1e-6', &
+                         'creep_exponent: missing')
       call refused_metal('young=1e9, poisson=0.3, creep_stress=1e6,2e6, creep_rate=1e-6', &
             'must have as many numbers as creep_stress')
       call refused_metal('young=1e9, poisson=0.3, creep_stress=2e6,1e6, creep_rate=1e-6,1e-5', 'must rise')

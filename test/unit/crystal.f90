@@ -1,4 +1,5 @@
-!> Crystal plasticity at points against exact curves: single crystals in tension, Taylor's factor, superposed rotation, random paths.
+!> Crystal plasticity at points against exact curves: single crystals in tension, Taylor's factor, superposed
+!> rotation, random paths.
 !test: limit 120
 program crystal
    use m_kinds, only: wp
@@ -14,9 +15,11 @@ program crystal
    implicit none
    character(len=*), parameter :: copper = 'c11=170e9, c12=124e9, c44=75e9, reference_rate=1e-3, '
    character(len=*), parameter :: perfect = copper//'rate_sensitivity=0.02, tau0=16e6, tau_s=16e6, h0=0, q=1'
-   character(len=*), parameter :: voce = copper//'rate_sensitivity=0.04, tau0=16e6, tau_s=148e6, h0=180e6, q=1.4, '// &
+   character(len=*), parameter :: voce = copper// &
+      'rate_sensitivity=0.04, tau0=16e6, tau_s=148e6, h0=180e6, q=1.4, '// &
                                   'hardening=''kalidindi'', hardening_exponent=2.25'
-   character(len=*), parameter :: peirce = copper//'rate_sensitivity=0.02, tau0=16e6, tau_s=60e6, h0=300e6, q=1.4'
+   character(len=*), parameter :: peirce = copper// &
+      'rate_sensitivity=0.02, tau0=16e6, tau_s=60e6, h0=300e6, q=1.4'
    type(communicator_t) :: comm
    type(assertions_t) :: test
    type(chance_t) :: chance
@@ -50,12 +53,13 @@ contains
       do kind = 1, 3
          call make_slip_systems(kind, normals, directions)
          call test%check_equal(size(normals, 2), counts(kind), 'number of slip systems')
-         call test%check_close(maxval(abs(sum(normals*directions, dim=1))), 0.0_wp, 1.0e-15_wp, 'directions lie in planes')
+         call test%check_close(maxval(abs(sum(normals*directions, dim=1))), 0.0_wp, 1.0e-15_wp, &
+                               'directions lie in planes')
          twins = 0
          do a = 1, counts(kind)
             do b = 1, a - 1
-               if (abs(dot_product(normals(:, a), normals(:, b))*dot_product(directions(:, a), directions(:, b))) > 0.999_wp) &
-                  twins = twins + 1
+               if (abs(dot_product(normals(:, a), normals(:, b))*dot_product(directions(:, a), &
+                  directions(:, b))) > 0.999_wp) twins = twins + 1
             end do
          end do
          call test%check_equal(twins, 0, 'all differ')
@@ -73,8 +77,8 @@ contains
       q = quaternion_of(rotation(axis, angle))
    end function along_x
 
-   !> Tension along a direction of high symmetry: so many systems slip alike, the axis keeps its direction, and the stress is
-   !> tau/schmid with tau of the rate of each.
+   !> Tension along a direction of high symmetry: so many systems slip alike, the axis keeps its direction,
+   !> and the stress is tau/schmid with tau of the rate of each.
    subroutine multiple_slip(direction, active, schmid, name)
       real(wp), intent(in) :: direction(3), schmid
       integer, intent(in) :: active
@@ -103,13 +107,15 @@ contains
       call say(name//': slip per strain over the exact less 1', slip_rate*dt/strain*schmid - 1.0_wp)
       call say(name//': the axis has turned, degrees', 180.0_wp/pi*acos(min(1.0_wp, axis(1))))
       call test%check(worst < 1.0e-6_wp, name//': uniaxial stress')
-      call test%check(abs(stress/expected - 1.0_wp) < 5.0e-4_wp, name//': stress by Schmid''s factor and the rate')
-      call test%check(abs(slip_rate*dt/strain*schmid - 1.0_wp) < 2.0e-4_wp, name//': slip by Schmid''s factor')
+      call test%check(abs(stress/expected - 1.0_wp) < 5.0e-4_wp, name// &
+                      ': stress by Schmid''s factor and the rate')
+      call test%check(abs(slip_rate*dt/strain*schmid - 1.0_wp) < 2.0e-4_wp, name// &
+                      ': slip by Schmid''s factor')
       call test%check(acos(min(1.0_wp, axis(1))) < 1.0e-4_wp, name//': the axis keeps its direction')
    end subroutine multiple_slip
 
-   !> Tension of a BCC crystal along [001], where systems of several Schmid factors m slip: the strain rate is the sum of m times
-   !> a (stress m/tau0)^n, which says the stress.
+   !> Tension of a BCC crystal along [001], where systems of several Schmid factors m slip: the strain rate is
+   !> the sum of m times a (stress m/tau0)^n, which says the stress.
    subroutine bcc_slip(kind)
       integer, intent(in) :: kind !< of slip_words
       type(point_t) :: point
@@ -130,8 +136,10 @@ contains
       slip = (column_of(point, 'slip') - before)/strain
       expected = 16.0e6_wp*(strain/dt/(1.0e-3_wp*sum(m**(n + 1.0_wp))))**(1.0_wp/n)
       call say(trim(slip_words(kind))//' along [001]: stress over the exact less 1', stress/expected - 1.0_wp)
-      call test%check(abs(stress/expected - 1.0_wp) < 5.0e-4_wp, 'BCC: stress by all Schmid''s factors and the rate')
-      call test%check(abs(slip*sum(m**(n + 1.0_wp))/sum(m**n) - 1.0_wp) < 5.0e-4_wp, 'BCC: slip by all Schmid''s factors')
+      call test%check(abs(stress/expected - 1.0_wp) < 5.0e-4_wp, &
+                      'BCC: stress by all Schmid''s factors and the rate')
+      call test%check(abs(slip*sum(m**(n + 1.0_wp))/sum(m**n) - 1.0_wp) < 5.0e-4_wp, &
+                      'BCC: slip by all Schmid''s factors')
    end subroutine bcc_slip
 
    real(wp) function column_of(point, name)
@@ -148,14 +156,14 @@ contains
       end associate
    end function orientation_of
 
-   !> Tension along [123]: one system slips, with Schmid's factor 8/(7 sqrt(6)), and the lattice turns so that the slip direction comes
-   !> nearer to the axis: sin(angle) times the length stays (Schmid and Boas).
+   !> Tension along [123]: one system slips, with Schmid's factor 8/(7 sqrt(6)), and the lattice turns so that
+   !> the slip direction comes nearer to the axis: sin(angle) times the length stays (Schmid and Boas).
    subroutine single_slip()
       type(point_t) :: point
       real(wp), parameter :: dt = 0.2_wp
       real(wp), allocatable :: normals(:, :), directions(:, :), factors(:)
-      real(wp) :: left, worst, d(3), q(4), axis(3), length, first, now, expected, strain, stress, schmid, worst_turn, rate, &
-                  turned(3, 3)
+      real(wp) :: left, worst, d(3), q(4), axis(3), length, first, now, expected, strain, stress, schmid, &
+         worst_turn, rate, turned(3, 3)
       integer :: t, a
       integer, parameter :: steps = 400
       d = [1.0_wp, 2.0_wp, 3.0_wp]/sqrt(14.0_wp)
@@ -174,7 +182,8 @@ contains
          call point%pull(strain, dt, left)
          call keep_worst(worst, left)
          length = length*(1.0_wp + strain)
-         axis = matmul([1.0_wp, 0.0_wp, 0.0_wp], matrix_of(orientation_of(point))) ! of the pull, along the lattice's axes
+         axis = matmul([1.0_wp, 0.0_wp, 0.0_wp], matrix_of(orientation_of(point))) ! of the pull, along the
+                                                                                   ! lattice's axes
          now = acos(abs(dot_product(axis, directions(:, a))))
          stress = point%column(1, point%layout%stress)
          if (t < 50) cycle
@@ -192,8 +201,8 @@ contains
       call test%check(worst_turn < 1.0e-4_wp, '[123]: the lattice turns as by Schmid and Boas')
       turned = matmul(matrix_of(orientation_of(point)), transpose(matrix_of(q)))
       call test%check_close(column_of(point, 'lattice_rotation'), &
-                            180.0_wp/pi*acos(0.5_wp*(turned(1, 1) + turned(2, 2) + turned(3, 3) - 1.0_wp)), 1.0e-6_wp, &
-                            '[123]: lattice_rotation is the angle from the first orientation')
+                            180.0_wp/pi*acos(0.5_wp*(turned(1, 1) + turned(2, 2) + turned(3, 3) - 1.0_wp)), &
+                            1.0e-6_wp, '[123]: lattice_rotation is the angle from the first orientation')
    end subroutine single_slip
 
    !> Young's modulus of the copper above along a direction.
@@ -203,7 +212,8 @@ contains
       real(wp) :: s11, s12
       s11 = (c11 + c12)/((c11 - c12)*(c11 + 2.0_wp*c12))
       s12 = -c12/((c11 - c12)*(c11 + 2.0_wp*c12))
-      modulus = 1.0_wp/(s11 - 2.0_wp*(s11 - s12 - 0.5_wp/c44)*((d(1)*d(2))**2 + (d(2)*d(3))**2 + (d(3)*d(1))**2))
+      modulus = 1.0_wp/(s11 - 2.0_wp*(s11 - s12 - 0.5_wp/c44)*((d(1)*d(2))**2 + (d(2)*d(3))**2 &
+                + (d(3)*d(1))**2))
    end function modulus
 
    !> [001] with Peirce's hardening: each of 8 systems is hardened by itself and 7 others, the other 4 by 8.
@@ -224,12 +234,15 @@ contains
       expected = 16.0e6_wp + grown*[(1.0_wp + 7.0_wp*1.4_wp)/8.0_wp, 1.4_wp]
       call say('Peirce: resistance over the exact less 1, active', minval(g)/expected(1) - 1.0_wp)
       call say('Peirce: resistance over the exact less 1, latent', maxval(g)/expected(2) - 1.0_wp)
-      call test%check(abs(minval(g)/expected(1) - 1.0_wp) < 2.0e-3_wp, 'Peirce: active systems harden as they should')
-      call test%check(abs(maxval(g)/expected(2) - 1.0_wp) < 2.0e-3_wp, 'Peirce: latent systems harden as they should')
+      call test%check(abs(minval(g)/expected(1) - 1.0_wp) < 2.0e-3_wp, &
+                      'Peirce: active systems harden as they should')
+      call test%check(abs(maxval(g)/expected(2) - 1.0_wp) < 2.0e-3_wp, &
+                      'Peirce: latent systems harden as they should')
       call test%check(count(g < sum(expected)/2) == 8, 'Peirce: 8 systems are active')
    end subroutine hardening_peirce
 
-   !> [001] with Kalidindi's: 4 planes of 2 active systems; dg/dgamma = h0 (1 - g/tau_s)^a (2 + 6 q) by the slip of one.
+   !> [001] with Kalidindi's: 4 planes of 2 active systems; dg/dgamma = h0 (1 - g/tau_s)^a (2 + 6 q) by the
+   !> slip of one.
    subroutine hardening_kalidindi()
       type(point_t) :: point
       real(wp), parameter :: a = 2.25_wp
@@ -244,9 +257,11 @@ contains
          g = point%column(1, r:r + 11)
       end associate
       expected = 148.0e6_wp*(1.0_wp - ((1.0_wp - 16.0_wp/148.0_wp)**(1.0_wp - a) &
-                                       + (a - 1.0_wp)*180.0_wp/148.0_wp*(2.0_wp + 6.0_wp*1.4_wp)*slip)**(1.0_wp/(1.0_wp - a)))
+                                       + (a - 1.0_wp)*180.0_wp/148.0_wp*(2.0_wp + 6.0_wp*1.4_wp) &
+                                       *slip)**(1.0_wp/(1.0_wp - a)))
       call say('Kalidindi: resistance over the exact less 1, active', minval(g)/expected - 1.0_wp)
-      call test%check(abs(minval(g)/expected - 1.0_wp) < 3.0e-3_wp, 'Kalidindi: active systems harden as they should')
+      call test%check(abs(minval(g)/expected - 1.0_wp) < 3.0e-3_wp, &
+                      'Kalidindi: active systems harden as they should')
    end subroutine hardening_kalidindi
 
    !> Orientations at random, all alike likely (Shoemake 1992).
@@ -256,20 +271,22 @@ contains
       integer :: i
       do i = 1, n
          u = chance%several(3, 0.0_wp, 1.0_wp)
-         q(:, i) = [sqrt(1.0_wp - u(1))*sin(2*pi*u(2)), sqrt(1.0_wp - u(1))*cos(2*pi*u(2)), sqrt(u(1))*sin(2*pi*u(3)), &
-                    sqrt(u(1))*cos(2*pi*u(3))]
+         q(:, i) = [sqrt(1.0_wp - u(1))*sin(2*pi*u(2)), sqrt(1.0_wp - u(1))*cos(2*pi*u(2)), &
+                    sqrt(u(1))*sin(2*pi*u(3)), sqrt(u(1))*cos(2*pi*u(3))]
       end do
    end function random_rotations
 
-   !> 500 grains that all have the strain of the whole, isochoric and uniaxial: slip over strain, and work over tau0 times strain.
-   !> Taylor's (1938) 3.06; of 12 {111}<110> systems by Bishop and Hill 3.067. Low rate sensitivity.
+   !> 500 grains that all have the strain of the whole, isochoric and uniaxial: slip over strain, and work
+   !> over tau0 times strain. Taylor's (1938) 3.06; of 12 {111}<110> systems by Bishop and Hill 3.067. Low
+   !> rate sensitivity.
    subroutine taylor_factor()
       type(point_t) :: point
       integer, parameter :: grains = 500, steps = 300
       real(wp), parameter :: strain = 1.0e-4_wp, dt = 0.1_wp
       real(wp) :: increment(3, 3), before, factor, stress(3, 3), by_work
       integer :: t, p
-      call point%ready(law_of('crystal', copper//'rate_sensitivity=0.005, tau0=16e6, tau_s=16e6, h0=0, q=1'), grains, &
+      call point%ready(law_of('crystal', copper// &
+                              'rate_sensitivity=0.005, tau0=16e6, tau_s=16e6, h0=0, q=1'), grains, &
                        random_rotations(grains))
       increment = 0.0_wp
       increment(1, 1) = strain
@@ -292,7 +309,8 @@ contains
       call test%check(abs(by_work/3.06_wp - 1.0_wp) < 0.03_wp, 'Taylor factor by stress')
    end subroutine taylor_factor
 
-   !> A path with flow and a rotation on top: the same stress, turned, the same resistances, slip and work; the lattice turns with.
+   !> A path with flow and a rotation on top: the same stress, turned, the same resistances, slip and work;
+   !> the lattice turns with.
    subroutine turning()
       type(point_t) :: still, turned
       real(wp) :: q(3, 3), next(3, 3), increment(3, 3), worst, last
@@ -305,9 +323,12 @@ contains
          increment = reshape(chance%several(9, -2.0e-3_wp, 2.0e-3_wp), [3, 3])
          next = matmul(rotation(chance%several(3, -1.0_wp, 1.0_wp), 0.5_wp), q)
          call still%strain_by(increment, 1.0_wp)
-         call turned%strain_by(matmul(next, matmul(identity() + increment, transpose(q))) - identity(), 1.0_wp)
+         call turned%strain_by(matmul(next, matmul(identity() + increment, transpose(q))) &
+                               - identity(), 1.0_wp)
          q = next
-         call keep_worst(worst, maxval(abs(turned%stress_of(1) - matmul(q, matmul(still%stress_of(1), transpose(q)))))/16.0e6_wp)
+         call keep_worst(worst, &
+                         maxval(abs(turned%stress_of(1) &
+                                    - matmul(q, matmul(still%stress_of(1), transpose(q)))))/16.0e6_wp)
       end do
       call keep_worst(worst, column_of(turned, 'slip')/column_of(still, 'slip') - 1.0_wp)
       call keep_worst(worst, column_of(turned, 'plastic_work')/column_of(still, 'plastic_work') - 1.0_wp)
@@ -319,8 +340,9 @@ contains
       call test%check(last < 1.0e-8_wp, 'superposed rotation: orientation')
    end subroutine turning
 
-   !> Random orientations, increments from 1e-6 to 3e-2, rates from 1e-3 to 1e6 1/s, holds and reversals: a solution is found in
-   !> each step, work never falls, the stress agrees with the slip by the law, volume is kept by slip.
+   !> Random orientations, increments from 1e-6 to 3e-2, rates from 1e-3 to 1e6 1/s, holds and reversals: a
+   !> solution is found in each step, work never falls, the stress agrees with the slip by the law, volume is
+   !> kept by slip.
    subroutine random_paths(systems, count)
       character(len=*), intent(in) :: systems
       integer, intent(in) :: count
@@ -340,9 +362,11 @@ contains
       do t = 1, 20
          dt = 10.0_wp**chance%between(-9.0_wp, 0.0_wp)
          do p = 1, count
-            rate = merge(0.0_wp, 1.0_wp, chance%between(0.0_wp, 1.0_wp) < 0.1_wp)*chance%several(9, -1.0_wp, 1.0_wp)
+            rate = merge(0.0_wp, 1.0_wp, chance%between(0.0_wp, 1.0_wp) < 0.1_wp) &
+                   *chance%several(9, -1.0_wp, 1.0_wp)
             point%gradient(p, :) = size_of(p)*rate/dt
-            point%gradient(p, [1, 5, 9]) = point%gradient(p, [1, 5, 9]) - 0.9_wp*sum(point%gradient(p, [1, 5, 9]))/3.0_wp
+            point%gradient(p, [1, 5, 9]) = point%gradient(p, [1, 5, 9]) &
+               - 0.9_wp*sum(point%gradient(p, [1, 5, 9]))/3.0_wp
          end do
          call point%each_by(dt)
          associate (s => point%column(:, point%layout%stress:point%layout%stress + 5), &
@@ -371,7 +395,8 @@ contains
       associate (e => point%table%column('elastic_stretch'))
          u = point%column(p, e:e + 5)
       end associate
-      elastic_volume = u(1)*(u(2)*u(3) - u(4)**2) - u(6)*(u(6)*u(3) - u(4)*u(5)) + u(5)*(u(6)*u(4) - u(2)*u(5))
+      elastic_volume = u(1)*(u(2)*u(3) - u(4)**2) - u(6)*(u(6)*u(3) - u(4)*u(5)) &
+                       + u(5)*(u(6)*u(4) - u(2)*u(5))
    end function elastic_volume
 
    !> What does not move has no stress, to the bit.
@@ -382,8 +407,8 @@ contains
       call test%check(all(abs(point%stress_of(1)) <= 0.0_wp), 'no stress without strain')
    end subroutine at_rest
 
-   !> Work of the stress on a path with flow, turns and a reversal: it is in the strain energy and the plastic work; what is missing
-   !> falls with the step.
+   !> Work of the stress on a path with flow, turns and a reversal: it is in the strain energy and the plastic
+   !> work; what is missing falls with the step.
    subroutine balance()
       real(wp) :: coarse, fine
       call walk(400, coarse)
@@ -408,8 +433,10 @@ contains
          before = point%stress_of(1)
          volume = point%column(1, point%layout%volume)
          call point%strain_by(l/steps, 1.0_wp/steps)
-         work = work + 0.5_wp*(volume + point%column(1, point%layout%volume))*0.5_wp*sum((before + point%stress_of(1))*l)/steps
-         whole = point%law%strain_energy(point%column, point%layout, 1, 1) + point%law%plastic_energy(point%column, 1, 1)
+         work = work + 0.5_wp*(volume + point%column(1, point%layout%volume))*0.5_wp &
+                *sum((before + point%stress_of(1))*l)/steps
+         whole = point%law%strain_energy(point%column, point%layout, 1, 1) &
+                 + point%law%plastic_energy(point%column, 1, 1)
       end do
       off = whole/work - 1.0_wp
    end subroutine walk

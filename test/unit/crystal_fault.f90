@@ -29,8 +29,10 @@ program crystal_fault
    allocate (scene%materials(1), scene%bodies(1), scene%tools(0), scene%probes(0))
    scene%materials(1)%name = 'copper'
    scene%materials(1)%density = 8960.0_wp
-   allocate (scene%materials(1)%law, source=law_of('crystal', 'c11=170e9, c12=124e9, c44=75e9, reference_rate=1, '// &
-                                                   'rate_sensitivity=0.02, tau0=16e6, tau_s=60e6, h0=300e6, q=1.4'))
+   allocate (scene%materials(1)%law, &
+             source=law_of('crystal', 'c11=170e9, c12=124e9, c44=75e9, reference_rate=1, '// &
+                                                   'rate_sensitivity=0.02, tau0=16e6, tau_s=60e6, '// &
+                                                   'h0=300e6, q=1.4'))
    scene%bodies(1)%name = 'block'
    scene%bodies(1)%material = 1
    scene%bodies(1)%shape = box_t(lower=[2.0_wp, 2.0_wp, 2.0_wp]*cell, upper=[7.0_wp, 7.0_wp, 7.0_wp]*cell)
@@ -52,8 +54,10 @@ program crystal_fault
    call comm%agree(error)
    call test%check(error%happened() .and. error%recoverable, 'a fault that smaller steps may heal')
    if (error%happened()) then
-      call test%check(index(error%message, 'particle '//to_text(17)//' of body 1') > 0, 'names the particle', error%message)
-      call test%check(index(error%message, 'no slip was found that agrees with its stress') > 0, 'says why', error%message)
+      call test%check(index(error%message, 'particle '//to_text(17)//' of body 1') > 0, &
+                      'names the particle', error%message)
+      call test%check(index(error%message, 'no slip was found that agrees with its stress') > 0, 'says why', &
+                      error%message)
       if (comm%is_root()) print '(3x,a)', error%message
    end if
    call model%release()

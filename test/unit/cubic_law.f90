@@ -1,6 +1,6 @@
 !test: ranks 1 2
-!> A law that is not isotropic, has no Young's modulus, and goes on while nothing moves: what the model asks of a law is asked of
-!> the law.
+!> A law that is not isotropic, has no Young's modulus, and goes on while nothing moves: what the model asks
+!> of a law is asked of the law.
 module m_made_cubic
    use m_kinds, only: wp
    use m_field_table, only: field_table_t, layout_t
@@ -91,7 +91,8 @@ contains
       integer :: p
       do p = first, last
          along = time_step*gradient(p, 1:9:4)
-         across = time_step*[gradient(p, 6) + gradient(p, 8), gradient(p, 3) + gradient(p, 7), gradient(p, 2) + gradient(p, 4)]
+         across = time_step*[gradient(p, 6) + gradient(p, 8), gradient(p, 3) + gradient(p, 7), &
+                             gradient(p, 2) + gradient(p, 4)]
          associate (stress => column(p, layout%stress:layout%stress + 5), excess => column(p, self%excess))
             stress(1:3) = stress(1:3) + (self%c11 - self%c12)*along + self%c12*sum(along)
             stress(4:6) = stress(4:6) + self%c44*across
@@ -108,7 +109,8 @@ contains
       integer :: p
       energy = 0.0_wp
       do p = first, last
-         energy = energy + column(p, layout%volume)*self%complementary_energy(column(p, layout%stress:layout%stress + 5))
+         energy = energy + column(p, layout%volume) &
+                  *self%complementary_energy(column(p, layout%stress:layout%stress + 5))
       end do
    end function strain_energy
 
@@ -173,7 +175,8 @@ contains
       call bound_speeds(model)
    end subroutine build
 
-   !> At rest a law that goes on goes on, until it says that it is at rest; one that does not say so is left out.
+   !> At rest a law that goes on goes on, until it says that it is at rest; one that does not say so is left
+   !> out.
    subroutine decay(tells)
       logical, intent(in) :: tells
       type(model_t) :: model
@@ -189,8 +192,10 @@ contains
          if (n /= 30 .and. n /= 60) cycle
          off = 0.0_wp
          do b = 1, size(model%levels(1)%blocks)
-            associate (particles => model%levels(1)%blocks(b)%particles, x => model%levels(1)%table%column('excess'))
-               if (particles%count > 0) off = max(off, maxval(abs(particles%column(:particles%count, x) - expected)))
+            associate (particles => model%levels(1)%blocks(b)%particles, &
+                       x => model%levels(1)%table%column('excess'))
+               if (particles%count > 0) &
+                  off = max(off, maxval(abs(particles%column(:particles%count, x) - expected)))
             end associate
          end do
          off = comm%maximum(off)
@@ -202,20 +207,23 @@ contains
       call model%release()
    end subroutine decay
 
-   !> Half a period of the first mode of a free bar along an edge of the crystal's cube, by Young's modulus in that direction. The
-   !> speed of sound is the law's, and the estimate of the stress error takes the law's energy.
+   !> Half a period of the first mode of a free bar along an edge of the crystal's cube, by Young's modulus in
+   !> that direction. The speed of sound is the law's, and the estimate of the stress error takes the law's
+   !> energy.
    subroutine vibration()
       type(model_t) :: model
       type(error_t) :: error
       type(balance_t) :: balance
       type(stress_error_t) :: estimate
       integer, parameter :: steps = 150
-      real(wp), parameter :: length = 10.0_wp*cell, young = 0.8e6_wp*4.4e6_wp/3.2e6_wp ! (c11 - c12)(c11 + 2 c12)/(c11 + c12)
+      ! (c11 - c12)(c11 + 2 c12)/(c11 + c12)
+      real(wp), parameter :: length = 10.0_wp*cell, young = 0.8e6_wp*4.4e6_wp/3.2e6_wp
       real(wp) :: fastest, back
       integer :: n, b, p
       call build(cubic_t(), model)
       fastest = sqrt((2.0e6_wp + 2.4e6_wp + 6.0e6_wp)/3.0_wp/density)
-      call test%check_close(comm%maximum(model%bounds%wave_speed), fastest, 1.0e-10_wp, 'the fastest wave goes along the diagonal')
+      call test%check_close(comm%maximum(model%bounds%wave_speed), fastest, 1.0e-10_wp, &
+                            'the fastest wave goes along the diagonal')
       do b = 1, size(model%levels(1)%blocks)
          associate (particles => model%levels(1)%blocks(b)%particles, at => model%levels(1)%layout)
             do p = 1, particles%count
@@ -233,7 +241,8 @@ contains
       back = moves(model)
       if (comm%is_root()) call say('after half a period: velocity over that of the start', back)
       call test%check_close(back, -1.0_wp, 0.05_wp, 'half a period')
-      call test%check(balance%now%strain > 0.9_wp*balance%start%energy(), 'after a quarter all energy is elastic')
+      call test%check(balance%now%strain > 0.9_wp*balance%start%energy(), &
+                      'after a quarter all energy is elastic')
       call test%check_close(estimate%energy, balance%now%strain, 1.0e-10_wp*balance%start%energy(), &
                             'the estimate takes the law''s energy')
       call model%release()
@@ -253,7 +262,8 @@ contains
       do b = 1, size(model%levels(1)%blocks)
          associate (particles => model%levels(1)%blocks(b)%particles, at => model%levels(1)%layout)
             do p = 1, particles%count
-               sums = sums + [particles%column(p, at%velocity + 2)/0.01_wp, mode(particles%column(p, at%position + 2))] &
+               sums = sums + [particles%column(p, at%velocity + 2)/0.01_wp, &
+                              mode(particles%column(p, at%position + 2))] &
                       *mode(particles%column(p, at%position + 2))
             end do
          end associate

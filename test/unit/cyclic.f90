@@ -1,5 +1,5 @@
-!> Kinematic hardening of J2, one particle: loops and ratchetting of Armstrong and Frederick against closed forms, linear hardening,
-!> no back stress.
+!> Kinematic hardening of J2, one particle: loops and ratchetting of Armstrong and Frederick against closed
+!> forms, linear hardening, no back stress.
 program cyclic
    use m_kinds, only: wp
    use m_communicator, only: communicator_t
@@ -32,8 +32,9 @@ contains
       call test%check(complaint == '', 'read: '//complaint)
    end subroutine law_of
 
-   !> Uniaxial tension and compression between strains of +-a: the stress at the tips of the stabilised loop is yield + X with
-   !> X = C/gamma tanh(gamma da_p/2), da_p half the width of plastic strain, which both ends' elastic strains leave.
+   !> Uniaxial tension and compression between strains of +-a: the stress at the tips of the stabilised loop
+   !> is yield + X with X = C/gamma tanh(gamma da_p/2), da_p half the width of plastic strain, which both
+   !> ends' elastic strains leave.
    subroutine stabilised_loop()
       type(j2_t) :: law
       type(material_point_t) :: point
@@ -70,11 +71,13 @@ contains
       call test%check_close(point%column(1, point%layout%stress)/tip, 1.0_wp, 1.0e-3_wp, &
                             'stabilised loop of Armstrong and Frederick')
       call test%check(tip > yield + 0.5_wp*c/gamma, 'the loop is wide')
-      call test%check_close((law%plastic_energy(point%column, 1, 1) + law%strain_energy(point%column, point%layout, 1, 1)) &
+      call test%check_close((law%plastic_energy(point%column, 1, 1) &
+                             + law%strain_energy(point%column, point%layout, 1, 1)) &
                             /point%work, 1.0_wp, 2.0e-3_wp, 'work is stored or dissipated')
    end subroutine stabilised_loop
 
-   !> Linear: the stress falls by twice the yield stress before it yields in reverse, and the slope is E C/(E + C).
+   !> Linear: the stress falls by twice the yield stress before it yields in reverse, and the slope is E C/(E
+   !> + C).
    subroutine linear_loop()
       type(j2_t) :: law
       type(material_point_t) :: point
@@ -87,15 +90,18 @@ contains
          call point%pull(law, a/200, dt)
       end do
       expected = yield + young*c/(young + c)*(a - yield/young)
-      call test%check_close(point%column(1, point%layout%stress)/expected, 1.0_wp, 1.0e-5_wp, 'linear: stress of extension')
+      call test%check_close(point%column(1, point%layout%stress)/expected, 1.0_wp, 1.0e-5_wp, &
+                            'linear: stress of extension')
       do k = 1, 400
          call point%pull(law, -a/200, dt)
       end do
       expected = expected - 2.0_wp*yield - young*c/(young + c)*(2.0_wp*a - 2.0_wp*yield/young)
-      call test%check_close(point%column(1, point%layout%stress)/expected, 1.0_wp, 1.0e-5_wp, 'linear: stress after reversal')
+      call test%check_close(point%column(1, point%layout%stress)/expected, 1.0_wp, 1.0e-5_wp, &
+                            'linear: stress after reversal')
    end subroutine linear_loop
 
-   !> Between two stresses with a mean: plastic strain of each cycle is 1/gamma ln(((C/gamma)^2 - Xlow^2)/((C/gamma)^2 - Xhigh^2)).
+   !> Between two stresses with a mean: plastic strain of each cycle is 1/gamma ln(((C/gamma)^2 -
+   !> Xlow^2)/((C/gamma)^2 - Xhigh^2)).
    subroutine ratchetting()
       type(j2_t) :: law
       type(material_point_t) :: point
@@ -125,27 +131,32 @@ contains
       call test%check_close(rate/expected, 1.0_wp, 1.0e-3_wp, 'ratchetting rate of Armstrong and Frederick')
    end subroutine ratchetting
 
-   !> Several back stresses and a table beside them, in extension: each by its closed form; they stay deviators.
+   !> Several back stresses and a table beside them, in extension: each by its closed form; they stay
+   !> deviators.
    subroutine several()
       type(j2_t) :: law
       type(material_point_t) :: point
       real(wp) :: flowed, expected
       integer :: k
-      call law_of('young=200e9, poisson=0.3, hardening_strain=0,0.01,0.05, hardening_stress=200e6,260e6,300e6, '// &
+      call law_of('young=200e9, poisson=0.3, hardening_strain=0,0.01,0.05, '// &
+                  'hardening_stress=200e6,260e6,300e6, '// &
                   'kinematic_modulus=100e9,20e9,2e9, kinematic_recovery=2000,200,0', law)
       call point%ready(law, density)
       do k = 1, 300
          call point%pull(law, 0.03_wp/300, dt)
       end do
       flowed = point%field('plastic_strain')
-      expected = 260.0e6_wp + 40.0e6_wp*(flowed - 0.01_wp)/0.04_wp + 50.0e6_wp*(1.0_wp - exp(-2000.0_wp*flowed)) &
+      expected = 260.0e6_wp + 40.0e6_wp*(flowed - 0.01_wp)/0.04_wp &
+                 + 50.0e6_wp*(1.0_wp - exp(-2000.0_wp*flowed)) &
                  + 100.0e6_wp*(1.0_wp - exp(-200.0_wp*flowed)) + 2.0e9_wp*flowed
       call test%check(flowed > 0.025_wp, 'several: it flows')
       call test%check_close(point%column(1, point%layout%stress)/expected, 1.0_wp, 1.0e-9_wp, &
                             'several back stresses and a table: stress over plastic strain')
-      call test%check_close(point%axial - point%column(1, point%layout%stress)/young, flowed, 1.0e-6_wp, 'several: strains add up')
+      call test%check_close(point%axial - point%column(1, point%layout%stress)/young, flowed, 1.0e-6_wp, &
+                            'several: strains add up')
       associate (back => law%kinematic%back)
-         call test%check_close(point%field('back_stress_1')/(2.0_wp/3.0_wp*50.0e6_wp), 1.0_wp, 1.0e-9_wp, 'the first is saturated')
+         call test%check_close(point%field('back_stress_1')/(2.0_wp/3.0_wp*50.0e6_wp), 1.0_wp, 1.0e-9_wp, &
+                               'the first is saturated')
          call test%check_close(sum(point%column(1, back(2):back(2) + 2))/50.0e6_wp, 0.0_wp, 1.0e-12_wp, &
                                'back stresses are deviators')
       end associate
@@ -163,10 +174,12 @@ contains
       type(j2_t) :: law
       character(len=:), allocatable :: complaint
       call read_law(law, steel//', kinematic_recovery=400', complaint)
-      call test%check(index(complaint, 'kinematic_modulus: missing') > 0, 'recovery needs a modulus: '//complaint)
+      call test%check(index(complaint, 'kinematic_modulus: missing') > 0, 'recovery needs a modulus: '// &
+                      complaint)
       law = j2_t()
       call read_law(law, steel//', kinematic_modulus=1e9,1e9, kinematic_recovery=400', complaint)
-      call test%check(index(complaint, 'must have as many numbers as kinematic_modulus') > 0, 'as many of both: '//complaint)
+      call test%check(index(complaint, 'must have as many numbers as kinematic_modulus') > 0, &
+                      'as many of both: '//complaint)
    end subroutine refusals
 
 end program cyclic

@@ -1,4 +1,5 @@
-!> &damage on one particle: the strain at which it fails against Johnson and Cook's formula, and what is left then.
+!> &damage on one particle: the strain at which it fails against Johnson and Cook's formula, and what is left
+!> then.
 program damage
    use m_kinds, only: wp, i8
    use m_communicator, only: communicator_t
@@ -15,7 +16,8 @@ program damage
    use m_chance, only: say
    implicit none
    real(wp), parameter :: density = 8960.0_wp
-   character(len=*), parameter :: metal = 'young=124e9, poisson=0.34, yield_stress=200e6, hardening_modulus=500e6'
+   character(len=*), &
+      parameter :: metal = 'young=124e9, poisson=0.34, yield_stress=200e6, hardening_modulus=500e6'
    type(communicator_t) :: comm
    type(assertions_t) :: test
    type(particle_store_t) :: store
@@ -95,8 +97,10 @@ contains
             off = max(off, abs(point%field('plastic_strain') - expected)/expected)
             call test%check(point%field('damage') >= 1.0_wp, 'it fails')
             call test%check_close(point%mises(1), 0.0_wp, 0.0_wp, 'what has failed bears no shear')
-            call test%check((way == 3) .eqv. (point%column(1, point%layout%stress) < -1.0e6_wp), 'pressure stays, tension goes')
-            call test%check(effect%dissipated(point%column, 1, 1) > 0.0_wp, 'the energy of what was lost is booked')
+            call test%check((way == 3) .eqv. (point%column(1, point%layout%stress) < -1.0e6_wp), &
+                            'pressure stays, tension goes')
+            call test%check(effect%dissipated(point%column, 1, 1) > 0.0_wp, &
+                            'the energy of what was lost is booked')
          end do
       end do
       call say('tension, shear, compression, two rates: strain to failure, relative error', off)
@@ -114,9 +118,11 @@ contains
       integer :: k, hot
       do hot = 1, 2
          law = johnson_cook_t()
-         call read_law(law, 'young=124e9, poisson=0.34, yield_stress=90e6, hardening_modulus=0, hardening_exponent=1, '// &
-                       'rate_coefficient=0, thermal_exponent=1, melting_temperature=1300, room_temperature=300, '// &
-                       'specific_heat=383, heat_fraction=0', complaint)
+         call read_law(law, &
+                       'young=124e9, poisson=0.34, yield_stress=90e6, hardening_modulus=0, '// &
+                       'hardening_exponent=1, '// &
+                       'rate_coefficient=0, thermal_exponent=1, melting_temperature=1300, '// &
+                       'room_temperature=300, specific_heat=383, heat_fraction=0', complaint)
          effect = damage_t(constants=[0.1_wp, 0.0_wp, 0.0_wp, 0.0_wp, 2.0_wp])
          call ready(effect, law, point)
          if (hot == 2) point%column(1, point%table%column('temperature')) = 800.0_wp
@@ -127,7 +133,8 @@ contains
          end do
          strains(hot) = point%field('plastic_strain')
       end do
-      call test%check_close(strains, [0.1_wp, 0.2_wp], 3.0e-4_wp, 'half way to melting it takes 1 + D5/2 times the strain')
+      call test%check_close(strains, [0.1_wp, 0.2_wp], 3.0e-4_wp, &
+                            'half way to melting it takes 1 + D5/2 times the strain')
    end subroutine warm
 
    !> The limit of tension on an elastic law: the gap that opens closes before pressure comes again.
@@ -152,7 +159,8 @@ contains
          call act(effect, point, 1.0_wp)
       end do
       call test%check(point%field('damage') >= 1.0_wp .and. opened > 0.98e9_wp, 'it fails at the limit')
-      call test%check(all(abs(point%column(1, point%layout%stress:point%layout%stress + 5)) <= 0.0_wp), 'and bears no tension')
+      call test%check(all(abs(point%column(1, point%layout%stress:point%layout%stress + 5)) <= 0.0_wp), &
+                      'and bears no tension')
       m = -m
       do k = 1, 190
          call point%strain_by(law, m, 1.0_wp)
@@ -165,8 +173,8 @@ contains
          call act(effect, point, 1.0_wp)
       end do
       call test%check(point%column(1, point%layout%stress) < -5.0e7_wp, 'closed, it bears pressure')
-      call test%check_close(point%column(1, point%layout%stress), point%column(1, point%layout%stress + 1), 1.0_wp, &
-            'and no shear')
+      call test%check_close(point%column(1, point%layout%stress), point%column(1, point%layout%stress + 1), &
+                            1.0_wp, 'and no shear')
    end subroutine opening_and_closing
 
 end program damage

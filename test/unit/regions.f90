@@ -1,4 +1,5 @@
-!> Regions of nested levels, the split of a particle into eight, and the particles that bodies begin with on several levels.
+!> Regions of nested levels, the split of a particle into eight, and the particles that bodies begin with on
+!> several levels.
 program regions
    use m_kinds, only: wp, i8
    use m_constants, only: block_size
@@ -61,8 +62,8 @@ contains
       real(wp) :: a(3), z(3), x(3), edge(2, 3), width
       real(wp) :: near
       logical :: inner, reaches, inside, clear
-      grid = make_grid_level(grid_spec_t(lower=[-0.3_wp, 0.2_wp, 0.0_wp], upper=[1.7_wp, 2.2_wp, 2.0_wp], cell_size=cell, &
-                                         cells=[20, 20, 20]), 2)
+      grid = make_grid_level(grid_spec_t(lower=[-0.3_wp, 0.2_wp, 0.0_wp], upper=[1.7_wp, 2.2_wp, 2.0_wp], &
+                                         cell_size=cell, cells=[20, 20, 20]), 2)
       do axis = 1, 3
          low(axis) = 2*dice(0, 8)
          high(axis) = low(axis) + 2*dice(4, 12)
@@ -95,8 +96,10 @@ contains
          clear = any(z <= edge(1, :) - width .or. a >= edge(2, :) + width) .or. &
                  all(a >= edge(1, :) + width .and. z <= edge(2, :) - width)
          call test%check(region%clear_of_edge(a, z, width) .eqv. clear, 'boxes clear of the edge')
-         if (clear .and. width > near) call test%check(region%overlaps(a, z) .eqv. region%holds(0.5_wp*(a + z)), &
-                                                            'a box that is clear is all inside or all outside')
+         if (clear .and. width > near) &
+            call test%check(region%overlaps(a, z) .eqv. region%holds(0.5_wp*(a + z)), &
+                                                            'a box that is clear is all inside or all '// &
+                                                            'outside')
       end do
       x = 0.5_wp*(edge(1, :) + edge(2, :))
       do axis = 1, 3
@@ -123,8 +126,10 @@ contains
          do axis = 1, 3
             node(axis) = dice(-2, 18)
          end do
-         call test%check(region%is_inner(node) .and. everything%is_inner(node), 'without edges all nodes are inner')
-         call test%check(region%holds(node*grid%cell) .and. everything%holds(node*grid%cell), 'without edges all places are inside')
+         call test%check(region%is_inner(node) .and. everything%is_inner(node), &
+                         'without edges all nodes are inner')
+         call test%check(region%holds(node*grid%cell) .and. everything%holds(node*grid%cell), &
+                         'without edges all places are inside')
       end do
       region = make_region(grid, [0, 4, 4], [8, 12, 16])
       call test%check(region%is_inner([-1, 5, 17]), 'open sides: beyond the grid')
@@ -175,7 +180,8 @@ contains
       shares = table%shares()
       values = chance%several(table%columns, 0.1_wp, 1.0_wp)
       if (domain == 'corners') values(at%domain:at%domain + 8) = chance%several(9, -0.1_wp, 0.1_wp) &
-                                                                 + reshape([1, 0, 0, 0, 1, 0, 0, 0, 1], [9])*0.4_wp
+                                                                 + reshape([1, 0, 0, 0, 1, 0, 0, 0, 1], [9]) &
+                                                                 *0.4_wp
       values(at%generation) = 3.0_wp
       values(at%refinement) = 1.0_wp
       l = 0.0_wp
@@ -193,7 +199,8 @@ contains
             m = parts(at%mass, p)
             sums(1:2) = sums(1:2) + [m, parts(at%volume, p)]
             sums(3) = sums(3) + parts(table%column('energy'), p)
-            call test%check_close(m, 0.125_wp*values(at%mass), 0.0_wp, 'eight: an eighth of the mass, to the bit')
+            call test%check_close(m, 0.125_wp*values(at%mass), 0.0_wp, &
+                                  'eight: an eighth of the mass, to the bit')
             momentum = momentum + m*v
             center = center + m*x
             turn = turn + m*cross(x, v)
@@ -202,31 +209,39 @@ contains
                turn = turn + m/3.0_wp*cross(part(:, k), matmul(l, part(:, k)))
             end do
             call test%check_close(reshape(part, [9]), reshape(0.5_wp*r, [9]), 1.0e-15_wp, 'eight: half edges')
-            call test%check_close(v, values(at%velocity:at%velocity + 2) + matmul(l, x - values(at%position:at%position + 2)), &
+            call test%check_close(v, values(at%velocity:at%velocity + 2) &
+                                  + matmul(l, x - values(at%position:at%position + 2)), &
                                   1.0e-14_wp, 'eight: the linear field of velocities')
             off = solve(part, x - values(at%position:at%position + 2))
-            call test%check_close(abs(off), [1.0_wp, 1.0_wp, 1.0_wp], 1.0e-12_wp, 'eight: centres in the middle of their parts')
+            call test%check_close(abs(off), [1.0_wp, 1.0_wp, 1.0_wp], 1.0e-12_wp, &
+                                  'eight: centres in the middle of their parts')
             octant = sum(merge([1, 2, 4], 0, off > 0.0_wp))
             seen(octant) = seen(octant) + 1
-            call test%check_close(parts(at%stress:at%stress + 5, p), values(at%stress:at%stress + 5), 0.0_wp, 'eight: stress')
-            call test%check_close(parts(table%column('strain'), p), values(table%column('strain')), 0.0_wp, 'eight: strain')
+            call test%check_close(parts(at%stress:at%stress + 5, p), values(at%stress:at%stress + 5), &
+                                  0.0_wp, 'eight: stress')
+            call test%check_close(parts(table%column('strain'), p), values(table%column('strain')), 0.0_wp, &
+                                  'eight: strain')
             call test%check_close(parts(at%generation, p), 6.0_wp, 0.0_wp, 'eight: generation')
             call test%check_close(parts(at%refinement, p), 2.0_wp, 0.0_wp, 'eight: refinement')
-            if (affine) call test%check_close(parts(at%gradient:at%gradient + 8, p), values(at%gradient:at%gradient + 8), 0.0_wp, &
-                                              'eight: gradient')
+            if (affine) &
+               call test%check_close(parts(at%gradient:at%gradient + 8, p), &
+                                     values(at%gradient:at%gradient + 8), 0.0_wp, 'eight: gradient')
          end associate
       end do
       call test%check(all(seen == 1), 'eight: one part in every octant')
-      call test%check_close(sums(1:3), [values(at%mass), values(at%volume), values(table%column('energy'))], 1.0e-15_wp, &
-                            'eight: mass, volume and what is extensive')
-      call test%check_close(momentum, values(at%mass)*values(at%velocity:at%velocity + 2), 1.0e-15_wp, 'eight: momentum')
-      call test%check_close(center, values(at%mass)*values(at%position:at%position + 2), 1.0e-15_wp, 'eight: centre of mass')
+      call test%check_close(sums(1:3), [values(at%mass), values(at%volume), values(table%column('energy'))], &
+                            1.0e-15_wp, 'eight: mass, volume and what is extensive')
+      call test%check_close(momentum, values(at%mass)*values(at%velocity:at%velocity + 2), 1.0e-15_wp, &
+                            'eight: momentum')
+      call test%check_close(center, values(at%mass)*values(at%position:at%position + 2), 1.0e-15_wp, &
+                            'eight: centre of mass')
       m = values(at%mass)
       turn = turn - m*cross(values(at%position:at%position + 2), values(at%velocity:at%velocity + 2))
       do k = 1, 3
          turn = turn - m/3.0_wp*cross(r(:, k), matmul(l, r(:, k)))
       end do
-      call test%check_close(turn, [0.0_wp, 0.0_wp, 0.0_wp], 1.0e-14_wp, 'eight: angular momentum with that within domains')
+      call test%check_close(turn, [0.0_wp, 0.0_wp, 0.0_wp], 1.0e-14_wp, &
+                            'eight: angular momentum with that within domains')
    end subroutine eight
 
    !> a^-1 b
@@ -238,7 +253,8 @@ contains
            dot_product(a(:, 1), cross(a(:, 2), b))]/d
    end function solve
 
-   !> Every place of a body's lattice is there once: on one level whole, on several as far as the centres of its parts are inside.
+   !> Every place of a body's lattice is there once: on one level whole, on several as far as the centres of
+   !> its parts are inside.
    subroutine births(shape, per_cell, levels_wanted)
       integer, intent(in) :: shape, per_cell, levels_wanted
       type(level_t) :: levels(levels_wanted), one(1)
@@ -248,7 +264,8 @@ contains
       integer(i8), allocatable :: id(:)
       real(wp) :: spacing, lower(3), centre(3)
       integer :: l, split, wrong(4), n
-      spec = grid_spec_t(lower=[0.0_wp, -0.3_wp, 0.1_wp], upper=[2.0_wp, 1.7_wp, 2.1_wp], cell_size=cell, cells=[20, 20, 20])
+      spec = grid_spec_t(lower=[0.0_wp, -0.3_wp, 0.1_wp], upper=[2.0_wp, 1.7_wp, 2.1_wp], cell_size=cell, &
+                         cells=[20, 20, 20])
       body%name = 'body'
       body%material = 1
       centre = spec%lower + chance%several(3, 0.9_wp, 1.1_wp)
@@ -276,9 +293,12 @@ contains
       call test%check_equal(count(wrong /= 0), 0, 'births: one level')
       call test%check(all(abs(volume - spacing**3) < 1.0e-12_wp*spacing**3), 'births: volumes on one level')
       call collect(levels, body, id, volume, wrong, split)
-      call test%check_equal(wrong(1), 0, 'births: every particle lives on the finest level that its domain reaches')
-      call test%check_equal(wrong(2), 0, 'births: what lives on a level has been split, where its centre is inside')
-      call test%check_equal(wrong(3), 0, 'births: every particle is inside the shape, in the block of its nearest node')
+      call test%check_equal(wrong(1), 0, &
+                            'births: every particle lives on the finest level that its domain reaches')
+      call test%check_equal(wrong(2), 0, &
+                            'births: what lives on a level has been split, where its centre is inside')
+      call test%check_equal(wrong(3), 0, &
+                            'births: every particle is inside the shape, in the block of its nearest node')
       call test%check_equal(wrong(4), 0, 'births: as many are counted as are made')
       if (levels_wanted > 1) call test%check(split > 0, 'births: some are split')
       call once(id, volume, n, spacing, levels_wanted == 1)
@@ -322,7 +342,8 @@ contains
                   associate (at => levels(l)%layout, column => one%particles%column)
                      x = column(p, at%position:at%position + 2)
                      half = column(p, at%half_size)
-                     if (abs(column(p, at%mass) - density*column(p, at%volume)) > 1.0e-15_wp) wrong(3) = wrong(3) + 1
+                     if (abs(column(p, at%mass) - density*column(p, at%volume)) > 1.0e-15_wp) &
+                        wrong(3) = wrong(3) + 1
                      if (abs((2.0_wp*half)**3 - column(p, at%volume)) > 1.0e-15_wp) wrong(3) = wrong(3) + 1
                      if (any(levels(l)%grid%nearest_node(x)/block_size /= place)) wrong(3) = wrong(3) + 1
                      if (.not. body%shape%inside(x)) wrong(3) = wrong(3) + 1
@@ -337,7 +358,8 @@ contains
                         if (levels(f)%region%holds(x)) deep = deep + 1
                      end do
                      if (nint(column(p, at%refinement)) < deep) wrong(2) = wrong(2) + 1
-                     if (nint(column(p, at%generation)) /= 3*nint(column(p, at%refinement))) wrong(2) = wrong(2) + 1
+                     if (nint(column(p, at%generation)) /= 3*nint(column(p, at%refinement))) &
+                        wrong(2) = wrong(2) + 1
                      if (nint(column(p, at%refinement)) > 0) split = split + 1
                   end associate
                end do
@@ -383,7 +405,8 @@ contains
       end if
       call test%check_equal(places, n, 'births: as many places of the lattice as on one level')
       call test%check_close(worst, 0.0_wp, 1.0e-12_wp, 'births: each of them is there once')
-      call test%check_close(sum(volume)*density, n*density*spacing**3, 1.0e-11_wp*n*density*spacing**3, 'births: mass')
+      call test%check_close(sum(volume)*density, n*density*spacing**3, 1.0e-11_wp*n*density*spacing**3, &
+                            'births: mass')
    end subroutine once
 
 end program regions

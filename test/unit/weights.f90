@@ -156,8 +156,8 @@ contains
                         call keep_worst(off(1), stencil%weight(m, a, axis) &
                                         - plain_weight((column(p, axis) - node)*frame%per_cell - a, half))
                         call keep_worst(off(2), stencil%slope(m, a, axis)*frame%cell - &
-                                        aimag(plain_weight(cmplx((column(p, axis) - node)*frame%per_cell - a, &
-                                                                 1.0e-30_wp, wp), half))/1.0e-30_wp)
+                                        aimag(plain_weight(cmplx((column(p, axis) - node)*frame%per_cell &
+                                        - a, 1.0e-30_wp, wp), half))/1.0e-30_wp)
                      end do
                   end do
                end do

@@ -1,6 +1,6 @@
-!> Nested levels: what must be kept. Constant velocity and constant stress through edges, mass and momentum of a block that travels
-!> and spins through a fine region, energy where one leaves it, a level without particles, a model and its mirror image, and a
-!> force that the momentum must show.
+!> Nested levels: what must be kept. Constant velocity and constant stress through edges, mass and momentum of
+!> a block that travels and spins through a fine region, energy where one leaves it, a level without
+!> particles, a model and its mirror image, and a force that the momentum must show.
 !test: ranks 2
 !test: limit 120
 program levels
@@ -19,24 +19,29 @@ program levels
    type(communicator_t) :: comm
    type(assertions_t) :: test
    type(manner_t) :: manners(7), uniform
-   real(wp) :: kept_by_one(2, 2) !< energy at the end over that at the start on one level: affine or not, flip 1 or not
+   real(wp) :: kept_by_one(2, 2) !< energy at the end over that at the start on one level: affine or not, flip
+                                 !< 1 or not
    integer :: i
    call comm%start()
    call test%start(comm, 'levels')
-   manners = [manner_t(), manner_t(affine=.false.), manner_t(flip=0.98_wp), manner_t(affine=.false., flip=0.98_wp), &
-              manner_t(subcycle=.false.), manner_t(levels=3), manner_t(levels=3, subcycle=.false.)]
+   manners = [manner_t(), manner_t(affine=.false.), manner_t(flip=0.98_wp), &
+              manner_t(affine=.false., flip=0.98_wp), manner_t(subcycle=.false.), manner_t(levels=3), &
+              manner_t(levels=3, subcycle=.false.)]
    if (comm%is_root()) print '(3x,a)', 'constant velocity: largest change over |v|, stress over E |v|/c'
    do i = 1, size(manners)
       call constant_velocity(manners(i))
    end do
-   if (comm%is_root()) print '(3x,a)', 'constant stress at rest: largest speed over stress/(density c), change of stress'
+   if (comm%is_root()) &
+      print '(3x,a)', 'constant stress at rest: largest speed over stress/(density c), change of stress'
    do i = 1, size(manners)
       call constant_stress(manners(i), [2, 2, 2], [6, 6, 6], 'inside')
       call constant_stress(manners(i), [0, 0, 0], [4, 4, 4], 'at a corner')
       call constant_stress(manners(i), [2, 0, 2], [6, 4, 6], 'at a symmetry plane')
       call constant_stress(manners(i), [2, 0, 0], [6, 8, 8], 'across')
    end do
-   if (comm%is_root()) print '(3x,a)', 'constant stress, lattice anywhere: largest acceleration inside over stress/(density cell)'
+   if (comm%is_root()) &
+      print '(3x,a)', &
+      'constant stress, lattice anywhere: largest acceleration inside over stress/(density cell)'
    do i = 1, 27
       if (i == 1 .or. i == 8 .or. i == 27) call inner_forces(i)
    end do
@@ -53,7 +58,8 @@ program levels
    end do
    call crossing_with(domain_stretch, 'stretch')
    call crossing_with(domain_corners, 'corners')
-   if (comm%is_root()) print '(3x,a)', 'a short bar leaves a region at half the speed of sound: energy/start, highest and last'
+   if (comm%is_root()) &
+      print '(3x,a)', 'a short bar leaves a region at half the speed of sound: energy/start, highest and last'
    call leaving(manner_t(levels=1))
    do i = 1, size(manners)
       call leaving(manners(i))
@@ -106,7 +112,8 @@ contains
       call even_motion([0.0_wp, 0.0_wp, 0.0_wp], 1, v, l, s)
       steps = nint(13.0_wp*cell/v(1)/manner%step_of(0.4_wp))
       call run_steps(model, steps/2, manner%step_of(0.4_wp), error)
-      call test%check(particles_on(model, manner%levels) > 216, 'constant velocity: the block is on the finest level')
+      call test%check(particles_on(model, manner%levels) > 216, &
+                      'constant velocity: the block is on the finest level')
       call run_steps(model, steps - steps/2, manner%step_of(0.4_wp), error)
       call test%check(.not. error%happened(), 'constant velocity: goes on')
       all = all_particles(model)
@@ -132,7 +139,8 @@ contains
       s = [1.0e4_wp, -0.4e4_wp, 0.7e4_wp, 0.0_wp, 0.0_wp, 0.0_wp]
    end subroutine even_pressure
 
-   !> A body fills a grid with symmetry planes all round, under different pressures along x, y, z: nothing moves.
+   !> A body fills a grid with symmetry planes all round, under different pressures along x, y, z: nothing
+   !> moves.
    subroutine constant_stress(manner, lower, upper, where)
       type(manner_t), intent(in) :: manner
       integer, intent(in) :: lower(3), upper(3)
@@ -160,10 +168,12 @@ contains
       call test%check(.not. error%happened(), 'constant stress: goes on')
       call even_pressure([0.0_wp, 0.0_wp, 0.0_wp], 1, v, l, s)
       all = all_particles(model)
-      off = [maxval(abs(all(4:6, :)))/(s(1)/(density*wave)), maxval(abs(all(9:14, :) - spread(s, 2, size(all, 2))))/s(1)]
+      off = [maxval(abs(all(4:6, :)))/(s(1)/(density*wave)), &
+             maxval(abs(all(9:14, :) - spread(s, 2, size(all, 2))))/s(1)]
       if (comm%is_root()) print '(6x,a40,1x,a20,2es10.2)', manner%text(), where, off
       call test%check_close(off, [0.0_wp, 0.0_wp], 1.0e-12_wp, 'constant stress '//where//', '//manner%text())
-      call test%check_close(sum(all(at_mass, :)), density*(8*cell)**3, 1.0e-12_wp*density*(8*cell)**3, 'constant stress: mass')
+      call test%check_close(sum(all(at_mass, :)), density*(8*cell)**3, 1.0e-12_wp*density*(8*cell)**3, &
+                            'constant stress: mass')
       call model%release()
    end subroutine constant_stress
 
@@ -176,8 +186,8 @@ contains
       s = 1.0e4_wp*[1.0_wp, -0.4_wp, 0.7_wp, 0.3_wp, 0.8_wp, -0.6_wp]
    end subroutine even_shear
 
-   !> A free body whose lattice does not fit the grid, under one stress: no force on any node four cells or more inside it, of
-   !> either level.
+   !> A free body whose lattice does not fit the grid, under one stress: no force on any node four cells or
+   !> more inside it, of either level.
    subroutine inner_forces(per_cell)
       integer, intent(in) :: per_cell
       real(wp), parameter :: low(3) = [3.137_wp, 3.71_wp, 2.29_wp], high = 14.0_wp, deep = 4.0_wp
@@ -207,7 +217,8 @@ contains
                         if (any(x < low + deep) .or. any(x > low + high - deep)) cycle
                         if (.not. level%nodes(1, i, j, k, b) > 0.0_wp) cycle
                         looked(n) = looked(n) + 1
-                        call keep_worst(worst(n), maxval(abs(level%nodes(5:7, i, j, k, b)))/(1.0e4_wp/(density*cell)))
+                        call keep_worst(worst(n), &
+                                        maxval(abs(level%nodes(5:7, i, j, k, b)))/(1.0e4_wp/(density*cell)))
                      end do
                   end do
                end do
@@ -216,8 +227,8 @@ contains
       end do
       looked = [int(comm%sum_count(int(looked(1), 8))), int(comm%sum_count(int(looked(2), 8)))]
       worst = [comm%maximum(worst(1)), comm%maximum(worst(2))]
-      if (comm%is_root()) print '(6x,i3,a,2(i6,a,es9.2))', per_cell, ' particles a cell:', looked(1), ' coarse nodes', worst(1), &
-         looked(2), ' fine nodes', worst(2)
+      if (comm%is_root()) print '(6x,i3,a,2(i6,a,es9.2))', per_cell, ' particles a cell:', looked(1), &
+         ' coarse nodes', worst(1), looked(2), ' fine nodes', worst(2)
       call test%check(all(looked > 50), 'inner forces: nodes were looked at')
       call test%check_close(worst, [0.0_wp, 0.0_wp], 1.0e-11_wp, 'inner forces vanish')
       call model%release()
@@ -294,8 +305,8 @@ contains
       merges = int(comm%sum_count(model%merges))
       call test%check(.not. error%happened(), 'crossing: goes on, '//name)
       ! of the spin: that of the centre of mass about the origin is kept with the momentum
-      if (comm%is_root()) print '(6x,a40,2es9.1,3f9.5,es9.1,2i8)', name, off, now%energy()/start%energy(), low/start%energy(), &
-         high/start%energy(), norm2(turned)/norm2(spin(start)), most, merges
+      if (comm%is_root()) print '(6x,a40,2es9.1,3f9.5,es9.1,2i8)', name, off, now%energy()/start%energy(), &
+         low/start%energy(), high/start%energy(), norm2(turned)/norm2(spin(start)), most, merges
       call test%check_close(off(1), 0.0_wp, 1.0e-13_wp, 'crossing: mass, '//name)
       call test%check_close(off(2), 0.0_wp, 1.0e-12_wp, 'crossing: momentum, '//name)
       one = kept_by_one(merge(1, 2, manner%affine), merge(1, 2, manner%flip > 0.999_wp))
@@ -304,7 +315,8 @@ contains
       call test%check(low > (one - 0.03_wp)*start%energy() .and. high < 1.03_wp*start%energy(), &
                       'crossing: energy within 3 % of that on one level, '//name)
       if (manner%levels > 1) call test%check(most > 1000, 'crossing: particles were split')
-      if (manner%levels > 1 .and. scene%time%domain == domain_fixed) call test%check(merges > 100, 'crossing: particles merged')
+      if (manner%levels > 1 .and. scene%time%domain == domain_fixed) &
+         call test%check(merges > 100, 'crossing: particles merged')
       call model%release()
    end subroutine cross
 
@@ -318,7 +330,8 @@ contains
       end associate
    end function spin
 
-   !> A short bar rings and flies out of the region at half the speed of sound: free surfaces at coarse nodes that had no mass.
+   !> A short bar rings and flies out of the region at half the speed of sound: free surfaces at coarse nodes
+   !> that had no mass.
    subroutine leaving(manner)
       type(manner_t), intent(in) :: manner
       real(wp), parameter :: safety = 0.3_wp
@@ -410,7 +423,8 @@ contains
          with = all_particles(model)
          call test%check(size(with, 2) == size(without, 2), 'without particles: no particle is split')
          off = worst_difference(with, without)/[cell, 7.0_wp, 1.0e4_wp, 1.0_wp, 1.0_wp]
-         if (comm%is_root() .and. n > 1) print '(3x,a,i2,a,5es9.1)', 'a level without particles', n, ' levels: off by', off
+         if (comm%is_root() .and. n > 1) print '(3x,a,i2,a,5es9.1)', 'a level without particles', n, &
+            ' levels: off by', off
          call test%check_close(off, spread(0.0_wp, 1, 5), 0.0_wp, 'without particles: the same particles')
          call model%release()
          deallocate (model)
@@ -450,7 +464,8 @@ contains
          call add_box(scene, [low, low, 0.0_wp], [4.0_wp, 4.0_wp, 6.0_wp], 8)
          call add_level(scene, [(wide - 4)*n, (wide - 4)*n, 2], [wide*n + 4, wide*n + 3, 6])
          if (n == 1) scene%levels(1)%lower(2) = -3.0_wp*cell
-         if (manner%levels > 2) call add_level(scene, [(wide - 2)*n, (wide - 2)*n, 3], [wide*n + 2, wide*n + 2, 5])
+         if (manner%levels > 2) &
+            call add_level(scene, [(wide - 2)*n, (wide - 2)*n, 3], [wide*n + 2, wide*n + 2, 5])
          call model%build(comm, scene, error)
          call set_motion(model, thrown)
          call run_steps(model, 60, manner%step_of(0.4_wp), error)
@@ -464,13 +479,15 @@ contains
       call test%check_equal(4*size(part, 2), size(whole, 2), 'mirrored: four times as many particles')
       call test%check(scale > 1.0e4_wp, 'mirrored: there is stress')
       off = worst_difference(part, whole)/[8.0_wp*cell, 2.0_wp, scale, 1.0_wp, 1.0_wp]
-      if (comm%is_root()) print '(3x,2a,i6,a,5es9.1)', 'a quarter and the whole, '//manner%text(), ',', size(part, 2), &
-         ' particles: off by', off
-      call test%check_close(off, spread(0.0_wp, 1, 5), 1.0e-11_wp, 'mirrored: a quarter moves as the whole does, '//manner%text())
+      if (comm%is_root()) print '(3x,2a,i6,a,5es9.1)', 'a quarter and the whole, '//manner%text(), ',', &
+         size(part, 2), ' particles: off by', off
+      call test%check_close(off, spread(0.0_wp, 1, 5), 1.0e-11_wp, &
+                            'mirrored: a quarter moves as the whole does, '//manner%text())
    end subroutine mirrored
 
-   !> A force on a constrained node of the edge, `share` of the momentum over the run: it goes up to the coarse nodes and from there
-   !> to the particles, once; and what conserves momentum to 1e-12 sees one of 1e-9.
+   !> A force on a constrained node of the edge, `share` of the momentum over the run: it goes up to the
+   !> coarse nodes and from there to the particles, once; and what conserves momentum to 1e-12 sees one of
+   !> 1e-9.
    subroutine planted(share)
       real(wp), intent(in) :: share
       integer, parameter :: steps = 40
@@ -486,7 +503,8 @@ contains
       call add_level(scene, [8, 7, 7], [14, 14, 14])
       impulse = share*density*512*cell**3*norm2([7.0_wp, 6.1_wp, 3.7_wp])*0.01_wp*way
       allocate (model%effects(1))
-      allocate (model%effects(1)%effect, source=kick_t(name='kick', force=impulse/(steps*manner%step_of(0.3_wp)), &
+      allocate (model%effects(1)%effect, &
+                source=kick_t(name='kick', force=impulse/(steps*manner%step_of(0.3_wp)), &
                                                        cell=0.5_wp*cell, node=[16, 19, 21]))
       call model%build(comm, scene, error)
       call set_motion(model, slow)
@@ -498,10 +516,11 @@ contains
       if (comm%is_root()) print '(3x,a,es9.2,a,es10.3,a,es9.1)', 'a force on a constrained,', share, &
          ' of the momentum: momentum changes by', change, ', other than the impulse', &
          norm2(now%momentum - start%momentum - impulse)/norm2(start%momentum)
-      if (share <= 0.0_wp) call test%check_close(change, 0.0_wp, 1.0e-12_wp, 'planted: nothing without a force')
+      if (share <= 0.0_wp) &
+         call test%check_close(change, 0.0_wp, 1.0e-12_wp, 'planted: nothing without a force')
       if (share > 0.0_wp) call test%check(change > 1.0e-12_wp, 'planted: the momentum shows it')
-      call test%check_close(norm2(now%momentum - start%momentum - impulse)/norm2(start%momentum), 0.0_wp, 1.0e-12_wp, &
-                            'planted: momentum grows by the impulse')
+      call test%check_close(norm2(now%momentum - start%momentum - impulse)/norm2(start%momentum), 0.0_wp, &
+                            1.0e-12_wp, 'planted: momentum grows by the impulse')
       call model%release()
    end subroutine planted
 

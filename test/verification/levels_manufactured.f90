@@ -1,5 +1,5 @@
-!> The axis-aligned manufactured solution (m_manufactured) with a level over half of the cube: its order of convergence is not
-!> below that of the uniform grid, in lockstep, subcycled with small steps, and subcycled.
+!> The axis-aligned manufactured solution (m_manufactured) with a level over half of the cube: its order of
+!> convergence is not below that of the uniform grid, in lockstep, subcycled with small steps, and subcycled.
 !test: ranks 2
 !test: limit 120
 program levels_manufactured
@@ -35,7 +35,8 @@ contains
       call test%check(nested%order_largest > uniform%order_largest - below, name//': order, Linf')
       do g = 1, size(cells)
          call test%check(nested%outcomes(g)%l2 < uniform%outcomes(g)%l2, name//': a smaller error')
-         call test%check(nested%outcomes(g)%particles > 4*uniform%outcomes(g)%particles, name//': particles of the level')
+         call test%check(nested%outcomes(g)%particles > 4*uniform%outcomes(g)%particles, name// &
+                         ': particles of the level')
       end do
    end subroutine compare
 

@@ -1,8 +1,9 @@
-!> Nested levels: pulses through an edge, straight and at 45 degrees, and bodies that ring, beside the same on one level.
+!> Nested levels: pulses through an edge, straight and at 45 degrees, and bodies that ring, beside the same on
+!> one level.
 !>
-!> A pulse v = h exp(-(s/w)^2), w = 6 coarse cells, of plane strain. The velocity is that of half a step before the stress, as
-!> leapfrog wants it: else a wave of 1.4 % goes back from the start. What is left behind the pulse may be at most 1 % of its height
-!> above what the uniform coarse grid leaves there.
+!> A pulse v = h exp(-(s/w)^2), w = 6 coarse cells, of plane strain. The velocity is that of half a step
+!> before the stress, as leapfrog wants it: else a wave of 1.4 % goes back from the start. What is left behind
+!> the pulse may be at most 1 % of its height above what the uniform coarse grid leaves there.
 !test: limit 120
 program levels_waves
    use m_kinds, only: wp
@@ -17,14 +18,16 @@ program levels_waves
    real(wp), parameter :: width = 6.0_wp*cell, height = 1.0e-3_wp*wave, safety = 0.4_wp
    type(communicator_t) :: comm
    type(assertions_t) :: test
-   !> Of the pulse: direction, middle at the start, half a step's way on levels. Saved, so that `pulse` need not find them on a
-   !> stack.
+   !> Of the pulse: direction, middle at the start, half a step's way on levels. Saved, so that `pulse` need
+   !> not find them on a stack.
    real(wp), save :: way(3), begun, lag(2)
    logical :: affine
    integer :: a
    call comm%start()
    call test%start(comm, 'levels_waves')
-   if (comm%is_root()) print '(3x,a)', 'a pulse: height it has left over that of the start, left behind over that, energy, momentum'
+   if (comm%is_root()) &
+      print '(3x,a)', &
+      'a pulse: height it has left over that of the start, left behind over that, energy, momentum'
    do a = 1, 2
       affine = a == 1
       call straight()
@@ -67,11 +70,12 @@ contains
       s(1:3) = s(1:3) + strain*lambda
    end subroutine pulse
 
-   !> Along a bar of 78 x 2 x 2 cells between symmetry planes, from coarse to fine, from fine to coarse, and without an edge.
+   !> Along a bar of 78 x 2 x 2 cells between symmetry planes, from coarse to fine, from fine to coarse, and
+   !> without an edge.
    subroutine straight()
       real(wp) :: left(5), high(5)
-      character(len=14), parameter :: names(5) = ['one level     ', 'coarse to fine', 'fine to coarse', 'lockstep      ', &
-                                                  'three levels  ']
+      character(len=14), parameter :: names(5) = ['one level     ', 'coarse to fine', 'fine to coarse', &
+                                                  'lockstep      ', 'three levels  ']
       type(model_t), allocatable :: model
       type(scene_t) :: scene
       type(error_t) :: error
@@ -92,9 +96,10 @@ contains
          case (2, 4); call add_level(scene, [42, 0, 0], [78, 2, 2])
          case (3); call add_level(scene, [0, 0, 0], [42, 2, 2])
          case (5)
-            call add_level(scene, [42, 0, 0], [56, 2, 2]) ! the pulse has passed them when it is measured: particles that touch an
-            call add_level(scene, [46, 0, 0], [52, 2, 2]) ! edge have impulses of the finer side ahead of time (theory.md, eq.
-                                                          ! time-levels)
+            call add_level(scene, [42, 0, 0], [56, 2, 2]) ! the pulse has passed them when it is measured:
+                                                          ! particles that touch an
+            call add_level(scene, [46, 0, 0], [52, 2, 2]) ! edge have impulses of the finer side ahead of time
+                                                          ! (theory.md, eq. time-levels)
          end select
          call model%build(comm, scene, error)
          call set_pulse(model, manner)
@@ -105,11 +110,16 @@ contains
          now = measure(model)
          all = all_particles(model)
          high(kind) = maxval(all(4, :), mask=all(1, :) > 45.0_wp*cell)/height
-         left(kind) = maxval(abs(all(4, :)), mask=all(1, :) > 2.0_wp*cell .and. all(1, :) < 45.0_wp*cell)/height
-         if (comm%is_root()) print '(6x,a7,a15,2f9.5,f9.5,es9.1)', merge('affine ', 'plain  ', affine), names(kind), high(kind), &
-            left(kind), now%energy()/start%energy(), abs(now%momentum(1) - start%momentum(1))/start%momentum(1)
-         call test%check_close(now%momentum(1), start%momentum(1), 1.0e-12_wp*start%momentum(1), 'pulse: momentum')
-         if (kind > 1) call test%check(left(kind) < left(1) + 0.01_wp, 'pulse: what the edge leaves behind, '//names(kind))
+         left(kind) = maxval(abs(all(4, :)), mask=all(1, :) > 2.0_wp*cell .and. all(1, :) < 45.0_wp*cell) &
+                      /height
+         if (comm%is_root()) print '(6x,a7,a15,2f9.5,f9.5,es9.1)', merge('affine ', 'plain  ', affine), &
+            names(kind), high(kind), left(kind), now%energy()/start%energy(), &
+            abs(now%momentum(1) - start%momentum(1))/start%momentum(1)
+         call test%check_close(now%momentum(1), start%momentum(1), 1.0e-12_wp*start%momentum(1), &
+                               'pulse: momentum')
+         if (kind > 1) &
+            call test%check(left(kind) < left(1) + 0.01_wp, 'pulse: what the edge leaves behind, '// &
+                            names(kind))
          if (kind > 1) call test%check(high(kind) > high(1) - 0.01_wp .and. high(kind) < 1.03_wp, &
                                        'pulse: its height, '//names(kind))
          call model%release()
@@ -117,9 +127,9 @@ contains
       end do
    end subroutine straight
 
-   !> At 45 degrees through a fine box, in a sheet one cell thick: against the same on the coarse grid, particle by particle, behind
-   !> the pulse. So what comes from the sides of the sheet, where the pulse does not fit, drops out; what remains is what the box
-   !> throws back.
+   !> At 45 degrees through a fine box, in a sheet one cell thick: against the same on the coarse grid,
+   !> particle by particle, behind the pulse. So what comes from the sides of the sheet, where the pulse does
+   !> not fit, drops out; what remains is what the box throws back.
    subroutine oblique()
       integer, parameter :: n = 72, half = 6
       type(model_t), allocatable :: model
@@ -157,14 +167,14 @@ contains
       do p = 1, size(all, 2)
          thrown_back = max(thrown_back, norm2(all(4:6, p) - first(4:6, nearest(first, all(1:3, p))))/height)
       end do
-      if (comm%is_root()) print '(6x,a,2f9.5,a,f9.5,a,i6,a)', 'oblique: height on one level, with the box', high, &
-         '; the box throws back', thrown_back, ' seen by', size(all, 2), ' particles'
+      if (comm%is_root()) print '(6x,a,2f9.5,a,f9.5,a,i6,a)', 'oblique: height on one level, with the box', &
+         high, '; the box throws back', thrown_back, ' seen by', size(all, 2), ' particles'
       call test%check(thrown_back < 0.01_wp, 'oblique: what the edges throw back')
       call test%check(high(2) > high(1) - 0.01_wp .and. high(2) < 1.03_wp, 'oblique: its height')
    end subroutine oblique
 
-   !> Particles behind the pulse, outside the box by two cells (nearer ones may live on the finer level, whose velocities stand at
-   !> another time) and inside the sheet; particles where the pulse is.
+   !> Particles behind the pulse, outside the box by two cells (nearer ones may live on the finer level, whose
+   !> velocities stand at another time) and inside the sheet; particles where the pulse is.
    subroutine choose(all, n, half, behind, ahead)
       real(wp), intent(in) :: all(:, :)
       integer, intent(in) :: n, half !< edge of the sheet, half the box's, cells
@@ -176,7 +186,8 @@ contains
          x = all(1:2, q)/cell - 0.5_wp*n
          s = sqrt(0.5_wp)*sum(x)
          ahead(q) = s > 8.0_wp .and. abs(x(1) - x(2)) < 4.0_wp
-         behind(q) = s < 2.0_wp .and. s > -10.0_wp .and. maxval(abs(x)) > half + 2 .and. maxval(abs(x)) < 0.5_wp*n - 4.0_wp
+         behind(q) = s < 2.0_wp .and. s > -10.0_wp .and. maxval(abs(x)) > half + 2 .and. maxval(abs(x)) < &
+                     0.5_wp*n - 4.0_wp
       end do
    end subroutine choose
 
@@ -189,29 +200,35 @@ contains
       type(scene_t) :: scene
       real(wp) :: off(5), uniform(2)
       integer :: kind, half
-      manners = [manner_t(levels=1), manner_t(affine=.false., levels=1), manner_t(), manner_t(affine=.false.), &
-                 manner_t(subcycle=.false.), manner_t(levels=3)]
+      manners = [manner_t(levels=1), manner_t(affine=.false., levels=1), manner_t(), &
+                 manner_t(affine=.false.), manner_t(subcycle=.false.), manner_t(levels=3)]
       do half = merge(1, 2, long > 0), 2
          do kind = 1, merge(kinds, 4, half == 2)
             if (long > 0) scene = ringing_bar(manners(kind), long)
             if (long == 0) scene = ringing_block(manners(kind))
-            ringing = ring(comm, scene, manners(kind), 0.25_wp*half, nint(500.0_wp/half*manner_steps(manners(kind))), long)
-            if (comm%is_root()) print '(6x,a,a40,f6.2,i4,4f9.5,2es9.1,i7,f7.1,a)', merge('bar  ', 'block', long > 0), &
-               manners(kind)%text(), 0.25_wp*half, ringing%periods, ringing%last, ringing%lowest, ringing%highest, &
-               ringing%largest, ringing%momentum, ringing%mass, ringing%particles, ringing%seconds, ' s'
+            ringing = ring(comm, scene, manners(kind), 0.25_wp*half, &
+                           nint(500.0_wp/half*manner_steps(manners(kind))), long)
+            if (comm%is_root()) print '(6x,a,a40,f6.2,i4,4f9.5,2es9.1,i7,f7.1,a)', &
+               merge('bar  ', 'block', long > 0), manners(kind)%text(), 0.25_wp*half, ringing%periods, &
+               ringing%last, ringing%lowest, ringing%highest, ringing%largest, ringing%momentum, &
+               ringing%mass, ringing%particles, ringing%seconds, ' s'
             if (kind <= 2) uniform(kind) = ringing%lowest
             call test%check(.not. ringing%failed, 'ringing: goes on')
             call test%check(ringing%highest < 1.01_wp, 'ringing: no more energy, '//manners(kind)%text())
-            call test%check(ringing%lowest > min(0.97_wp, uniform(merge(1, 2, manners(kind)%affine)) - 0.01_wp), &
+            call test%check(ringing%lowest > min(0.97_wp, uniform(merge(1, 2, manners(kind)%affine)) &
+                                                 - 0.01_wp), &
                             'ringing: no less energy, '//manners(kind)%text())
             call test%check_close(ringing%momentum, 0.0_wp, 1.0e-12_wp, 'ringing: momentum')
             call test%check_close(ringing%mass, 0.0_wp, 1.0e-14_wp, 'ringing: mass')
             if (half == 2 .and. kind == 3) subcycled = ringing
             if (kind == 5 .and. .not. ringing%failed) then
-               off = worst_difference(ringing%all, subcycled%all)/[cell, 0.005_wp*bar_wave, 0.005_wp*young, 1.0_wp, 1.0_wp]
-               if (comm%is_root()) print '(6x,a,4es9.1)', '   lockstep and subcycled differ: place, speed, stress, volume', &
+               off = worst_difference(ringing%all, subcycled%all)/[cell, 0.005_wp*bar_wave, 0.005_wp*young, &
+                     1.0_wp, 1.0_wp]
+               if (comm%is_root()) &
+                  print '(6x,a,4es9.1)', '   lockstep and subcycled differ: place, speed, stress, volume', &
                   off([1, 2, 3, 5])
-               call test%check(off(1) < 0.02_wp .and. off(2) < 0.1_wp, 'ringing: subcycled or not, much the same')
+               call test%check(off(1) < 0.02_wp .and. off(2) < 0.1_wp, &
+                               'ringing: subcycled or not, much the same')
             end if
          end do
       end do

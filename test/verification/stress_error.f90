@@ -1,9 +1,9 @@
 !test: ranks 2
 !test: limit 300
-!> The recovered-stress estimate (theory.md, eq. recovered) against the true error of the particles' stress, on the axis-aligned
-!> manufactured solution (m_manufactured). A particle's stress is that of its half cell, so its error is of first order; the
-!> estimate must fall with it, and stay within 15 % of it. A uniform stress has none, whatever the domains are, at free surfaces
-!> too.
+!> The recovered-stress estimate (theory.md, eq. recovered) against the true error of the particles' stress,
+!> on the axis-aligned manufactured solution (m_manufactured). A particle's stress is that of its half cell,
+!> so its error is of first order; the estimate must fall with it, and stay within 15 % of it. A uniform
+!> stress has none, whatever the domains are, at free surfaces too.
 program stress_error
    use m_kinds, only: wp
    use m_errors, only: error_t
@@ -91,17 +91,19 @@ contains
          do b = 1, size(model%levels(l)%blocks)
             associate (s => model%levels(l)%layout%stress, particles => model%levels(l)%blocks(b)%particles)
                do p = 1, particles%count
-                  particles%column(p, s:s + 5) = [1.0e4_wp, -2.0e4_wp, 3.0e3_wp, 5.0e3_wp, -7.0e3_wp, 1.0e3_wp]
+                  particles%column(p, s:s + 5) = [1.0e4_wp, -2.0e4_wp, 3.0e3_wp, 5.0e3_wp, &
+                                                  -7.0e3_wp, 1.0e3_wp]
                end do
             end associate
          end do
       end do
       call estimate_stress_error(model, estimate)
       highest = estimate%share()
-      if (comm%is_root()) print '(3x,a,es9.2,a,es9.2,a)', name//' stress: estimated error ', highest, ', beside edges ', &
-         estimate%beside, ' J'
+      if (comm%is_root()) print '(3x,a,es9.2,a,es9.2,a)', name//' stress: estimated error ', highest, &
+         ', beside edges ', estimate%beside, ' J'
       call test%check(highest < 1.0e-13_wp, name//' stress has no error')
-      call test%check(estimate%beside <= estimate%squares .and. estimate%energy > 0.0_wp, name//': edges of levels are counted')
+      call test%check(estimate%beside <= estimate%squares .and. estimate%energy > 0.0_wp, name// &
+                      ': edges of levels are counted')
       call test%check(abs(estimate%energy - 1.40625_wp*density_of_energy()) &
                       < 1.0e-9_wp*density_of_energy(), name//': energy')
       ! a jump of stress in the middle of the body must show
@@ -109,7 +111,8 @@ contains
          do b = 1, size(model%levels(l)%blocks)
             associate (at => model%levels(l)%layout, particles => model%levels(l)%blocks(b)%particles)
                do p = 1, particles%count
-                  if (particles%column(p, at%position + 1) > 0.9_wp) particles%column(p, at%stress:at%stress + 5) = 0.0_wp
+                  if (particles%column(p, at%position + 1) > 0.9_wp) &
+                     particles%column(p, at%stress:at%stress + 5) = 0.0_wp
                end do
             end associate
          end do
@@ -123,7 +126,8 @@ contains
    !> sigma : C^-1 : sigma / 2 of the uniform stress from Young's modulus and Poisson's ratio, J/m3.
    pure real(wp) function density_of_energy()
       real(wp), parameter :: s(6) = [1.0e4_wp, -2.0e4_wp, 3.0e3_wp, 5.0e3_wp, -7.0e3_wp, 1.0e3_wp]
-      density_of_energy = (1.3_wp*(sum(s(:3)**2) + 2.0_wp*sum(s(4:)**2)) - 0.3_wp*sum(s(:3))**2)/(2.0_wp*1.0e6_wp)
+      density_of_energy = (1.3_wp*(sum(s(:3)**2) + 2.0_wp*sum(s(4:)**2)) - 0.3_wp*sum(s(:3))**2) &
+                          /(2.0_wp*1.0e6_wp)
    end function density_of_energy
 
 end program stress_error
