@@ -1,4 +1,5 @@
 #!/bin/sh
+#test: long
 #test: beside
 # input/slow_rolling.nml against the explicit scheme.
 #test: limit 600
