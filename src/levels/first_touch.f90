@@ -8,7 +8,7 @@ module m_first_touch
    use m_marking, only: touch
    implicit none
    private
-   public :: touched_at_start, mark_neighbours
+   public :: touched_at_start, near_tool, mark_neighbours
 
    real(wp), parameter, public :: reach = 1.5_wp !< what is nearer to a tool, in the cells that are refined,
                                                  !< is touched
@@ -42,7 +42,8 @@ contains
                      highest(i, j, k) = max(highest(i, j, k), scene%bodies(e)%field)
                   end do
                   if (highest(i, j, k) == 0) cycle
-                  if (near(tools, middle, half + reach*grid%cell)) call touch(grid, middle, middle, touched)
+                  if (near_tool(tools, middle, half + reach*grid%cell)) &
+                     call touch(grid, middle, middle, touched)
                end do
             end do
          end do
@@ -51,17 +52,17 @@ contains
    end function touched_at_start
 
    !> True when a place is less than `width` (m) away from a tool.
-   pure logical function near(tools, place, width)
+   pure logical function near_tool(tools, place, width)
       type(tool_t), intent(in) :: tools(:)
       real(wp), intent(in) :: place(3), width
       real(wp) :: gap, normal(3)
       integer :: t
-      near = .false.
+      near_tool = .false.
       do t = 1, size(tools)
          call tools(t)%gap_within(place, width, gap, normal)
-         near = near .or. gap < width
+         near_tool = near_tool .or. gap < width
       end do
-   end function near
+   end function near_tool
 
    !> Cells with another contact group in them or beside them, and those around, are touched.
    pure subroutine mark_neighbours(lowest, highest, touched)

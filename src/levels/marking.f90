@@ -201,32 +201,11 @@ contains
    pure function spread_out(cells) result(more)
       logical, intent(in) :: cells(:, :, :)
       logical :: more(size(cells, 1), size(cells, 2), size(cells, 3))
-      integer :: n
+      integer :: axis
       more = cells
-      n = size(cells, 1)
-      more(:n - 1, :, :) = more(:n - 1, :, :) .or. cells(2:, :, :)
-      more(2:, :, :) = more(2:, :, :) .or. cells(:n - 1, :, :)
-      call along_y(more)
-      call along_z(more)
-   contains
-      pure subroutine along_y(cells)
-         logical, intent(inout) :: cells(:, :, :)
-         logical :: before(size(cells, 1), size(cells, 2), size(cells, 3))
-         integer :: n
-         before = cells
-         n = size(cells, 2)
-         cells(:, :n - 1, :) = cells(:, :n - 1, :) .or. before(:, 2:, :)
-         cells(:, 2:, :) = cells(:, 2:, :) .or. before(:, :n - 1, :)
-      end subroutine along_y
-      pure subroutine along_z(cells)
-         logical, intent(inout) :: cells(:, :, :)
-         logical :: before(size(cells, 1), size(cells, 2), size(cells, 3))
-         integer :: n
-         before = cells
-         n = size(cells, 3)
-         cells(:, :, :n - 1) = cells(:, :, :n - 1) .or. before(:, :, 2:)
-         cells(:, :, 2:) = cells(:, :, 2:) .or. before(:, :, :n - 1)
-      end subroutine along_z
+      do axis = 1, 3
+         more = more .or. eoshift(more, 1, dim=axis) .or. eoshift(more, -1, dim=axis)
+      end do
    end function spread_out
 
    !> With no strip of one cell at a side of the grid.

@@ -1,6 +1,7 @@
 !> A block: 8 x 8 x 8 bins, their particles and lists. Its node tiles lie in the level's pools, at its slot.
 module m_block
    use m_kinds, only: wp, i4, i8
+   use m_node_values, only: mass_, p_x
    use m_particle_store, only: particle_store_t
    use m_cell_list, only: cell_list_t
    implicit none
@@ -34,6 +35,9 @@ module m_block
       logical :: at_rest = .false.       !< no particle moves, none is under stress, in a state of them
       real(wp) :: wave_speed = 0.0_wp    !< largest of its particles, m/s
       integer(i8) :: located(2) = -1     !< that state
+      real(wp), allocatable :: resting_mass(:, :, :) !< of its tile, kg: all that particles at rest give to
+                                                     !< it, in a state of them
+      integer(i8) :: resting_of(2) = -1
       real(wp) :: lowest(3) = huge(1.0_wp), highest(3) = -huge(1.0_wp) !< bounds of its particles' centres, m
    end type contents_t
 
@@ -53,6 +57,8 @@ module m_block
       procedure :: in_tile
       procedure :: sums_hold
       procedure :: rests
+      procedure :: has_resting_mass
+      procedure :: keep_resting_mass
       procedure :: wants_sorting
       procedure :: sort
       procedure :: count_disorder
@@ -107,6 +113,25 @@ contains
       rests = self%at_rest .and. all(self%located == self%particles%state())
    end function rests
 
+   !> True when `resting_mass` is all that its particles give to its tile.
+   pure logical function has_resting_mass(self)
+      class(block_t), intent(in) :: self
+      has_resting_mass = self%rests() .and. all(self%resting_of == self%particles%state())
+   end function has_resting_mass
+
+   !> While its particles rest, keep what they have given to its tile, if that is nothing but mass.
+   pure subroutine keep_resting_mass(self, tile)
+      class(block_t), intent(inout) :: self
+      real(wp), intent(in) :: tile(:, 0:, 0:, 0:) !< P2G of its particles
+      if (self%has_resting_mass()) return
+      if (allocated(self%resting_mass)) deallocate (self%resting_mass)
+      self%resting_of = -1
+      if (.not. self%rests()) return
+      if (any(abs(tile(p_x:, :, :, :)) > 0.0_wp)) return
+      self%resting_mass = tile(mass_, :, :, :)
+      self%resting_of = self%particles%state()
+   end subroutine keep_resting_mass
+
    !> True when the run breaks, which are up to date, and those of the steps before have cost as much as
    !> sorting does. A block that comes to rest is sorted then, for while it rests nothing looks at its order:
    !> sorting must not depend on how long that was.
@@ -150,6 +175,7 @@ contains
       class(block_t), intent(in) :: self
       bytes = self%particles%bytes() + self%cells%bytes()
       if (allocated(self%emigrants)) bytes = bytes + 4_i8*size(self%emigrants, kind=i8)
+      if (allocated(self%resting_mass)) bytes = bytes + 8_i8*size(self%resting_mass, kind=i8)
    end function bytes
 
 end module m_block

@@ -21,7 +21,8 @@ module m_surface
    integer, parameter :: few_elements = 3 !< of the corner of a box, a sphere or a cylinder that is two
                                           !< particles thick or more
    real(wp), parameter :: one_element = 0.7_wp !< cosine: the surface at two sides of a particle bends by less
-   integer, parameter :: steps = 24 !< along a normal, until one of them ends outside
+   real(wp), parameter :: farthest = 1.5_wp !< that a surface is looked for from a particle, in its edges
+   integer, parameter :: steps = 24 !< along a direction, until one of them ends outside
    real(wp), parameter :: near = 1.0e-9_wp !< enough to the surface, in particle edges
    real(wp), parameter :: just_inside = 1.0e-4_wp !< in particle edges: there the nearest face is that above
    real(wp), parameter :: one_face = 0.99_wp !< cosine between the normals on both sides of a surface where it
@@ -141,7 +142,7 @@ contains
             out = 0.0_wp
             out(axis) = side*edge
             if (is_held(place + out)) cycle
-            normal = normal_at(out)
+            normal = face_normal(self%bodies(body)%shape, centre, place + 0.5_wp*out, out/edge, edge)
             do e = 1, found
                if (dot_product(area(:, e), normal) > one_element*norm2(area(:, e))) exit
             end do
@@ -151,7 +152,7 @@ contains
       end do
       do e = 1, found
          normal = area(:, e)/norm2(area(:, e))
-         arm(:, e) = max(way_out(normal), 0.01_wp*edge)*normal
+         arm(:, e) = max(way_out(self%bodies(body)%shape, centre, normal, edge), 0.01_wp*edge)*normal
          size_of(e) = norm2(area(:, e))
       end do
       do e = 1, found - 1
@@ -172,51 +173,51 @@ contains
             is_held = holds_place(self%bodies(b), grid%cell, there, 0.5_wp*edge)
          end do
       end function is_held
-
-      !> Normal of the surface that a side of the place stands for: that nearest to the side's middle. Beside
-      !> an edge of the shape, where that is a mean of two faces, it is the normal of the face through which
-      !> one leaves the shape on the way out of the side.
-      function normal_at(out) result(normal)
-         real(wp), intent(in) :: out(3) !< from the middle of the place to that of the next one, m
-         real(wp) :: normal(3), inside(3), distance, way
-         associate (shape => self%bodies(body)%shape, middle => place + 0.5_wp*out)
-            call shape%distance_and_normal(middle, distance, normal)
-            call shape%distance_and_normal(middle - (distance + just_inside*edge)*normal, way, inside)
-            if (dot_product(normal, inside) < one_face .or. .not. dot_product(normal, out) > 0.0_wp) then
-               way = way_out(out/edge)
-               if (way > 0.0_wp) call shape%distance_and_normal(centre + (way - just_inside*edge)*out/edge, &
-                                                                distance, normal)
-            end if
-         end associate
-         if (.not. dot_product(normal, out) > 0.0_wp) normal = out/edge
-      end function normal_at
-
-      !> How far one goes from the particle's centre along a direction until one leaves the shape, m; 0 where
-      !> the centre is outside, at most 1.5 edges.
-      real(wp) function way_out(direction)
-         real(wp), intent(in) :: direction(3)
-         real(wp) :: beyond
-         integer :: s
-         associate (shape => self%bodies(body)%shape)
-            way_out = 0.0_wp
-            if (shape%distance(centre) > 0.0_wp) return
-            do s = 1, steps
-               beyond = 1.5_wp*edge*s/steps
-               if (shape%distance(centre + beyond*direction) > 0.0_wp) exit
-               way_out = beyond
-            end do
-            do while (beyond - way_out > near*edge .and. s <= steps)
-               associate (middle => 0.5_wp*(way_out + beyond))
-                  if (shape%distance(centre + middle*direction) > 0.0_wp) then
-                     beyond = middle
-                  else
-                     way_out = middle
-                  end if
-               end associate
-            end do
-         end associate
-      end function way_out
    end subroutine elements_of
+
+   !> Normal of the surface that a side of a particle's place stands for: that nearest to the side's middle.
+   !> Beside an edge of the shape, where that is a mean of two faces, it is the normal of the face through
+   !> which one leaves the shape on the way out of the side.
+   function face_normal(shape, centre, side, out, edge) result(normal)
+      class(shape_t), intent(in) :: shape
+      real(wp), intent(in) :: centre(3), side(3) !< of the particle, and middle of the side, m
+      real(wp), intent(in) :: out(3)             !< outward from that, of length 1
+      real(wp), intent(in) :: edge               !< of the particle's place, m
+      real(wp) :: normal(3), inside(3), distance, way
+      call shape%distance_and_normal(side, distance, normal)
+      call shape%distance_and_normal(side - (distance + just_inside*edge)*normal, way, inside)
+      if (dot_product(normal, inside) < one_face .or. .not. dot_product(normal, out) > 0.0_wp) then
+         way = way_out(shape, centre, out, edge)
+         if (way > 0.0_wp) &
+            call shape%distance_and_normal(centre + (way - just_inside*edge)*out, distance, normal)
+      end if
+      if (.not. dot_product(normal, out) > 0.0_wp) normal = out
+   end function face_normal
+
+   !> How far one goes from a particle's centre along a direction of length 1 until one leaves the shape, m; 0
+   !> where the centre is outside, at most 1.5 edges of its place.
+   real(wp) function way_out(shape, centre, direction, edge)
+      class(shape_t), intent(in) :: shape
+      real(wp), intent(in) :: centre(3), direction(3), edge
+      real(wp) :: beyond, middle
+      integer :: s
+      way_out = 0.0_wp
+      if (shape%distance(centre) > 0.0_wp) return
+      do s = 1, steps
+         beyond = farthest*edge*s/steps
+         if (shape%distance(centre + beyond*direction) > 0.0_wp) exit
+         way_out = beyond
+      end do
+      if (s > steps) return
+      do while (beyond - way_out > near*edge)
+         middle = 0.5_wp*(way_out + beyond)
+         if (shape%distance(centre + middle*direction) > 0.0_wp) then
+            beyond = middle
+         else
+            way_out = middle
+         end if
+      end do
+   end function way_out
 
    pure subroutine on_stress(self, particles, layout, gradient, cell, time_step)
       class(surface_t), intent(in) :: self

@@ -10,7 +10,7 @@ module m_error_placing
    use m_region, only: region_t
    use m_split, only: extents, longest_half_edge
    use m_marking, only: marks_t, choose_regions, touch
-   use m_first_touch, only: reach, mark_neighbours
+   use m_first_touch, only: reach, near_tool, mark_neighbours
    use m_recovered_stress, only: block_stress_t, recover_stress
    implicit none
    private
@@ -82,9 +82,8 @@ contains
          marks(l)%budget = model%level_specs(part)%max_cells
          if (.not. any(marks(l)%touched .and. .not. marks(l)%may)) cycle
          call fail(error, exit_numerical, 'time '//to_text(model%time)// &
-                   ' s: what is touched comes too near to the '// &
-                   'edge of level '//to_text(l - 1)//', which level '//to_text(l)// &
-                   ' refines; try a larger one')
+                   ' s: what is touched comes too near to the edge of level '//to_text(l - 1)// &
+                   ', which level '//to_text(l)//' refines; try a larger one')
          return
       end do
       call choose_regions(model%levels(first:)%grid, marks, regions(first:), short, needs, bound)
@@ -130,8 +129,8 @@ contains
                   own = particles%column(p, at%stress:at%stress + 5)
                   associate (law => model%materials%slots(model%materials%of_body(particles%body(p)))%law)
                      largest = max(largest, law%energy_of_stress(particles%column(p, :), at, own))
-                     difference = law%energy_of_stress(particles%column(p, :), at, recovered(b)%of(:, p) &
-                                                       - own)
+                     difference = law%energy_of_stress(particles%column(p, :), at, &
+                                                       recovered(b)%of(:, p) - own)
                   end associate
                   do m = first, ubound(marks, 1)
                      associate (grid => model%levels(m - 1)%grid)
@@ -139,8 +138,8 @@ contains
                         associate (error => marks(m)%error(cell(1), cell(2), cell(3)))
                            error = max(error, difference*4.0_wp**(l - m + 1))
                         end associate
-                        if (near_tool(model, x, half + reach*grid%cell)) call touch(grid, x - e, x + e, &
-                                                                                    marks(m)%touched)
+                        if (near_tool(model%contact%tools, x, half + reach*grid%cell)) &
+                           call touch(grid, x - e, x + e, marks(m)%touched)
                      end associate
                   end do
                end do
@@ -182,19 +181,6 @@ contains
       call MPI_Allreduce(MPI_IN_PLACE, highest, size(highest), MPI_INTEGER, MPI_MAX, model%communicator%comm)
       call mark_neighbours(lowest, highest, touched)
    end subroutine mark_groups
-
-   !> True when a place is less than `width` (m) away from a tool.
-   pure logical function near_tool(model, x, width)
-      type(model_t), intent(in) :: model
-      real(wp), intent(in) :: x(3), width
-      real(wp) :: gap, normal(3)
-      integer :: t
-      near_tool = .false.
-      do t = 1, size(model%contact%tools)
-         call model%contact%tools(t)%gap_within(x, width, gap, normal)
-         near_tool = near_tool .or. gap < width
-      end do
-   end function near_tool
 
    !> The cells that a level may refine: all, where the level above is placed by the error too and follows;
    !> else those far enough from its edge.

@@ -79,12 +79,17 @@ contains
          else
             call level%widen_extent(b, whole)
          end if
-         call block%cells%go_through(block%deposited + 1, n)
-         call p2g(block%cells, block%particles%column, level%layout, frame_of(level, block), &
-                  level%nodes(:, :, :, :, b))
-         call block%cells%go_through(1, n)
+         if (block%has_resting_mass()) then
+            level%nodes(mass_, :, :, :, b) = block%resting_mass
+         else
+            call block%cells%go_through(block%deposited + 1, n)
+            call p2g(block%cells, block%particles%column, level%layout, frame_of(level, block), &
+                     level%nodes(:, :, :, :, b))
+            call block%cells%go_through(1, n)
+         end if
          block%deposited = n
          block%deposit_of = block%particles%generation
+         call block%keep_resting_mass(level%nodes(:, :, :, :, b))
       end associate
    end subroutine p2g_block
 

@@ -92,6 +92,7 @@ contains
             call follow_loads(model, l, b, motion_of(model, l, clock%step), clock%time)
             call go_to_faces(model, l, b)
          case (cells)
+            if (stays_at_rest(model, l, b)) return
             call cells_block(model, l, b, error)
             if (model%method%stress_update == update_usl &
                 .and. .not. error%happened()) call look_ahead(model, l, b, clock%ends)

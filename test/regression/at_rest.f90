@@ -1,6 +1,7 @@
 !test: ranks 1 2
 !> A small box flies into a long bar at rest: leaving out the blocks that are at rest changes no bit of any
-!> particle, and neither does what blocks do ahead, nor of the sums over all.
+!> particle, and neither does what blocks do ahead, nor of the sums over all. What resting blocks give to
+!> their nodes is kept.
 program at_rest
    use m_kinds, only: wp, i8
    use m_errors, only: error_t
@@ -36,10 +37,12 @@ contains
       type(model_t) :: skipping, plain
       type(error_t) :: error
       real(wp) :: share
-      integer :: step
+      integer :: b, kept, resting, step
       plain%skip_at_rest = .false.
       call skipping%build(comm, box_and_bar(update, 5.0_wp), error)
       call plain%build(comm, box_and_bar(update, 5.0_wp), error)
+      kept = 0
+      resting = 0
       do step = 1, steps
          call advance(skipping, 0.35_wp*cell/sqrt(young/density), error)
          call advance(plain, 0.35_wp*cell/sqrt(young/density), error)
@@ -47,7 +50,18 @@ contains
          call test%check_equal(different_bits(skipping, plain), 0, 'the same bits')
          call test%check(abs(skipping%bounds%wave_speed - plain%bounds%wave_speed) <= 0.0_wp, &
                          'the same time step')
+         do b = 1, size(skipping%levels(1)%blocks)
+            associate (block => skipping%levels(1)%blocks(b))
+               if (block%particles%count == 0 .or. .not. block%rests()) cycle
+               resting = resting + 1
+               if (block%has_resting_mass()) kept = kept + 1
+            end associate
+         end do
       end do
+      kept = int(comm%sum_count(int(kept, i8)))
+      resting = int(comm%sum_count(int(resting, i8)))
+      if (comm%is_root()) print '(2(a,i0))', '  masses kept of resting blocks: ', kept, ' of ', resting
+      call test%check(kept > 0.8_wp*resting, 'resting blocks keep their masses')
       share = real(comm%sum_count(skipping%particle_steps_at_rest), wp) &
               /comm%sum_count(skipping%particle_steps)
       if (comm%is_root()) print '(a,f5.1,a)', '  left out: ', 100.0_wp*share, ' % of the particle-steps'
